@@ -1,0 +1,3 @@
+//! Bit-true twins of the sensor's digital blocks: no floats, no allocator, no `unsafe`.
+#![no_std]
+#![forbid(unsafe_code)]

@@ -1,0 +1,1 @@
+//! Column converters. Enters: microvolts. Leaves: codes in LSB.

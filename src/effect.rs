@@ -1,0 +1,101 @@
+//! What an effect is: one physical imperfection between photons and codes that a scene may or may not call for.
+
+use crate::draw::{DrawKey, EffectNumber, RowPlace};
+use crate::facts::Facts;
+
+/// What leaving an effect out can change in one pixel, referred to its input in electrons.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Omission {
+    /// Bound of the systematic part, absolute.
+    pub bias_e: f64,
+    /// Variance of the random part.
+    pub variance_e2: f64,
+}
+
+impl Omission {
+    /// Nothing is lost.
+    pub const NONE: Self = Self { bias_e: 0.0, variance_e2: 0.0 };
+
+    /// Systematic parts add absolutely; variances of independent effects add.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { bias_e: self.bias_e + other.bias_e, variance_e2: self.variance_e2 + other.variance_e2 }
+    }
+
+    /// Mean square error in electrons squared.
+    pub fn error_e2(self) -> f64 {
+        self.bias_e * self.bias_e + self.variance_e2
+    }
+}
+
+/// What a row holds when an effect meets it; effects run in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Domain {
+    /// Mean photoelectrons, before any draw.
+    MeanElectrons,
+    /// Electrons in the pixel.
+    Electrons,
+    /// Microvolts at the ADC's input; a brighter pixel is a greater value.
+    Microvolts,
+}
+
+/// One row on its way from light to codes.
+pub struct RowPass<'a> {
+    /// Where the row belongs; `place.seed` is the run's seed.
+    pub place: RowPlace,
+    /// Seed of the die: patterns that stay from frame to frame draw from it.
+    pub die_seed: u64,
+    /// Exposure of this row in seconds.
+    pub exposure_s: f64,
+    /// Wait between the end of the exposure and this row's readout, in seconds.
+    pub storage_s: f64,
+    /// The row's values in the unit of the effect's domain, one a column.
+    pub values: &'a mut [f32],
+    /// Room for uniforms, as long as the row.
+    pub uniforms: &'a mut [u32],
+    /// Room for draws, as long as the row.
+    pub draws: &'a mut [f32],
+}
+
+impl RowPass<'_> {
+    /// Key of an effect's draws that differ from frame to frame.
+    pub fn temporal_key(&self, effect: EffectNumber) -> DrawKey {
+        DrawKey::of_row(effect, self.place)
+    }
+
+    /// Key of an effect's pattern in this row: part of the die, equal in all frames.
+    pub fn pattern_key(&self, effect: EffectNumber) -> DrawKey {
+        let frame = crate::units::FrameIndex(0);
+        DrawKey::of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, ..self.place })
+    }
+
+    /// Key of an effect's column pattern: part of the die, equal in all rows and frames.
+    pub fn column_key(&self, effect: EffectNumber) -> DrawKey {
+        let (frame, row) = (crate::units::FrameIndex(0), crate::units::RowIndex(0));
+        DrawKey::of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, row, ..self.place })
+    }
+}
+
+/// An effect with its parameters, ready to run.
+pub trait Effect: Send + Sync {
+    /// The one name of this effect: config, report, log and test mark.
+    fn name(&self) -> &'static str;
+
+    /// Its published number, part of the key of its draws.
+    fn number(&self) -> EffectNumber;
+
+    /// What the row holds when this effect meets it.
+    fn domain(&self) -> Domain;
+
+    /// Measured cost in nanoseconds a pixel on one core with AVX2; the planner's prediction uses it.
+    fn cost_ns_per_px(&self) -> f64;
+
+    /// Bound on what its absence changes in any pixel of the region; `None`: it cannot say, so it stays.
+    fn omission(&self, facts: &Facts) -> Option<Omission>;
+
+    /// Why it matters or not here, with numbers, for a person ("0.00012 e- at 12 us and 300 K").
+    fn reason(&self, facts: &Facts) -> String;
+
+    /// Applies the effect to one row in L1. Called once a row, so dispatch stays out of the pixel loop.
+    fn apply(&self, row: &mut RowPass<'_>);
+}

@@ -1,0 +1,20 @@
+//! Facts about a scene and a sensor that are cheap to know before anything is simulated. The planner decides from these.
+
+/// What is known of one region (or of a whole frame) before it is simulated. Intervals are bounds, not estimates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facts {
+    /// Least mean photoelectrons of a pixel of the region.
+    pub signal_e_min: f64,
+    /// Greatest mean photoelectrons of a pixel of the region.
+    pub signal_e_max: f64,
+    /// Exposure in seconds.
+    pub exposure_s: f64,
+    /// Longest wait between the end of an exposure and the row's readout, in seconds.
+    pub storage_s_max: f64,
+    /// Temperature of the die in kelvin.
+    pub temperature_k: f64,
+    /// Pixels of a frame; tails are taken at one pixel in this many.
+    pub pixels: f64,
+    /// Conversion gain from electrons to the ADC's input, in microvolts per electron.
+    pub conversion_gain_uv_per_e: f64,
+}

@@ -1,0 +1,37 @@
+//! The knobs that trade accuracy for time, together: each says what error it buys and what it costs.
+
+/// How exactly the chain from charge to codes is simulated. Each rung is the reference of the one before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rung {
+    /// Mean and variance of each pixel in closed form; ends at the image.
+    Expected,
+    /// Every pixel drawn, converters in closed form.
+    Sampled,
+    /// One tick a clock.
+    Clocked,
+    /// The SystemVerilog under Verilator.
+    Rtl,
+}
+
+impl Rung {
+    /// The one name of this rung.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Expected => "expected",
+            Self::Sampled => "sampled",
+            Self::Clocked => "clocked",
+            Self::Rtl => "rtl",
+        }
+    }
+}
+
+/// Accuracy knobs of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fidelity {
+    /// Rung of the ladder.
+    pub rung: Rung,
+    /// Rays a pixel: render variance falls, time grows in proportion. At least 1.
+    pub samples_per_pixel: u32,
+    /// Share of a pixel's own noise sigma that all effects left out may add up to (0: keep every effect that could matter).
+    pub accuracy: f64,
+}

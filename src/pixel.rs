@@ -1,0 +1,1 @@
+//! Photodiode, transfer gate and conversion gain. Enters: mean photons. Leaves: microvolts at the column.
