@@ -1,0 +1,61 @@
+//! Verbs of the command line. Data goes to stdout, progress and words to stderr.
+//!
+//! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 4 input/output.
+
+mod args;
+mod features;
+mod listing;
+mod place;
+mod plan;
+mod power;
+mod progress;
+mod run;
+mod timing;
+mod track;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use sensel::error::Error;
+
+use args::{Arguments, Verb};
+
+/// Parses the command line and runs the verb; without one, `run`.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match dispatch(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("sensel: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn dispatch(arguments: &Arguments) -> Result<(), Error> {
+    let shared = &arguments.shared;
+    match arguments.verb.as_ref() {
+        None => run::main(&args::RunArguments::default(), shared),
+        Some(Verb::Run(own)) => run::main(own, shared),
+        Some(Verb::Plan(own)) => plan::main(own, shared),
+        Some(Verb::Timing(own)) => timing::main(own, shared),
+        Some(Verb::Power(own)) => power::main(own, shared),
+        Some(Verb::Features(own)) => features::main(own, shared),
+        Some(Verb::Track(own)) => track::main(own, shared),
+        Some(Verb::Presets) => listing::presets(shared),
+        Some(Verb::Schema) => listing::schema(),
+        Some(Verb::Config(own)) => listing::config(own, shared),
+        Some(Verb::Ladder(_)) => later("ladder"),
+        Some(Verb::Characterize(_)) => later("characterize"),
+        Some(Verb::Sweep(_)) => later("sweep"),
+    }
+}
+
+/// These verbs are part of the design but not of this version; none pretends.
+fn later(verb: &'static str) -> Result<(), Error> {
+    Err(Error::Unknown {
+        what: "verb of this version:",
+        name: verb.to_owned(),
+        known: "run, plan, timing, power, features, track, presets, schema, config (ladder, characterize and sweep come later)".to_owned(),
+    })
+}

@@ -1,0 +1,139 @@
+//! The grammar of the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// From photons to pose, bit by bit: simulates a machine-perception image sensor end to end.
+#[derive(Parser, Debug)]
+#[command(name = "sensel", version, about, propagate_version = true)]
+pub struct Arguments {
+    /// What to do; without a verb the default scenario is run.
+    #[command(subcommand)]
+    pub verb: Option<Verb>,
+    /// Options of every verb.
+    #[command(flatten)]
+    pub shared: Shared,
+}
+
+/// Options of every verb.
+#[derive(Args, Debug)]
+pub struct Shared {
+    /// Sets one key of the scenario, as in --set sensor.adc.bits=8; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
+    pub set: Vec<String>,
+    /// Seed of everything that differs from frame to frame.
+    #[arg(long, global = true)]
+    pub seed: Option<u64>,
+    /// Where the results go (default: out/SCENARIO).
+    #[arg(long, value_name = "DIR", global = true)]
+    pub out: Option<PathBuf>,
+    /// Threads; 0: as many as cores. Changes no byte of the result.
+    #[arg(long, global = true)]
+    pub threads: Option<u32>,
+    /// Folder of scenarios (default: SENSEL_SCENES, ./scenes, or beside the program).
+    #[arg(long, value_name = "DIR", global = true)]
+    pub scenes: Option<PathBuf>,
+    /// Folder of baked light (default: the user's cache folder).
+    #[arg(long, value_name = "DIR", global = true)]
+    pub cache: Option<PathBuf>,
+    /// Prints data as JSON.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// No progress and no summary.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+/// What to do.
+#[derive(Subcommand, Debug)]
+pub enum Verb {
+    /// Runs a scenario from photons to pose and writes report, pictures, packets and trajectories.
+    Run(RunArguments),
+    /// Says which effects a scenario calls for, which are left out, and the bound of what that changes; simulates nothing.
+    Plan(ScenarioArguments),
+    /// Says line and frame times, exposure limits, latency and link use of a scenario's sensor.
+    Timing(ScenarioArguments),
+    /// Says energy and bandwidth by block, raw pictures against features.
+    Power(RunArguments),
+    /// Runs the extractor alone on a picture.
+    Features(FeaturesArguments),
+    /// Runs the tracker alone on an EuRoC or TUM folder.
+    Track(TrackArguments),
+    /// Lists sensor, lens and technology presets and scenes.
+    Presets,
+    /// Prints the JSON Schema of a scenario.
+    Schema,
+    /// Shows the effective configuration.
+    Config(ConfigArguments),
+    /// What accuracy costs in time (comes later).
+    Ladder(LaterArguments),
+    /// EMVA 1288 measurement of a sensor (comes later).
+    Characterize(LaterArguments),
+    /// A design space (comes later).
+    Sweep(LaterArguments),
+}
+
+/// A scenario and how much of it.
+#[derive(Args, Debug, Default)]
+pub struct RunArguments {
+    /// A scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
+    pub scenario: Option<String>,
+    /// Frames of each camera.
+    #[arg(long)]
+    pub frames: Option<u32>,
+    /// Rung of the ladder: expected, sampled, clocked, rtl.
+    #[arg(long)]
+    pub rung: Option<String>,
+    /// Effects: all, auto, none, or +name,-name.
+    #[arg(long, allow_hyphen_values = true)]
+    pub effects: Option<String>,
+    /// Stages whose output is kept: packets, codes, depth, features.
+    #[arg(long, value_delimiter = ',')]
+    pub keep: Vec<String>,
+}
+
+/// A scenario.
+#[derive(Args, Debug)]
+pub struct ScenarioArguments {
+    /// A scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
+    pub scenario: Option<String>,
+}
+
+/// A picture for the extractor.
+#[derive(Args, Debug)]
+pub struct FeaturesArguments {
+    /// PNG or JPEG, 8 or 16 bit; colour is averaged to grey.
+    pub image: PathBuf,
+    /// "fast9": every corner after suppression, no grid, no top-K.
+    #[arg(long)]
+    pub detector: Option<String>,
+    /// In 8-bit DN.
+    #[arg(long)]
+    pub threshold: Option<u8>,
+}
+
+/// A recorded or simulated folder for the tracker.
+#[derive(Args, Debug)]
+pub struct TrackArguments {
+    /// An EuRoC ASL folder (with mav0 or cam0 in it).
+    pub folder: PathBuf,
+}
+
+/// What to show of a configuration.
+#[derive(Args, Debug)]
+pub struct ConfigArguments {
+    /// "show".
+    #[arg(value_parser = ["show"])]
+    pub what: String,
+    /// A scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
+    pub scenario: Option<String>,
+}
+
+/// Whatever a verb of a later version is given.
+#[derive(Args, Debug)]
+pub struct LaterArguments {
+    /// Not read.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    pub rest: Vec<String>,
+}

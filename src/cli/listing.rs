@@ -1,0 +1,73 @@
+//! Verbs that list what there is: presets, the schema, the effective configuration.
+
+use sensel::config::presets::{self, Kind};
+use sensel::config::scenario::Scenario;
+use sensel::error::Error;
+use serde_json::json;
+
+use super::args::{ConfigArguments, Shared};
+use super::place;
+
+/// `sensel presets`.
+pub fn presets(shared: &Shared) -> Result<(), Error> {
+    let list = |kind: Kind| -> Vec<serde_json::Value> {
+        let of_kind = presets::ALL.iter().filter(|preset| preset.kind == kind);
+        of_kind.map(|preset| json!({"name": preset.name, "summary": preset.summary, "toml": preset.text})).collect()
+    };
+    let technologies = sensel::energy::Technology::names();
+    let scenes = place::known_scenes(shared);
+    if shared.json {
+        print_json(&json!({
+            "sensors": list(Kind::Sensor),
+            "lenses": list(Kind::Lens),
+            "technologies": technologies.iter().map(|name| json!({"name": name})).collect::<Vec<_>>(),
+            "scenes": scenes.iter().map(|name| json!({"name": name})).collect::<Vec<_>>(),
+        }));
+        return Ok(());
+    }
+    for (title, kind) in [("sensors", Kind::Sensor), ("lenses", Kind::Lens)] {
+        println!("{title}");
+        for preset in presets::ALL.iter().filter(|preset| preset.kind == kind) {
+            println!("  {:<16} {}", preset.name, preset.summary);
+        }
+    }
+    println!("technologies\n  {}", technologies.join("\n  "));
+    println!("scenes\n  {}", scenes.join("\n  "));
+    Ok(())
+}
+
+/// `sensel schema`.
+pub fn schema() -> Result<(), Error> {
+    let schema = schemars::schema_for!(Scenario);
+    print_json(&serde_json::to_value(schema).expect("a schema has a JSON form"));
+    Ok(())
+}
+
+/// `sensel config show`.
+pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error> {
+    let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
+    let resolved = &located.resolved;
+    if shared.json {
+        let values = serde_json::to_value(&resolved.scenario).expect("every field has a JSON form");
+        print_json(&json!({"config": values, "config_hash": resolved.hash()}));
+        return Ok(());
+    }
+    let mut section = String::new();
+    for line in resolved.canonical_text().lines() {
+        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+            section = format!("{name}.");
+        }
+        let key = line.split_once(" = ").map(|(key, _)| format!("{section}{key}"));
+        match key.and_then(|key| resolved.tree.origin(&key)) {
+            Some(origin) if origin.line > 0 => println!("{line:<44} # {}:{}", origin.layer, origin.line),
+            Some(origin) => println!("{line:<44} # {}", origin.layer),
+            None => println!("{line}"),
+        }
+    }
+    Ok(())
+}
+
+/// Prints one JSON value, indented.
+pub fn print_json(value: &serde_json::Value) {
+    println!("{}", serde_json::to_string_pretty(value).expect("a JSON value has a text"));
+}

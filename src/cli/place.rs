@@ -1,0 +1,102 @@
+//! Where scenarios, scenes and caches lie, and the effective configuration that the command line asks for.
+
+use std::path::{Path, PathBuf};
+
+use sensel::config::Resolved;
+use sensel::error::Error;
+
+use super::args::Shared;
+
+/// The scenario that runs when none is named.
+pub const DEFAULT_SCENARIO: &str = "bathroom";
+
+/// A scenario with the folder its files are relative to.
+pub struct Located {
+    /// Name for a person and for the output folder.
+    pub name: String,
+    /// Folder of the scenario's own files.
+    pub folder: PathBuf,
+    /// All layers merged.
+    pub resolved: Resolved,
+}
+
+/// Finds and reads a scenario and lays the command line's words over it.
+pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Result<Located, Error> {
+    let asked = scenario.unwrap_or(DEFAULT_SCENARIO);
+    let file = find(asked, shared)?;
+    let text = std::fs::read_to_string(&file).map_err(|source| io(&file, source))?;
+    let mut assignments = more.to_vec();
+    if let Some(seed) = shared.seed {
+        assignments.push(format!("seed={seed}"));
+    }
+    if let Some(threads) = shared.threads {
+        assignments.push(format!("run.threads={threads}"));
+    }
+    assignments.extend(shared.set.iter().cloned());
+    let resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments)?;
+    let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    Ok(Located { name: name_of(&file), folder, resolved })
+}
+
+/// An error of the disk with the path it is about.
+pub fn io(path: &Path, source: std::io::Error) -> Error {
+    Error::Io { path: path.display().to_string(), source }
+}
+
+fn name_of(file: &Path) -> String {
+    let stem = file.file_stem().map_or("scenario".into(), |stem| stem.to_string_lossy().into_owned());
+    let folder = file.parent().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
+    match folder {
+        Some(folder) if stem == "scene" => folder,
+        _ => stem,
+    }
+}
+
+fn find(asked: &str, shared: &Shared) -> Result<PathBuf, Error> {
+    let direct = Path::new(asked);
+    if direct.is_file() {
+        return Ok(direct.to_path_buf());
+    }
+    if direct.join("scene.toml").is_file() {
+        return Ok(direct.join("scene.toml"));
+    }
+    let folders = scene_folders(shared);
+    for folder in &folders {
+        for candidate in [folder.join(asked).join("scene.toml"), folder.join(format!("{asked}.toml"))] {
+            if candidate.is_file() {
+                return Ok(candidate);
+            }
+        }
+    }
+    let known = known_scenes(shared).join(", ");
+    Err(Error::Unknown { what: "scenario", name: asked.to_owned(), known })
+}
+
+/// Folders that may hold scenarios: `--scenes`, else `SENSEL_SCENES`, else `./scenes` and upward from the program.
+fn scene_folders(shared: &Shared) -> Vec<PathBuf> {
+    if let Some(folder) = &shared.scenes {
+        return vec![folder.clone()];
+    }
+    if let Some(folder) = std::env::var_os("SENSEL_SCENES") {
+        return vec![PathBuf::from(folder)];
+    }
+    let mut folders = vec![PathBuf::from("scenes")];
+    if let Ok(program) = std::env::current_exe() {
+        folders.extend(program.ancestors().skip(1).map(|folder| folder.join("scenes")));
+    }
+    folders
+}
+
+/// Names of the scenarios that can be asked for by name, sorted.
+pub fn known_scenes(shared: &Shared) -> Vec<String> {
+    let mut names: Vec<String> = scene_folders(shared)
+        .iter()
+        .filter_map(|folder| std::fs::read_dir(folder).ok())
+        .flat_map(|entries| entries.filter_map(Result::ok))
+        .filter(|entry| entry.path().join("scene.toml").is_file())
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names.dedup();
+    names
+}

@@ -1,0 +1,71 @@
+//! What a user writes, layer by layer, until stages can use it. Enters: TOML text and assignments. Leaves: a `Resolved`
+//! scenario whose every value knows its file and line, and its canonical text and hash. It reads no file.
+
+pub mod check;
+pub mod presets;
+pub mod scenario;
+pub mod suggest;
+pub mod tree;
+
+pub use scenario::Scenario;
+use tree::Tree;
+
+use crate::error::Error;
+
+/// All layers merged: defaults < presets < scenario < `--set`.
+pub struct Resolved {
+    /// The values, typed.
+    pub scenario: Scenario,
+    /// The values with their origins.
+    pub tree: Tree,
+}
+
+impl Resolved {
+    /// Merges a scenario's text with defaults, the presets it names, and assignments.
+    ///
+    /// # Errors
+    /// No TOML, an unknown or missing key, a wrong type, an unknown preset; with file, line, key and value.
+    pub fn from_layers(file: &str, text: &str, assignments: &[String]) -> Result<Self, Error> {
+        let mut chosen = Tree::parse("defaults", presets::DEFAULTS)?;
+        let mut user = Tree::parse(file, text)?;
+        for assignment in assignments {
+            user.merge(Tree::from_assignment(assignment)?);
+        }
+        let mut preview = chosen.clone();
+        preview.merge(user.clone());
+        for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {
+            let Some(name) = preview.get(key).and_then(toml::Value::as_str) else { continue };
+            let preset = presets::find(kind, name).map_err(|error| {
+                preview.locate(Error::key(key, "", error.to_string()))
+            })?;
+            chosen.merge(Tree::parse(&format!("preset {name}"), preset.text)?);
+        }
+        chosen.merge(user);
+        let scenario = typed(&chosen)?;
+        Ok(Self { scenario, tree: chosen })
+    }
+
+    /// The effective configuration as TOML, keys sorted. It gives the same run again.
+    pub fn canonical_text(&self) -> String {
+        let value = toml::Value::try_from(&self.scenario).expect("every field has a TOML form");
+        toml::to_string(&value).expect("a table has a TOML form")
+    }
+
+    /// Hash of everything that decides the result's bytes: threads do not.
+    pub fn hash(&self) -> String {
+        let mut scenario = self.scenario.clone();
+        scenario.run.threads = 0;
+        let value = toml::Value::try_from(&scenario).expect("every field has a TOML form");
+        let text = toml::to_string(&value).expect("a table has a TOML form");
+        blake3::hash(text.as_bytes()).to_hex().to_string()
+    }
+}
+
+fn typed(tree: &Tree) -> Result<Scenario, Error> {
+    let value = toml::Value::Table(tree.values().clone());
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let path = error.path().to_string();
+        let message = error.inner().message().to_owned();
+        suggest::explain(tree, &path, &message)
+    })
+}

@@ -1,0 +1,193 @@
+//! Layers of configuration as trees that remember, for every value, the file and line it came from.
+
+use std::collections::BTreeMap;
+
+use toml::de::{DeTable, DeValue};
+use toml::{Table, Value};
+
+use crate::error::Error;
+
+/// Where a value was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// File name, preset name, or `--set`.
+    pub layer: String,
+    /// Counted from 1; 0 where the layer has no lines.
+    pub line: usize,
+}
+
+/// A tree of values; a later layer's value replaces an earlier one's, table by table.
+#[derive(Clone, Debug, Default)]
+pub struct Tree {
+    values: Table,
+    origins: BTreeMap<String, Origin>,
+}
+
+impl Tree {
+    /// Parses one TOML layer.
+    ///
+    /// # Errors
+    /// `Error::Content` with line and column where the text is no TOML.
+    pub fn parse(layer: &str, text: &str) -> Result<Self, Error> {
+        let refused = |error: &toml::de::Error| {
+            let line = error.span().map_or(0, |span| line_of(text, span.start));
+            let reason = format!("line {line}: {}", error.message());
+            Error::Content { file: layer.to_owned(), reason }
+        };
+        let values: Table = toml::from_str(text).map_err(|error| refused(&error))?;
+        let spans = DeTable::parse(text).map_err(|error| refused(&error))?;
+        let mut origins = BTreeMap::new();
+        record_origins(spans.get_ref(), "", layer, text, &mut origins);
+        Ok(Self { values, origins })
+    }
+
+    /// One `--set a.b=value`; the value is TOML, or else taken as a string.
+    ///
+    /// # Errors
+    /// Without an equals sign, or with an empty part in the path.
+    pub fn from_assignment(assignment: &str) -> Result<Self, Error> {
+        let refused = |reason: &str| Error::Config {
+            file: "--set".to_owned(),
+            line: 0,
+            key: assignment.to_owned(),
+            value: String::new(),
+            reason: reason.to_owned(),
+        };
+        let (path, text) = assignment.split_once('=').ok_or_else(|| refused("expected key=value"))?;
+        let path = path.trim();
+        if path.split('.').any(str::is_empty) {
+            return Err(refused("expected a dotted path of keys before the equals sign"));
+        }
+        let parsed = toml::from_str::<Table>(&format!("value = {}", text.trim()));
+        let value = match parsed.ok().and_then(|mut table| table.remove("value")) {
+            Some(value) => value,
+            None => Value::String(text.trim().to_owned()),
+        };
+        let mut tree = Self::default();
+        tree.put(path, value, Origin { layer: "--set".to_owned(), line: 0 });
+        Ok(tree)
+    }
+
+    /// Sets one value by its dotted path.
+    fn put(&mut self, path: &str, value: Value, origin: Origin) {
+        let mut nested = value;
+        for key in path.split('.').rev() {
+            nested = Value::Table(Table::from_iter([(key.to_owned(), nested)]));
+        }
+        let Value::Table(values) = nested else { unreachable!("a path has at least one key") };
+        self.merge(Self { values, origins: BTreeMap::from([(path.to_owned(), origin)]) });
+    }
+
+    /// Lays another layer over this one.
+    pub fn merge(&mut self, above: Self) {
+        merge_tables(&mut self.values, above.values);
+        // A value that replaces a table (or the other way round) takes the places of what it replaced with it.
+        for path in above.origins.keys() {
+            let inside = format!("{path}.");
+            self.origins.retain(|old, _| !old.starts_with(&inside));
+        }
+        self.origins.extend(above.origins);
+    }
+
+    /// The value at a dotted path.
+    pub fn get(&self, path: &str) -> Option<&Value> {
+        let (head, rest) = path.split_once('.').map_or((path, None), |(head, rest)| (head, Some(rest)));
+        let mut value = self.values.get(head)?;
+        for key in rest.into_iter().flat_map(|rest| rest.split('.')) {
+            value = value.get(key)?;
+        }
+        Some(value)
+    }
+
+    /// Where the value at a path, or the nearest thing around it, was written.
+    pub fn origin(&self, path: &str) -> Option<&Origin> {
+        let mut path = path;
+        loop {
+            if let Some(origin) = self.origins.get(path) {
+                return Some(origin);
+            }
+            path = path.rsplit_once('.')?.0;
+        }
+    }
+
+    /// All values.
+    pub fn values(&self) -> &Table {
+        &self.values
+    }
+
+    /// Adds file, line and value to an error that a stage raised about a key.
+    pub fn locate(&self, error: Error) -> Error {
+        let Error::Config { file, line, key, value, reason } = error else { return error };
+        if !file.is_empty() {
+            return Error::Config { file, line, key, value, reason };
+        }
+        let origin = self.origin(&key).cloned().unwrap_or(Origin { layer: "scenario".to_owned(), line: 0 });
+        let value = if value.is_empty() { self.get(&key).map(ToString::to_string).unwrap_or_default() } else { value };
+        Error::Config { file: origin.layer, line: origin.line, key, value, reason }
+    }
+}
+
+fn merge_tables(below: &mut Table, above: Table) {
+    for (key, value) in above {
+        match (below.get_mut(&key), value) {
+            (Some(Value::Table(below)), Value::Table(above)) => merge_tables(below, above),
+            (_, value) => {
+                below.insert(key, value);
+            }
+        }
+    }
+}
+
+fn record_origins(table: &DeTable<'_>, prefix: &str, layer: &str, text: &str, origins: &mut BTreeMap<String, Origin>) {
+    for (key, value) in table {
+        let path = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+        let line = line_of(text, key.span().start);
+        origins.insert(path.clone(), Origin { layer: layer.to_owned(), line });
+        match value.get_ref() {
+            DeValue::Table(inner) => record_origins(inner, &path, layer, text, origins),
+            DeValue::Array(items) => {
+                for (index, item) in items.iter().enumerate() {
+                    if let DeValue::Table(inner) = item.get_ref() {
+                        record_origins(inner, &format!("{path}.{index}"), layer, text, origins);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn line_of(text: &str, offset: usize) -> usize {
+    1 + text.as_bytes().iter().take(offset).filter(|&&byte| byte == b'\n').count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn later_layers_win_and_every_value_knows_its_line() {
+        let mut tree = Tree::parse("low.toml", "seed = 1\n[sensor.adc]\nbits = 10\nclock_hz = 5\n").unwrap();
+        tree.merge(Tree::parse("high.toml", "[sensor.adc]\nbits = 12\n").unwrap());
+        tree.merge(Tree::from_assignment("sensor.adc.clock_hz = 7").unwrap());
+        assert_eq!(tree.get("sensor.adc.bits"), Some(&Value::Integer(12)));
+        assert_eq!(tree.get("sensor.adc.clock_hz"), Some(&Value::Integer(7)));
+        assert_eq!(tree.origin("seed").unwrap(), &Origin { layer: "low.toml".into(), line: 1 });
+        assert_eq!(tree.origin("sensor.adc.bits").unwrap(), &Origin { layer: "high.toml".into(), line: 2 });
+        assert_eq!(tree.origin("sensor.adc.clock_hz").unwrap().layer, "--set");
+    }
+
+    #[test]
+    fn an_assignment_that_is_no_toml_is_a_string() {
+        let tree = Tree::from_assignment("scene.file=bathroom.glb").unwrap();
+        assert_eq!(tree.get("scene.file").unwrap().as_str(), Some("bathroom.glb"));
+        assert!(Tree::from_assignment("scene.file").is_err());
+        assert!(Tree::from_assignment("scene..file=1").is_err());
+    }
+
+    #[test]
+    fn text_that_is_no_toml_names_its_line() {
+        let error = Tree::parse("a.toml", "seed = 1\nbits = = 3\n").unwrap_err();
+        assert!(error.to_string().contains("a.toml: line 2"), "{error}");
+    }
+}

@@ -1,0 +1,294 @@
+//! The planner: from facts and bounds to the list of effects that a scene calls for.
+//!
+//! An effect is left out only if all that is left out stays, in every region, within
+//! `bias^2 + variance <= (accuracy * sigma_t)^2`. An effect that cannot state a bound stays. The bound holds up to the image,
+//! before quantisation; decisions downstream can flip on any difference.
+
+use crate::effect::{Effect, Omission};
+use crate::facts::Facts;
+
+/// A region with the noise its pixels have anyway.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    /// What is known of it.
+    pub facts: Facts,
+    /// Least total temporal noise of a pixel of the region, sigma in electrons.
+    pub sigma_e: f64,
+}
+
+/// An effect that was left out, with its bound (the greatest over regions).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Omitted {
+    /// The effect's name.
+    pub name: &'static str,
+    /// Bound of the systematic part in electrons.
+    pub bias_e: f64,
+    /// Sigma of the random part in electrons.
+    pub sigma_e: f64,
+    /// For a person.
+    pub reason: String,
+}
+
+/// An effect that stays, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kept {
+    /// The effect's name.
+    pub name: &'static str,
+    /// For a person.
+    pub reason: String,
+}
+
+/// What runs and what does not, with the bound of all that is left out together.
+pub struct Plan {
+    /// Effects to run, in physical order.
+    pub effects: Vec<Box<dyn Effect>>,
+    /// The same effects with their reasons.
+    pub kept: Vec<Kept>,
+    /// Left out, in physical order.
+    pub omitted: Vec<Omitted>,
+    /// Sum of all omissions in the region where it is greatest.
+    pub bound: Omission,
+    /// Budget of the tightest region: accuracy times its sigma, in electrons.
+    pub budget_e: f64,
+    /// Predicted cost of the kept effects in nanoseconds a pixel.
+    pub cost_ns_per_px: f64,
+}
+
+/// What the user asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// The planner decides.
+    Auto {
+        /// Stay whatever their bound.
+        added: Vec<String>,
+        /// Go whatever their bound; the plan still states it.
+        removed: Vec<String>,
+    },
+    /// Every effect whose parameters are not zero.
+    All,
+    /// None at all: expected charge, ideal converters.
+    None,
+}
+
+impl Choice {
+    /// Reads "auto", "all", "none" or "+name,-name".
+    ///
+    /// # Errors
+    /// A sentence naming the part that is none of these.
+    pub fn parse(text: &str, known: &[&str]) -> Result<Self, String> {
+        let (mut added, mut removed) = (Vec::new(), Vec::new());
+        match text.trim() {
+            "all" => return Ok(Self::All),
+            "none" => return Ok(Self::None),
+            "auto" => return Ok(Self::Auto { added, removed }),
+            _ => {}
+        }
+        for part in text.split(',').map(str::trim) {
+            let (list, name) = match (part.strip_prefix('+'), part.strip_prefix('-')) {
+                (Some(name), _) => (&mut added, name),
+                (_, Some(name)) => (&mut removed, name),
+                _ => return Err(format!("'{part}' is not auto, all, none, +name or -name")),
+            };
+            if !known.contains(&name) {
+                return Err(format!("effect '{name}' is not known; known: {}", known.join(", ")));
+            }
+            list.push(name.to_owned());
+        }
+        Ok(Self::Auto { added, removed })
+    }
+}
+
+/// Decides which effects run. `accuracy` is the share of a pixel's own noise that all omissions together may reach.
+pub fn plan(effects: Vec<Box<dyn Effect>>, regions: &[Region], accuracy: f64, choice: &Choice) -> Plan {
+    assert!(accuracy >= 0.0, "a negative error budget cannot be met");
+    assert!(!regions.is_empty(), "a plan needs at least one region");
+    let omissions: Vec<Vec<Option<Omission>>> =
+        effects.iter().map(|effect| regions.iter().map(|region| effect.omission(&region.facts)).collect()).collect();
+    let omit = choose(&effects, &omissions, regions, accuracy, choice);
+
+    let mut plan = Plan {
+        effects: Vec::new(),
+        kept: Vec::new(),
+        omitted: Vec::new(),
+        bound: worst(&sums(&omissions, &omit, regions.len())),
+        budget_e: regions.iter().fold(f64::INFINITY, |least, region| crate::num::lesser(least, accuracy * region.sigma_e)),
+        cost_ns_per_px: 0.0,
+    };
+    for (index, effect) in effects.into_iter().enumerate() {
+        let widest = widest_region(&omissions[index]);
+        let reason = effect.reason(&regions[widest].facts);
+        if omit[index] {
+            let bound = omissions[index][widest].unwrap_or(Omission { bias_e: f64::INFINITY, variance_e2: 0.0 });
+            let sigma_e = bound.variance_e2.sqrt();
+            plan.omitted.push(Omitted { name: effect.name(), bias_e: bound.bias_e, sigma_e, reason });
+        } else {
+            plan.cost_ns_per_px += effect.cost_ns_per_px();
+            plan.kept.push(Kept { name: effect.name(), reason });
+            plan.effects.push(effect);
+        }
+    }
+    plan // Both lists are still in the order in which light and charge meet the effects.
+}
+
+fn choose(
+    effects: &[Box<dyn Effect>],
+    omissions: &[Vec<Option<Omission>>],
+    regions: &[Region],
+    accuracy: f64,
+    choice: &Choice,
+) -> Vec<bool> {
+    let (added, removed) = match choice {
+        Choice::All => return vec![false; effects.len()],
+        Choice::None => return vec![true; effects.len()],
+        Choice::Auto { added, removed } => (added, removed),
+    };
+    let named = |list: &[String], index: usize| list.iter().any(|name| name == effects[index].name());
+    let mut omit: Vec<bool> = (0..effects.len()).map(|index| named(removed, index)).collect();
+    // The budget is for what the planner leaves out; what the user removed is stated in the bound but not charged to it.
+    let mut planned = vec![false; effects.len()];
+    let mut by_cost: Vec<usize> = (0..effects.len()).filter(|&index| !omit[index] && !named(added, index)).collect();
+    by_cost.sort_by(|&a, &b| share(&omissions[a], regions).total_cmp(&share(&omissions[b], regions)));
+    for index in by_cost {
+        if omissions[index].iter().any(Option::is_none) {
+            continue;
+        }
+        planned[index] = true;
+        let within = sums(omissions, &planned, regions.len()).iter().zip(regions).all(|(sum, region)| {
+            let budget_e = accuracy * region.sigma_e;
+            sum.error_e2() <= budget_e * budget_e // False for NaN: an effect without a bound stays.
+        });
+        planned[index] = within;
+        omit[index] = within;
+    }
+    omit
+}
+
+/// Greatest mean square error over the region's own noise variance; infinite without a bound.
+fn share(omissions: &[Option<Omission>], regions: &[Region]) -> f64 {
+    omissions.iter().zip(regions).fold(0.0, |most, (omission, region)| {
+        let share = omission.map_or(f64::INFINITY, |omission| omission.error_e2() / (region.sigma_e * region.sigma_e));
+        crate::num::greater(most, if share.is_nan() { 0.0 } else { share })
+    })
+}
+
+fn sums(omissions: &[Vec<Option<Omission>>], omit: &[bool], regions: usize) -> Vec<Omission> {
+    let mut sums = vec![Omission::NONE; regions];
+    for (row, _) in omissions.iter().zip(omit).filter(|(_, omit)| **omit) {
+        for (sum, omission) in sums.iter_mut().zip(row) {
+            *sum = sum.and(omission.unwrap_or(Omission { bias_e: f64::INFINITY, variance_e2: 0.0 }));
+        }
+    }
+    sums
+}
+
+fn worst(sums: &[Omission]) -> Omission {
+    let mut worst = Omission::NONE;
+    for &sum in sums {
+        if sum.error_e2() > worst.error_e2() {
+            worst = sum;
+        }
+    }
+    worst
+}
+
+fn widest_region(omissions: &[Option<Omission>]) -> usize {
+    let error = |omission: &Option<Omission>| omission.map_or(f64::INFINITY, Omission::error_e2);
+    let mut widest = 0;
+    for (index, omission) in omissions.iter().enumerate() {
+        if error(omission) > error(&omissions[widest]) {
+            widest = index;
+        }
+    }
+    widest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::EffectNumber;
+    use crate::effect::{Domain, RowPass};
+
+    struct Sample {
+        name: &'static str,
+        omission: Option<Omission>,
+    }
+
+    impl Effect for Sample {
+        fn name(&self) -> &'static str {
+            self.name
+        }
+        fn number(&self) -> EffectNumber {
+            EffectNumber(0)
+        }
+        fn domain(&self) -> Domain {
+            Domain::Electrons
+        }
+        fn cost_ns_per_px(&self) -> f64 {
+            1.0
+        }
+        fn omission(&self, _: &Facts) -> Option<Omission> {
+            self.omission
+        }
+        fn reason(&self, _: &Facts) -> String {
+            String::new()
+        }
+        fn apply(&self, _: &mut RowPass<'_>) {}
+    }
+
+    fn region(sigma_e: f64) -> Region {
+        let facts = Facts {
+            signal_e_min: 0.0,
+            signal_e_max: 100.0,
+            exposure_s: 0.01,
+            storage_s_max: 0.0,
+            temperature_k: 300.0,
+            pixels: 1.0,
+            conversion_gain_uv_per_e: 10.0,
+        };
+        Region { facts, sigma_e }
+    }
+
+    fn sample(name: &'static str, bias_e: f64, variance_e2: f64) -> Box<dyn Effect> {
+        Box::new(Sample { name, omission: Some(Omission { bias_e, variance_e2 }) })
+    }
+
+    fn auto() -> Choice {
+        Choice::parse("auto", &[]).unwrap()
+    }
+
+    #[test]
+    fn biases_add_absolutely_so_three_small_ones_can_be_too_many() {
+        // Budget 1 e-: each bias of 0.4 e- fits, two make 0.8, three make 1.2 and do not.
+        let effects = vec![sample("a", 0.4, 0.0), sample("b", 0.4, 0.0), sample("c", 0.4, 0.0)];
+        let plan = plan(effects, &[region(10.0)], 0.1, &auto());
+        assert_eq!(plan.omitted.len(), 2);
+        assert_eq!(plan.kept.len(), 1);
+        assert!((plan.bound.bias_e - 0.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_tightest_region_decides() {
+        let make = || vec![sample("a", 0.4, 0.0)];
+        assert_eq!(plan(make(), &[region(10.0)], 0.1, &auto()).kept.len(), 0);
+        assert_eq!(plan(make(), &[region(10.0), region(1.0)], 0.1, &auto()).kept.len(), 1);
+    }
+
+    #[test]
+    fn an_effect_without_a_bound_stays() {
+        let unknown: Vec<Box<dyn Effect>> = vec![Box::new(Sample { name: "x", omission: None }), sample("n", f64::NAN, 0.0)];
+        assert_eq!(plan(unknown, &[region(1e9)], 0.1, &auto()).kept.len(), 2);
+    }
+
+    #[test]
+    fn the_users_word_goes_before_the_budget() {
+        let make = || vec![sample("big", 1e6, 0.0), sample("small", 0.0, 0.0)];
+        let choice = Choice::parse("-big,+small", &["big", "small"]).unwrap();
+        let chosen = plan(make(), &[region(1.0)], 0.1, &choice);
+        assert_eq!(chosen.omitted[0].name, "big");
+        assert_eq!(chosen.kept[0].name, "small");
+        assert_eq!(chosen.bound.bias_e, 1e6, "what the user removed is still stated");
+        assert_eq!(plan(make(), &[region(1.0)], 0.1, &Choice::All).kept.len(), 2);
+        assert_eq!(plan(make(), &[region(1.0)], 0.1, &Choice::None).kept.len(), 0);
+        assert!(Choice::parse("+other", &["big"]).is_err());
+    }
+}

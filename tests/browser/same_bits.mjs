@@ -1,0 +1,110 @@
+// Native and WASM builds give the same bytes: hashes of photons, codes, features and energy over ten random scenarios.
+import { spawnSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { initSync, Session } from "../../web/dist/sensel_web.js";
+
+const seed = Number(process.env.SENSEL_SEED ?? 20261121);
+const cases = 10;
+initSync({ module: readFileSync(new URL("../../web/dist/sensel_web_bg.wasm", import.meta.url)) });
+
+// Mulberry32: small, and only chooses cases.
+let state = seed >>> 0;
+const random = () => {
+  state = (state + 0x6d2b79f5) >>> 0;
+  let t = state;
+  t = Math.imul(t ^ (t >>> 15), t | 1);
+  t ^= t + Math.imul(t ^ (t >>> 7), t | 61);
+  return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
+};
+const pick = (...choices) => choices[Math.floor(random() * choices.length)];
+const between = (low, high) => low + (high - low) * random();
+
+function scenario() {
+  const bits = 1 + Math.floor(random() * 16);
+  return {
+    frames: 1 + Math.floor(random() * 3),
+    text: `seed = ${Math.floor(random() * 2 ** 31)}
+[scene]
+generator = "box"
+illuminance_lux = ${(10 ** between(-1, 4)).toPrecision(6)}
+illuminant = "${pick("D65", "A", "E", "FL11", "LED-B3")}"
+[motion]
+kind = "${pick("sway", "still")}"
+[run]
+frames = 3
+samples_per_pixel = ${pick(1, 3, 4, 8)}
+effects = "${pick("auto", "all", "all")}"
+[rig]
+baseline_mm = ${pick("0.0", "65.0")}
+[optics]
+preset = "${pick("pinhole_90", "radtan_90")}"
+f_number = ${between(1.2, 8).toFixed(2)}
+pupil = "${pick("thin_lens", "aplanatic")}"
+[sensor]
+width = ${16 + 4 * Math.floor(random() * 60)}
+height = ${16 + Math.floor(random() * 200)}
+temperature_k = ${between(260, 350).toFixed(1)}
+[sensor.pixel]
+type = "${pick("3T", "4T", "5T", "6T")}"
+conversion_gain_uv_per_e = ${between(5, 150).toFixed(2)}
+dark_current_e_per_s = ${(10 ** between(0, 5)).toFixed(1)}
+[sensor.adc]
+bits = ${bits}
+black_level_dn = ${Math.floor(2 ** bits / 16)}
+cds = "${pick("none", "analog", "digital")}"
+[sensor.readout]
+shutter = "${pick("global", "rolling")}"
+hts = 20000
+exposure_us = ${between(1000, 10000).toFixed(1)}
+[compute]
+threshold = ${5 + Math.floor(random() * 40)}
+[link]
+frequency_hz = 800000000
+`,
+  };
+}
+
+const program = new URL("../../target/release/sensel", import.meta.url).pathname;
+const folder = mkdtempSync(join(tmpdir(), "sensel-bits-"));
+let passed = 0, failed = 0, features = 0;
+try {
+  for (let number = 0; number < cases; number += 1) {
+    const { text } = scenario();
+    const file = join(folder, `case${number}.toml`);
+    writeFileSync(file, text);
+    const native = spawnSync(program, ["run", file, "--quiet", "--out", join(folder, `out${number}`)], { encoding: "utf8" });
+    let same = native.status === 0;
+    let detail = native.stderr;
+    if (same) {
+      const expected = JSON.parse(readFileSync(join(folder, `out${number}`, "report.json"), "utf8"));
+      const session = new Session(text);
+      let summary;
+      for (let frame = 0; frame < 3; frame += 1) {
+        const step = session.step();
+        summary = JSON.parse(step.summary());
+        features += summary.features;
+        step.free();
+      }
+      session.free();
+      same = ["photons", "codes", "features", "energy"].every((stage) => summary.hashes[stage] === expected.hashes[stage]);
+      detail = JSON.stringify({ wasm: summary.hashes, native: expected.hashes });
+    }
+    if (same) passed += 1;
+    else {
+      failed += 1;
+      console.log(`case ${number} of seed ${seed} differs: ${detail}\n${text}`);
+    }
+  }
+} finally {
+  rmSync(folder, { recursive: true });
+}
+// Ten cases without a single feature would compare empty lists.
+if (features === 0) {
+  failed += 1;
+  console.log("no case had a feature");
+}
+console.log(`seed ${seed}: ${features} features compared`);
+console.log(`${passed} passed, ${failed} failed`);
+process.exit(failed === 0 ? 0 : 1);
