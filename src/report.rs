@@ -5,6 +5,12 @@
 
 pub mod align;
 pub mod associate;
+pub mod energy_record;
 pub mod figures;
+mod json;
+pub mod ordered;
+pub mod record;
 
 pub use figures::{Figure, NotMeasurable, TrajectoryFigures, median, prediction_error_m, trajectory_figures};
+pub use ordered::Ordered;
+pub use record::Report;
