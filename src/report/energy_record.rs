@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::energy::{Contribution, EnergyAccount, Range};
+use crate::events::{Block, Event};
+use crate::num::f64_from_u64;
 use crate::report::ordered::Ordered;
 
 /// Energy of all sensors of the rig, per frame of the rig.
@@ -70,4 +73,54 @@ pub struct Decider {
     pub energy_share: f64,
     /// Share of the variance of the total.
     pub variance_share: f64,
+}
+
+impl From<Range> for Interval {
+    fn from(range: Range) -> Self {
+        Self { low_pj: range.low, high_pj: range.high }
+    }
+}
+
+impl From<&EnergyAccount> for EnergyRecord {
+    fn from(account: &EnergyAccount) -> Self {
+        let blocks = Block::ALL.iter();
+        Self {
+            technology: account.technology.clone(),
+            blocks: blocks.clone().map(|&b| (b.name(), account.pj_per_frame(account.block_aj(b)))).collect(),
+            blocks_interval: blocks.map(|&b| (b.name(), account.block_range_pj(b).into())).collect(),
+            total_pj_per_frame: account.total_pj_per_frame(),
+            total_interval: account.total_range_pj().into(),
+            power_mw: account.power_mw(),
+            static_power_mw: account.static_power_mw(),
+            pj_per_pixel: account.pj_per_pixel(),
+            entries: account.contributions.iter().enumerate().map(|(i, part)| entry(account, i, part)).collect(),
+            deciders: deciders(account),
+        }
+    }
+}
+
+fn entry(account: &EnergyAccount, place: usize, part: &Contribution) -> EnergyEntry {
+    let frames = f64::from(account.length.frames);
+    // Events come first and are counted one by one; static power is counted in nanoseconds and shown in milliseconds.
+    let times_of_unit = if place < Event::ALL.len() { 1.0 } else { 1e6 };
+    EnergyEntry {
+        name: part.name.clone(),
+        block: part.block.name().to_owned(),
+        times_per_frame: f64_from_u64(part.times) / times_of_unit / frames,
+        constant: f64_from_u64(part.constant) / 1e6,
+        pj_per_frame: account.pj_per_frame(part.energy_aj),
+        uncertainty_factor: part.uncertainty_factor,
+        source: part.source.clone(),
+    }
+}
+
+fn deciders(account: &EnergyAccount) -> Vec<Decider> {
+    let total = account.total_pj_per_frame();
+    let share = |part: &Contribution| if total > 0.0 { account.pj_per_frame(part.energy_aj) / total } else { 0.0 };
+    let decider = |(part, variance_share): (&Contribution, f64)| Decider {
+        name: part.name.clone(),
+        energy_share: share(part),
+        variance_share,
+    };
+    account.deciders().into_iter().map(decider).collect()
 }
