@@ -26,6 +26,12 @@ pub const fn f64_from_u64(value: u64) -> f64 {
     value as f64
 }
 
+/// A sum of counts as `f64`; exact below 2^53, else rounded to the nearest.
+#[inline(always)]
+pub const fn f64_from_u128(value: u128) -> f64 {
+    value as f64
+}
+
 /// A length as `f64`; exact below 2^53, else rounded to the nearest.
 #[inline(always)]
 pub const fn f64_from_usize(value: usize) -> f64 {

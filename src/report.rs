@@ -1,1 +1,16 @@
 //! What a person reads: pose error, bits, joules, latency, and what the simulation cost in time.
+//!
+//! Enters: true and estimated poses, counts, times and the plan of a run. Leaves: figures, `report.json` and (feature `cli`) one
+//! self-contained page. It never reads a clock or a file and never simulates.
+
+pub mod align;
+pub mod associate;
+pub mod energy_record;
+pub mod figures;
+mod json;
+pub mod ordered;
+pub mod record;
+
+pub use figures::{Figure, NotMeasurable, TrajectoryFigures, median, prediction_error_m, trajectory_figures};
+pub use ordered::Ordered;
+pub use record::Report;

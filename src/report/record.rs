@@ -1,0 +1,346 @@
+//! `report.json`: everything a run found out, as plain data. Units stand in the names; the keys are those of DESIGN section 8.
+//!
+//! A figure that could not be measured is `null`, and `not_measurable` says why under the figure's path. Nothing else is null.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::report::energy_record::EnergyRecord;
+use crate::report::figures::{Figure, TrajectoryFigures};
+use crate::report::ordered::Ordered;
+
+/// Counted up when a key changes its name or meaning; new keys leave it.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The report of one run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Report {
+    /// Of this structure.
+    pub schema_version: u32,
+    /// Of the program.
+    pub version: String,
+    /// Of all draws.
+    pub seed: u64,
+    /// Hash of the effective configuration, hexadecimal.
+    pub config_hash: String,
+    /// What was simulated.
+    pub scenario: Scenario,
+    /// Effects kept and left out.
+    pub plan: PlanRecord,
+    /// Clocks and times of the sensor.
+    pub timing: Timing,
+    /// Bits that leave the sensor.
+    pub bandwidth: Bandwidth,
+    /// Joules of the sensor.
+    pub energy: EnergyRecord,
+    /// What the extractor and the tracker found.
+    pub features: FeatureFigures,
+    /// Errors of the pose.
+    pub tracking: Tracking,
+    /// What the host's packet decoder saw.
+    pub link: LinkRecord,
+    /// Of the bytes of each stage, hexadecimal.
+    pub hashes: Hashes,
+    /// Time of the simulation itself by stage.
+    pub cost: Ordered<StageCost>,
+    /// One entry a frame of the rig.
+    pub frames: Vec<FrameRecord>,
+    /// Path of every null figure (`tracking.rpe_m`, `frames.error_m`) and the reason.
+    pub not_measurable: BTreeMap<String, String>,
+    /// The effective configuration as TOML.
+    pub config: String,
+}
+
+/// What was simulated, in the words of the configuration.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Name of the scenario.
+    pub name: String,
+    /// Scene file or generator.
+    pub scene: String,
+    /// On a horizontal plane at the camera's start.
+    pub illuminance_lux: f64,
+    /// Name of the light.
+    pub illuminant: String,
+    /// Trajectory file or kind of motion.
+    pub motion: String,
+    /// Factor on the translation of the motion file, so that it fits the scene.
+    pub motion_scale: f64,
+    /// Length of the true path.
+    pub path_m: f64,
+    /// Time from the first frame's middle to the last one's.
+    pub duration_s: f64,
+    /// Frames of the rig.
+    pub frames: u32,
+    /// Cameras of the rig.
+    pub cameras: u32,
+    /// Distance between the first two cameras; 0 with one camera.
+    pub baseline_mm: f64,
+    /// Sensor preset, with what was changed.
+    pub sensor: String,
+    /// Columns.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// Depth of the ADC.
+    pub bits: u32,
+    /// `global` or `rolling`.
+    pub shutter: String,
+    /// Effective exposure, whole lines.
+    pub exposure_us: f64,
+    /// Lens preset, with f-number.
+    pub optics: String,
+    /// Of the ladder.
+    pub rung: String,
+    /// Rays a pixel, mean over the run.
+    pub samples_per_pixel: f64,
+    /// Variance of the render over photon variance, mean over pixels and frames.
+    pub render_variance_ratio: Option<f64>,
+}
+
+/// Effects kept and left out, and what leaving out can change at most.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanRecord {
+    /// Names in physical order.
+    pub kept: Vec<String>,
+    /// In physical order.
+    pub omitted: Vec<OmittedEffect>,
+    /// Sum of all systematic bounds.
+    pub bias_e: f64,
+    /// Root of the sum of all variance bounds.
+    pub sigma_e: f64,
+    /// Share of a pixel's noise that the sum was allowed to reach.
+    pub accuracy: f64,
+}
+
+/// An effect that the facts do not call for.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OmittedEffect {
+    /// The effect's one name.
+    pub name: String,
+    /// Bound of its systematic part.
+    pub bias_e: f64,
+    /// Bound of its random part.
+    pub sigma_e: f64,
+    /// With numbers, for a person.
+    pub reason: String,
+}
+
+/// Clocks and times of one sensor.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Timing {
+    /// Between the starts of two rows.
+    pub line_time_us: f64,
+    /// Between the starts of two frames.
+    pub frame_time_us: f64,
+    /// Frames a second.
+    pub fps: f64,
+    /// From the middle of the exposure to the last byte of the frame.
+    pub latency_us: f64,
+    /// Of `pix_clk`.
+    pub clocks_per_frame: u64,
+    /// What happens within one line.
+    pub line: Vec<Phase>,
+    /// What happens within one frame.
+    pub frame: Vec<Phase>,
+}
+
+/// A span of a timing diagram.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Phase {
+    /// What is busy: "row n", "row n-1", "sensor", "link", ... Phases of one lane share a line of the diagram.
+    pub lane: String,
+    /// What it does: "reset", "settle", "ramp", "shift out", "exposure", ...
+    pub name: String,
+    /// From the start of the line or frame.
+    pub start_us: f64,
+    /// From the start of the line or frame; not before `start_us`.
+    pub end_us: f64,
+}
+
+/// Bits that leave the sensors, all cameras of the rig together.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bandwidth {
+    /// Pixels times depth.
+    pub raw_bits_per_frame: f64,
+    /// In the RAW container that holds the depth.
+    pub container_bits_per_frame: f64,
+    /// Payload of the feature packets, mean over frames.
+    pub feature_bits_per_frame: f64,
+    /// Everything that was sent, headers and checks with it, as a rate.
+    pub link_bits_per_s: f64,
+    /// Raw over feature bits.
+    pub reduction: Option<f64>,
+    /// Share of the link's time in use, mean over a frame.
+    pub link_utilisation: f64,
+    /// Share of a line's time in use while a line is sent.
+    pub link_utilisation_burst: f64,
+}
+
+/// What the extractor and the tracker found, over frames.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FeatureFigures {
+    /// Found per frame and camera, median.
+    pub median_found: Option<f64>,
+    /// Tracked per frame, median.
+    pub median_tracked: Option<f64>,
+    /// Fewest tracked in a frame.
+    pub min_tracked: Option<u32>,
+}
+
+/// Errors of the pose. Definitions are those of evo; DESIGN section 7.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tracking {
+    /// RMS position error after rigid alignment.
+    pub ate_m: Option<f64>,
+    /// RMS relative error over one second.
+    pub rpe_m: Option<f64>,
+    /// RMS relative error over one frame.
+    pub jitter_frame_m: Option<f64>,
+    /// Second-difference sigma of the aligned error.
+    pub jitter_d2_m: Option<f64>,
+    /// RMS position error after alignment with scale.
+    pub ate_sim3_m: Option<f64>,
+    /// Scale that this alignment found.
+    pub scale_sim3: Option<f64>,
+    /// Second-difference sigma without rotation, for a rig that stands still.
+    pub jitter_still_m: Option<f64>,
+    /// Share of steps of at most 1 um: 1 is a frozen answer.
+    pub still_steps_under_1um: Option<f64>,
+    /// RMS distance between the position predicted one frame ahead and the truth.
+    pub prediction_error_m: Option<f64>,
+    /// Median distance between predicted and found image positions.
+    pub innovation_px: Option<f64>,
+    /// Share of frames with a pose.
+    pub tracked_fraction: f64,
+    /// Poses of truth and estimate that agree in time.
+    pub associated_poses: u32,
+    /// Time of the tracker.
+    pub ms_per_frame: f64,
+}
+
+/// What the host's packet decoder saw.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinkRecord {
+    /// Packets that arrived.
+    pub packets: u64,
+    /// Headers of which one bit was corrected.
+    pub headers_corrected: u64,
+    /// Packets refused for their header or checksum.
+    pub packets_refused: u64,
+}
+
+/// Hashes of the bytes of each stage, hexadecimal.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hashes {
+    /// Photons of all frames.
+    pub photons: String,
+    /// Codes of all frames.
+    pub codes: String,
+    /// Features of all frames.
+    pub features: String,
+    /// Event counts and energies.
+    pub energy: String,
+}
+
+/// What a stage of the simulation cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StageCost {
+    /// Wall time per frame of the rig.
+    pub ms_per_frame: f64,
+}
+
+/// One frame of the rig.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrameRecord {
+    /// Middle of the exposure.
+    pub t_s: f64,
+    /// Mean code of all cameras.
+    pub mean_code_dn: f64,
+    /// Features found, all cameras.
+    pub found: u32,
+    /// Landmarks of the pose.
+    pub tracked: u32,
+    /// Median innovation.
+    pub innovation_px: Option<f64>,
+    /// True position.
+    pub truth_m: [f64; 3],
+    /// Estimated position in the truth's frame.
+    pub estimate_m: Option<[f64; 3]>,
+    /// Distance between the two.
+    pub error_m: Option<f64>,
+}
+
+impl Report {
+    /// A figure for the report; where it cannot be measured, the reason is noted under its path.
+    pub fn figure(&mut self, path: &str, figure: Figure) -> Option<f64> {
+        match figure {
+            Ok(value) => Some(value),
+            Err(reason) => {
+                self.not_measurable.insert(path.to_owned(), reason.to_string());
+                None
+            }
+        }
+    }
+
+    /// Fills in everything that the two trajectories tell: `tracking`'s errors and each frame's error. Frames must be set before;
+    /// they find their error by time stamp.
+    pub fn set_trajectory(&mut self, figures: Result<TrajectoryFigures, crate::report::NotMeasurable>) {
+        let part = |pick: &dyn Fn(&TrajectoryFigures) -> Figure| figures.as_ref().map_err(Clone::clone).and_then(pick);
+        let se3 = |f: &TrajectoryFigures| f.se3.clone();
+        let sim3 = |f: &TrajectoryFigures| f.sim3.clone();
+        self.tracking.ate_m = self.figure("tracking.ate_m", part(&|f| se3(f).map(|a| a.ate_m)));
+        self.tracking.jitter_d2_m = self.figure("tracking.jitter_d2_m", part(&|f| se3(f)?.jitter_d2_m));
+        // A relative error does not depend on a rigid alignment, so these two need none.
+        self.tracking.rpe_m = self.figure("tracking.rpe_m", part(&|f| f.unaligned.rpe_m.clone()));
+        self.tracking.jitter_frame_m =
+            self.figure("tracking.jitter_frame_m", part(&|f| Ok(f.unaligned.jitter_frame_m)));
+        self.tracking.ate_sim3_m = self.figure("tracking.ate_sim3_m", part(&|f| sim3(f).map(|a| a.ate_m)));
+        self.tracking.scale_sim3 = self.figure("tracking.scale_sim3", part(&|f| sim3(f).map(|a| a.alignment.scale)));
+        self.tracking.jitter_still_m = self.figure("tracking.jitter_still_m", part(&|f| f.still.jitter_d2_m.clone()));
+        self.tracking.still_steps_under_1um =
+            self.figure("tracking.still_steps_under_1um", part(&|f| Ok(f.still.steps_under_1um)));
+        if let Ok(figures) = figures {
+            self.tracking.associated_poses = crate::num::u32_from(figures.associated);
+            self.set_frame_errors(&figures);
+        }
+        self.note_frames_without_error();
+    }
+
+    fn set_frame_errors(&mut self, figures: &TrajectoryFigures) {
+        for frame in &mut self.frames {
+            let next = figures.errors.partition_point(|error| error.t_s < frame.t_s - 1e-6);
+            if let Some(error) = figures.errors.get(next).filter(|error| error.t_s <= frame.t_s + 1e-6) {
+                frame.estimate_m = Some(error.estimate_m.to_array());
+                frame.error_m = Some(error.error_m);
+            }
+        }
+    }
+
+    fn note_frames_without_error(&mut self) {
+        if self.frames.iter().any(|frame| frame.error_m.is_none()) {
+            let reason = "the tracker has no pose at this frame, or the trajectories cannot be aligned";
+            for path in ["frames.error_m", "frames.estimate_m"] {
+                self.not_measurable.insert(path.to_owned(), reason.to_owned());
+            }
+        }
+        if self.frames.iter().any(|frame| frame.innovation_px.is_none()) {
+            let reason = "no landmark was predicted into this frame and found again".to_owned();
+            self.not_measurable.insert("frames.innovation_px".to_owned(), reason);
+        }
+    }
+}
