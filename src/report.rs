@@ -7,6 +7,8 @@ pub mod align;
 pub mod associate;
 pub mod energy_record;
 pub mod figures;
+#[cfg(feature = "cli")]
+pub mod html;
 mod json;
 pub mod ordered;
 pub mod record;

@@ -1,0 +1,106 @@
+//! `report.html`: one self-contained page that a person wants to look at. Enters: a report and pictures of frames. Leaves: HTML
+//! without scripts, network or fonts from elsewhere. Every number on it stands in the report as well.
+
+mod bandwidth;
+mod bars;
+mod chart;
+mod config;
+mod cost;
+mod energy;
+mod features;
+mod frames;
+mod header;
+mod plan;
+mod pose_error;
+mod text;
+mod tiles;
+mod timing;
+mod trajectory;
+
+use crate::plane::Plane;
+use crate::report::record::Report;
+use text::escaped;
+
+/// Why writing into a `String` is expected to work.
+const TEXT: &str = "writing to a string cannot fail";
+
+/// Frames to show.
+#[derive(Clone, Debug, Default)]
+pub struct Pictures {
+    /// In the order of the page; three to six look best.
+    pub strip: Vec<Picture>,
+}
+
+/// One frame of a sensor with what was found in it.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Codes brought to 8 bits.
+    pub values: Plane<u8>,
+    /// For a person: camera, frame and time.
+    pub caption: String,
+    /// Drawn over the frame.
+    pub marks: Vec<Mark>,
+}
+
+/// A feature of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Column; pixel centres are integers.
+    pub x_px: f64,
+    /// Row; pixel centres are integers.
+    pub y_px: f64,
+    /// Whether the tracker used it.
+    pub tracked: bool,
+}
+
+/// The whole page.
+pub fn html(report: &Report, pictures: &Pictures) -> String {
+    let title = format!("{} \u{b7} sensel report", escaped(&report.scenario.name));
+    let body = [
+        header::header(report),
+        "<main>".to_owned(),
+        tiles::tiles(report),
+        frames::frames(pictures),
+        trajectory::trajectory(report),
+        pair(&pose_error::pose_error(report), &features::features(report)),
+        energy::energy(report),
+        pair(&bandwidth::bandwidth(report), &timing::timing(report)),
+        plan::plan(report),
+        pair(&cost::cost(report), &config::hashes(report)),
+        config::config(report),
+        "</main>".to_owned(),
+        footer(report),
+    ];
+    let style = include_str!("html/style.css");
+    let head = "<meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">";
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head>{head}<title>{title}</title>\n<style>\n{style}</style></head>\n<body>\n{}\n</body></html>\n",
+        body.join("\n")
+    )
+}
+
+/// Two sections side by side where the screen is wide enough.
+fn pair(left: &str, right: &str) -> String {
+    format!("<div class=\"pair\">{left}{right}</div>")
+}
+
+/// A section with its heading and a sentence that says what it shows.
+fn section(heading: &str, lead: &str, content: &str) -> String {
+    format!("<section><h2>{}</h2><p class=\"soft\">{}</p>{content}</section>", escaped(heading), escaped(lead))
+}
+
+/// A paragraph with the reason why a figure has no value, if there is one.
+fn reason(report: &Report, path: &str) -> String {
+    match report.not_measurable.get(path) {
+        Some(reason) => format!("<p class=\"note\">Not measured: {}.</p>", escaped(reason)),
+        None => String::new(),
+    }
+}
+
+fn footer(report: &Report) -> String {
+    format!(
+        "<footer>sensel {} \u{b7} report schema {} \u{b7} every number on this page stands in report.json</footer>",
+        escaped(&report.version),
+        report.schema_version
+    )
+}

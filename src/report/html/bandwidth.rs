@@ -1,0 +1,43 @@
+//! Bits that leave the sensors: pixels against features.
+
+use crate::report::html::bars::{Bar, bars};
+use crate::report::html::section;
+use crate::report::html::text::{digits, grouped, percent, si};
+use crate::report::record::Report;
+
+pub(super) fn bandwidth(report: &Report) -> String {
+    let bandwidth = &report.bandwidth;
+    let bar = |label: &str, bits_per_s: f64| Bar {
+        label: label.to_owned(),
+        value: bits_per_s,
+        whisker: None,
+        text: si(bits_per_s, "bit/s"),
+    };
+    let rate = |bits_per_frame: f64| bits_per_frame * report.timing.fps;
+    let shown = [
+        bar("raw pixels", rate(bandwidth.raw_bits_per_frame)),
+        bar("in RAW containers", rate(bandwidth.container_bits_per_frame)),
+        bar("features", rate(bandwidth.feature_bits_per_frame)),
+        bar("sent, with headers", bandwidth.link_bits_per_s),
+    ];
+    let lead = match bandwidth.reduction {
+        Some(factor) => format!("Sending features instead of pixels saves a factor of {}.", digits(factor)),
+        None => "Pixels only; no feature packets were sent.".to_owned(),
+    };
+    section("Bandwidth", &lead, &format!("{}{}", bars("All cameras of the rig", &shown), link(report)))
+}
+
+fn link(report: &Report) -> String {
+    let (bandwidth, link) = (&report.bandwidth, &report.link);
+    let row =
+        |name: &str, value: String| format!("<tr><th scope=\"row\">{name}</th><td class=\"num\">{value}</td></tr>");
+    let count = |count: u64| grouped(crate::num::f64_from_u64(count));
+    let rows = [
+        row("Link in use, mean", percent(bandwidth.link_utilisation)),
+        row("Link in use while a line is sent", percent(bandwidth.link_utilisation_burst)),
+        row("Packets", count(link.packets)),
+        row("Headers corrected", count(link.headers_corrected)),
+        row("Packets refused", count(link.packets_refused)),
+    ];
+    format!("<table><caption>The link</caption><tbody>{}</tbody></table>", rows.concat())
+}

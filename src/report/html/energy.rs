@@ -1,0 +1,81 @@
+//! Energy by block with its uncertainty, the constants that decided it, and every constant with its source.
+
+use std::fmt::Write as _;
+
+use crate::report::html::bars::{Bar, bars};
+use crate::report::html::text::{digits, escaped, grouped, percent, si};
+use crate::report::html::{TEXT, section};
+use crate::report::record::Report;
+
+/// Constants that are named as deciding; those below this share of the variance are not.
+const DECIDING_SHARE: f64 = 0.01;
+
+pub(super) fn energy(report: &Report) -> String {
+    let energy = &report.energy;
+    let lead = format!(
+        "{} a frame in technology {}, of which {} mW flow whether or not anything happens. Whiskers hold the truth with 95 % confidence.",
+        joules(energy.total_pj_per_frame),
+        energy.technology,
+        digits(energy.static_power_mw)
+    );
+    let halves = format!("<div class=\"pair\"><div>{}</div><div>{}</div></div>", blocks(report), deciders(report));
+    section("Energy", &lead, &format!("{halves}{}", entries(report)))
+}
+
+fn joules(pj: f64) -> String {
+    si(pj * 1e-12, "J")
+}
+
+fn blocks(report: &Report) -> String {
+    let energy = &report.energy;
+    let bar = |(name, &pj): (&str, &f64)| {
+        let interval = energy.blocks_interval.get(name).copied().unwrap_or_default();
+        Bar { label: name.to_owned(), value: pj, whisker: Some((interval.low_pj, interval.high_pj)), text: joules(pj) }
+    };
+    bars("By block, per frame of the rig", &energy.blocks.iter().map(bar).collect::<Vec<_>>())
+}
+
+fn deciders(report: &Report) -> String {
+    let deciding = report.energy.deciders.iter().filter(|decider| decider.variance_share >= DECIDING_SHARE);
+    let bar = |decider: &crate::report::energy_record::Decider| Bar {
+        label: spoken(&decider.name),
+        value: decider.variance_share,
+        whisker: None,
+        text: percent(decider.variance_share),
+    };
+    let shown: Vec<_> = deciding.map(bar).collect();
+    if shown.is_empty() {
+        return "<p class=\"note\">No constant is uncertain.</p>".to_owned();
+    }
+    bars("Constants that decided the answer: share of the total\u{2019}s variance", &shown)
+}
+
+fn spoken(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+fn entries(report: &Report) -> String {
+    let mut rows = String::new();
+    for entry in &report.energy.entries {
+        let unit = if entry.name.starts_with("static_") { ("ms", "mW") } else { ("", "pJ") };
+        write!(
+            rows,
+            "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"num\">{}\u{a0}{}</td><td class=\"num\">{}\u{a0}{}</td><td class=\"num\">\u{d7}/\u{f7}\u{a0}{}</td><td class=\"num\">{}</td><td class=\"note\">{}</td></tr>",
+            escaped(&spoken(&entry.name)),
+            escaped(&entry.block),
+            if unit.0.is_empty() { grouped(entry.times_per_frame) } else { digits(entry.times_per_frame) },
+            unit.0,
+            digits(entry.constant),
+            unit.1,
+            digits(entry.uncertainty_factor),
+            joules(entry.pj_per_frame),
+            escaped(&entry.source)
+        )
+        .expect(TEXT);
+    }
+    format!(
+        "<details><summary>Every event and constant</summary><div class=\"scroll\"><table><thead><tr><th scope=\"col\">event</th><th scope=\"col\">block</th>\
+         <th scope=\"col\" class=\"num\">per frame</th><th scope=\"col\" class=\"num\">constant</th><th scope=\"col\" class=\"num\">within</th>\
+         <th scope=\"col\" class=\"num\">energy</th><th scope=\"col\">source</th></tr></thead><tbody>{rows}</tbody></table></div></details>"
+    )
+}

@@ -1,0 +1,34 @@
+//! Features found and tracked over time, and the picture's brightness beside them.
+
+use crate::report::html::chart::{Frame, Ink, Series, chart};
+use crate::report::html::section;
+use crate::report::html::text::digits;
+use crate::report::record::{FrameRecord, Report};
+
+pub(super) fn features(report: &Report) -> String {
+    let line = |name, ink, width_px, value: fn(&FrameRecord) -> f64| {
+        let points = report.frames.iter().map(|frame| (frame.t_s, value(frame))).collect();
+        Series { name, ink, width_px, runs: vec![points] }
+    };
+    let counts = [
+        line("found by the sensors", Ink::Three, 2, |frame| f64::from(frame.found)),
+        line("used by the tracker", Ink::One, 3, |frame| f64::from(frame.tracked)),
+    ];
+    let codes = [line("mean code", Ink::One, 2, |frame| frame.mean_code_dn)];
+    let content = format!(
+        "{}<h3>Brightness</h3>{}",
+        chart(&over_time("Features over time", "features", true), &counts),
+        chart(&over_time("Mean code over time", "mean code in DN", false), &codes)
+    );
+    let number = |value: Option<f64>| value.map_or("no".to_owned(), digits);
+    let lead = format!(
+        "{} features found per camera and frame, {} tracked per frame (medians).",
+        number(report.features.median_found),
+        number(report.features.median_tracked)
+    );
+    section("Features", &lead, &content)
+}
+
+fn over_time(title: &'static str, y_label: &'static str, from_zero: bool) -> Frame<'static> {
+    Frame { title, x_label: "time in s", y_label, equal_axes: false, from_zero }
+}

@@ -1,0 +1,93 @@
+//! What the sensor saw: frames as PNG inside the page, with their features drawn over them.
+
+use std::fmt::Write as _;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
+
+use crate::plane::Plane;
+use crate::report::html::text::escaped;
+use crate::report::html::{Mark, Picture, Pictures, TEXT, section};
+
+/// Colours over a picture do not follow the page: it is the picture that they must stand out from.
+const TRACKED: &str = "#56c8ff";
+const UNTRACKED: &str = "#ffb000";
+
+pub(super) fn frames(pictures: &Pictures) -> String {
+    if pictures.strip.is_empty() {
+        return String::new();
+    }
+    let strip: String = pictures.strip.iter().map(figure).collect();
+    let legend = format!(
+        "<ul class=\"legend\"><li>{}feature used by the tracker</li><li>{}feature found, not used</li></ul>",
+        sample(TRACKED, &rings([(16.0, 8.0)].into_iter())),
+        sample(UNTRACKED, &ticks([(16.0, 8.0)].into_iter()))
+    );
+    section(
+        "What the sensor saw",
+        "Frames as they left the converters, with the features that the sensor found in them.",
+        &format!("{legend}<div class=\"strip\">{strip}</div>"),
+    )
+}
+
+fn sample(colour: &str, path: &str) -> String {
+    format!("<svg viewBox=\"0 0 32 16\" aria-hidden=\"true\">{}</svg>", haloed(path, colour))
+}
+
+fn figure(picture: &Picture) -> String {
+    let (width, height) = (picture.values.width_px(), picture.values.height_px());
+    let places = |tracked: bool| {
+        let marks = picture.marks.iter().filter(move |mark| mark.tracked == tracked);
+        marks.map(|mark: &Mark| (mark.x_px + 0.5, mark.y_px + 0.5))
+    };
+    let (used, found) = (places(true).count(), picture.marks.len());
+    let caption = escaped(&picture.caption);
+    format!(
+        "<figure><svg viewBox=\"0 0 {width} {height}\" role=\"img\"><title>{caption}: {found} features, {used} of them tracked</title>\
+         <image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{}\"/>{}{}</svg>\
+         <figcaption>{caption}. {found} features, {used} tracked.</figcaption></figure>",
+        STANDARD.encode(png(&picture.values)),
+        haloed(&ticks(places(false)), UNTRACKED),
+        haloed(&rings(places(true)), TRACKED),
+    )
+}
+
+/// A light stroke over a wider dark one is seen on any background.
+fn haloed(path: &str, colour: &str) -> String {
+    if path.is_empty() {
+        return String::new();
+    }
+    format!(
+        "<g fill=\"none\"><path d=\"{path}\" stroke=\"#000\" stroke-opacity=\".55\" stroke-width=\"3.4\"/>\
+         <path d=\"{path}\" stroke=\"{colour}\" stroke-width=\"1.6\"/></g>"
+    )
+}
+
+/// Circles of radius 5 px.
+fn rings(places: impl Iterator<Item = (f64, f64)>) -> String {
+    let mut path = String::new();
+    for (x, y) in places {
+        write!(path, "M{:.1} {y:.1}a5 5 0 1 0 10 0a5 5 0 1 0-10 0", x - 5.0).expect(TEXT);
+    }
+    path
+}
+
+/// Crosses of 6 px.
+fn ticks(places: impl Iterator<Item = (f64, f64)>) -> String {
+    let mut path = String::new();
+    for (x, y) in places {
+        write!(path, "M{:.1} {:.1}l6 6m0-6l-6 6", x - 3.0, y - 3.0).expect(TEXT);
+    }
+    path
+}
+
+fn png(values: &Plane<u8>) -> Vec<u8> {
+    let size = values.size();
+    let mut bytes = Vec::new();
+    PngEncoder::new(&mut bytes)
+        .write_image(values.values(), size.width_px, size.height_px, ExtendedColorType::L8)
+        .expect("a plane holds width times height bytes");
+    bytes
+}

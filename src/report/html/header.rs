@@ -1,0 +1,53 @@
+//! The head of the page: what was simulated.
+
+use crate::report::html::text::{digits, escaped, grouped, si};
+use crate::report::record::Report;
+
+pub(super) fn header(report: &Report) -> String {
+    let scenario = &report.scenario;
+    let summary = format!(
+        "{} through {}, lit to {} lux ({}): {} frames in {}, {} of path.",
+        capitalised(&scenario.motion),
+        scenario.scene,
+        digits(scenario.illuminance_lux),
+        scenario.illuminant,
+        grouped(f64::from(scenario.frames)),
+        si(scenario.duration_s, "s"),
+        si(scenario.path_m, "m"),
+    );
+    let chips: String = chips(report).iter().map(|chip| format!("<li>{}</li>", escaped(chip))).collect();
+    format!(
+        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} from photons to pose</p><h1>{}</h1><p>{}</p><ul class=\"chips\">{chips}</ul></header>",
+        escaped(&scenario.name),
+        escaped(&summary)
+    )
+}
+
+fn chips(report: &Report) -> Vec<String> {
+    let scenario = &report.scenario;
+    let cameras = match scenario.cameras {
+        1 => "one camera".to_owned(),
+        2 => format!("stereo, {} mm apart", digits(scenario.baseline_mm)),
+        more => format!("{more} cameras"),
+    };
+    let render = match scenario.render_variance_ratio {
+        Some(ratio) => format!("render variance {} of photon variance", digits(ratio)),
+        None => "render variance not measured".to_owned(),
+    };
+    vec![
+        scenario.sensor.clone(),
+        format!("{} \u{d7} {} px, {} bit", scenario.width_px, scenario.height_px, scenario.bits),
+        format!("{} shutter, {} exposure", scenario.shutter, si(scenario.exposure_us * 1e-6, "s")),
+        scenario.optics.clone(),
+        cameras,
+        format!("motion scaled by {}", digits(scenario.motion_scale)),
+        format!("rung {}, {} samples a pixel", scenario.rung, digits(scenario.samples_per_pixel)),
+        render,
+        format!("seed {}", report.seed),
+    ]
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}

@@ -1,0 +1,51 @@
+//! The position error over time, and all pose figures in a table.
+
+use crate::report::html::chart::{Frame, Ink, Series, chart, runs_of};
+use crate::report::html::text::{digits, escaped, percent, si};
+use crate::report::html::{reason, section};
+use crate::report::record::Report;
+
+pub(super) fn pose_error(report: &Report) -> String {
+    let points = report.frames.iter().map(|frame| (frame.t_s, frame.error_m.map(|error_m| 1e3 * error_m)));
+    let series = [Series { name: "position error", ink: Ink::Two, width_px: 2, runs: runs_of(points) }];
+    let frame = Frame {
+        title: "Position error over time",
+        x_label: "time in s",
+        y_label: "position error in mm",
+        equal_axes: false,
+        from_zero: true,
+    };
+    let content = format!("{}{}{}", chart(&frame, &series), reason(report, "frames.error_m"), table(report));
+    section("Pose error", "Distance between estimate and truth at each frame, after rigid alignment.", &content)
+}
+
+fn table(report: &Report) -> String {
+    let tracking = &report.tracking;
+    let metres = |value: Option<f64>| value.map(|value| si(value, "m"));
+    let rows = [
+        ("ate_sim3_m", "Position error, scale free", metres(tracking.ate_sim3_m)),
+        ("scale_sim3", "Scale that this alignment found", tracking.scale_sim3.map(|scale| format!("{scale:.5}"))),
+        ("jitter_d2_m", "Jitter, second difference (per axis)", metres(tracking.jitter_d2_m)),
+        ("jitter_still_m", "The same without alignment (still rig)", metres(tracking.jitter_still_m)),
+        ("still_steps_under_1um", "Steps under 1 \u{b5}m", tracking.still_steps_under_1um.map(percent)),
+        ("prediction_error_m", "Position predicted one frame ahead", metres(tracking.prediction_error_m)),
+        (
+            "innovation_px",
+            "Innovation, median",
+            tracking.innovation_px.map(|value| format!("{}\u{a0}px", digits(value))),
+        ),
+    ];
+    let row = |(key, name, value): &(&str, &str, Option<String>)| {
+        let why = report.not_measurable.get(&format!("tracking.{key}"));
+        let cell = match (value, why) {
+            (Some(value), _) => format!("<td class=\"num\">{}</td>", escaped(value)),
+            (None, Some(why)) => format!("<td class=\"note\">not measured: {}</td>", escaped(why)),
+            (None, None) => "<td class=\"note\">not measured</td>".to_owned(),
+        };
+        format!("<tr><th scope=\"row\">{}</th>{cell}</tr>", escaped(name))
+    };
+    format!(
+        "<table><caption>Further figures of the pose</caption><tbody>{}</tbody></table>",
+        rows.iter().map(row).collect::<String>()
+    )
+}

@@ -1,0 +1,109 @@
+//! The key figures in large type, each with its unit and what it means.
+
+use crate::report::html::text::{digits, escaped, grouped, percent, si, si_parts};
+use crate::report::record::Report;
+
+struct Tile {
+    name: &'static str,
+    /// Number and unit, or None where it could not be measured.
+    value: Option<(String, String)>,
+    meaning: String,
+}
+
+pub(super) fn tiles(report: &Report) -> String {
+    let all = [pose_tiles(report), sensor_tiles(report)].concat();
+    format!("<dl class=\"tiles\">{all}</dl>")
+}
+
+fn pose_tiles(report: &Report) -> String {
+    let tracking = &report.tracking;
+    let metres = |value: Option<f64>| value.map(|value| si_parts(value, "m"));
+    let why =
+        |path: &str, meaning: &str| report.not_measurable.get(path).cloned().unwrap_or_else(|| meaning.to_owned());
+    let d2 = tracking.jitter_d2_m.map_or("not measured".to_owned(), |value| si(value, "m"));
+    let tracked = format!(
+        "Median landmarks of a frame's pose; {} of {} frames have a pose.",
+        percent(tracking.tracked_fraction),
+        grouped(f64::from(report.scenario.frames))
+    );
+    [
+        Tile {
+            name: "Position error (ATE)",
+            value: metres(tracking.ate_m),
+            meaning: why("tracking.ate_m", "RMS distance from the true path after rigid alignment."),
+        },
+        Tile {
+            name: "Jitter, frame to frame",
+            value: metres(tracking.jitter_frame_m),
+            meaning: format!("RMS error of one frame\u{2019}s motion. Second-difference sigma: {d2}."),
+        },
+        Tile {
+            name: "Drift over one second (RPE)",
+            value: metres(tracking.rpe_m),
+            meaning: why("tracking.rpe_m", "RMS error of the motion between poses one second apart."),
+        },
+        Tile {
+            name: "Features tracked",
+            value: report.features.median_tracked.map(|value| (digits(value), "per frame".to_owned())),
+            meaning: tracked,
+        },
+    ]
+    .iter()
+    .map(tile)
+    .collect()
+}
+
+fn sensor_tiles(report: &Report) -> String {
+    let (energy, bandwidth, fps) = (&report.energy, &report.bandwidth, report.timing.fps);
+    let interval_mw = |end_pj: f64| digits(end_pj * fps * 1e-9);
+    let range = format!(
+        "All sensors of the rig; likely {} to {} mW, for the constants are that uncertain.",
+        interval_mw(energy.total_interval.low_pj),
+        interval_mw(energy.total_interval.high_pj)
+    );
+    let reduction = match bandwidth.reduction {
+        Some(factor) => format!(
+            "Feature packets instead: {}, {} times less.",
+            rate(bandwidth.feature_bits_per_frame * fps),
+            digits(factor)
+        ),
+        None => "No feature packets were sent.".to_owned(),
+    };
+    [
+        Tile { name: "Power", value: Some((digits(energy.power_mw), "mW".to_owned())), meaning: range },
+        Tile {
+            name: "Energy a pixel",
+            value: Some((digits(energy.pj_per_pixel), "pJ".to_owned())),
+            meaning: "Per pixel and frame, from photodiode to the last byte on the link.".to_owned(),
+        },
+        Tile {
+            name: "Raw pixels",
+            value: Some(si_parts(bandwidth.raw_bits_per_frame * fps, "bit/s")),
+            meaning: reduction,
+        },
+        Tile {
+            name: "Latency",
+            value: Some(si_parts(report.timing.latency_us * 1e-6, "s")),
+            meaning: "From the middle of the exposure to the last byte of the frame.".to_owned(),
+        },
+    ]
+    .iter()
+    .map(tile)
+    .collect()
+}
+
+fn rate(bits_per_s: f64) -> String {
+    si(bits_per_s, "bit/s")
+}
+
+fn tile(tile: &Tile) -> String {
+    let value = match &tile.value {
+        Some((number, unit)) => format!("<p class=\"number\">{} <small>{}</small></p>", escaped(number), escaped(unit)),
+        None => "<p class=\"none\">not measured</p>".to_owned(),
+    };
+    format!(
+        "<div class=\"tile\"><dt>{}</dt><dd>{value}<p>{}</p></dd></div>",
+        escaped(tile.name),
+        escaped(&tile.meaning)
+    )
+}

@@ -1,0 +1,72 @@
+//! Where the time of a line and of a frame goes, as lanes, with the same spans as a table.
+
+use std::fmt::Write as _;
+
+use crate::report::html::text::{digits, escaped, grouped, si};
+use crate::report::html::{TEXT, section};
+use crate::report::record::{Phase, Report};
+
+/// A span below this share of the lane is too narrow for its name.
+const NAMED_SHARE: f64 = 0.09;
+
+pub(super) fn timing(report: &Report) -> String {
+    let timing = &report.timing;
+    let lead = format!(
+        "{} lines a second, {} frames a second, {} clocks a frame; {} from mid-exposure to the last byte.",
+        grouped(if timing.line_time_us > 0.0 { 1e6 / timing.line_time_us } else { 0.0 }),
+        digits(timing.fps),
+        grouped(crate::num::f64_from_u64(timing.clocks_per_frame)),
+        si(timing.latency_us * 1e-6, "s")
+    );
+    let content = format!(
+        "<h3>One line</h3>{}<h3>One frame</h3>{}{}",
+        lanes(&timing.line, timing.line_time_us),
+        lanes(&timing.frame, timing.frame_time_us),
+        table(report)
+    );
+    section("Timing", &lead, &content)
+}
+
+fn lanes(phases: &[Phase], length_us: f64) -> String {
+    if phases.is_empty() || length_us <= 0.0 {
+        return "<p class=\"note\">No spans were recorded.</p>".to_owned();
+    }
+    let mut names: Vec<&str> = Vec::new();
+    for phase in phases {
+        if !names.contains(&phase.lane.as_str()) {
+            names.push(&phase.lane);
+        }
+    }
+    let mut html = String::from("<div class=\"lanes\">");
+    for name in names {
+        let spans: String =
+            phases.iter().filter(|phase| phase.lane == name).map(|phase| span(phase, length_us)).collect();
+        write!(html, "<div>{}</div><div class=\"lane\">{spans}</div>", escaped(name)).expect(TEXT);
+    }
+    let axis =
+        format!("<div></div><div class=\"axis\"><span>0</span><span>{}</span></div></div>", si(length_us * 1e-6, "s"));
+    html + &axis
+}
+
+fn span(phase: &Phase, length_us: f64) -> String {
+    let share = |time_us: f64| 100.0 * (time_us / length_us).clamp(0.0, 1.0);
+    let (left, width) = (share(phase.start_us), share(phase.end_us) - share(phase.start_us));
+    let name = escaped(&phase.name);
+    let (class, label) = if width >= 100.0 * NAMED_SHARE { ("", name.as_str()) } else { (" class=\"thin\"", "") };
+    let duration = si((phase.end_us - phase.start_us) * 1e-6, "s");
+    format!("<span{class} style=\"left:{left:.3}%;width:{width:.3}%\" title=\"{name}, {duration}\">{label}</span>")
+}
+
+fn table(report: &Report) -> String {
+    let row = |phase: &Phase| {
+        let time = |time_us: f64| format!("<td class=\"num\">{}</td>", si(time_us * 1e-6, "s"));
+        let cells = [phase.start_us, phase.end_us, phase.end_us - phase.start_us].map(time).concat();
+        format!("<tr><th scope=\"row\">{}</th><td>{}</td>{cells}</tr>", escaped(&phase.name), escaped(&phase.lane))
+    };
+    let rows: String = report.timing.line.iter().chain(&report.timing.frame).map(row).collect();
+    format!(
+        "<details><summary>The same as numbers</summary><div class=\"scroll\"><table><thead><tr><th scope=\"col\">span</th><th scope=\"col\">of</th>\
+         <th scope=\"col\" class=\"num\">from</th><th scope=\"col\" class=\"num\">to</th><th scope=\"col\" class=\"num\">length</th></tr></thead>\
+         <tbody>{rows}</tbody></table></div></details>"
+    )
+}

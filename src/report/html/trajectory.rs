@@ -1,0 +1,41 @@
+//! The path from above and from the side, estimate against truth, a metre as long on both axes.
+
+use crate::report::html::chart::{Frame, Ink, Series, chart, runs_of};
+use crate::report::html::text::si;
+use crate::report::html::{reason, section};
+use crate::report::record::{FrameRecord, Report};
+
+pub(super) fn trajectory(report: &Report) -> String {
+    // The world's y axis points up, as in glTF.
+    let top = view(report, "Path from above", 0, 2, ("x in m", "z in m"));
+    let side = view(report, "Path from the side", 0, 1, ("x in m", "y (up) in m"));
+    let charts =
+        format!("<div class=\"pair\"><div><h3>From above</h3>{top}</div><div><h3>From the side</h3>{side}</div></div>");
+    let lead = match report.tracking.ate_m {
+        Some(ate_m) => {
+            format!("Estimate against truth after rigid alignment; they are {} apart (RMS).", si(ate_m, "m"))
+        }
+        None => "The true path; the estimate could not be aligned to it.".to_owned(),
+    };
+    section("Trajectory", &lead, &format!("{charts}{}", reason(report, "tracking.ate_m")))
+}
+
+fn view(report: &Report, title: &str, across: usize, up: usize, labels: (&str, &str)) -> String {
+    let frames = &report.frames;
+    let truth = frames.iter().map(|frame| (frame.truth_m[across], frame.truth_m[up])).collect();
+    let series = [
+        Series { name: "truth", ink: Ink::One, width_px: 4, runs: vec![truth] },
+        Series { name: "estimate", ink: Ink::Two, width_px: 1, runs: estimate_runs(frames, across, up) },
+    ];
+    let frame = Frame { title, x_label: labels.0, y_label: labels.1, equal_axes: true, from_zero: false };
+    chart(&frame, &series)
+}
+
+/// The estimate, broken where the tracker had no pose.
+fn estimate_runs(frames: &[FrameRecord], across: usize, up: usize) -> Vec<Vec<(f64, f64)>> {
+    let point = |frame: &FrameRecord| match frame.estimate_m {
+        Some(estimate_m) => (estimate_m[across], Some(estimate_m[up])),
+        None => (0.0, None),
+    };
+    runs_of(frames.iter().map(point))
+}
