@@ -1,6 +1,8 @@
 //! The motion of the rig through its front door: the spline against its own derivatives and against real motion capture.
 
-use glam::{DQuat, DVec3};
+#![allow(clippy::unwrap_used)] // Helpers of tests fail by panicking, as tests do.
+
+use glam::DVec3;
 use sensel::pose::{Pose, TimedPose, parse_tum};
 use sensel::scene::motion::{
     self, GAP_S_MAX, KNOT_S, Motion, MotionError, PlacedSpline, Spline, Y_UP_FROM_Z_UP, so3, without_gaps,
