@@ -1,3 +1,109 @@
 //! A moving scene: geometry, materials, light, and the motion of the rig. Enters: bytes of scene files. Leaves: radiance along
 //! rays in photons per second, per band; ground-truth poses, depth. It knows no lens and no pixel, and touches no disk.
+//!
+//! A `Scene` is geometry with materials in its own light units; a `Bake` is its irradiance; a `LitScene` is both, scaled so that a
+//! horizontal plane at a given point has a given illuminance. All reflection is Lambertian: metals and glossy plastics
+//! reflect as dull surfaces of their base colour, and glass that the file marks as such is left out.
+
+pub mod bake;
+pub mod box_room;
+pub mod bvh;
+mod chance;
+pub mod lamps;
+pub mod lanes;
+pub mod light;
+pub mod lit;
+pub mod mesh;
 pub mod motion;
+pub mod samples;
+pub mod target;
+pub mod texture;
+pub mod tracer;
+
+pub use bake::{Bake, BakeSettings};
+pub use light::Illuminant;
+pub use lit::{ExitanceBounds, LitScene};
+
+use crate::error::Error;
+use bvh::Bvh;
+use lamps::Lamps;
+use mesh::Mesh;
+use samples::Layout;
+
+/// Geometry and materials, ready for rays.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// As the user calls it.
+    pub name: String,
+    /// Triangles, materials and textures.
+    pub mesh: Mesh,
+    /// Tree over the triangles.
+    pub bvh: Bvh,
+    /// Where irradiance is known.
+    pub layout: Layout,
+    /// Emissive surfaces.
+    pub lamps: Lamps,
+    /// Radiance of what lies beyond all surfaces, in the scene's own units, the same in every direction.
+    pub sky: [f32; 3],
+}
+
+impl Scene {
+    /// Makes a mesh ready for rays.
+    ///
+    /// # Errors
+    /// A mesh without triangles.
+    pub fn new(name: &str, mut mesh: Mesh, sky: [f32; 3]) -> Result<Self, Error> {
+        if mesh.triangles.is_empty() {
+            let reason = "it has no triangle with an area; a scene needs at least one".to_owned();
+            return Err(Error::Content { file: name.to_owned(), reason });
+        }
+        for material in &mut mesh.materials {
+            material.base_colour = material.base_colour.map(|band| band.clamp(0.0, mesh::ALBEDO_MAX));
+        }
+        let corners_m: Vec<_> = (0..mesh.triangles.len()).map(|triangle| mesh.corners_m(triangle)).collect();
+        let bvh = Bvh::build(&corners_m);
+        let (layout, lamps) = (Layout::of(&mesh), Lamps::of(&mesh));
+        Ok(Self { name: name.to_owned(), mesh, bvh, layout, lamps, sky })
+    }
+
+    /// Bakes the irradiance of all surfaces. `progress` is told the share done, from 0 to 1, from any thread.
+    pub fn bake(&self, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Bake {
+        Bake::of(self, settings, progress)
+    }
+
+    /// What a bake of this scene depends on: geometry, materials, textures, sky, settings and the method's version.
+    pub fn bake_key(&self, settings: &BakeSettings) -> [u8; 32] {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&bake::BAKE_VERSION.to_le_bytes());
+        for rays in [settings.grid_rays, settings.vertex_rays, settings.grid_lamp_rays, settings.vertex_lamp_rays] {
+            hasher.update(&crate::num::u64_from(rays).to_le_bytes());
+        }
+        hash_floats(&mut hasher, &self.sky);
+        for vertex in &self.mesh.vertices {
+            hash_floats(&mut hasher, &vertex.position_m);
+            hash_floats(&mut hasher, &vertex.normal);
+            hash_floats(&mut hasher, &vertex.uv);
+        }
+        for (corners, material) in self.mesh.triangles.iter().zip(&self.mesh.material_of) {
+            for number in corners.iter().chain([material]) {
+                hasher.update(&number.to_le_bytes());
+            }
+        }
+        for material in &self.mesh.materials {
+            hash_floats(&mut hasher, &material.base_colour);
+            hash_floats(&mut hasher, &material.emission);
+            hasher.update(&[u8::from(material.double_sided)]);
+            hasher.update(&material.texture.unwrap_or(u32::MAX).to_le_bytes());
+        }
+        for texture in &self.mesh.textures {
+            texture.hash_into(&mut hasher);
+        }
+        *hasher.finalize().as_bytes()
+    }
+}
+
+fn hash_floats(hasher: &mut blake3::Hasher, values: &[f32]) {
+    for value in values {
+        hasher.update(&value.to_le_bytes());
+    }
+}

@@ -1,0 +1,191 @@
+//! A camera before its pixels: lens, aperture, and the bearing of every pixel. Enters: their parameters. Leaves: rays, and
+//! photons per lux.
+
+use glam::{DVec2, DVec3};
+
+use super::lens::Lens;
+use crate::error::Error;
+use crate::num::{f32_nearest, f64_from_usize, index};
+use crate::pose::Pose;
+use crate::scene::Illuminant;
+use crate::scene::light::BANDS;
+use crate::units::Size;
+
+/// How the cone of light behind the lens is taken (DESIGN: photometry).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pupil {
+    /// `E = pi L T / (1 + 4 N^2)`: the exit pupil is a flat disc.
+    ThinLens,
+    /// `E = pi L T / (4 N^2)`: a lens that obeys the sine condition.
+    Aplanatic,
+}
+
+/// How light falls towards the corners.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RollOff {
+    /// The fourth power of the cosine between the bearing and the axis.
+    Cos4,
+    /// Even.
+    None,
+}
+
+/// What lets light in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aperture {
+    /// Focal length over the pupil's diameter.
+    pub f_number: f64,
+    /// Share of the light that passes the glass.
+    pub transmission: f64,
+    /// The cone's formula.
+    pub pupil: Pupil,
+}
+
+impl Aperture {
+    /// Irradiance on the sensor over the exitance of the surface it looks at, on the axis.
+    pub fn irradiance_per_exitance(&self) -> f64 {
+        let cone = 4.0 * self.f_number * self.f_number;
+        match self.pupil {
+            Pupil::ThinLens => self.transmission / (1.0 + cone),
+            Pupil::Aplanatic => self.transmission / cone,
+        }
+    }
+}
+
+/// A camera of a rig.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// Mapping between bearings and places.
+    pub lens: Lens,
+    /// Pixels.
+    pub size: Size,
+    /// Where the camera sits on the body.
+    pub body_from_camera: Pose,
+    /// Aperture.
+    pub aperture: Aperture,
+    /// Distance between pixel centres, and the width of a pixel's square area, in micrometres.
+    pub pixel_pitch_um: f64,
+    /// Fall of light towards the corners.
+    pub roll_off: RollOff,
+    /// Share of each band (red, green, blue) that counts; all 1 for a monochrome pixel.
+    pub band_weights: [f64; BANDS],
+    /// Unit bearings at the corners of pixels, (width + 1) a row; zero where the lens has none.
+    bearings: Vec<[f32; 3]>,
+    /// Root of the solid angle of each pixel, in radians: the width of its cone at a distance of 1 m.
+    spreads: Vec<f32>,
+}
+
+impl Camera {
+    /// Prepares a camera: asks the lens once for the bearing of every pixel corner. Inside a pixel bearings are linear between
+    /// its corners, which is off by at most a quarter of the second derivative across a pixel: 1 / (4 f) px for a
+    /// pinhole of f px, so 0.001 px at 250 px (tested).
+    ///
+    /// # Errors
+    /// No pixels; a parameter that is not positive and finite; a transmission above 1.
+    pub fn new(
+        lens: Lens,
+        size: Size,
+        body_from_camera: Pose,
+        aperture: Aperture,
+        pixel_pitch_um: f64,
+        roll_off: RollOff,
+    ) -> Result<Self, Error> {
+        if size.width_px == 0 || size.height_px == 0 {
+            let value = format!("{} x {}", size.width_px, size.height_px);
+            return Err(Error::key("sensor.width", value, "a picture needs at least one pixel"));
+        }
+        for (key, value) in [("optics.f_number", aperture.f_number), ("sensor.pixel.pitch_um", pixel_pitch_um)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::key(key, value, "a positive number would do"));
+            }
+        }
+        if !(0.0..=1.0).contains(&aperture.transmission) {
+            return Err(Error::key("optics.transmission", aperture.transmission, "0 to 1 would do"));
+        }
+        let bearings = corner_bearings(size, &|place_px| unproject(&lens, place_px));
+        let spreads = spreads(size, &bearings);
+        let band_weights = [1.0; BANDS];
+        Ok(Self { lens, size, body_from_camera, aperture, pixel_pitch_um, roll_off, band_weights, bearings, spreads })
+    }
+
+    /// Photons of each band that a pixel on the axis collects in a second per lux-equivalent of exitance.
+    pub fn photons_per_lux_s(&self, illuminant: Illuminant) -> [f64; BANDS] {
+        let area_um2 = self.pixel_pitch_um * self.pixel_pitch_um;
+        let all = illuminant.photons_per_lux_s_um2() * area_um2 * self.aperture.irradiance_per_exitance();
+        let shares = illuminant.band_shares();
+        [0, 1, 2].map(|band| all * shares[band] * self.band_weights[band])
+    }
+
+    /// Least and greatest share of light that roll-off leaves over all pixels (0 where the lens has no bearing).
+    pub fn roll_off_bounds(&self) -> [f64; 2] {
+        let mut bounds = [f64::MAX, 0.0];
+        for bearing in &self.bearings {
+            let share = f64::from(self.roll_off_at(bearing[2]));
+            bounds = [crate::num::lesser(bounds[0], share), crate::num::greater(bounds[1], share)];
+        }
+        bounds
+    }
+
+    /// Share of light that roll-off leaves for a cosine to the axis.
+    #[inline(always)]
+    pub(super) fn roll_off_at(&self, cos: f32) -> f32 {
+        match self.roll_off {
+            RollOff::Cos4 => (cos * cos) * (cos * cos),
+            RollOff::None => 1.0,
+        }
+    }
+
+    /// Bearings of the corners (top left, top right, bottom left, bottom right) of a pixel; none outside the lens's range.
+    #[inline(always)]
+    pub(super) fn corners(&self, x_px: usize, y_px: usize) -> Option<[[f32; 3]; 4]> {
+        let stride = index(self.size.width_px) + 1;
+        let top = y_px * stride + x_px;
+        let corners = [top, top + 1, top + stride, top + stride + 1].map(|at| self.bearings[at]);
+        corners.iter().all(|bearing| *bearing != [0.0; 3]).then_some(corners)
+    }
+
+    /// Width of a pixel's cone at 1 m, in metres.
+    #[inline(always)]
+    pub(super) fn spread(&self, x_px: usize, y_px: usize) -> f32 {
+        self.spreads[y_px * index(self.size.width_px) + x_px]
+    }
+}
+
+fn corner_bearings(size: Size, unproject: &dyn Fn(DVec2) -> Option<DVec3>) -> Vec<[f32; 3]> {
+    let mut bearings = Vec::with_capacity((index(size.width_px) + 1) * (index(size.height_px) + 1));
+    for y in 0..=index(size.height_px) {
+        for x in 0..=index(size.width_px) {
+            let place_px = DVec2::new(f64_from_usize(x) - 0.5, f64_from_usize(y) - 0.5);
+            let bearing = unproject(place_px).filter(|bearing| bearing.is_finite());
+            bearings.push(bearing.map_or([0.0; 3], |bearing| bearing.to_array().map(f32_nearest)));
+        }
+    }
+    bearings
+}
+
+fn spreads(size: Size, bearings: &[[f32; 3]]) -> Vec<f32> {
+    let stride = index(size.width_px) + 1;
+    let at = |x: usize, y: usize| DVec3::from_array(bearings[y * stride + x].map(f64::from));
+    let mut spreads = Vec::with_capacity(size.pixel_count());
+    for y in 0..index(size.height_px) {
+        for x in 0..index(size.width_px) {
+            let (right, down) = (at(x + 1, y) - at(x, y), at(x, y + 1) - at(x, y));
+            spreads.push(f32_nearest(right.cross(down).length().sqrt()));
+        }
+    }
+    spreads
+}
+
+/// Bearing of a place: fixed-point inversion of the distortion.
+fn unproject(lens: &Lens, place_px: DVec2) -> Option<DVec3> {
+    let (k, d) = (&lens.intrinsics, &lens.distortion);
+    let (xd, yd) = ((place_px.x - k.cx_px) / k.fx_px, (place_px.y - k.cy_px) / k.fy_px);
+    let (mut x, mut y) = (xd, yd);
+    for _ in 0..50 {
+        let r2 = x * x + y * y;
+        let radial = 1.0 + r2 * (d.k1 + r2 * d.k2);
+        let (dx, dy) = (2.0 * d.p1 * x * y + d.p2 * (r2 + 2.0 * x * x), d.p1 * (r2 + 2.0 * y * y) + 2.0 * d.p2 * x * y);
+        (x, y) = ((xd - dx) / radial, (yd - dy) / radial);
+    }
+    let bearing = DVec3::new(x, y, 1.0);
+    bearing.is_finite().then(|| bearing.normalize())
+}

@@ -1,0 +1,45 @@
+//! Ground-truth depth. Enters: a scene, a camera, a pose. Leaves: distance along the camera's axis.
+
+use super::camera::Camera;
+use super::motion::Parabola;
+use super::render::bilinear;
+use crate::num::f32_nearest;
+use crate::plane::Plane;
+use crate::pose::Pose;
+use crate::scene::Scene;
+use crate::scene::lanes::{F8, LANES};
+use crate::scene::tracer::{MISS, Packet, closest};
+use crate::units::Span;
+
+/// z in metres of what the centre of each pixel sees from a still pose `world_from_body`; positive infinity where it sees
+/// nothing, and where the lens has no bearing.
+pub fn depth(scene: &Scene, camera: &Camera, world_from_body: &Pose) -> Plane<f32> {
+    let mut plane = Plane::filled(camera.size, f32::INFINITY);
+    let world_from_camera = world_from_body.then(&camera.body_from_camera);
+    let still = Parabola::through(Span { start_s: 0.0, end_s: 0.0 }, &|_| world_from_camera);
+    let (width, half) = (plane.width_px(), F8::splat(f32_nearest(0.5)));
+    for row in 0..plane.height_px() {
+        for first in (0..width).step_by(LANES) {
+            let mut corners = [[F8::splat(0.0); 3]; 4];
+            let mut t_max = F8::splat(-1.0);
+            for lane in 0..LANES.min(width - first) {
+                let Some(bearings) = camera.corners(first + lane, row) else { continue };
+                t_max.0[lane] = f32::MAX;
+                for corner in 0..4 {
+                    for axis in 0..3 {
+                        corners[corner][axis].0[lane] = bearings[corner][axis];
+                    }
+                }
+            }
+            let bearing = bilinear(&corners, half, half);
+            let (origin_m, direction) = still.rays(bearing, F8::splat(0.0));
+            let hits = closest(&scene.bvh, &Packet { origin_m, direction, t_min: F8::splat(0.0), t_max });
+            for lane in 0..LANES.min(width - first) {
+                if hits.triangle[lane] != MISS {
+                    plane.row_mut(row)[first + lane] = hits.t.0[lane] * bearing[2].0[lane];
+                }
+            }
+        }
+    }
+    plane
+}

@@ -1,0 +1,241 @@
+//! Photons. Enters: a lit scene, a camera, its motion, an exposure span for each row. Leaves: mean photons of every pixel.
+//!
+//! Every ray has its own place in the pixel and its own instant. Sample s of a pixel lies in the s-th stratum of the exposure and at
+//! the s-th point of a plane low-discrepancy sequence, both shifted by the pixel's own draw, so time and place are stratified together and
+//! neighbours err apart. Eight neighbours take the same stratum at the same time, which keeps their rays close together.
+
+use super::camera::Camera;
+use super::motion::Parabola;
+use crate::draw::DrawKey;
+use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, low_u32, u64_from};
+use crate::plane::Plane;
+use crate::pose::Pose;
+use crate::scene::LitScene;
+use crate::scene::lanes::{F8, LANES, V8};
+use crate::scene::tracer::{MISS, Packet, closest_inline};
+use crate::simd::{Kernel, dispatch};
+use crate::units::Span;
+
+/// What a camera saw in one exposure.
+#[derive(Clone, Debug)]
+pub struct Exposure {
+    /// Mean photons of each pixel, all bands by their weights.
+    pub photons: Plane<f32>,
+    /// Mean over pixels of (estimated variance of the pixel's mean) / (its photons): render noise over photon noise. The
+    /// estimate is the variance between a pixel's samples over their number, which stratification only lowers. Infinite for one sample,
+    /// which says nothing about its own error.
+    pub render_variance_ratio: f64,
+    /// Rays that were traced.
+    pub rays: u64,
+}
+
+/// Rows of a unit of parallel work.
+const ROWS: usize = 4;
+
+/// Steps of the R2 sequence (powers of the inverse of the plastic number).
+const R2: [f32; 2] = [0.754_877_67, 0.569_840_3];
+
+/// The prefilter of textures takes the pixel's width over this root of the samples: with more samples each stands for less.
+const FILTER_SHARE_MIN: f32 = 0.25;
+
+struct Row<'a> {
+    scene: &'a LitScene,
+    camera: &'a Camera,
+    /// One for each stratum of time.
+    motion: &'a [Parabola],
+    /// Photons of each band per lux-equivalent, on the axis, over this row's exposure.
+    photons_per_lux: [f32; 3],
+    row: usize,
+    key: DrawKey,
+    photons: &'a mut [f32],
+}
+
+/// Renders one exposure. `shutter` has one span a row (all equal for a global shutter). Panics if it does not, or without
+/// samples.
+pub fn render(
+    scene: &LitScene,
+    camera: &Camera,
+    shutter: &[Span],
+    world_from_body: &(dyn Fn(f64) -> Pose + Sync),
+    samples_per_pixel: u32,
+    key: DrawKey,
+) -> Exposure {
+    let mut photons = Plane::filled(camera.size, 0.0_f32);
+    let (width, height) = (photons.width_px(), photons.height_px());
+    assert!(shutter.len() == height, "a render needs one span for each row");
+    assert!(samples_per_pixel > 0, "a render needs a sample");
+    let per_lux_s = camera.photons_per_lux_s(scene.illuminant());
+    let work = |first: usize, values: &mut [f32]| {
+        let mut ratios = 0.0;
+        let mut motion: Option<(Span, Vec<Parabola>)> = None;
+        for (offset, photons) in values.chunks_exact_mut(width).enumerate() {
+            let row = first + offset;
+            let span = shutter[row];
+            if motion.as_ref().is_none_or(|(known, _)| *known != span) {
+                motion = Some((span, strata(span, samples_per_pixel, camera, world_from_body)));
+            }
+            let (_, strata) = motion.as_ref().expect("set above");
+            let photons_per_lux = per_lux_s.map(|photons| f32_nearest(photons * span.length_s()));
+            let key = key.with(u64_from(row));
+            ratios += dispatch(Row { scene, camera, motion: strata, photons_per_lux, row, key, photons });
+        }
+        ratios
+    };
+    let ratios = over_rows(photons.values_mut(), width, &work);
+    let pixels = f64_from_usize(camera.size.pixel_count());
+    let render_variance_ratio = if samples_per_pixel > 1 { ratios.iter().sum::<f64>() / pixels } else { f64::INFINITY };
+    let rays = u64_from(camera.size.pixel_count()) * u64::from(samples_per_pixel);
+    Exposure { photons, render_variance_ratio, rays }
+}
+
+/// Groups of rows on all cores where the feature is on; results in order.
+fn over_rows(values: &mut [f32], width: usize, work: &(dyn Fn(usize, &mut [f32]) -> f64 + Sync)) -> Vec<f64> {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        let groups = values.par_chunks_mut(width * ROWS).enumerate();
+        groups.map(|(group, values)| work(group * ROWS, values)).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    {
+        let groups = values.chunks_mut(width * ROWS).enumerate();
+        groups.map(|(group, values)| work(group * ROWS, values)).collect()
+    }
+}
+
+fn strata(span: Span, samples: u32, camera: &Camera, world_from_body: &(dyn Fn(f64) -> Pose + Sync)) -> Vec<Parabola> {
+    let world_from_camera = |t_s: f64| world_from_body(t_s).then(&camera.body_from_camera);
+    let edge_s = |number: u32| span.start_s + span.length_s() * (f64::from(number) / f64::from(samples));
+    (0..samples)
+        .map(|s| Parabola::through(Span { start_s: edge_s(s), end_s: edge_s(s + 1) }, &world_from_camera))
+        .collect()
+}
+
+/// Eight pixels next to each other.
+struct Pixels {
+    corners: [V8; 4],
+    spread: F8,
+    /// The pixel's own shift in x, y and time, each in 0..1.
+    shift: [F8; 3],
+    seen: [bool; LANES],
+}
+
+impl Kernel for Row<'_> {
+    /// Sum over the row of variance over photons.
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let width = self.photons.len();
+        let mut ratios = 0.0;
+        for first in (0..width).step_by(LANES) {
+            let pixels = self.pixels(first, width);
+            let (sum, squares) = self.gather(&pixels);
+            let samples = f32_nearest(f64_from_usize(self.motion.len()));
+            for lane in 0..LANES.min(width - first) {
+                let mean = sum.0[lane] / samples;
+                self.photons[first + lane] = mean;
+                if mean > 0.0 && samples > 1.0 {
+                    ratios += f64::from(squares.0[lane] / (samples * (samples - 1.0)) / mean);
+                }
+            }
+        }
+        ratios
+    }
+}
+
+impl Row<'_> {
+    #[inline(always)]
+    fn pixels(&self, first: usize, width: usize) -> Pixels {
+        let zero = F8::splat(0.0);
+        let mut pixels = Pixels { corners: [[zero; 3]; 4], spread: zero, shift: [zero; 3], seen: [false; LANES] };
+        for lane in 0..LANES {
+            // Lanes beyond the last column repeat it; their results are not written.
+            let x = (first + lane).min(width - 1);
+            let Some(corners) = self.camera.corners(x, self.row) else { continue };
+            pixels.seen[lane] = true;
+            for (corner, bearing) in corners.iter().enumerate() {
+                for axis in 0..3 {
+                    pixels.corners[corner][axis].0[lane] = bearing[axis];
+                }
+            }
+            pixels.spread.0[lane] = self.camera.spread(x, self.row);
+            let bits = self.key.with(u64_from(x)).0;
+            for (number, shift) in pixels.shift.iter_mut().enumerate() {
+                let word = low_u32(bits >> (21 * number)) & 0x001F_FFFF;
+                shift.0[lane] = f32_from_u32(word) / 2_097_152.0;
+            }
+        }
+        pixels
+    }
+
+    /// Sum of the samples' photons, and the sum of their squared distances from the mean.
+    #[inline(always)]
+    fn gather(&self, pixels: &Pixels) -> (F8, F8) {
+        let (mut sum, mut mean, mut squares) = (F8::splat(0.0), F8::splat(0.0), F8::splat(0.0));
+        let samples = f32_nearest(f64_from_usize(self.motion.len()));
+        let filter = (1.0 / samples.sqrt()).max(FILTER_SHARE_MIN);
+        let mut number = 0.0;
+        for motion in self.motion {
+            let [x, y] = [0, 1].map(|axis| {
+                let mut share = pixels.shift[axis];
+                for lane in 0..LANES {
+                    let moved = share.0[lane] + number * R2[axis];
+                    share.0[lane] = moved - moved.floor();
+                }
+                share
+            });
+            let bearing = bilinear(&pixels.corners, x, y);
+            let (origin_m, direction) = motion.rays(bearing, pixels.shift[2]);
+            let photons = self.shade(
+                pixels,
+                filter,
+                bearing,
+                Packet { origin_m, direction, t_min: F8::splat(0.0), t_max: F8::splat(f32::MAX) },
+            );
+            number += 1.0;
+            // Welford's update: no cancellation for bright, quiet pixels.
+            let apart = photons - mean;
+            mean = mean + apart * F8::splat(1.0 / number);
+            squares = squares + apart * (photons - mean);
+            sum = sum + photons;
+        }
+        (sum, squares)
+    }
+
+    #[inline(always)]
+    fn shade(&self, pixels: &Pixels, filter: f32, bearing: V8, mut packet: Packet) -> F8 {
+        for lane in 0..LANES {
+            if !pixels.seen[lane] {
+                packet.t_max.0[lane] = -1.0;
+            }
+        }
+        let hits = closest_inline(&self.scene.scene().bvh, &packet);
+        let mut photons = F8::splat(0.0);
+        for lane in 0..LANES {
+            if !pixels.seen[lane] {
+                continue;
+            }
+            let exitance = if hits.triangle[lane] == MISS {
+                self.scene.sky_lux()
+            } else {
+                let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
+                let footprint_m = hits.t.0[lane] * pixels.spread.0[lane] * filter;
+                self.scene.exitance_lux(hits.triangle[lane], [hits.u.0[lane], hits.v.0[lane]], direction, footprint_m)
+            };
+            let [r, g, b] = [0, 1, 2].map(|band| exitance[band] * self.photons_per_lux[band]);
+            photons.0[lane] = (r + g + b) * self.camera.roll_off_at(bearing[2].0[lane]);
+        }
+        photons
+    }
+}
+
+/// Bearings at shares x (to the right) and y (downwards) of pixels.
+#[inline(always)]
+pub(super) fn bilinear(corners: &[V8; 4], x: F8, y: F8) -> V8 {
+    std::array::from_fn(|axis| {
+        let above = corners[0][axis] + (corners[1][axis] - corners[0][axis]) * x;
+        let below = corners[2][axis] + (corners[3][axis] - corners[2][axis]) * x;
+        above + (below - above) * y
+    })
+}

@@ -1,0 +1,203 @@
+//! The rays of one sample. Enters: a sample. Leaves: its direct light and what its rays met.
+
+use super::super::Scene;
+use super::super::chance::{cosine_direction, pair};
+use super::super::lanes::{F8, LANES};
+use super::super::mesh::{dot, sub};
+use super::super::tracer::{MISS, Packet, blocked, closest};
+use super::BakeSettings;
+use crate::draw::DrawKey;
+use crate::num::{f32_nearest, f64_from_usize, index, u32_from, u64_from};
+
+/// A ray met nothing and saw the sky.
+pub const SKY: u32 = u32::MAX;
+/// A ray met something that sends no bounced light.
+pub const DARK: u32 = u32::MAX - 1;
+
+/// Rays start this far above their surface in metres: above the rounding of coordinates up to 1 km (6e-5 m), below what
+/// furniture is made of.
+const LIFT_M: f32 = 2e-4;
+
+/// Aimed rays end this share short of the lamp.
+const AIM_SHARE: f32 = 0.999;
+
+/// What the rays of one sample brought.
+#[derive(Clone, Debug)]
+pub struct Gathered {
+    /// Light of lamps, sky and glowing surfaces on each side.
+    pub direct: [[f32; 3]; 2],
+    /// Twice the sample met plus its side for every ray, the first half from side 0; or `SKY`, or `DARK`.
+    pub met: Vec<u32>,
+}
+
+/// Numbers of the bake's draws, part of their keys.
+const LAMP_DRAWS: u64 = 0x6C61_6D70;
+const BOUNCE_DRAWS: u64 = 0x626F_756E;
+
+/// Traces all rays of a sample.
+pub fn gather(scene: &Scene, settings: &BakeSettings, number: usize) -> Gathered {
+    let sample = &scene.layout.samples[number];
+    let (rays, lamp_rays) = if sample.on_grid {
+        (settings.grid_rays, settings.grid_lamp_rays)
+    } else {
+        (settings.vertex_rays, settings.vertex_lamp_rays)
+    };
+    let key = DrawKey::root(0).with(u64_from(number));
+    let mut direct = lamp_light(scene, sample.position_m, sample.normal, lamp_rays, key.with(LAMP_DRAWS));
+    let mut met = Vec::with_capacity(2 * rays);
+    for (side, light) in direct.iter_mut().enumerate() {
+        let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
+        let side_key = key.with(BOUNCE_DRAWS).with(u64_from(side));
+        let seen = bounce_rays(scene, sample.position_m, normal, rays, side_key, &mut met);
+        for band in 0..3 {
+            light[band] += seen[band];
+        }
+    }
+    Gathered { direct: direct.map(|light| light.map(f32_nearest)), met }
+}
+
+/// Light that lamps send straight to both sides of a place.
+pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], rays: usize, key: DrawKey) -> [[f64; 3]; 2] {
+    let mut light = [[0.0; 3]; 2];
+    if scene.lamps.is_empty() {
+        return light;
+    }
+    assert!(rays.is_multiple_of(LANES), "aimed rays go in full packets");
+    for first in (0..rays).step_by(LANES) {
+        let points: [_; LANES] = std::array::from_fn(|lane| {
+            let [jitter, _] = pair(key, 2 * u64_from(first + lane));
+            let share = (f64_from_usize(first + lane) + jitter) / f64_from_usize(rays);
+            scene.lamps.point(share, pair(key, 2 * u64_from(first + lane) + 1), rays)
+        });
+        let mut packet = idle();
+        let mut sides = [0; LANES];
+        let mut strengths = [0.0; LANES];
+        for (lane, point) in points.iter().enumerate() {
+            let toward = sub(point.position_m, at_m);
+            let side = usize::from(dot(toward, normal) < 0.0);
+            let lift = if side == 0 { LIFT_M } else { -LIFT_M };
+            let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * lift);
+            let direction = sub(point.position_m, origin);
+            let strength = disc_form_factor(normal, direction, point.normal, point.double_sided, point.area_m2);
+            if strength > 0.0 {
+                set_ray(&mut packet, lane, origin, direction, AIM_SHARE);
+            }
+            (sides[lane], strengths[lane]) = (side, strength);
+        }
+        let shadowed = blocked(&scene.bvh, &packet);
+        for lane in 0..LANES {
+            if strengths[lane] > 0.0 && !shadowed[lane] {
+                for band in 0..3 {
+                    light[sides[lane]][band] +=
+                        std::f64::consts::PI * f64::from(points[lane].radiance[band]) * strengths[lane];
+                }
+            }
+        }
+    }
+    light
+}
+
+/// Form factor of a small disc of the area a ray stands for: cos cos A / (pi d^2 + A). It never exceeds 1, so a lamp that
+/// touches a sample does not burn it; far away its error against a point's is A / (pi d^2).
+fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], double_sided: bool, area_m2: f64) -> f64 {
+    let distance2 = f64::from(dot(toward, toward));
+    let cos_here = f64::from(dot(toward, normal)).abs();
+    let along = -f64::from(dot(toward, lamp));
+    let cos_there = if double_sided {
+        along.abs()
+    } else if along > 0.0 {
+        along
+    } else {
+        0.0
+    };
+    if distance2 <= 0.0 {
+        return 0.0;
+    }
+    cos_here * cos_there / distance2 * area_m2 / (std::f64::consts::PI * distance2 + area_m2)
+}
+
+/// Cosine-weighted rays of one side: notes what they met, and returns the light that they saw shining by itself (sky, and
+/// glowing surfaces where lamps are not aimed at).
+pub fn bounce_rays(
+    scene: &Scene,
+    at_m: [f32; 3],
+    normal: [f32; 3],
+    rays: usize,
+    key: DrawKey,
+    met: &mut Vec<u32>,
+) -> [f64; 3] {
+    assert!(rays.is_multiple_of(LANES), "bounces go in full packets");
+    let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * LIFT_M);
+    let (rings, sectors) = strata(rays);
+    let mut seen = [0.0; 3];
+    for first in (0..rays).step_by(LANES) {
+        let mut packet = idle();
+        for lane in 0..LANES {
+            // A packet is two rings by four neighbouring sectors, so that its rays stay close together.
+            let block = first / LANES;
+            let ring = 2 * (block / (sectors / 4)) + lane / 4;
+            let sector = 4 * (block % (sectors / 4)) + lane % 4;
+            let [a, b] = pair(key, u64_from(first + lane));
+            let place = [
+                (f64_from_usize(ring) + a) / f64_from_usize(rings),
+                (f64_from_usize(sector) + b) / f64_from_usize(sectors),
+            ];
+            set_ray(&mut packet, lane, origin, cosine_direction(normal, place), f32::MAX);
+        }
+        let hits = closest(&scene.bvh, &packet);
+        for lane in 0..LANES {
+            let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
+            let (place, light) = scene.bounce_place(hits.triangle[lane], hits.u.0[lane], hits.v.0[lane], direction);
+            met.push(place);
+            for band in 0..3 {
+                seen[band] += f64::from(light[band]);
+            }
+        }
+    }
+    seen.map(|sum| std::f64::consts::PI * sum / f64_from_usize(rays))
+}
+
+/// Rings and sectors whose product is the count: sectors a multiple of 4, rings even.
+fn strata(rays: usize) -> (usize, usize) {
+    let mut rings = 2;
+    while 4 * rings * rings <= rays && rays.is_multiple_of(rings * 8) {
+        rings *= 2;
+    }
+    (rings, rays / rings)
+}
+
+fn idle() -> Packet {
+    let zero = F8::splat(0.0);
+    Packet { origin_m: [zero; 3], direction: [F8::splat(1.0), zero, zero], t_min: zero, t_max: F8::splat(-1.0) }
+}
+
+fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 3], t_max: f32) {
+    for axis in 0..3 {
+        packet.origin_m[axis].0[lane] = origin[axis];
+        packet.direction[axis].0[lane] = direction[axis];
+    }
+    packet.t_max.0[lane] = t_max;
+}
+
+impl Scene {
+    /// What a bounced ray met: the nearest sample on the side it came from, and the light that shines from there by itself.
+    fn bounce_place(&self, triangle: u32, u: f32, v: f32, direction: [f32; 3]) -> (u32, [f32; 3]) {
+        if triangle == MISS {
+            return (SKY, self.sky);
+        }
+        let shade = &self.layout.triangles[index(triangle)];
+        let back = dot(shade.normal, direction) > 0.0;
+        let material = &self.mesh.materials[index(shade.material)];
+        if back && !material.double_sided {
+            return (DARK, [0.0; 3]);
+        }
+        let mut nearest = (0, f32::MIN);
+        for (sample, weight) in shade.around(u, v) {
+            if weight > nearest.1 {
+                nearest = (sample, weight);
+            }
+        }
+        let glow = if self.lamps.is_empty() { material.emission } else { [0.0; 3] };
+        (u32_from(2 * nearest.0 + usize::from(back)), glow)
+    }
+}

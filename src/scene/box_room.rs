@@ -1,0 +1,120 @@
+//! A furnished room without files: what tests, the browser and a fresh install look at. Enters: a seed. Leaves: a scene of
+//! 6 by 3 by 5 m, floor at y = 0, rich in corners at every scale, lit by a lamp in the ceiling.
+
+use super::Scene;
+use super::mesh::{Material, Mesh};
+use super::target::cube;
+use super::texture::{Texture, Wrap};
+use crate::draw::DrawKey;
+use crate::num::{index, low_u8, low_u32, u8_clipped, u32_from};
+
+/// Least corner of the room in metres.
+pub const LEAST_M: [f32; 3] = [-3.0, 0.0, -2.5];
+/// Greatest corner of the room in metres.
+pub const GREATEST_M: [f32; 3] = [3.0, 3.0, 2.5];
+
+/// Texels along a metre of wall at the finest level: 4 mm each, so a VGA pixel at 2 m is about one texel.
+const TEXELS_PER_M: u32 = 256;
+
+/// Boxes of furniture: least and greatest corner. They keep clear of the middle, where the camera moves.
+const FURNITURE_M: [[[f32; 3]; 2]; 6] = [
+    [[-2.9, 0.0, -2.4], [-1.9, 0.9, -1.6]],
+    [[1.7, 0.0, -2.45], [2.9, 1.9, -1.9]],
+    [[-2.95, 0.0, 1.2], [-2.2, 1.4, 2.4]],
+    [[1.9, 0.0, 1.3], [2.9, 0.75, 2.4]],
+    [[-0.5, 0.0, -2.45], [0.6, 0.5, -1.9]],
+    [[2.2, 0.75, 1.6], [2.6, 1.1, 2.0]],
+];
+
+/// A lamp of 1.6 by 1.2 m, 2 cm below the ceiling, shining down.
+const LAMP_M: [[f32; 3]; 2] = [[-0.8, 2.98, -0.6], [0.8, 2.98, 0.6]];
+
+/// Makes the room. Another seed gives other patterns on the same walls.
+pub fn box_room(seed: u64) -> Scene {
+    let mut mesh = Mesh::default();
+    let key = DrawKey::root(seed).with(0x0062_6F78);
+    for (face, corners_m) in cube(LEAST_M, GREATEST_M, true).into_iter().enumerate() {
+        textured_quad(&mut mesh, key, face, corners_m);
+    }
+    for (number, [least_m, greatest_m]) in FURNITURE_M.into_iter().enumerate() {
+        for (face, corners_m) in cube(least_m, greatest_m, false).into_iter().enumerate() {
+            if face != 2 {
+                textured_quad(&mut mesh, key, 6 + 6 * number + face, corners_m);
+            }
+        }
+    }
+    let lamp = u32_from(mesh.materials.len());
+    let emission = [1.0; 3];
+    mesh.materials.push(Material { emission, double_sided: false, ..Material::plain("lamp", [0.0; 3]) });
+    let [[x0, y, z0], [x1, _, z1]] = LAMP_M;
+    mesh.append_quad(lamp, [[x0, y, z0], [x1, y, z0], [x1, y, z1], [x0, y, z1]], [1.0, 1.0]);
+    Scene::new("box", mesh, [0.0; 3]).expect("the room has triangles")
+}
+
+fn textured_quad(mesh: &mut Mesh, key: DrawKey, face: usize, corners_m: [[f32; 3]; 4]) {
+    let edge_m = |a: [f32; 3], b: [f32; 3]| {
+        // Edges run along the axes, so the sum of the coordinates' differences is the length.
+        (a[0] - b[0]).abs() + (a[1] - b[1]).abs() + (a[2] - b[2]).abs()
+    };
+    let texels =
+        |length_m: f32| crate::num::u32_truncated_f32(length_m * crate::num::f32_from_u32(TEXELS_PER_M)).max(8);
+    let width = texels(edge_m(corners_m[0], corners_m[1]));
+    let height = texels(edge_m(corners_m[1], corners_m[2]));
+    let codes = pattern(key.with(crate::num::u64_from(face)), width, height);
+    let texture = u32_from(mesh.textures.len());
+    mesh.textures.push(Texture::from_srgb(width, height, &codes, [Wrap::Clamp; 2]));
+    let material = u32_from(mesh.materials.len());
+    let plain = Material::plain(&format!("face {face}"), [0.85; 3]);
+    mesh.materials.push(Material { texture: Some(texture), double_sided: false, ..plain });
+    mesh.append_quad(material, corners_m, [1.0, 1.0]);
+}
+
+/// Tiles, rectangles of all sizes and value noise: corners at every scale.
+fn pattern(key: DrawKey, width: u32, height: u32) -> Vec<[u8; 3]> {
+    let tint: [i32; 3] = [0, 1, 2].map(|band| 215 + draw(key.with(1), band, 41));
+    let mut grey: Vec<i32> = Vec::with_capacity(index(width) * index(height));
+    for y in 0..height {
+        for x in 0..width {
+            let tile = 90 + 24 * (draw(key.with(2), u64::from(x / 64) << 32 | u64::from(y / 64), 5));
+            let noise = value_noise(key.with(3), x, y, 32) / 3 + value_noise(key.with(4), x, y, 8) / 6;
+            grey.push(tile + noise - 64);
+        }
+    }
+    let area = width * height;
+    for (octave, edge) in [(0, 160), (1, 80), (2, 40), (3, 20), (4, 10)] {
+        let octave_key = key.with(5).with(octave);
+        // About a sixth of the face is covered by rectangles of each size.
+        for number in 0..u64::from(area / (6 * edge * edge / 2)) {
+            rectangle(octave_key.with(number), [width, height], edge, &mut grey);
+        }
+    }
+    grey.into_iter().map(|value| tint.map(|tint| u8_clipped(value.clamp(8, 250) * tint / 255))).collect()
+}
+
+fn rectangle(key: DrawKey, [width, height]: [u32; 2], edge: u32, grey: &mut [i32]) {
+    let up_to = |number: u64, limit: u32| low_u32(key.with(number).0 >> 16) % limit.max(1);
+    let (w, h) = (edge / 2 + up_to(0, edge / 2 + 1), edge / 2 + up_to(1, edge / 2 + 1));
+    let (x0, y0) = (up_to(2, width), up_to(3, height));
+    let value = i32::from(low_u8(up_to(4, 256)));
+    for y in y0..(y0 + h).min(height) {
+        for x in x0..(x0 + w).min(width) {
+            grey[index(y) * index(width) + index(x)] = value;
+        }
+    }
+}
+
+/// A draw of 0..limit.
+fn draw(key: DrawKey, number: u64, limit: u32) -> i32 {
+    i32::try_from(low_u32(key.with(number).0 >> 16) % limit).expect("limits here are small")
+}
+
+/// Noise of 0..256 with cells of so many texels, linear between draws at the cells' corners.
+fn value_noise(key: DrawKey, x: u32, y: u32, cell: u32) -> i32 {
+    let at = |x: u32, y: u32| draw(key, u64::from(x) << 32 | u64::from(y), 256);
+    let (cx, cy) = (x / cell, y / cell);
+    let whole = i32::try_from(cell).expect("cells are small");
+    let [fx, fy] = [x % cell, y % cell].map(|part| i32::try_from(part).expect("cells are small"));
+    let above = at(cx, cy) * (whole - fx) + at(cx + 1, cy) * fx;
+    let below = at(cx, cy + 1) * (whole - fx) + at(cx + 1, cy + 1) * fx;
+    (above * (whole - fy) + below * fy) / (whole * whole)
+}

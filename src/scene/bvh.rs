@@ -1,0 +1,138 @@
+//! The tree over triangles. Enters: triangles. Leaves: flat arrays that the packet tracer walks.
+//!
+//! Built by `obvhs` (locally ordered clustering, then reinsertion and leaf collapse) through its parts that read no clock.
+//! Which tree comes out changes only the speed: hits depend on the triangles alone.
+
+use glam::Vec3A;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+
+use crate::num::{index, u32_from};
+
+/// Triangles that a leaf may hold.
+const LEAF_TRIANGLES_MAX: u32 = 4;
+
+/// Cost of a box test in units of a triangle test, as the collapse of leaves weighs them.
+const BOX_COST: f32 = 1.5;
+
+/// Share of nodes that the optimiser tries to reinsert in each pass.
+const REINSERTION_SHARE: f32 = 0.15;
+
+/// Deepest tree that the tracer's stack can walk; far above what the builder makes of any real scene.
+pub const DEPTH_MAX: usize = 96;
+
+/// Two children with their boxes: one cache line and a half, read together.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Node {
+    /// Least corner, greatest corner of each child.
+    pub boxes_m: [[[f32; 3]; 2]; 2],
+    /// Index of the child's node, or of its first triangle.
+    pub first: [u32; 2],
+    /// Triangles of a leaf; 0 for an inner node.
+    pub count: [u32; 2],
+}
+
+/// A triangle in leaf order.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct Leaf {
+    /// Corners.
+    pub corners_m: [[f32; 3]; 3],
+    /// Its index in the scene.
+    pub triangle: u32,
+}
+
+/// Flat tree.
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    /// Inner nodes; the root is the first. A scene of few triangles is one node with one leaf.
+    pub nodes: Vec<Node>,
+    /// Triangles in leaf order.
+    pub leaves: Vec<Leaf>,
+}
+
+impl Bvh {
+    /// Builds the tree. Corners must be finite and there must be at least one triangle.
+    pub fn build(triangles_m: &[[[f32; 3]; 3]]) -> Self {
+        assert!(!triangles_m.is_empty(), "a tree needs a triangle");
+        let boxes: Vec<Aabb> = triangles_m.iter().map(bounds).collect();
+        let order: Vec<u32> = (0..u32_from(boxes.len())).collect();
+        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
+            PlocSearchDistance::Medium,
+            &boxes,
+            order,
+            SortPrecision::U64,
+            2,
+        );
+        let mut optimizer = ReinsertionOptimizer::default();
+        optimizer.run(&mut tree, REINSERTION_SHARE, None);
+        collapse(&mut tree, LEAF_TRIANGLES_MAX, BOX_COST);
+        optimizer.run(&mut tree, REINSERTION_SHARE, None);
+        let flat = Self { nodes: flatten(&tree), leaves: leaves(&tree, triangles_m) };
+        assert!(flat.depth() < DEPTH_MAX, "the tree is deeper than the tracer's stack");
+        flat
+    }
+
+    /// Levels of inner nodes.
+    fn depth(&self) -> usize {
+        let mut deepest = 0;
+        let mut stack = vec![(0_u32, 1_usize)];
+        while let Some((node, depth)) = stack.pop() {
+            deepest = deepest.max(depth);
+            let node = &self.nodes[index(node)];
+            for child in 0..2 {
+                if node.count[child] == 0 && node.first[child] != 0 {
+                    stack.push((node.first[child], depth + 1));
+                }
+            }
+        }
+        deepest
+    }
+}
+
+fn bounds(corners_m: &[[f32; 3]; 3]) -> Aabb {
+    let [a, b, c] = corners_m.map(Vec3A::from_array);
+    Aabb::new(a.min(b).min(c), a.max(b).max(c))
+}
+
+fn leaves(tree: &Bvh2, triangles_m: &[[[f32; 3]; 3]]) -> Vec<Leaf> {
+    let triangle = |&triangle: &u32| Leaf { corners_m: triangles_m[index(triangle)], triangle };
+    tree.primitive_indices.iter().map(triangle).collect()
+}
+
+/// A box that no ray enters, for the second child of a tree of one leaf.
+const NOWHERE: [[f32; 3]; 2] = [[f32::MAX; 3], [f32::MIN; 3]];
+
+fn flatten(tree: &Bvh2) -> Vec<Node> {
+    let corners = |node: &Bvh2Node| [node.aabb().min.to_array(), node.aabb().max.to_array()];
+    let root = &tree.nodes[0];
+    if root.is_leaf() {
+        let boxes_m = [corners(root), NOWHERE];
+        return vec![Node { boxes_m, first: [root.first_index, 0], count: [root.prim_count, 0] }];
+    }
+    let mut nodes = Vec::with_capacity(tree.nodes.len() / 2 + 1);
+    nodes.push(None);
+    // Depth first, so that a walk down the near side reads neighbouring lines.
+    let mut open = vec![(0_usize, 0_usize)];
+    while let Some((source, place)) = open.pop() {
+        let first = index(tree.nodes[source].first_index);
+        let mut flat = Node { boxes_m: [NOWHERE; 2], first: [0; 2], count: [0; 2] };
+        for child in 0..2 {
+            let node = &tree.nodes[first + child];
+            flat.boxes_m[child] = corners(node);
+            flat.count[child] = node.prim_count;
+            flat.first[child] = node.first_index;
+            if !node.is_leaf() {
+                flat.first[child] = u32_from(nodes.len());
+                open.push((first + child, nodes.len()));
+                nodes.push(None);
+            }
+        }
+        nodes[place] = Some(flat);
+    }
+    nodes.into_iter().map(|node| node.expect("every place that was opened was filled")).collect()
+}

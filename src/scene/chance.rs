@@ -1,0 +1,45 @@
+//! Uniform numbers and directions for the scene's own integrals. Enters: keys. Leaves: numbers in 0..1, unit vectors.
+
+use crate::draw::DrawKey;
+use crate::num::{f32_nearest, f64_from_u64, low_u32};
+
+/// Two uniform numbers in 0..1 (32 bits each) of one draw of a key's stream.
+#[inline]
+pub fn pair(key: DrawKey, draw: u64) -> [f64; 2] {
+    let bits = key.with(draw).0;
+    [low_u32(bits), low_u32(bits >> 32)].map(|word| (f64_from_u64(word.into()) + 0.5) / 4_294_967_296.0)
+}
+
+/// Two unit vectors that form a right-handed frame with a unit normal (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT
+/// 6(1), 2017).
+pub fn frame(normal: [f32; 3]) -> [[f32; 3]; 2] {
+    let [x, y, z] = normal;
+    let sign = 1.0_f32.copysign(z);
+    let a = -1.0 / (sign + z);
+    let b = x * y * a;
+    [[1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y]]
+}
+
+/// A direction around a normal with density cos / pi, from two uniform numbers (Malley's method).
+pub fn cosine_direction(normal: [f32; 3], [along, around]: [f64; 2]) -> [f32; 3] {
+    let radius = along.sqrt();
+    let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * around);
+    let (x, y, z) = (f32_nearest(radius * cos), f32_nearest(radius * sin), f32_nearest((1.0 - along).sqrt()));
+    let [s, t] = frame(normal);
+    [0, 1, 2].map(|axis| s[axis] * x + t[axis] * y + normal[axis] * z)
+}
+
+/// Work on a list in fixed chunks, on all cores where the feature is on; results in order whatever ran when.
+pub fn in_chunks<T: Send>(count: usize, chunk: usize, work: impl Fn(std::ops::Range<usize>) -> T + Sync) -> Vec<T> {
+    let range = |number: usize| number * chunk..((number + 1) * chunk).min(count);
+    let chunks = count.div_ceil(chunk);
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        (0..chunks).into_par_iter().map(|number| work(range(number))).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    {
+        (0..chunks).map(|number| work(range(number))).collect()
+    }
+}

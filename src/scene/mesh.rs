@@ -1,0 +1,188 @@
+//! Triangles and what they are made of. Enters: vertices, indices and materials from any source. Leaves: a mesh in which
+//! every number is finite, every index is in range and every triangle has an area.
+
+use super::texture::Texture;
+use crate::num::{f32_nearest, index, u32_from};
+
+/// No real surface reflects more: base colours above are brought down to it, which also keeps the light's series of bounces
+/// short. Metals, which this diffuse model takes by their base colour, often state 1.
+pub const ALBEDO_MAX: f32 = 0.9;
+
+/// What a surface is made of. Reflection is Lambertian; metallic and roughness factors are known and not used.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// As the file calls it.
+    pub name: String,
+    /// Linear base colour, multiplied with the texture.
+    pub base_colour: [f32; 3],
+    /// Index of a texture, if there is one.
+    pub texture: Option<u32>,
+    /// Radiance in the scene's own units, on both sides where `double_sided`.
+    pub emission: [f32; 3],
+    /// 0 for dielectrics, 1 for metals.
+    pub metallic: f32,
+    /// 0 for a mirror, 1 for chalk.
+    pub roughness: f32,
+    /// Whether the back of a triangle is seen, lit and emits like its front.
+    pub double_sided: bool,
+}
+
+impl Material {
+    /// A dull surface of one colour.
+    pub fn plain(name: &str, base_colour: [f32; 3]) -> Self {
+        Self {
+            name: name.to_owned(),
+            base_colour,
+            texture: None,
+            emission: [0.0; 3],
+            metallic: 0.0,
+            roughness: 1.0,
+            double_sided: true,
+        }
+    }
+
+    /// Whether it gives light of its own.
+    pub fn is_emissive(&self) -> bool {
+        self.emission.iter().any(|&band| band > 0.0)
+    }
+}
+
+/// One corner of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vertex {
+    /// Metres, y up.
+    pub position_m: [f32; 3],
+    /// Unit length.
+    pub normal: [f32; 3],
+    /// Texture coordinates, v downwards.
+    pub uv: [f32; 2],
+}
+
+/// Triangles of a scene. Fields are read freely inside the scene and only made by `MeshBuilder`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Corners.
+    pub vertices: Vec<Vertex>,
+    /// Three corners each, counter-clockwise seen from the side the normals point to.
+    pub triangles: Vec<[u32; 3]>,
+    /// Material of each triangle.
+    pub material_of: Vec<u32>,
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Textures.
+    pub textures: Vec<Texture>,
+}
+
+impl Mesh {
+    /// Corners of a triangle in metres.
+    pub fn corners_m(&self, triangle: usize) -> [[f32; 3]; 3] {
+        self.triangles[triangle].map(|corner| self.vertices[index(corner)].position_m)
+    }
+
+    /// Adds vertices and triangles (indices count from the first of `vertices`), repaired where that is harmless: triangles
+    /// without area are dropped, the winding follows the normals, and a normal that is missing or not finite is made from the
+    /// first triangle at its vertex. Says why where it cannot be repaired: a position that is not finite, an index out of
+    /// range.
+    pub fn append(&mut self, material: u32, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Result<(), String> {
+        assert!(index(material) < self.materials.len(), "a mesh needs its material first");
+        if let Some(bad) = vertices.iter().position(|vertex| !vertex.position_m.iter().all(|x| in_range(*x))) {
+            return Err(format!(
+                "vertex {bad} is at {:?}; coordinates are finite and below 1e6 m",
+                vertices[bad].position_m
+            ));
+        }
+        let base = u32_from(self.vertices.len());
+        let mut vertices = vertices.to_vec();
+        let mut normal_known: Vec<bool> = vertices.iter_mut().map(repair_vertex).collect();
+        for (number, corners) in triangles.iter().enumerate() {
+            if let Some(bad) = corners.iter().find(|&&corner| index(corner) >= vertices.len()) {
+                return Err(format!("triangle {number} names vertex {bad} of {}", vertices.len()));
+            }
+            let Some(face) = unit_normal(corners.map(|corner| vertices[index(corner)].position_m)) else { continue };
+            for corner in corners.map(index) {
+                if !normal_known[corner] {
+                    vertices[corner].normal = face;
+                    normal_known[corner] = true;
+                }
+            }
+            let [a, b, c] = *corners;
+            let along: f32 =
+                corners.iter().map(|&corner| dot(vertices[index(corner)].normal, face)).fold(0.0, |a, b| a + b);
+            let wound = if along < 0.0 { [a, c, b] } else { [a, b, c] };
+            self.triangles.push(wound.map(|corner| base + corner));
+            self.material_of.push(material);
+        }
+        self.vertices.append(&mut vertices);
+        Ok(())
+    }
+
+    /// Adds a flat quadrangle with corners in counter-clockwise order seen from its front; texture coordinates run from (0, 0)
+    /// at the first corner to `uv_span` at the third.
+    pub fn append_quad(&mut self, material: u32, corners_m: [[f32; 3]; 4], uv_span: [f32; 2]) {
+        let [a, b, c, _] = corners_m;
+        let normal = unit_normal([a, b, c]).expect("a quadrangle has an area");
+        let [u, v] = uv_span;
+        let uvs = [[0.0, v], [u, v], [u, 0.0], [0.0, 0.0]];
+        let vertex = |corner: usize| Vertex { position_m: corners_m[corner], normal, uv: uvs[corner] };
+        let vertices = [vertex(0), vertex(1), vertex(2), vertex(3)];
+        self.append(material, &vertices, &[[0, 1, 2], [0, 2, 3]]).expect("a quadrangle made here is sound");
+    }
+}
+
+fn in_range(coordinate_m: f32) -> bool {
+    coordinate_m.is_finite() && coordinate_m.abs() < 1e6
+}
+
+/// Makes the normal a unit vector and the texture coordinates finite; whether there was a normal to begin with.
+fn repair_vertex(vertex: &mut Vertex) -> bool {
+    if !vertex.uv.iter().all(|x| x.is_finite() && x.abs() < 1e6) {
+        vertex.uv = [0.0; 2];
+    }
+    match unit(vertex.normal) {
+        Some(normal) => {
+            vertex.normal = normal;
+            true
+        }
+        None => {
+            vertex.normal = [0.0, 1.0, 0.0];
+            false
+        }
+    }
+}
+
+/// Scalar product.
+pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Difference.
+pub fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Vector product.
+pub fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Unit vector along a vector, none for one that is zero or not finite.
+pub fn unit(a: [f32; 3]) -> Option<[f32; 3]> {
+    let wide = a.map(f64::from);
+    let length = (wide[0] * wide[0] + wide[1] * wide[1] + wide[2] * wide[2]).sqrt();
+    (length.is_finite() && length > 0.0).then(|| wide.map(|x| f32_nearest(x / length)))
+}
+
+/// Unit normal of a triangle, none without area.
+pub fn unit_normal(corners_m: [[f32; 3]; 3]) -> Option<[f32; 3]> {
+    let [a, b, c] = corners_m;
+    let normal = cross(sub(b, a), sub(c, a));
+    // Below this the area is under 1e-18 m^2 and the direction mostly rounding.
+    (dot(normal, normal) > 1e-36).then(|| unit(normal)).flatten()
+}
+
+/// Area of a triangle in square metres.
+pub fn area_m2(corners_m: [[f32; 3]; 3]) -> f32 {
+    let [a, b, c] = corners_m;
+    let normal = cross(sub(b, a), sub(c, a));
+    0.5 * dot(normal, normal).sqrt()
+}

@@ -1,0 +1,242 @@
+//! Where irradiance is known on surfaces. Enters: a mesh. Leaves: sample places, and for each triangle which of them to
+//! interpolate between.
+//!
+//! Small triangles have a sample at each vertex; a large one has a grid of its own ("mesh colours"). Each sample has two
+//! sides: the side of its normal, then the back.
+
+use super::mesh::{Mesh, area_m2, cross, dot, sub, unit, unit_normal};
+use crate::num::{f32_from_u32, index, u32_from, u32_truncated_f32};
+
+/// Triangles with a longer edge than this have a grid.
+const GRID_EDGE_M: f32 = 0.10;
+
+/// Distance between the samples of a grid along its longest edge.
+pub const GRID_SPACING_M: f32 = 0.05;
+
+/// Steps along the edge of a grid at most: 33,153 samples in one triangle.
+const GRID_STEPS_MAX: u32 = 256;
+
+/// Samples at the rim of a grid stand this share of a step inside, so that they do not lie in the neighbouring wall.
+const RIM_STEPS: f32 = 0.1;
+
+/// A place on a surface where irradiance is baked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Metres.
+    pub position_m: [f32; 3],
+    /// Unit length; the first side.
+    pub normal: [f32; 3],
+    /// Diffuse reflectance around it.
+    pub albedo: [f32; 3],
+    /// Part of a grid on a large triangle, which deserves more rays than a vertex of a small one.
+    pub on_grid: bool,
+}
+
+/// What shading needs of a triangle, side by side in memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadeTriangle {
+    /// Unit normal of the plane, on the side of the vertex normals.
+    pub normal: [f32; 3],
+    /// Texture coordinates of the corners.
+    pub uv: [[f32; 2]; 3],
+    /// Samples of the corners; of a grid, the first sample stands in each.
+    pub samples: [u32; 3],
+    /// Steps along the edge of its grid; 0 where the corners carry the samples.
+    pub grid_steps: u32,
+    /// Material.
+    pub material: u32,
+    /// Texels of the texture's finest level in a metre; 0 without texture.
+    pub texels_per_m: f32,
+}
+
+impl ShadeTriangle {
+    /// Three samples around a point and their weights, from the weights of the second and third corner.
+    #[inline(always)]
+    pub fn around(&self, u: f32, v: f32) -> [(usize, f32); 3] {
+        if self.grid_steps == 0 {
+            let [a, b, c] = self.samples.map(index);
+            return [(a, 1.0 - u - v), (b, u), (c, v)];
+        }
+        let steps = f32_from_u32(self.grid_steps);
+        let (x, y) = (u.clamp(0.0, 1.0) * steps, v.clamp(0.0, 1.0) * steps);
+        // The last cell along either edge is that of the last step, so that every named sample exists.
+        let row = u32_truncated_f32(y).min(self.grid_steps - 1);
+        let column = u32_truncated_f32(x).min(self.grid_steps - 1 - row);
+        let (fx, fy) = (x - f32_from_u32(column), y - f32_from_u32(row));
+        let at = |column: u32, row: u32| index(self.samples[0] + grid_place(self.grid_steps, column, row));
+        let across = fx + fy > 1.0 && column + row + 2 <= self.grid_steps;
+        if across {
+            let far = (at(column + 1, row + 1), fx + fy - 1.0);
+            [far, (at(column, row + 1), 1.0 - fx), (at(column + 1, row), 1.0 - fy)]
+        } else {
+            // On the slanted rim rounding may leave the cell by an ulp: the weight of the first sample is then clipped.
+            let first = (1.0 - fx - fy).clamp(0.0, 1.0);
+            [(at(column, row), first), (at(column + 1, row), fx), (at(column, row + 1), fy)]
+        }
+    }
+}
+
+/// Place of a grid's sample among the grid's samples: rows of falling length.
+#[inline(always)]
+fn grid_place(steps: u32, column: u32, row: u32) -> u32 {
+    row * (2 * steps + 3 - row) / 2 + column
+}
+
+/// All samples and triangles of a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// Places.
+    pub samples: Vec<Sample>,
+    /// One for each triangle of the mesh.
+    pub triangles: Vec<ShadeTriangle>,
+}
+
+impl Layout {
+    /// Lays samples out.
+    pub fn of(mesh: &Mesh) -> Self {
+        let mut layout = Self { samples: Vec::new(), triangles: Vec::with_capacity(mesh.triangles.len()) };
+        let mut sample_of_vertex = vec![u32::MAX; mesh.vertices.len()];
+        for triangle in 0..mesh.triangles.len() {
+            let mut shade = unsampled(mesh, triangle);
+            let steps = grid_steps(mesh.corners_m(triangle));
+            if steps > 0 {
+                shade.samples = [u32_from(layout.samples.len()); 3];
+                shade.grid_steps = steps;
+                layout.push_grid(mesh, triangle, &shade);
+            } else {
+                shade.samples = mesh.triangles[triangle].map(|corner| {
+                    let known = &mut sample_of_vertex[index(corner)];
+                    if *known == u32::MAX {
+                        *known = u32_from(layout.samples.len());
+                        let vertex = &mesh.vertices[index(corner)];
+                        let albedo = albedo(mesh, &shade, vertex.uv);
+                        let (position_m, normal) = (vertex.position_m, vertex.normal);
+                        layout.samples.push(Sample { position_m, normal, albedo, on_grid: false });
+                    }
+                    *known
+                });
+            }
+            layout.triangles.push(shade);
+        }
+        layout
+    }
+
+    fn push_grid(&mut self, mesh: &Mesh, triangle: usize, shade: &ShadeTriangle) {
+        let steps = shade.grid_steps;
+        let corners_m = mesh.corners_m(triangle);
+        let normals = mesh.triangles[triangle].map(|corner| mesh.vertices[index(corner)].normal);
+        let inset = RIM_STEPS / f32_from_u32(steps);
+        for row in 0..=steps {
+            for column in 0..=(steps - row) {
+                let v = f32_from_u32(row) / f32_from_u32(steps);
+                let u = f32_from_u32(column) / f32_from_u32(steps);
+                let weights = inside([1.0 - u - v, u, v], inset);
+                let mix = |values: [[f32; 3]; 3]| {
+                    let at = |axis: usize| {
+                        values[0][axis] * weights[0] + values[1][axis] * weights[1] + values[2][axis] * weights[2]
+                    };
+                    [at(0), at(1), at(2)]
+                };
+                let uv = [0, 1].map(|axis| {
+                    shade.uv[0][axis] * weights[0] + shade.uv[1][axis] * weights[1] + shade.uv[2][axis] * weights[2]
+                });
+                let normal = unit(mix(normals)).unwrap_or(shade.normal);
+                let albedo = albedo(mesh, shade, uv);
+                self.samples.push(Sample { position_m: mix(corners_m), normal, albedo, on_grid: true });
+            }
+        }
+    }
+}
+
+/// Corner weights with none below `least`, still summing to 1.
+fn inside(weights: [f32; 3], least: f32) -> [f32; 3] {
+    let share = 1.0 - 3.0 * least;
+    weights.map(|weight| least + weight * share)
+}
+
+fn unsampled(mesh: &Mesh, triangle: usize) -> ShadeTriangle {
+    let corners_m = mesh.corners_m(triangle);
+    let uv = mesh.triangles[triangle].map(|corner| mesh.vertices[index(corner)].uv);
+    let material = mesh.material_of[triangle];
+    let normal = unit_normal(corners_m).expect("a mesh keeps no triangle without area");
+    let texels_per_m = mesh.materials[index(material)].texture.map_or(0.0, |texture| {
+        let [width, height] = mesh.textures[index(texture)].size();
+        let [a, b, c] = uv;
+        let [bu, bv, cu, cv] = [b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]];
+        let texels2 = 0.5 * ((bu * cv - bv * cu) * width * height).abs();
+        (texels2 / area_m2(corners_m)).sqrt()
+    });
+    ShadeTriangle { normal, uv, samples: [0; 3], grid_steps: 0, material, texels_per_m }
+}
+
+/// Steps of a triangle's grid, 0 where its vertices do.
+fn grid_steps(corners_m: [[f32; 3]; 3]) -> u32 {
+    let [a, b, c] = corners_m;
+    let length = |edge: [f32; 3]| dot(edge, edge).sqrt();
+    let longest = length(sub(b, a)).max(length(sub(c, b))).max(length(sub(a, c)));
+    if longest <= GRID_EDGE_M {
+        return 0;
+    }
+    // A sliver needs samples along its length only, but a grid has them across as well: it gets as many steps as give it
+    // four times the samples that a compact triangle of its area has.
+    let doubled_area = {
+        let normal = cross(sub(b, a), sub(c, a));
+        dot(normal, normal).sqrt()
+    };
+    let compact = 2.0 * doubled_area.sqrt() / GRID_SPACING_M;
+    let steps = (longest / GRID_SPACING_M).min(compact).ceil();
+    u32_truncated_f32(steps).clamp(2, GRID_STEPS_MAX)
+}
+
+/// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid.
+fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2]) -> [f32; 3] {
+    let material = &mesh.materials[index(shade.material)];
+    match material.texture {
+        None => material.base_colour,
+        Some(texture) => {
+            let colour = mesh.textures[index(texture)].colour(uv, shade.texels_per_m * GRID_SPACING_M);
+            [0, 1, 2].map(|band| material.base_colour[band] * colour[band])
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grid_weights_reproduce_the_point_and_stay_in_range() {
+        let steps = 7;
+        let mut places = Vec::new();
+        for row in 0..=steps {
+            for column in 0..=(steps - row) {
+                assert_eq!(index(grid_place(steps, column, row)), places.len());
+                places.push([f32_from_u32(column) / 7.0, f32_from_u32(row) / 7.0]);
+            }
+        }
+        let shade = ShadeTriangle {
+            normal: [0.0, 1.0, 0.0],
+            uv: [[0.0; 2]; 3],
+            samples: [0; 3],
+            grid_steps: steps,
+            material: 0,
+            texels_per_m: 0.0,
+        };
+        let mut tried = 0;
+        for i in 0..=100_u32 {
+            for j in 0..=(100 - i) {
+                let (u, v) = (f32_from_u32(i) / 100.0, f32_from_u32(j) / 100.0);
+                let (mut x, mut y, mut sum) = (0.0, 0.0, 0.0);
+                for (place, weight) in shade.around(u, v) {
+                    x += places[place][0] * weight;
+                    y += places[place][1] * weight;
+                    sum += weight;
+                }
+                // Weights are differences of numbers up to 7 (rounding 7 * 2^-24 each, three of them).
+                assert!((x - u).abs() < 3e-6 && (y - v).abs() < 3e-6 && (sum - 1.0).abs() < 3e-6, "{u} {v}: {x} {y}");
+                tried += 1;
+            }
+        }
+        assert_eq!(tried, 5151);
+    }
+}
