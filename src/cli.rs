@@ -5,6 +5,7 @@
 mod args;
 mod features;
 mod listing;
+mod output;
 mod place;
 mod plan;
 mod power;

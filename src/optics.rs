@@ -1,11 +1,13 @@
 //! Lens and aperture. Enters: rays of a scene. Leaves: mean photons at each pixel over its own exposure window.
 
+pub mod bounds;
 pub mod camera;
 pub mod depth;
 pub mod lens;
 mod motion;
 pub mod render;
 
+pub use bounds::photon_bounds;
 pub use camera::{Aperture, Camera, Pupil, RollOff};
 pub use depth::depth;
 pub use render::{Exposure, render};

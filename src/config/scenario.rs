@@ -158,8 +158,6 @@ sections! {
         read_noise_uv: f64,
         /// Overrides sqrt(A k T g / q).
         ktc_noise_uv: Option<f64>,
-        /// A in kTC noise, above 0, to 1.
-        source_follower_gain: f64,
         /// Standard deviation of the response over pixels, 0 to 0.5.
         prnu: f64,
         /// Standard deviation of the dark signal over pixels, 0 or more.

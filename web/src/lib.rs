@@ -1,1 +1,98 @@
-//! The browser face of sensel.
+//! The browser's face of sensel: frames of a scenario without files, their features, figures and hashes. No physics here.
+
+use sensel::config::Resolved;
+use sensel::run::{Frame, NoClock, NoFiles, NoProgress, Session as Run, Setup};
+use serde_json::json;
+use wasm_bindgen::prelude::*;
+
+/// A run in progress.
+#[wasm_bindgen]
+pub struct Session {
+    run: Run,
+}
+
+/// The first camera's part of a frame, and figures of the run so far.
+#[wasm_bindgen]
+pub struct Step {
+    frame: Frame,
+    bits: u32,
+    summary: String,
+}
+
+fn failed(error: &sensel::error::Error) -> JsError {
+    JsError::new(&error.to_string())
+}
+
+#[wasm_bindgen]
+impl Session {
+    /// Prepares a scenario, as TOML, that needs no files.
+    ///
+    /// # Errors
+    /// As the native program's, with line, key, value and what would do.
+    #[wasm_bindgen(constructor)]
+    pub fn new(scenario: &str) -> Result<Session, JsError> {
+        let resolved = Resolved::from_layers("scenario", scenario, &[]).map_err(|error| failed(&error))?;
+        let setup = Setup::new(resolved, &NoFiles, &NoProgress).map_err(|error| failed(&error))?;
+        let run = Run::new(setup).map_err(|error| failed(&error))?;
+        Ok(Self { run })
+    }
+
+    /// Simulates the next frame.
+    ///
+    /// # Errors
+    /// A motion that ends before this frame.
+    pub fn step(&mut self) -> Result<Step, JsError> {
+        let frame = self.run.step(&NoClock).map_err(|error| failed(&error))?;
+        let setup = self.run.setup();
+        let report = self.run.report("page").map_err(|error| failed(&error))?;
+        let [photons, codes, features, energy] = self.run.hashes();
+        let camera = &frame.cameras[0];
+        let codes_sum: u64 = camera.codes.values().iter().map(|&code| u64::from(code)).sum();
+        let pixels = sensel::num::f64_from_usize(setup.sensor.size.pixel_count());
+        let bits = setup.sensor.parameters.adc.bits;
+        let summary = json!({
+            "frame": frame.frame.0,
+            "features": camera.features.len(),
+            "mean_code_dn": sensel::num::f64_from_u64(codes_sum) / pixels,
+            "raw_bits": pixels * f64::from(bits),
+            "feature_bits": report.bandwidth.feature_bits_per_frame / f64::from(report.scenario.cameras),
+            "energy_uj": report.energy.total_pj_per_frame * 1e-6,
+            "kept": report.plan.kept,
+            "omitted": report.plan.omitted.iter().map(|effect| &effect.name).collect::<Vec<_>>(),
+            "hashes": {"photons": photons, "codes": codes, "features": features, "energy": energy},
+        });
+        Ok(Step { bits, summary: summary.to_string(), frame })
+    }
+}
+
+#[wasm_bindgen]
+impl Step {
+    /// Columns of the picture.
+    #[wasm_bindgen(getter)]
+    pub fn width(&self) -> u32 {
+        self.frame.cameras[0].codes.size().width_px
+    }
+
+    /// Rows of the picture.
+    #[wasm_bindgen(getter)]
+    pub fn height(&self) -> u32 {
+        self.frame.cameras[0].codes.size().height_px
+    }
+
+    /// Codes brought to 8 bits, as red, green, blue and opacity.
+    pub fn pixels(&self) -> Vec<u8> {
+        let picture = sensel::compute::to_8_bits(&self.frame.cameras[0].codes, self.bits);
+        picture.values().iter().flat_map(|&value| [value, value, value, 255]).collect()
+    }
+
+    /// Places of the features in pixels: x, y, x, y, ...
+    pub fn features(&self) -> Vec<f32> {
+        let features = &self.frame.cameras[0].features;
+        features.iter().flat_map(|feature| [feature.x_px(), feature.y_px()].map(sensel::num::f32_nearest)).collect()
+    }
+
+    /// Figures of this frame and hashes of the run so far, as JSON.
+    pub fn summary(&self) -> String {
+        self.summary.clone()
+    }
+}

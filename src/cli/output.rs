@@ -1,0 +1,231 @@
+//! The folder of a run: report, EuRoC folder, trajectories, features, effective configuration, kept stages. It is built beside
+//! its place and renamed; a run that fails leaves nothing.
+
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use sensel::draw::DrawKey;
+use sensel::error::Error;
+use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuReading, PngDepth};
+use sensel::files::folder::OutputFolder;
+use sensel::files::picture;
+use sensel::num::{f64_from_u64, low_u16, u32_from, u32_truncated, u64_half_even};
+use sensel::plane::Plane;
+use sensel::pose::{Pose, format_tum};
+use sensel::report::html::{Mark, Picture, Pictures, html};
+use sensel::report::Report;
+use sensel::run::{Frame, Session, Setup};
+use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, ImuSample, MEMS_PHONE};
+use sensel::units::{CameraIndex, Span};
+
+use super::{features, place};
+
+/// Stages whose output is kept beside what every run writes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Keep {
+    packets: bool,
+    codes: bool,
+    depth: bool,
+    features: bool,
+}
+
+impl Keep {
+    /// Reads the words of `--keep`.
+    ///
+    /// # Errors
+    /// A word that names no stage.
+    pub fn parse(words: &[String]) -> Result<Self, Error> {
+        let mut keep = Self::default();
+        for word in words {
+            match word.as_str() {
+                "packets" => keep.packets = true,
+                "codes" => keep.codes = true,
+                "depth" => keep.depth = true,
+                "features" => keep.features = true,
+                _ => {
+                    let known = "packets, codes, depth, features".to_owned();
+                    return Err(Error::Unknown { what: "stage to keep", name: word.clone(), known });
+                }
+            }
+        }
+        Ok(keep)
+    }
+}
+
+/// Frames of the first camera that the report shows, evenly over the run.
+const STRIP: u32 = 6;
+
+/// Steps a metre of kept depth: TUM's convention, 65535 is 13.1 m.
+const DEPTH_STEPS_PER_M: f32 = 5000.0;
+
+/// A run's folder under construction.
+pub struct Output {
+    folder: OutputFolder,
+    keep: Keep,
+    euroc: EurocWriter,
+    packets: Vec<BufWriter<File>>,
+    pictures: Pictures,
+    frames: u32,
+    seconds: f64,
+}
+
+impl Output {
+    /// Starts the folder.
+    ///
+    /// # Errors
+    /// A folder there that is not ours, or what the disk says.
+    pub fn create(target: &Path, setup: &Setup, keep: Keep) -> Result<Self, Error> {
+        let folder = OutputFolder::create(target)?;
+        let cameras: Vec<EurocCamera> = setup.cameras.iter().map(|camera| EurocCamera {
+            body_from_camera: camera.body_from_camera,
+            rate_hz: setup.sensor.schedule.fps(),
+            size: camera.size,
+            lens: camera.lens,
+        }).collect();
+        let unit = EurocImu { body_from_imu: Pose::IDENTITY, noise: MEMS_PHONE };
+        let has_imu = setup.resolved.scenario.rig.imu == "mems_phone";
+        let euroc = EurocWriter::create(folder.path(), &cameras, has_imu.then_some(&unit), PngDepth::Eight)?;
+        let mut packets = Vec::new();
+        for camera in 0..cameras.len() {
+            if keep.packets {
+                packets.push(create(&folder.path().join(format!("cam{camera}.csi2")))?);
+            }
+            for (kept, stage) in [(keep.codes, "codes"), (keep.depth, "depth"), (keep.features, "features")] {
+                if kept {
+                    make_folder(&folder.path().join(stage).join(format!("cam{camera}")))?;
+                }
+            }
+        }
+        Ok(Self { folder, keep, euroc, packets, pictures: Pictures::default(), frames: setup.frames, seconds: 0.0 })
+    }
+
+    /// Time spent on writing so far.
+    pub fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    /// Writes one frame.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn frame(&mut self, session: &Session, frame: &Frame) -> Result<(), Error> {
+        let started = Instant::now();
+        let bits = session.setup().sensor.parameters.adc.bits;
+        let timestamp_ns = u64_half_even(frame.t_s * 1e9);
+        for (index, camera) in frame.cameras.iter().enumerate() {
+            self.euroc.add_frame(CameraIndex(u32_from(index)), timestamp_ns, &camera.codes, bits)?;
+            if let Some(file) = self.packets.get_mut(index) {
+                let path = PathBuf::from(format!("cam{index}.csi2"));
+                file.write_all(&camera.packets).map_err(|source| place::io(&path, source))?;
+            }
+            let kept = |stage: &str, extension: &str| {
+                self.folder.path().join(stage).join(format!("cam{index}")).join(format!("{timestamp_ns}.{extension}"))
+            };
+            if self.keep.codes {
+                picture::write_grey_16(&kept("codes", "png"), &camera.codes)?;
+            }
+            if self.keep.features {
+                write(&kept("features", "csv"), &features::csv(&camera.features))?;
+            }
+            if self.keep.depth {
+                let setup = session.setup();
+                let depth_m = sensel::optics::depth(setup.scene.scene(), &setup.cameras[index], &frame.truth);
+                picture::write_grey_16(&kept("depth", "png"), &depth_steps(&depth_m))?;
+            }
+        }
+        let every = self.frames.div_ceil(STRIP).max(1);
+        if frame.frame.0.is_multiple_of(every) {
+            self.pictures.strip.push(shown(frame, bits));
+        }
+        self.seconds += started.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Writes what is known only at the end, and puts the folder in its place.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn finish(mut self, session: &Session, report: &Report) -> Result<(), Error> {
+        self.write_motion(session)?;
+        for file in &mut self.packets {
+            file.flush().map_err(|source| place::io(self.folder.path(), source))?;
+        }
+        let folder = self.folder.path();
+        write(&folder.join("report.json"), &report.to_json()?)?;
+        write(&folder.join("report.html"), &html(report, &self.pictures))?;
+        write(&folder.join("config.toml"), &session.setup().resolved.canonical_text())?;
+        write(&folder.join("trajectory_gt.tum"), &format_tum(&session.truth()))?;
+        write(&folder.join("trajectory_est.tum"), &format_tum(&session.estimate()))?;
+        self.euroc.finish()?;
+        self.folder.commit()?;
+        Ok(())
+    }
+
+    fn write_motion(&mut self, session: &Session) -> Result<(), Error> {
+        let motion = &session.setup().motion;
+        let failed = |error: sensel::scene::motion::MotionError| Error::Run(error.to_string());
+        let truth = session.truth();
+        let end_s = truth.last().map_or(0.0, |last| last.t_s);
+        let mut readings: Vec<ImuSample> = Vec::new();
+        if session.setup().resolved.scenario.rig.imu == "mems_phone" {
+            let key = DrawKey::root(session.setup().chain.seed).with(IMU_NUMBER);
+            let span = Span { start_s: 0.0, end_s };
+            readings = imu::samples(motion, span, &MEMS_PHONE, GRAVITY_IN_WORLD_M_PER_S2, key).map_err(failed)?;
+        }
+        for reading in &readings {
+            self.euroc.add_imu(&ImuReading {
+                timestamp_ns: u64_half_even(reading.t_s * 1e9),
+                angular_velocity_rad_per_s: reading.angular_velocity_rad_per_s,
+                acceleration_m_per_s2: reading.acceleration_m_per_s2,
+            })?;
+        }
+        for pose in &truth {
+            let state = motion.state(pose.t_s).map_err(failed)?;
+            let nearest = readings.partition_point(|reading| reading.t_s <= pose.t_s).saturating_sub(1);
+            let bias = readings.get(nearest);
+            self.euroc.add_ground_truth(&GroundTruth {
+                timestamp_ns: u64_half_even(pose.t_s * 1e9),
+                world_from_body: pose.world_from_body,
+                velocity_m_per_s: state.velocity_m_per_s,
+                gyroscope_bias_rad_per_s: bias.map(|bias| bias.gyroscope_bias_rad_per_s).unwrap_or_default(),
+                accelerometer_bias_m_per_s2: bias.map(|bias| bias.accelerometer_bias_m_per_s2).unwrap_or_default(),
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Published number of the inertial unit's noise in keys.
+const IMU_NUMBER: u64 = 2;
+
+fn shown(frame: &Frame, bits: u32) -> Picture {
+    let camera = &frame.cameras[0];
+    let marks = camera.features.iter().zip(&camera.tracked);
+    Picture {
+        values: sensel::compute::to_8_bits(&camera.codes, bits),
+        caption: format!("camera 0, frame {}, {:.3} s", frame.frame.0, frame.t_s),
+        marks: marks.map(|(f, &tracked)| Mark { x_px: f.x_px(), y_px: f.y_px(), tracked }).collect(),
+    }
+}
+
+/// Depth along the optical axis in steps of 0.2 mm; 0 where nothing is hit or beyond 13.1 m.
+fn depth_steps(depth_m: &Plane<f32>) -> Plane<u16> {
+    depth_m.map(|depth_m| {
+        let steps = f64::from(depth_m * DEPTH_STEPS_PER_M) + 0.5;
+        if steps < f64_from_u64(65_536) { low_u16(u32_truncated(steps)) } else { 0 }
+    })
+}
+
+fn create(path: &Path) -> Result<BufWriter<File>, Error> {
+    Ok(BufWriter::new(File::create(path).map_err(|source| place::io(path, source))?))
+}
+
+fn make_folder(path: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(path).map_err(|source| place::io(path, source))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    std::fs::write(path, text).map_err(|source| place::io(path, source))
+}

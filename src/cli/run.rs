@@ -1,0 +1,158 @@
+//! `sensel run`: the whole way, and everything it writes.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use sensel::error::Error;
+use sensel::files::cache::Cache;
+use sensel::report::Report;
+use sensel::run::{Assets, Session, Setup, Stopwatch};
+
+use super::args::{RunArguments, Shared};
+use super::output::Output;
+use super::place::{self, Located};
+use super::progress;
+
+/// Most that baked light may take of the user's disk.
+const CACHE_BYTES: u64 = 1 << 30;
+
+/// Time since the program started.
+pub struct Wall(Instant);
+
+impl Stopwatch for Wall {
+    fn now_s(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
+    }
+}
+
+/// Files of one folder, and the user's cache.
+pub struct FolderAssets {
+    folder: PathBuf,
+    cache: Option<Cache>,
+}
+
+impl FolderAssets {
+    /// Files of a scenario's folder; the cache is left out where there is no place for it.
+    pub fn new(folder: &Path, shared: &Shared) -> Self {
+        Self { folder: folder.to_path_buf(), cache: Cache::open(shared.cache.as_deref(), CACHE_BYTES).ok() }
+    }
+}
+
+impl Assets for FolderAssets {
+    fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
+        let relative = Path::new(name);
+        let inside = relative.components().all(|part| matches!(part, std::path::Component::Normal(_)));
+        if !inside {
+            let reason = "leads out of the scenario's folder; a name within it would do".to_owned();
+            return Err(Error::Content { file: name.to_owned(), reason });
+        }
+        let path = self.folder.join(relative);
+        std::fs::read(&path).map_err(|source| match source.kind() {
+            std::io::ErrorKind::NotFound => Error::Content {
+                file: path.display().to_string(),
+                reason: "is not there; the scenario names it".to_owned(),
+            },
+            _ => place::io(&path, source),
+        })
+    }
+
+    fn load(&self, key: &str) -> Option<Vec<u8>> {
+        self.cache.as_ref()?.get(key)
+    }
+
+    fn store(&self, key: &str, bytes: &[u8]) {
+        if let Some(Err(error)) = self.cache.as_ref().map(|cache| cache.put(key, bytes)) {
+            eprintln!("sensel: baked light is not kept: {error}");
+        }
+    }
+}
+
+/// The scenario of run-like verbs, with their own options laid over it.
+pub fn located(arguments: &RunArguments, shared: &Shared) -> Result<Located, Error> {
+    let mut more = Vec::new();
+    more.extend(arguments.frames.map(|frames| format!("run.frames={frames}")));
+    more.extend(arguments.rung.as_ref().map(|rung| format!("run.rung='{rung}'")));
+    more.extend(arguments.effects.as_ref().map(|effects| format!("run.effects='{effects}'")));
+    place::locate(arguments.scenario.as_deref(), shared, &more)
+}
+
+/// Uses as many threads as the scenario says, for the whole program.
+pub fn use_threads(threads: u32) {
+    let threads = usize::try_from(threads).unwrap_or(0);
+    // Fails only when a pool exists already, and then that one is used.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+}
+
+/// Everything checked and lit, ready for the first frame.
+pub fn prepare(located: Located, shared: &Shared) -> Result<Setup, Error> {
+    use_threads(located.resolved.scenario.run.threads);
+    let assets = FolderAssets::new(&located.folder, shared);
+    let bar = progress::Baking::new(shared.quiet);
+    Setup::new(located.resolved, &assets, &bar)
+}
+
+/// `sensel run`.
+pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
+    let watch = Wall(Instant::now());
+    let located = located(arguments, shared)?;
+    let name = located.name.clone();
+    let keep = super::output::Keep::parse(&arguments.keep)?;
+    let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
+    let setup = prepare(located, shared)?;
+    let prepared_s = watch.now_s();
+
+    let mut output = Output::create(&target, &setup, keep)?;
+    let mut session = Session::new(setup)?;
+    let frames = session.setup().frames;
+    let bar = progress::bar("frames", u64::from(frames), shared.quiet);
+    for _ in 0..frames {
+        let frame = session.step(&watch)?;
+        output.frame(&session, &frame)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let mut report = session.report(&name)?;
+    report.cost.insert("prepare", per_frame(prepared_s, frames));
+    report.cost.insert("write", per_frame(output.seconds(), frames));
+    output.finish(&session, &report)?;
+
+    if shared.json {
+        print!("{}", report.to_json()?);
+    } else if !shared.quiet {
+        summary(&report, &target, watch.now_s());
+    }
+    Ok(())
+}
+
+fn per_frame(seconds: f64, frames: u32) -> sensel::report::record::StageCost {
+    sensel::report::record::StageCost { ms_per_frame: 1e3 * seconds / f64::from(frames) }
+}
+
+fn summary(report: &Report, target: &Path, seconds: f64) {
+    let scenario = &report.scenario;
+    let figure = |value: Option<f64>, factor: f64, unit: &str| {
+        value.map_or("not measurable".to_owned(), |value| format!("{:.2} {unit}", value * factor))
+    };
+    println!(
+        "{}: {} frames, {} camera(s) of {}x{}, {:.0} lux, {} bit",
+        scenario.name, scenario.frames, scenario.cameras, scenario.width_px, scenario.height_px, scenario.illuminance_lux, scenario.bits
+    );
+    let tracking = &report.tracking;
+    println!("  tracked       {:.1} % of frames, {} features (median)", 100.0 * tracking.tracked_fraction,
+        report.features.median_tracked.map_or("no".to_owned(), |count| format!("{count:.0}")));
+    println!("  ATE           {}  over {:.2} m", figure(tracking.ate_m, 1e3, "mm"), scenario.path_m);
+    println!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));
+    println!("  jitter (d2)   {}", figure(tracking.jitter_d2_m, 1e3, "mm"));
+    println!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
+    println!(
+        "  link          {:.2} Mbit/s, features {} smaller than raw",
+        report.bandwidth.link_bits_per_s * 1e-6,
+        report.bandwidth.reduction.map_or("not".to_owned(), |reduction| format!("{reduction:.1} times"))
+    );
+    println!("  latency       {:.2} ms", report.timing.latency_us * 1e-3);
+    println!("  render noise  {} of photon variance", figure(scenario.render_variance_ratio, 1.0, "times"));
+    println!("  took          {seconds:.1} s");
+    println!("report: {}", target.join("report.html").display());
+    let tracked = report.frames.iter().filter(|frame| frame.error_m.is_some()).count();
+    println!("{} frames, {tracked} tracked, {} lost", scenario.frames, report.frames.len() - tracked);
+}

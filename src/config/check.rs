@@ -1,0 +1,257 @@
+//! From what a user wrote to what stages take: ranges and relations are checked here, once. Stages see checked types only.
+
+use std::fmt::Display;
+use std::ops::RangeBounds;
+
+use glam::{DQuat, DVec3};
+
+use super::scenario::Scenario;
+use crate::adc::{AdcParams, Cds};
+use crate::compute::ExtractorParams;
+use crate::effects::plan::Choice;
+use crate::error::Error;
+use crate::fidelity::{Fidelity, Rung};
+use crate::link::{LinkParams, Mode, RawKind};
+use crate::optics::lens::{Lens, Radtan};
+use crate::optics::{Aperture, Pupil, RollOff};
+use crate::pixel::{PixelParams, PixelType};
+use crate::readout::{ReadoutParams, Shutter};
+use crate::scene::Illuminant;
+use crate::units::Size;
+
+/// The value, if it lies in the range; NaN lies in none.
+pub fn within<T: PartialOrd + Display + Copy>(key: &str, value: T, range: impl RangeBounds<T>, would_do: &str) -> Result<T, Error> {
+    if range.contains(&value) { Ok(value) } else { Err(Error::key(key, value, format!("out of range; {would_do} would do"))) }
+}
+
+/// The member of a closed set that the text names.
+pub fn one_of<T: Copy>(key: &str, text: &str, members: &[(&str, T)]) -> Result<T, Error> {
+    members.iter().find(|(name, _)| *name == text).map(|(_, member)| *member).ok_or_else(|| {
+        let names: Vec<&str> = members.iter().map(|(name, _)| *name).collect();
+        Error::key(key, text, format!("not known; one of {} would do", names.join(", ")))
+    })
+}
+
+impl Scenario {
+    /// Width and height of the array.
+    ///
+    /// # Errors
+    /// A side outside 16 to 4096 pixels (the extractor's places have 12 bits).
+    pub fn size(&self) -> Result<Size, Error> {
+        let width_px = within("sensor.width", self.sensor.width, 16..=4096, "16 to 4096")?;
+        let height_px = within("sensor.height", self.sensor.height, 16..=4096, "16 to 4096")?;
+        Ok(Size { width_px, height_px })
+    }
+
+    /// Knobs of accuracy.
+    ///
+    /// # Errors
+    /// Values out of range, and rungs that come with a later version.
+    pub fn fidelity(&self) -> Result<Fidelity, Error> {
+        let rungs = [Rung::Expected, Rung::Sampled, Rung::Clocked, Rung::Rtl].map(|rung| (rung.name(), rung));
+        let rung = one_of("run.rung", &self.run.rung, &rungs)?;
+        if rung != Rung::Sampled {
+            let reason = "this rung comes with a later version; sampled would do";
+            return Err(Error::key("run.rung", &self.run.rung, reason));
+        }
+        let samples = within("run.samples_per_pixel", self.run.samples_per_pixel, 1..=4096, "1 to 4096")?;
+        let accuracy = within("run.accuracy", self.run.accuracy, 0.0..=10.0, "0 to 10")?;
+        Ok(Fidelity { rung, samples_per_pixel: samples, accuracy })
+    }
+
+    /// Frames of the run.
+    ///
+    /// # Errors
+    /// None, or over a million.
+    pub fn frames(&self) -> Result<u32, Error> {
+        within("run.frames", self.run.frames, 1..=1_000_000, "1 to 1,000,000")
+    }
+
+    /// Which effects the user asked for.
+    ///
+    /// # Errors
+    /// A name that is no effect's.
+    pub fn effects(&self, known: &[&str]) -> Result<Choice, Error> {
+        Choice::parse(&self.run.effects, known).map_err(|reason| Error::key("run.effects", &self.run.effects, reason))
+    }
+
+    /// The light's spectrum and its level in lux.
+    ///
+    /// # Errors
+    /// An unknown name, or a level that is not above 0 and at most 200,000.
+    pub fn light(&self) -> Result<(Illuminant, f64), Error> {
+        let names = Illuminant::ALL.map(|illuminant| (illuminant.name(), illuminant));
+        let illuminant = one_of("scene.illuminant", &self.scene.illuminant, &names)?;
+        let would_do = "1e-6 to 200,000 (starlight 0.001, office 500, direct sun 100,000)";
+        let lux = within("scene.illuminance_lux", self.scene.illuminance_lux, 1e-6..=200_000.0, would_do)?;
+        Ok((illuminant, lux))
+    }
+
+    /// The lens mapping.
+    ///
+    /// # Errors
+    /// A field of view outside 1 to 170 degrees, or distortion that folds the picture over.
+    pub fn lens(&self) -> Result<Lens, Error> {
+        let optics = &self.optics;
+        let fov_deg = within("optics.horizontal_fov_deg", optics.horizontal_fov_deg, 1.0..=170.0, "1 to 170")?;
+        for (key, value) in [("k1", optics.k1), ("k2", optics.k2), ("p1", optics.p1), ("p2", optics.p2)] {
+            within(&format!("optics.{key}"), value, -10.0..=10.0, "-10 to 10")?;
+        }
+        let size = self.size()?;
+        let mut lens = Lens::pinhole(size, fov_deg.to_radians());
+        lens.distortion = Radtan { k1: optics.k1, k2: optics.k2, p1: optics.p1, p2: optics.p2 };
+        let (right, bottom) = (f64::from(size.width_px) - 0.5, f64::from(size.height_px) - 0.5);
+        let corners = [(-0.5, -0.5), (right, -0.5), (-0.5, bottom), (right, bottom)];
+        if corners.iter().any(|&(x, y)| lens.unproject(glam::DVec2::new(x, y)).is_none()) {
+            let reason = "this distortion folds over inside the picture; a k1 nearer to 0 would do";
+            return Err(Error::key("optics.k1", optics.k1, reason));
+        }
+        Ok(lens)
+    }
+
+    /// Aperture, transmission and shading.
+    ///
+    /// # Errors
+    /// Values out of range, unknown names.
+    pub fn aperture(&self) -> Result<(Aperture, RollOff), Error> {
+        let optics = &self.optics;
+        let pupil = one_of("optics.pupil", &optics.pupil, &[("thin_lens", Pupil::ThinLens), ("aplanatic", Pupil::Aplanatic)])?;
+        let roll_off = one_of("optics.roll_off", &optics.roll_off, &[("cos4", RollOff::Cos4), ("none", RollOff::None)])?;
+        let f_number = within("optics.f_number", optics.f_number, 0.5..=64.0, "0.5 to 64")?;
+        let transmission = within("optics.transmission", optics.transmission, 1e-6..=1.0, "above 0 to 1")?;
+        Ok((Aperture { f_number, transmission, pupil }, roll_off))
+    }
+
+    /// Photodiode to column line.
+    ///
+    /// # Errors
+    /// Values out of range, unknown names.
+    pub fn pixel(&self) -> Result<PixelParams, Error> {
+        let pixel = &self.sensor.pixel;
+        let ranged = |name: &str, value: f64, low: f64, high: f64| {
+            within(&format!("sensor.pixel.{name}"), value, low..=high, &format!("{low} to {high}"))
+        };
+        let types = [("3T", PixelType::T3), ("4T", PixelType::T4), ("5T", PixelType::T5), ("6T", PixelType::T6)];
+        let ktc_noise_uv = pixel.ktc_noise_uv.map(|uv| ranged("ktc_noise_uv", uv, 0.0, 1e5)).transpose()?;
+        Ok(PixelParams {
+            pixel_type: one_of("sensor.pixel.type", &pixel.kind, &types)?,
+            double_sampling: self.cds()? != Cds::None,
+            pitch_um: ranged("pitch_um", pixel.pitch_um, 0.5, 50.0)?,
+            quantum_efficiency: ranged("quantum_efficiency", pixel.quantum_efficiency, 0.0, 1.0)?,
+            fill_factor: ranged("fill_factor", pixel.fill_factor, 1e-6, 1.0)?,
+            conversion_gain_uv_per_e: ranged("conversion_gain_uv_per_e", pixel.conversion_gain_uv_per_e, 0.1, 1000.0)?,
+            full_well_e: ranged("full_well_e", pixel.full_well_e, 1.0, 1e7)?,
+            dark_current_e_per_s: ranged("dark_current_e_per_s", pixel.dark_current_e_per_s, 0.0, 1e9)?,
+            dark_doubling_k: ranged("dark_doubling_k", pixel.dark_doubling_k, 4.0, 20.0)?,
+            temperature_k: within("sensor.temperature_k", self.sensor.temperature_k, 200.0..=400.0, "200 to 400")?,
+            read_noise_uv: ranged("read_noise_uv", pixel.read_noise_uv, 0.0, 1e5)?,
+            ktc_noise_uv,
+            prnu: ranged("prnu", pixel.prnu, 0.0, 0.5)?,
+            dsnu_e: ranged("dsnu_e", pixel.dsnu_e, 0.0, 1e6)?,
+        })
+    }
+
+    fn cds(&self) -> Result<Cds, Error> {
+        let names = [("none", Cds::None), ("analog", Cds::Analog), ("digital", Cds::Digital)];
+        one_of("sensor.adc.cds", &self.sensor.adc.cds, &names)
+    }
+
+    /// Column converters.
+    ///
+    /// # Errors
+    /// Values out of range, unknown names, a black level that is no code.
+    pub fn adc(&self) -> Result<AdcParams, Error> {
+        let adc = &self.sensor.adc;
+        let ranged = |name: &str, value: f64, low: f64, high: f64| {
+            within(&format!("sensor.adc.{name}"), value, low..=high, &format!("{low} to {high}"))
+        };
+        let bits = within("sensor.adc.bits", adc.bits, 1..=16, "1 to 16")?;
+        let code_max = (1_u32 << bits) - 1;
+        one_of("sensor.adc.ramp", &adc.ramp, &[("linear", ())])?;
+        within("sensor.adc.black_level_dn", adc.black_level_dn, 0..code_max, &format!("0 to {}", code_max - 1))?;
+        Ok(AdcParams {
+            bits,
+            clock_hz: within("sensor.adc.clock_hz", adc.clock_hz, 1_000..=100_000_000_000, "1 kHz to 100 GHz")?,
+            full_scale_uv: ranged("full_scale_uv", adc.full_scale_uv, 1.0, 1e7)?,
+            gain: ranged("gain", adc.gain, 0.01, 1000.0)?,
+            black_level_dn: adc.black_level_dn,
+            column_offset_uv: ranged("column_offset_uv", adc.column_offset_uv, 0.0, 1e6)?,
+            column_offset_residual_uv: ranged("column_offset_residual_uv", adc.column_offset_residual_uv, 0.0, 1e6)?,
+            column_gain_sigma: ranged("column_gain_sigma", adc.column_gain_sigma, 0.0, 0.5)?,
+            reset_counts: within("sensor.adc.reset_counts", adc.reset_counts, 0..=65_536, "0 to 65,536")?,
+            settle_reset_us: ranged("settle_reset_us", adc.settle_reset_us, 0.0, 1e6)?,
+            settle_signal_us: ranged("settle_signal_us", adc.settle_signal_us, 0.0, 1e6)?,
+            cds: self.cds()?,
+        })
+    }
+
+    /// Sequencer.
+    ///
+    /// # Errors
+    /// Values out of range, unknown names; relations between times are checked by `readout::Schedule`.
+    pub fn readout(&self) -> Result<ReadoutParams, Error> {
+        let readout = &self.sensor.readout;
+        let shutters = [("global", Shutter::Global), ("rolling", Shutter::Rolling)];
+        one_of("sensor.readout.exposure", &readout.exposure, &[("fixed", ())])?;
+        Ok(ReadoutParams {
+            shutter: one_of("sensor.readout.shutter", &readout.shutter, &shutters)?,
+            hts: within("sensor.readout.hts", readout.hts, 1..=1_000_000, "1 to 1,000,000")?,
+            vts: within("sensor.readout.vts", readout.vts, 1..=1_000_000, "1 to 1,000,000")?,
+            pixel_rate_hz: within("sensor.readout.pixel_rate_hz", readout.pixel_rate_hz, 1_000..=100_000_000_000, "1 kHz to 100 GHz")?,
+            exposure_us: within("sensor.readout.exposure_us", readout.exposure_us, 0.001..=1e8, "0.001 to 100,000,000")?,
+            exposure_margin_lines: within("sensor.readout.exposure_margin_lines", readout.exposure_margin_lines, 0..=10_000, "0 to 10,000")?,
+        })
+    }
+
+    /// The extractor.
+    ///
+    /// # Errors
+    /// Values out of range, an unknown detector.
+    pub fn extractor(&self) -> Result<ExtractorParams, Error> {
+        let compute = &self.compute;
+        one_of("compute.detector", &compute.detector, &[("fast9", ())])?;
+        let top_k = (compute.top_k > 0).then_some(compute.top_k);
+        ExtractorParams { threshold: compute.threshold, top_k, cell_px: compute.cell_px, subpixel: compute.subpixel }.checked()
+    }
+
+    /// The link.
+    ///
+    /// # Errors
+    /// Values out of range, unknown names, a container too small for the codes.
+    pub fn link(&self) -> Result<LinkParams, Error> {
+        let link = &self.link;
+        let modes = [("frames", Mode::Frames), ("features", Mode::Features), ("both", Mode::Both)];
+        let mut formats = vec![("auto", None)];
+        formats.extend(RawKind::ALL.iter().map(|kind| (kind.name(), Some(*kind))));
+        LinkParams {
+            lanes: link.lanes,
+            frequency_hz: within("link.frequency_hz", link.frequency_hz, 1_000_000..=10_000_000_000, "1 MHz to 10 GHz")?,
+            mode: one_of("link.mode", &link.mode, &modes)?,
+            format: one_of("link.format", &link.format, &formats)?,
+        }
+        .checked()
+    }
+
+    /// Rotation from the rig into the body, and the cameras' places along the baseline, in metres.
+    ///
+    /// # Errors
+    /// A quaternion far from unit, a baseline out of range.
+    pub fn cameras(&self) -> Result<(DQuat, Vec<DVec3>), Error> {
+        let rotation = unit_quaternion("rig.body_from_rig", self.rig.body_from_rig)?;
+        let baseline_m = within("rig.baseline_mm", self.rig.baseline_mm, 0.0..=10_000.0, "0 to 10,000")? * 1e-3;
+        if baseline_m == 0.0 {
+            return Ok((rotation, vec![DVec3::ZERO]));
+        }
+        Ok((rotation, vec![DVec3::new(-0.5 * baseline_m, 0.0, 0.0), DVec3::new(0.5 * baseline_m, 0.0, 0.0)]))
+    }
+}
+
+/// A rotation from its four numbers x y z w.
+pub fn unit_quaternion(key: &str, xyzw: [f64; 4]) -> Result<DQuat, Error> {
+    let rotation = DQuat::from_array(xyzw);
+    let norm = rotation.length();
+    if (norm - 1.0).abs() <= crate::pose::QUATERNION_NORM_TOLERANCE {
+        return Ok(rotation.normalize());
+    }
+    Err(Error::key(key, format!("{xyzw:?}"), format!("a quaternion x y z w of norm {norm:.4}; norm 1 would do")))
+}

@@ -1,0 +1,101 @@
+//! The one list of effects between photons and codes, in physical order; the planner that chooses from it; and the chain that
+//! runs the chosen ones over rows. Enters: facts and photons. Leaves: a plan, and codes.
+
+pub mod chain;
+pub mod plan;
+pub mod regions;
+
+use crate::adc::{self, AdcParams};
+use crate::effect::Effect;
+use crate::pixel::{self, PixelParams};
+
+/// What effects are made from.
+#[derive(Clone, Debug)]
+pub struct Parameters {
+    /// Photodiode to column line.
+    pub pixel: PixelParams,
+    /// Column converters.
+    pub adc: AdcParams,
+}
+
+/// A member of the list.
+pub struct Entry {
+    /// The effect's one name.
+    pub name: &'static str,
+    /// What it models, in one line; its file has the equation and the source.
+    pub summary: &'static str,
+    /// The effect, or none where its parameter is zero or the pixel does not have it.
+    pub build: fn(&Parameters) -> Option<Box<dyn Effect>>,
+}
+
+/// All effects in the order in which light and charge meet them.
+pub const ALL: &[Entry] = &[
+    Entry {
+        name: "prnu",
+        summary: "response differs from pixel to pixel, a pattern of the die",
+        build: |parameters| pixel::prnu::Prnu::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "shot_noise",
+        summary: "photoelectrons are counted: exact Poisson",
+        build: |parameters| pixel::shot_noise::ShotNoise::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "dark_current",
+        summary: "thermal electrons over exposure and storage, with their own Poisson draw",
+        build: |parameters| pixel::dark_current::DarkCurrent::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "dsnu",
+        summary: "dark signal differs from pixel to pixel, a pattern of the die",
+        build: |parameters| pixel::dsnu::Dsnu::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "full_well",
+        summary: "charge beyond the well is lost",
+        build: |parameters| pixel::full_well::FullWell::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "ktc_noise",
+        summary: "reset noise that double sampling does not remove",
+        build: |parameters| pixel::ktc_noise::KtcNoise::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "read_noise",
+        summary: "source follower and column noise after double sampling",
+        build: |parameters| pixel::read_noise::ReadNoise::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "column_gain",
+        summary: "gain differs from column to column, a pattern of the die",
+        build: |parameters| adc::column_gain::ColumnGain::from_params(&parameters.adc),
+    },
+    Entry {
+        name: "column_offset",
+        summary: "offset differs from column to column, what double sampling leaves of it",
+        build: |parameters| adc::column_offset::ColumnOffset::from_params(&parameters.adc),
+    },
+];
+
+/// Names of all effects, in physical order.
+pub fn names() -> Vec<&'static str> {
+    ALL.iter().map(|entry| entry.name).collect()
+}
+
+/// The effects that these parameters have, in physical order.
+pub fn build_all(parameters: &Parameters) -> Vec<Box<dyn Effect>> {
+    ALL.iter().filter_map(|entry| (entry.build)(parameters)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_stand_in_physical_order() {
+        let names = names();
+        for (index, name) in names.iter().enumerate() {
+            assert!(!names[..index].contains(name), "{name} stands twice");
+        }
+    }
+}

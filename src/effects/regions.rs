@@ -1,0 +1,67 @@
+//! From what is known of a scene's light to the regions that the planner judges: bands of signal, each with its own noise.
+
+use super::Parameters;
+use super::plan::Region;
+use crate::facts::Facts;
+
+/// Bands of signal between the least and the greatest, equal in ratio: within one band the noise differs by less than a factor of two
+/// over four decades of signal.
+const BANDS: u32 = 8;
+
+/// Signals below this do not divide into further bands: a tenth of an electron is below every sensor's dark noise.
+const SIGNAL_E_FLOOR: f64 = 0.1;
+
+/// Bounds that hold for every pixel of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightBounds {
+    /// Least mean photons of a pixel.
+    pub photons_min: f64,
+    /// Greatest mean photons of a pixel.
+    pub photons_max: f64,
+}
+
+/// Temporal dark noise of a pixel in electrons: read noise and, where it is not removed, kTC noise.
+pub fn dark_sigma_e(parameters: &Parameters) -> f64 {
+    let pixel = &parameters.pixel;
+    let ktc_uv = pixel.ktc_sigma_uv();
+    (pixel.read_noise_uv * pixel.read_noise_uv + ktc_uv * ktc_uv).sqrt() / pixel.conversion_gain_uv_per_e
+}
+
+/// One LSB in electrons.
+pub fn lsb_e(parameters: &Parameters) -> f64 {
+    parameters.adc.lsb_uv() / parameters.pixel.conversion_gain_uv_per_e
+}
+
+/// The regions of a frame: `sigma_t^2 = N_e + sigma_dark^2 + LSB_e^2 / 12`, taken at each band's lower end, where it is least.
+pub fn regions(parameters: &Parameters, light: LightBounds, exposure_s: f64, storage_s_max: f64, pixels: f64) -> Vec<Region> {
+    let efficiency = parameters.pixel.quantum_efficiency * parameters.pixel.fill_factor;
+    let (low_e, high_e) = (light.photons_min * efficiency, light.photons_max * efficiency);
+    let dark_e = dark_sigma_e(parameters);
+    let step_e = lsb_e(parameters);
+    let start_e = crate::num::greater(low_e, SIGNAL_E_FLOOR);
+    let ratio = if high_e > start_e { libm::pow(high_e / start_e, 1.0 / f64::from(BANDS)) } else { 1.0 };
+    let mut edges_e = vec![low_e];
+    let mut edge_e = start_e;
+    for _ in 1..BANDS {
+        edge_e *= ratio;
+        if edge_e > low_e && edge_e < high_e {
+            edges_e.push(edge_e);
+        }
+    }
+    edges_e.push(crate::num::greater(high_e, low_e));
+    edges_e
+        .windows(2)
+        .map(|band| Region {
+            facts: Facts {
+                signal_e_min: band[0],
+                signal_e_max: band[1],
+                exposure_s,
+                storage_s_max,
+                temperature_k: parameters.pixel.temperature_k,
+                pixels,
+                conversion_gain_uv_per_e: parameters.pixel.conversion_gain_uv_per_e,
+            },
+            sigma_e: (band[0] + dark_e * dark_e + step_e * step_e / 12.0).sqrt(),
+        })
+        .collect()
+}

@@ -1,0 +1,63 @@
+//! Grey pictures from PNG and JPEG files, in their own depth, and PNG files of codes.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use image::{ColorType, DynamicImage, ImageReader};
+
+use super::io_error;
+use crate::error::Error;
+use crate::plane::Plane;
+use crate::units::Size;
+
+/// Longest side that is decoded; the size is read from the header before anything is allocated.
+const SIDE_PX_MAX: u32 = 16_384;
+
+/// Most pixels that are decoded.
+const PIXELS_MAX: u64 = 100_000_000;
+
+/// Reads a picture as grey values and their depth, 8 or 16 bits. Colour becomes luma by the `image` crate's weights (Rec. 709).
+///
+/// # Errors
+/// A file that is not there or no picture, or one beyond the size that is decoded.
+pub fn read_grey(file: &Path) -> Result<(Plane<u16>, u32), Error> {
+    let refused = |reason: String| Error::Content { file: file.display().to_string(), reason };
+    let open = || -> Result<ImageReader<BufReader<File>>, Error> {
+        let stream = BufReader::new(File::open(file).map_err(|source| match source.kind() {
+            std::io::ErrorKind::NotFound => refused("is not there".to_owned()),
+            _ => io_error(file)(source),
+        })?);
+        ImageReader::new(stream).with_guessed_format().map_err(io_error(file))
+    };
+    let (width_px, height_px) = open()?.into_dimensions().map_err(|error| refused(format!("is no picture: {error}")))?;
+    let pixels = u64::from(width_px) * u64::from(height_px);
+    if width_px > SIDE_PX_MAX || height_px > SIDE_PX_MAX || pixels > PIXELS_MAX || pixels == 0 {
+        return Err(refused(format!("has {width_px} x {height_px} pixels; up to {PIXELS_MAX} would do")));
+    }
+    let picture = open()?.decode().map_err(|error| refused(format!("is damaged: {error}")))?;
+    let size = Size { width_px, height_px };
+    Ok(match picture.color() {
+        ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => {
+            (Plane::from_values(size, picture.into_luma16().into_raw()), 16)
+        }
+        _ => {
+            let values = picture.into_luma8().into_raw().into_iter().map(u16::from).collect();
+            (Plane::from_values(size, values), 8)
+        }
+    })
+}
+
+/// Writes 16-bit values as a grey PNG.
+///
+/// # Errors
+/// What the disk says.
+pub fn write_grey_16(file: &Path, values: &Plane<u16>) -> Result<(), Error> {
+    let size = values.size();
+    let buffer = image::ImageBuffer::from_raw(size.width_px, size.height_px, values.values().to_vec())
+        .expect("a plane has width times height values");
+    DynamicImage::ImageLuma16(buffer).save(file).map_err(|error| match error {
+        image::ImageError::IoError(source) => io_error(file)(source),
+        other => Error::Run(format!("{}: {other}", file.display())),
+    })
+}

@@ -1,0 +1,14 @@
+//! One run, frame by frame, from photons to pose. Enters: a resolved scenario and the bytes of its files. Leaves: every stage's
+//! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
+
+pub mod assets;
+mod hashes;
+mod light;
+mod motion;
+mod record;
+pub mod session;
+pub mod setup;
+
+pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
+pub use session::{CameraFrame, Frame, Session};
+pub use setup::{SensorSetup, Setup};

@@ -1,0 +1,57 @@
+//! Where bytes come from and go to: the core itself does no input or output.
+
+use crate::error::Error;
+
+/// Files of a scenario, and a place for baked light.
+pub trait Assets: Sync {
+    /// The bytes of a file named in the scenario, relative to the scenario's folder.
+    ///
+    /// # Errors
+    /// The file is not there, or not in that folder.
+    fn read(&self, name: &str) -> Result<Vec<u8>, Error>;
+
+    /// Bytes stored under a content hash earlier, if any.
+    fn load(&self, _key: &str) -> Option<Vec<u8>> {
+        None
+    }
+
+    /// Stores bytes under a content hash; failing to do so costs time later, nothing else.
+    fn store(&self, _key: &str, _bytes: &[u8]) {}
+}
+
+/// No files at all: generated scenes and motions only (the browser).
+pub struct NoFiles;
+
+impl Assets for NoFiles {
+    fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
+        Err(Error::Content { file: name.to_owned(), reason: "there are no files here; a generated scene would do".to_owned() })
+    }
+}
+
+/// Measures time for the report; the library reads no clock.
+pub trait Stopwatch: Sync {
+    /// Seconds since some fixed instant.
+    fn now_s(&self) -> f64;
+}
+
+/// Time stands still: for runs whose cost nobody asks for.
+pub struct NoClock;
+
+impl Stopwatch for NoClock {
+    fn now_s(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Told how far a long piece of work has come.
+pub trait Progress: Sync {
+    /// `share` of the work called `what` is done, 0 to 1.
+    fn at(&self, what: &'static str, share: f64);
+}
+
+/// Tells nobody.
+pub struct NoProgress;
+
+impl Progress for NoProgress {
+    fn at(&self, _: &'static str, _: f64) {}
+}

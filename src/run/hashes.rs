@@ -1,0 +1,35 @@
+//! Hashes of the bytes of each stage: what "the same run" means.
+
+use crate::compute::Feature;
+use crate::plane::Plane;
+
+/// Running hashes over all frames and cameras, in their order.
+#[derive(Default)]
+pub struct StageHashes {
+    photons: blake3::Hasher,
+    codes: blake3::Hasher,
+    features: blake3::Hasher,
+}
+
+impl StageHashes {
+    /// Adds one camera's frame. Numbers enter as little-endian bytes.
+    pub fn add(&mut self, photons: &Plane<f32>, codes: &Plane<u16>, features: &[Feature]) {
+        let mut bytes = Vec::with_capacity(4 * photons.values().len());
+        bytes.extend(photons.values().iter().flat_map(|value| value.to_le_bytes()));
+        self.photons.update(&bytes);
+        bytes.clear();
+        bytes.extend(codes.values().iter().flat_map(|value| value.to_le_bytes()));
+        self.codes.update(&bytes);
+        for feature in features {
+            self.features.update(&feature.x_q4.to_le_bytes());
+            self.features.update(&feature.y_q4.to_le_bytes());
+            self.features.update(&[feature.score, feature.angle, feature.octave]);
+            self.features.update(&feature.descriptor);
+        }
+    }
+
+    /// The hashes so far, hexadecimal: photons, codes, features.
+    pub fn hex(&self) -> [String; 3] {
+        [&self.photons, &self.codes, &self.features].map(|hasher| hasher.finalize().to_hex().to_string())
+    }
+}

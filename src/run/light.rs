@@ -1,0 +1,63 @@
+//! The scene that a scenario names, under its light. Baked light is kept by content hash.
+
+use glam::DVec3;
+
+use super::assets::{Assets, Progress};
+use crate::config::Scenario;
+use crate::error::Error;
+use crate::scene::{Bake, BakeSettings, LitScene, Scene, box_room, target};
+
+/// Side of the cube around which a flat target stands, and the box room's keyed texture: not the run's seed, so that two runs
+/// with different seeds look at the same room.
+const BOX_ROOM_SEED: u64 = 1;
+
+/// Loads or generates the scene, bakes or loads its light, and scales it to the scenario's lux at `start_m`.
+///
+/// # Errors
+/// No scene or more than one named, a file that is no scene, no light at the start.
+pub fn lit_scene(scenario: &Scenario, start_m: DVec3, assets: &dyn Assets, progress: &dyn Progress) -> Result<LitScene, Error> {
+    let (illuminant, lux) = scenario.light()?;
+    let section = &scenario.scene;
+    let mut scene = match (&section.file, &section.generator, &section.target) {
+        (Some(file), None, None) => Scene::from_glb(file, &assets.read(file)?)?,
+        (None, Some(generator), None) => generated(generator)?,
+        (None, None, Some(target)) => {
+            let flat = flat_target(target, section.reflectance)?;
+            return Ok(flat.evenly_lit(lux, illuminant));
+        }
+        _ => {
+            let reason = "exactly one of scene.file, scene.generator and scene.target would do";
+            return Err(Error::key("scene", "", reason));
+        }
+    };
+    crate::config::check::within("scene.sky_ratio", section.sky_ratio, 0.0..=1e6, "0 to 1,000,000")?;
+    scene.set_sky_ratio(section.sky_ratio);
+    let bake = baked(&scene, assets, progress);
+    scene.lit(&bake, start_m, lux, illuminant)
+}
+
+fn generated(generator: &str) -> Result<Scene, Error> {
+    match generator {
+        "box" => Ok(box_room::box_room(BOX_ROOM_SEED)),
+        _ => Err(Error::key("scene.generator", generator, "not known; \"box\" would do")),
+    }
+}
+
+fn flat_target(target: &str, reflectance: f64) -> Result<Scene, Error> {
+    crate::config::check::within("scene.reflectance", reflectance, 0.0..=1.0, "0 to 1")?;
+    match target {
+        "flat" => target::flat(reflectance),
+        _ => Err(Error::key("scene.target", target, "not known; \"flat\" would do")),
+    }
+}
+
+fn baked(scene: &Scene, assets: &dyn Assets, progress: &dyn Progress) -> Bake {
+    let settings = if scene.mesh.triangles.len() > 10_000 { BakeSettings::ROOM } else { BakeSettings::DRAFT };
+    let key = blake3::Hash::from_bytes(scene.bake_key(&settings)).to_hex().to_string();
+    if let Some(bake) = assets.load(&key).and_then(|bytes| Bake::from_bytes(scene, &settings, &bytes).ok()) {
+        return bake;
+    }
+    let bake = scene.bake(&settings, &|share| progress.at("light", share));
+    assets.store(&key, &bake.to_bytes());
+    bake
+}

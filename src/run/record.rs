@@ -1,0 +1,265 @@
+//! The report of a run: every figure computed from what the run counted, sent and tracked.
+
+use super::session::{FrameNotes, STAGES, Session};
+use super::setup::{PlanSummary, Setup};
+use crate::error::Error;
+use crate::num::{f64_from_u64, f64_from_usize, u32_from};
+use crate::pose::TimedPose;
+use crate::readout::Shutter;
+use crate::report::record::{
+    Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase, PlanRecord, Scenario, StageCost, Timing,
+};
+use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
+use crate::units::{FrameIndex, RowIndex};
+
+impl Session {
+    /// The report of all frames so far. `name` is what a person calls the scenario.
+    ///
+    /// # Errors
+    /// Before the first frame.
+    pub fn report(&self, name: &str) -> Result<Report, Error> {
+        if self.notes.is_empty() {
+            return Err(Error::Run("a report needs at least one frame".to_owned()));
+        }
+        let setup = &self.setup;
+        let mut report = Report {
+            schema_version: crate::report::record::SCHEMA_VERSION,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            seed: setup.resolved.scenario.seed,
+            config_hash: setup.resolved.hash(),
+            scenario: self.scenario(name),
+            plan: plan_record(&setup.plan, setup.fidelity.accuracy),
+            timing: self.timing()?,
+            bandwidth: self.bandwidth(),
+            energy: (&self.energy()).into(),
+            features: FeatureFigures::default(),
+            link: self.link(),
+            hashes: self.hash_record(),
+            frames: self.notes.iter().map(frame_record).collect(),
+            config: setup.resolved.canonical_text(),
+            ..Report::default()
+        };
+        if report.bandwidth.reduction.is_none() {
+            let reason = "no feature left the sensor".to_owned();
+            report.not_measurable.insert("bandwidth.reduction".to_owned(), reason);
+        }
+        self.set_costs(&mut report);
+        self.set_tracking(&mut report);
+        Ok(report)
+    }
+
+    fn scenario(&self, name: &str) -> Scenario {
+        let setup = &self.setup;
+        let source = &setup.resolved.scenario;
+        let truth = self.truth();
+        let step_m = |pair: &[TimedPose]| (pair[1].world_from_body.translation_m - pair[0].world_from_body.translation_m).length();
+        let mut path_m = 0.0;
+        for pair in truth.windows(2) {
+            path_m += step_m(pair);
+        }
+        let scene = &source.scene;
+        let named = scene.file.as_ref().or(scene.generator.as_ref()).or(scene.target.as_ref());
+        let frames = f64_from_usize(self.notes.len());
+        let cameras = f64_from_usize(setup.cameras.len());
+        let optics = &source.optics;
+        Scenario {
+            name: name.to_owned(),
+            scene: named.cloned().unwrap_or_default(),
+            illuminance_lux: scene.illuminance_lux,
+            illuminant: scene.illuminant.clone(),
+            motion: source.motion.file.clone().unwrap_or_else(|| source.motion.kind.clone()),
+            motion_scale: source.motion.scale,
+            path_m,
+            duration_s: truth.last().map_or(0.0, |last| last.t_s) - truth.first().map_or(0.0, |first| first.t_s),
+            frames: u32_from(self.notes.len()),
+            cameras: u32_from(setup.cameras.len()),
+            baseline_mm: source.rig.baseline_mm,
+            sensor: source.sensor.preset.clone(),
+            width_px: setup.sensor.size.width_px,
+            height_px: setup.sensor.size.height_px,
+            bits: setup.sensor.parameters.adc.bits,
+            shutter: source.sensor.readout.shutter.clone(),
+            exposure_us: 1e6 * setup.sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s(),
+            optics: format!("{}, f/{}", optics.preset, optics.f_number),
+            rung: setup.fidelity.rung.name().to_owned(),
+            samples_per_pixel: f64_from_u64(self.totals.rays)
+                / (f64_from_usize(setup.sensor.size.pixel_count()) * frames * cameras),
+            render_variance_ratio: Some(self.totals.render_variance_ratio / (frames * cameras)),
+        }
+    }
+
+    fn timing(&self) -> Result<Timing, Error> {
+        timing_record(&self.setup.sensor)
+    }
+
+    fn bandwidth(&self) -> Bandwidth {
+        let sensor = &self.setup.sensor;
+        let frames = f64_from_usize(self.notes.len());
+        let cameras = f64_from_usize(self.setup.cameras.len());
+        let frame_time_s = sensor.schedule.frame_time_s();
+        let mean_features = self.totals.feature_count / (self.notes.len() * self.setup.cameras.len()) as u64;
+        // The packets were made with these numbers, so they have a traffic.
+        let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, mean_features).ok();
+        let raw_bits = f64_from_usize(sensor.size.pixel_count()) * f64::from(sensor.parameters.adc.bits);
+        let container_bits = traffic.as_ref().map_or(0.0, |traffic| f64_from_u64(traffic.container_bits));
+        let feature_bits = self.feature_bits();
+        Bandwidth {
+            raw_bits_per_frame: raw_bits * cameras,
+            container_bits_per_frame: container_bits * cameras,
+            feature_bits_per_frame: feature_bits / frames,
+            link_bits_per_s: 8.0 * f64_from_u64(self.totals.link_bytes) / (frames * frame_time_s),
+            reduction: (feature_bits > 0.0).then(|| raw_bits * cameras * frames / feature_bits),
+            link_utilisation: traffic.as_ref().map_or(0.0, |traffic| sensor.link.mean_utilisation(traffic, frame_time_s)),
+            link_utilisation_burst: sensor
+                .link
+                .burst_utilisation(sensor.size.width_px, sensor.parameters.adc.bits, sensor.schedule.line_time_s())
+                .unwrap_or(0.0),
+        }
+    }
+
+    /// Payload bits of all feature packets of the run.
+    fn feature_bits(&self) -> f64 {
+        let sensor = &self.setup.sensor;
+        let mut bits = 0;
+        for found in self.notes.iter().flat_map(|note| &note.found) {
+            let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, u64::from(*found));
+            bits += traffic.map_or(0, |traffic| traffic.feature_bits);
+        }
+        f64_from_u64(bits)
+    }
+
+    fn link(&self) -> LinkRecord {
+        let counts = &self.totals.counts;
+        LinkRecord {
+            packets: counts.packets,
+            headers_corrected: counts.headers_corrected,
+            packets_refused: counts.headers_refused + counts.payloads_refused + counts.cut_short,
+        }
+    }
+
+    fn hash_record(&self) -> Hashes {
+        let [photons, codes, features, energy] = self.hashes();
+        Hashes { photons, codes, features, energy }
+    }
+
+    fn set_costs(&self, report: &mut Report) {
+        let frames = f64_from_usize(self.notes.len());
+        for (stage, seconds) in STAGES.into_iter().zip(self.totals.stage_s) {
+            report.cost.insert(stage, StageCost { ms_per_frame: 1e3 * seconds / frames });
+        }
+        report.tracking.ms_per_frame = 1e3 * self.totals.stage_s[STAGES.len() - 1] / frames;
+    }
+
+    fn set_tracking(&self, report: &mut Report) {
+        let frames = f64_from_usize(self.notes.len());
+        let found: Vec<f64> = self.notes.iter().flat_map(|note| note.found.iter().map(|&count| f64::from(count))).collect();
+        let tracked: Vec<f64> = self.notes.iter().map(|note| f64::from(note.tracked)).collect();
+        report.features.median_found = median(&found);
+        report.features.median_tracked = median(&tracked);
+        report.features.min_tracked = self.notes.iter().map(|note| note.tracked).min();
+        let estimate = self.estimate();
+        report.tracking.tracked_fraction = f64_from_usize(estimate.len()) / frames;
+        let figures = trajectory_figures(&self.truth(), &estimate);
+        let predicted: Vec<TimedPose> = self.notes.iter().filter_map(|note| note.predicted).collect();
+        let prediction = figures.as_ref().map_err(Clone::clone).and_then(|figures| {
+            let aligned = figures.se3.as_ref().map_err(Clone::clone)?;
+            prediction_error_m(&self.truth(), &predicted, &aligned.alignment)
+        });
+        report.tracking.prediction_error_m = report.figure("tracking.prediction_error_m", prediction);
+        let innovations: Vec<f64> = self.notes.iter().filter_map(|note| note.innovation_px).collect();
+        let innovation = median(&innovations)
+            .ok_or_else(|| NotMeasurable::Absent("no landmark was predicted into a frame and found again".to_owned()));
+        report.tracking.innovation_px = report.figure("tracking.innovation_px", innovation);
+        report.set_trajectory(figures);
+    }
+}
+
+fn frame_record(note: &FrameNotes) -> FrameRecord {
+    FrameRecord {
+        t_s: note.truth.t_s,
+        mean_code_dn: note.mean_code_dn,
+        found: note.found.iter().sum(),
+        tracked: note.tracked,
+        innovation_px: note.innovation_px,
+        truth_m: note.truth.world_from_body.translation_m.to_array(),
+        estimate_m: None,
+        error_m: None,
+    }
+}
+
+/// The plan as the report and the verb `plan` show it.
+pub fn plan_record(plan: &PlanSummary, accuracy: f64) -> PlanRecord {
+    let omitted = plan.omitted.iter().map(|effect| OmittedEffect {
+        name: effect.name.to_owned(),
+        bias_e: effect.bias_e,
+        sigma_e: effect.sigma_e,
+        reason: effect.reason.clone(),
+    });
+    PlanRecord {
+        kept: plan.kept.iter().map(|effect| effect.name.to_owned()).collect(),
+        omitted: omitted.collect(),
+        bias_e: plan.bias_e,
+        sigma_e: plan.sigma_e,
+        accuracy,
+    }
+}
+
+/// Clocks and times of a sensor, with the diagrams of a line and of a frame.
+///
+/// # Errors
+/// A row that its link cannot carry.
+pub fn timing_record(sensor: &super::setup::SensorSetup) -> Result<Timing, Error> {
+    let schedule = &sensor.schedule;
+    let us = |seconds: f64| 1e6 * seconds;
+    let (start, end) = (FrameIndex(0), RowIndex(sensor.size.height_px - 1));
+    let mut line: Vec<Phase> = Vec::new();
+    for phase in schedule.line_phases() {
+        line.push(Phase {
+            lane: "row n".to_owned(),
+            name: phase.name.to_owned(),
+            start_us: us(phase.span.start_s),
+            end_us: us(phase.span.end_s),
+        });
+    }
+    let packet_s = if sensor.link.mode.sends_codes() {
+        sensor.link.seconds(sensor.link.line_packet_time(sensor.size.width_px, sensor.parameters.adc.bits)?)
+    } else {
+        0.0
+    };
+    line.push(Phase { lane: "row n-1".to_owned(), name: "shift out".to_owned(), start_us: 0.0, end_us: us(packet_s) });
+    let zero_s = schedule.exposure(start, RowIndex(0)).start_s;
+    let mut frame = Vec::new();
+    for (lane, row) in [("first row", RowIndex(0)), ("last row", end)] {
+        let (exposure, readout) = (schedule.exposure(start, row), schedule.readout(start, row));
+        for (name, span) in [("exposure", exposure), ("readout", readout)] {
+            let (start_us, end_us) = (us(span.start_s - zero_s), us(span.end_s - zero_s));
+            frame.push(Phase { lane: lane.to_owned(), name: name.to_owned(), start_us, end_us });
+        }
+    }
+    Ok(Timing {
+        line_time_us: us(schedule.line_time_s()),
+        frame_time_us: us(schedule.frame_time_s()),
+        fps: schedule.fps(),
+        latency_us: us(latency_s(sensor, packet_s)),
+        clocks_per_frame: schedule.frame_clocks().0,
+        line,
+        frame,
+    })
+}
+
+/// From the middle of the exposure to the frame's last byte: the last row is converted during its line and sent during the next.
+fn latency_s(sensor: &super::setup::SensorSetup, packet_s: f64) -> f64 {
+    let first = FrameIndex(0);
+    let last = sensor.schedule.readout(first, RowIndex(sensor.size.height_px - 1));
+    last.end_s + packet_s - sensor.schedule.t_frame_s(first)
+}
+
+impl Setup {
+    /// Whether rows are exposed at one time, in the configuration's word.
+    pub fn shutter_name(&self) -> &'static str {
+        match self.sensor.schedule.shutter() {
+            Shutter::Global => "global",
+            Shutter::Rolling => "rolling",
+        }
+    }
+}

@@ -1,0 +1,341 @@
+//! A run in progress: each step senses one frame with every camera, sends it, and lets the host track it.
+
+use super::assets::Stopwatch;
+use super::hashes::StageHashes;
+use super::setup::Setup;
+use crate::compute::{self, Feature};
+use crate::draw::DrawKey;
+use crate::effects::chain::{Capture, RowTimes};
+use crate::energy::{EnergyAccount, RunLength};
+use crate::error::Error;
+use crate::events::Events;
+use crate::link::{self, FrameMetadata, FrameOut};
+use crate::num::{f64_from_u64, f64_from_usize, index, u32_from, u64_from, u64_half_even};
+use crate::optics::{self, Exposure};
+use crate::plane::Plane;
+use crate::pose::{Pose, TimedPose};
+use crate::tracker::{FrameInput, TrackedFrame, Tracker};
+use crate::units::{CameraIndex, FrameIndex, RowIndex, Span};
+
+/// Stages whose time is measured, in the data's order.
+pub const STAGES: [&str; 6] = ["render", "sensor", "compute", "link", "host_link", "tracker"];
+
+/// What one camera made of one frame.
+pub struct CameraFrame {
+    /// Mean photons of each pixel over its exposure.
+    pub photons: Plane<f32>,
+    /// Codes as they leave the readout.
+    pub codes: Plane<u16>,
+    /// Features as they leave the extractor.
+    pub features: Vec<Feature>,
+    /// Packets as they leave the link.
+    pub packets: Vec<u8>,
+    /// Which features the tracker's pose rests on, by index.
+    pub tracked: Vec<bool>,
+}
+
+/// One frame of the rig.
+pub struct Frame {
+    /// Counted from 0.
+    pub frame: FrameIndex,
+    /// Middle between the first row's start and the last row's end of exposure, on the nanosecond.
+    pub t_s: f64,
+    /// True pose of the body at that time, in the scene's world.
+    pub truth: Pose,
+    /// One entry a camera.
+    pub cameras: Vec<CameraFrame>,
+    /// What the host found; none without two cameras or without features on the link.
+    pub tracked: Option<TrackedFrame>,
+}
+
+/// Figures of one frame that the report needs at the end.
+#[derive(Clone, Debug)]
+pub(super) struct FrameNotes {
+    pub truth: TimedPose,
+    pub estimate: Option<Pose>,
+    pub predicted: Option<TimedPose>,
+    pub mean_code_dn: f64,
+    pub found: Vec<u32>,
+    pub tracked: u32,
+    pub innovation_px: Option<f64>,
+}
+
+/// Sums over the run.
+#[derive(Default)]
+pub(super) struct Totals {
+    pub events: Events,
+    pub hashes: StageHashes,
+    pub counts: link::LinkCounts,
+    pub rays: u64,
+    pub render_variance_ratio: f64,
+    pub feature_count: u64,
+    pub link_bytes: u64,
+    pub stage_s: [f64; STAGES.len()],
+}
+
+/// A run in progress.
+pub struct Session {
+    pub(super) setup: Setup,
+    tracker: Option<Tracker>,
+    pub(super) notes: Vec<FrameNotes>,
+    pub(super) totals: Totals,
+}
+
+impl Session {
+    /// Ready for the first frame.
+    ///
+    /// # Errors
+    /// A calibration that the tracker refuses.
+    pub fn new(setup: Setup) -> Result<Self, Error> {
+        // A single camera has no scale of its own: its packets are made and decoded, and nothing is tracked.
+        let tracks = setup.cameras.len() == 2 && setup.sensor.link.mode.sends_features();
+        let tracker = if tracks { Some(Tracker::new(setup.calibration(), setup.tracker)?) } else { None };
+        Ok(Self { setup, tracker, notes: Vec::new(), totals: Totals::default() })
+    }
+
+    /// What the run is made of.
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// Simulates the next frame of the rig.
+    ///
+    /// # Errors
+    /// A motion that ends before this frame, a frame that its link cannot carry.
+    pub fn step(&mut self, watch: &dyn Stopwatch) -> Result<Frame, Error> {
+        let frame = FrameIndex(u32_from(self.notes.len()));
+        let mut lap = Lap::start(watch);
+        let exposures = self.render(frame)?;
+        self.totals.stage_s[0] += lap.next_s();
+        let codes = self.capture(frame, &exposures);
+        self.totals.stage_s[1] += lap.next_s();
+        let features = self.extract(&codes);
+        self.totals.stage_s[2] += lap.next_s();
+        let packets = self.send(frame, &codes, &features)?;
+        self.totals.stage_s[3] += lap.next_s();
+        let input = self.receive(&packets)?;
+        self.totals.stage_s[4] += lap.next_s();
+        let tracked = match &mut self.tracker {
+            Some(tracker) => Some(tracker.track(&input)),
+            None => None,
+        };
+        self.totals.stage_s[5] += lap.next_s();
+
+        let t_s = input.t_s;
+        let truth = self.pose(t_s)?;
+        let cameras: Vec<CameraFrame> = exposures
+            .into_iter()
+            .zip(codes)
+            .zip(features)
+            .zip(packets)
+            .enumerate()
+            .map(|(camera, (((exposure, codes), features), packets))| {
+                let tracked = marks(tracked.as_ref(), camera, features.len());
+                CameraFrame { photons: exposure.photons, codes, features, packets, tracked }
+            })
+            .collect();
+        let done = Frame { frame, t_s, truth, cameras, tracked };
+        self.note(&done);
+        Ok(done)
+    }
+
+    fn pose(&self, t_s: f64) -> Result<Pose, Error> {
+        self.setup.motion.world_from_body(t_s).map_err(|error| Error::Run(error.to_string()))
+    }
+
+    fn render(&mut self, frame: FrameIndex) -> Result<Vec<Exposure>, Error> {
+        let setup = &self.setup;
+        let rows: Vec<Span> =
+            (0..setup.sensor.size.height_px).map(|row| setup.sensor.schedule.exposure(frame, RowIndex(row))).collect();
+        // The motion was checked to cover the whole run before the first frame.
+        let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
+        let mut exposures = Vec::with_capacity(setup.cameras.len());
+        for (camera_index, camera) in setup.cameras.iter().enumerate() {
+            let key = DrawKey::root(setup.chain.seed).with(RENDER_NUMBER).with(u64_from(camera_index)).with(frame.0.into());
+            exposures.push(optics::render(&setup.scene, camera, &rows, &pose, setup.fidelity.samples_per_pixel, key));
+        }
+        for exposure in &exposures {
+            self.totals.rays += exposure.rays;
+            self.totals.render_variance_ratio += exposure.render_variance_ratio;
+        }
+        Ok(exposures)
+    }
+
+    fn capture(&mut self, frame: FrameIndex, exposures: &[Exposure]) -> Vec<Plane<u16>> {
+        let setup = &self.setup;
+        let schedule = &setup.sensor.schedule;
+        let times: Vec<RowTimes> = (0..setup.sensor.size.height_px)
+            .map(|row| RowTimes {
+                exposure_s: schedule.exposure(frame, RowIndex(row)).length_s(),
+                storage_s: schedule.storage_s(frame, RowIndex(row)),
+            })
+            .collect();
+        let mut codes = Vec::with_capacity(exposures.len());
+        for (camera, exposure) in exposures.iter().enumerate() {
+            let capture = Capture { camera: CameraIndex(u32_from(camera)), frame };
+            let (plane, events) = setup.chain.capture(&exposure.photons, capture, &times);
+            self.totals.events.merge(&events);
+            self.totals.events.merge(&schedule.frame_events(setup.sensor.size, &setup.sensor.parameters.pixel));
+            codes.push(plane);
+        }
+        codes
+    }
+
+    fn extract(&mut self, codes: &[Plane<u16>]) -> Vec<Vec<Feature>> {
+        let bits = self.setup.sensor.parameters.adc.bits;
+        let params = &self.setup.sensor.extractor;
+        let one = |plane: &Plane<u16>| {
+            let mut events = Events::default();
+            let features = compute::extract(plane, bits, params, &mut events);
+            (features, events)
+        };
+        let mut all = Vec::with_capacity(codes.len());
+        for (features, events) in map_cameras(codes, one) {
+            self.totals.events.merge(&events);
+            all.push(features);
+        }
+        all
+    }
+
+    fn send(&mut self, frame: FrameIndex, codes: &[Plane<u16>], features: &[Vec<Feature>]) -> Result<Vec<Vec<u8>>, Error> {
+        let sensor = &self.setup.sensor;
+        let schedule = &sensor.schedule;
+        let nanoseconds = |seconds: f64| u64_half_even(seconds * 1e9);
+        let row_time_s = if self.setup.is_rolling() { schedule.line_time_s() } else { 0.0 };
+        let metadata = FrameMetadata {
+            frame,
+            timestamp_ns: nanoseconds(schedule.t_frame_s(frame)),
+            exposure_ns: crate::num::low_u32(nanoseconds(schedule.exposure(frame, RowIndex(0)).length_s())),
+            row_time_ns: crate::num::low_u32(nanoseconds(row_time_s)),
+            temperature_mk: Some(crate::num::low_u32(u64_half_even(sensor.parameters.pixel.temperature_k * 1e3))),
+            ..FrameMetadata::default()
+        };
+        let mut packets = Vec::with_capacity(codes.len());
+        for (camera, (codes, features)) in codes.iter().zip(features).enumerate() {
+            let out = FrameOut {
+                virtual_channel: crate::num::low_u8(u32_from(camera)),
+                metadata,
+                codes: Some(codes),
+                bits: sensor.parameters.adc.bits,
+                features: Some(features),
+            };
+            let bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
+            self.totals.link_bytes += u64_from(bytes.len());
+            packets.push(bytes);
+        }
+        Ok(packets)
+    }
+
+    /// The host's side of the link: from bytes to what the tracker may know.
+    fn receive(&mut self, packets: &[Vec<u8>]) -> Result<FrameInput, Error> {
+        let mut input = FrameInput { t_s: 0.0, features: Vec::with_capacity(packets.len()) };
+        for bytes in packets {
+            let decoded = link::decode(bytes);
+            self.totals.counts.add(&decoded.counts);
+            let received = decoded.frames.into_iter().next();
+            let received = received.ok_or_else(|| Error::Run("the host received no frame".to_owned()))?;
+            let metadata = received.metadata.ok_or_else(|| Error::Run("the host received no metadata".to_owned()))?;
+            input.t_s = f64_from_u64(metadata.timestamp_ns) * 1e-9;
+            input.features.push(received.features);
+        }
+        Ok(input)
+    }
+
+    fn note(&mut self, frame: &Frame) {
+        let mut code_sum = 0_u64;
+        for camera in &frame.cameras {
+            self.totals.hashes.add(&camera.photons, &camera.codes, &camera.features);
+            self.totals.feature_count += u64_from(camera.features.len());
+            code_sum += camera.codes.values().iter().map(|&code| u64::from(code)).sum::<u64>();
+        }
+        let pixels = f64_from_usize(self.setup.sensor.size.pixel_count() * frame.cameras.len());
+        let tracked = frame.tracked.as_ref();
+        let predicted = tracked.and_then(|tracked| tracked.predicted_position_m).map(|translation_m| TimedPose {
+            t_s: frame.t_s,
+            world_from_body: Pose { translation_m, ..Pose::IDENTITY },
+        });
+        self.notes.push(FrameNotes {
+            truth: TimedPose { t_s: frame.t_s, world_from_body: frame.truth },
+            estimate: tracked.and_then(|tracked| tracked.world_from_body),
+            predicted,
+            mean_code_dn: f64_from_u64(code_sum) / pixels,
+            found: frame.cameras.iter().map(|camera| u32_from(camera.features.len())).collect(),
+            tracked: tracked.map_or(0, |tracked| tracked.tracked_features),
+            innovation_px: tracked.and_then(|tracked| tracked.innovation_px),
+        });
+    }
+
+    /// True poses of the frames so far, in the scene's world.
+    pub fn truth(&self) -> Vec<TimedPose> {
+        self.notes.iter().map(|note| note.truth).collect()
+    }
+
+    /// Estimated poses of the frames so far that have one, in the tracker's world.
+    pub fn estimate(&self) -> Vec<TimedPose> {
+        let pose = |note: &FrameNotes| Some(TimedPose { t_s: note.truth.t_s, world_from_body: note.estimate? });
+        self.notes.iter().filter_map(pose).collect()
+    }
+
+    /// Energy of the frames so far.
+    pub fn energy(&self) -> EnergyAccount {
+        let sensor = &self.setup.sensor;
+        let frames = u32_from(self.notes.len());
+        let cameras = u32_from(self.setup.cameras.len());
+        let length = RunLength {
+            frames,
+            sensors: cameras,
+            pixels: u64_from(sensor.size.pixel_count()) * u64::from(cameras),
+            run_time_s: f64::from(frames) * sensor.schedule.frame_time_s(),
+        };
+        EnergyAccount::of(&self.totals.events, length, &sensor.technology)
+    }
+
+    /// Hashes of the bytes of all frames so far, hexadecimal: photons, codes, features, energy.
+    pub fn hashes(&self) -> [String; 4] {
+        let [photons, codes, features] = self.totals.hashes.hex();
+        [photons, codes, features, blake3::hash(&self.energy().to_bytes()).to_hex().to_string()]
+    }
+}
+
+/// Published number of the renderer's sample pattern in keys.
+const RENDER_NUMBER: u64 = 1;
+
+fn marks(tracked: Option<&TrackedFrame>, camera: usize, features: usize) -> Vec<bool> {
+    let mut marks = vec![false; features];
+    for inlier in tracked.iter().flat_map(|tracked| &tracked.inliers) {
+        if index(inlier.camera) == camera && index(inlier.feature) < features {
+            marks[index(inlier.feature)] = true;
+        }
+    }
+    marks
+}
+
+#[cfg(feature = "parallel")]
+fn map_cameras<T: Send>(codes: &[Plane<u16>], one: impl Fn(&Plane<u16>) -> T + Sync + Send) -> Vec<T> {
+    use rayon::prelude::*;
+    codes.par_iter().map(one).collect()
+}
+
+#[cfg(not(feature = "parallel"))]
+fn map_cameras<T>(codes: &[Plane<u16>], one: impl Fn(&Plane<u16>) -> T) -> Vec<T> {
+    codes.iter().map(one).collect()
+}
+
+/// Times between calls.
+struct Lap<'a> {
+    watch: &'a dyn Stopwatch,
+    last_s: f64,
+}
+
+impl<'a> Lap<'a> {
+    fn start(watch: &'a dyn Stopwatch) -> Self {
+        Self { watch, last_s: watch.now_s() }
+    }
+
+    fn next_s(&mut self) -> f64 {
+        let now_s = self.watch.now_s();
+        let lap_s = now_s - self.last_s;
+        self.last_s = now_s;
+        lap_s
+    }
+}

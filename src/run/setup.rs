@@ -1,0 +1,223 @@
+//! From a resolved scenario to everything a run needs, checked before the first frame: scene under light, motion, cameras,
+//! schedule, plan, link, tracker's calibration.
+
+use glam::{DQuat, DVec3};
+
+use super::assets::{Assets, Progress};
+use super::light::lit_scene;
+use super::motion::placed_motion;
+use crate::adc::Converter;
+use crate::compute::ExtractorParams;
+use crate::config::Resolved;
+use crate::effects::chain::Chain;
+use crate::effects::plan::{self, Kept, Omitted};
+use crate::effects::regions::{self, LightBounds};
+use crate::effects::{self, Parameters};
+use crate::energy::Technology;
+use crate::error::Error;
+use crate::fidelity::Fidelity;
+use crate::link::LinkParams;
+use crate::num::f64_from_usize;
+use crate::optics::{self, Camera};
+use crate::pose::Pose;
+use crate::readout::{Schedule, Shutter};
+use crate::scene::LitScene;
+use crate::scene::motion::Motion;
+use crate::tracker::{CameraCalibration, TrackerParams};
+use crate::units::{FrameIndex, RowIndex, Size, Span};
+
+/// What the planner decided, without the effects themselves.
+#[derive(Clone, Debug)]
+pub struct PlanSummary {
+    /// Run, in physical order.
+    pub kept: Vec<Kept>,
+    /// Left out, in physical order.
+    pub omitted: Vec<Omitted>,
+    /// Sum of the systematic bounds in electrons, in the region where the whole bound is greatest.
+    pub bias_e: f64,
+    /// Root of the sum of the variances in electrons, in the same region.
+    pub sigma_e: f64,
+    /// What all omissions together were allowed to reach in the tightest region, in electrons.
+    pub budget_e: f64,
+    /// Predicted cost of the kept effects.
+    pub cost_ns_per_px: f64,
+    /// Bounds of a pixel's mean signal that the plan was made for, in electrons.
+    pub signal_e: [f64; 2],
+}
+
+/// A sensor's parameters and times, without any scene: enough for `timing`.
+#[derive(Clone, Debug)]
+pub struct SensorSetup {
+    /// The array.
+    pub size: Size,
+    /// Pixel and converters.
+    pub parameters: Parameters,
+    /// The sequencer's times.
+    pub schedule: Schedule,
+    /// The link.
+    pub link: LinkParams,
+    /// The extractor.
+    pub extractor: ExtractorParams,
+    /// Constants of energy.
+    pub technology: Technology,
+}
+
+/// Everything a run needs.
+pub struct Setup {
+    /// The scenario as it was resolved.
+    pub resolved: Resolved,
+    /// Knobs of accuracy.
+    pub fidelity: Fidelity,
+    /// Frames of the run.
+    pub frames: u32,
+    /// The sensor, alike for all cameras.
+    pub sensor: SensorSetup,
+    /// The scene under its light.
+    pub scene: LitScene,
+    /// How the body moves.
+    pub motion: Motion,
+    /// Cameras on the body.
+    pub cameras: Vec<Camera>,
+    /// What the planner decided.
+    pub plan: PlanSummary,
+    /// Photons to codes.
+    pub chain: Chain,
+    /// The tracker's knobs.
+    pub tracker: TrackerParams,
+}
+
+impl SensorSetup {
+    /// Checks sensor, extractor, link and technology.
+    ///
+    /// # Errors
+    /// Any value out of range or combination that cannot be; with file, line, key, value and what would do.
+    pub fn new(resolved: &Resolved) -> Result<Self, Error> {
+        Self::build(resolved).map_err(|error| resolved.tree.locate(error))
+    }
+
+    fn build(resolved: &Resolved) -> Result<Self, Error> {
+        let scenario = &resolved.scenario;
+        let size = scenario.size()?;
+        let parameters = Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? };
+        let link = scenario.link()?;
+        let packet_time_s = if link.mode.sends_codes() {
+            link.seconds(link.line_packet_time(size.width_px, parameters.adc.bits)?)
+        } else {
+            0.0
+        };
+        let schedule = Schedule::new(size, &scenario.readout()?, &parameters.adc, packet_time_s)?;
+        let technology = Technology::by_name(&scenario.energy.technology)
+            .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
+        Ok(Self { size, parameters, schedule, link, extractor: scenario.extractor()?, technology })
+    }
+}
+
+impl Setup {
+    /// Checks the whole scenario and bakes (or loads) its light.
+    ///
+    /// # Errors
+    /// As `SensorSetup::new`; files that are missing or not what they should be; a trajectory shorter than the run.
+    pub fn new(resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
+        let sensor = SensorSetup::new(&resolved)?;
+        Self::build(&resolved, sensor, assets, progress).map_err(|error| resolved.tree.locate(error)).map(|parts| {
+            let Parts { fidelity, frames, sensor, scene, motion, cameras, plan, chain, tracker } = parts;
+            Self { resolved, fidelity, frames, sensor, scene, motion, cameras, plan, chain, tracker }
+        })
+    }
+
+    fn build(
+        resolved: &Resolved,
+        sensor: SensorSetup,
+        assets: &dyn Assets,
+        progress: &dyn Progress,
+    ) -> Result<Parts, Error> {
+        let scenario = &resolved.scenario;
+        let (fidelity, frames) = (scenario.fidelity()?, scenario.frames()?);
+        let choice = scenario.effects(&effects::names())?;
+        let cameras = cameras(resolved, &sensor)?;
+        let tracker = TrackerParams::new(scenario.tracker.window, scenario.seed)?;
+        let run = Span { start_s: 0.0, end_s: sensor.schedule.exposure_end_s(FrameIndex(frames), last_row(sensor.size)) };
+        let motion = placed_motion(scenario, run, assets)?;
+        let start = motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
+        let scene = lit_scene(scenario, start.translation_m, assets, progress)?;
+
+        let light = photon_bounds(&scene, &cameras, &sensor);
+        let exposure_s = sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s();
+        let pixels = f64_from_usize(sensor.size.pixel_count());
+        let storage_s = sensor.schedule.storage_s_max();
+        let regions = regions::regions(&sensor.parameters, light, exposure_s, storage_s, pixels);
+        let plan = plan::plan(effects::build_all(&sensor.parameters), &regions, fidelity.accuracy, &choice);
+        let pixel = &sensor.parameters.pixel;
+        let efficiency = pixel.quantum_efficiency * pixel.fill_factor;
+        let summary = PlanSummary {
+            kept: plan.kept,
+            omitted: plan.omitted,
+            bias_e: plan.bound.bias_e,
+            sigma_e: plan.bound.variance_e2.sqrt(),
+            budget_e: plan.budget_e,
+            cost_ns_per_px: plan.cost_ns_per_px,
+            signal_e: [light.photons_min * efficiency, light.photons_max * efficiency],
+        };
+        let chain = Chain {
+            effects: plan.effects,
+            electrons_per_photon: crate::num::f32_nearest(efficiency),
+            conversion_gain_uv_per_e: crate::num::f32_nearest(pixel.conversion_gain_uv_per_e),
+            converter: Converter::new(&sensor.parameters.adc),
+            seed: scenario.seed,
+            die_seed: scenario.sensor.die,
+        };
+        Ok(Parts { fidelity, frames, sensor, scene, motion, cameras, plan: summary, chain, tracker })
+    }
+
+    /// What the tracker is told of the cameras.
+    pub fn calibration(&self) -> Vec<CameraCalibration> {
+        let of = |camera: &Camera| CameraCalibration {
+            lens: camera.lens,
+            size: camera.size,
+            body_from_camera: camera.body_from_camera,
+        };
+        self.cameras.iter().map(of).collect()
+    }
+
+    /// Whether rows are exposed one after the other.
+    pub fn is_rolling(&self) -> bool {
+        self.sensor.schedule.shutter() == Shutter::Rolling
+    }
+}
+
+/// All of `Setup` but the scenario that it was made from.
+struct Parts {
+    fidelity: Fidelity,
+    frames: u32,
+    sensor: SensorSetup,
+    scene: LitScene,
+    motion: Motion,
+    cameras: Vec<Camera>,
+    plan: PlanSummary,
+    chain: Chain,
+    tracker: TrackerParams,
+}
+
+fn last_row(size: Size) -> RowIndex {
+    RowIndex(size.height_px - 1)
+}
+
+fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<Vec<Camera>, Error> {
+    let scenario = &resolved.scenario;
+    let (rotation, places_m): (DQuat, Vec<DVec3>) = scenario.cameras()?;
+    let lens = scenario.lens()?;
+    let (aperture, roll_off) = scenario.aperture()?;
+    let pitch_um = sensor.parameters.pixel.pitch_um;
+    let camera = |place_m: DVec3| {
+        let body_from_camera = Pose::new(rotation, rotation * place_m);
+        Camera::new(lens, sensor.size, body_from_camera, aperture, pitch_um, roll_off)
+    };
+    places_m.into_iter().map(camera).collect()
+}
+
+/// Bounds of a pixel's mean photons, from the scene's light and the lens alone.
+fn photon_bounds(scene: &LitScene, cameras: &[Camera], sensor: &SensorSetup) -> LightBounds {
+    let exposure_s = sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s();
+    let [photons_min, photons_max] = optics::photon_bounds(scene, &cameras[0], exposure_s);
+    LightBounds { photons_min, photons_max }
+}
