@@ -3,6 +3,19 @@
 //! The key of a row is built by mixing, never by adding constants, so that neighbours share no state. Column c owns one
 //! 32-bit uniform of its row for each draw, and every distribution is the exact quantile of that uniform.
 
+//!
+//! Enters: a key and, for Poisson draws, means in electrons. Leaves: 32-bit uniforms, standard normals, counts.
+
+mod exact;
+mod normal;
+mod poisson;
+mod uniform;
+
+pub use exact::{normal_quantile, poisson_quantile};
+pub use normal::normals;
+pub use poisson::poisson;
+pub use uniform::{fill_uniforms, uniform_at, uniform_f64};
+
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// The published number of an effect: part of every key, never reused, never its place in a list.

@@ -1,0 +1,88 @@
+//! Saturation. Enters: electrons. Leaves: electrons, at most the full well.
+//!
+//! Model: a hard clip at the saturation capacity (EMVA 1288 release 4.0); charge beyond it is lost.
+
+use super::PixelParams;
+use super::row::clip_above;
+use crate::draw::EffectNumber;
+use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::facts::Facts;
+use crate::num::{f32_nearest, greater};
+
+/// The pixel's limit of charge. Called for only where some pixel can come near it.
+pub struct FullWell {
+    capacity_e: f64,
+    dark_e_per_s: f64,
+    prnu: f64,
+    dsnu_e: f64,
+}
+
+impl FullWell {
+    /// Published number. The effect draws nothing; the number keeps its place.
+    pub const NUMBER: EffectNumber = EffectNumber(105);
+
+    /// Every pixel has it.
+    pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
+        Some(Box::new(Self {
+            capacity_e: params.full_well_e,
+            dark_e_per_s: params.dark_current_now_e_per_s(),
+            prnu: params.prnu,
+            dsnu_e: params.dsnu_e,
+        }))
+    }
+
+    /// Greatest mean charge and the variance of patterns between pixels.
+    fn mean_and_pattern(&self, facts: &Facts) -> (f64, f64) {
+        let mean_e = facts.signal_e_max + self.dark_e_per_s * (facts.exposure_s + facts.storage_s_max);
+        let gain_e = self.prnu * facts.signal_e_max;
+        (mean_e, gain_e * gain_e + self.dsnu_e * self.dsnu_e)
+    }
+}
+
+impl Effect for FullWell {
+    fn name(&self) -> &'static str {
+        "full_well"
+    }
+
+    fn number(&self) -> EffectNumber {
+        Self::NUMBER
+    }
+
+    fn domain(&self) -> Domain {
+        Domain::Electrons
+    }
+
+    fn cost_ns_per_px(&self) -> f64 {
+        0.05
+    }
+
+    /// With x the charge over the full well and any theta > 0: x <= exp(theta x - 1) / theta and
+    /// x^2 <= 4 exp(theta x - 2) / theta^2, so both moments follow from the generating function of the charge, Poisson plus
+    /// normal patterns (Chernoff). Above the full well the excess itself is the bias, with the charge's own spread.
+    fn omission(&self, facts: &Facts) -> Option<Omission> {
+        let (mean_e, pattern_e2) = self.mean_and_pattern(facts);
+        let variance_e2 = mean_e + pattern_e2;
+        let room_e = self.capacity_e - mean_e;
+        let spread = Omission { bias_e: greater(0.0, -room_e) + variance_e2.sqrt(), variance_e2 };
+        if mean_e <= 0.0 && pattern_e2 <= 0.0 {
+            return Some(Omission::NONE);
+        }
+        if room_e <= 0.0 {
+            return Some(spread);
+        }
+        let theta = libm::log1p(room_e / variance_e2);
+        let exponent = mean_e * libm::expm1(theta) + 0.5 * theta * theta * pattern_e2 - theta * self.capacity_e;
+        let (first, second) = (libm::exp(exponent - 1.0) / theta, 4.0 * libm::exp(exponent - 2.0) / (theta * theta));
+        if second < variance_e2 { Some(Omission { bias_e: first, variance_e2: second }) } else { Some(spread) }
+    }
+
+    fn reason(&self, facts: &Facts) -> String {
+        let (mean_e, pattern_e2) = self.mean_and_pattern(facts);
+        let sigmas = (self.capacity_e - mean_e) / greater(1.0, mean_e + pattern_e2).sqrt();
+        format!("{mean_e:.0} e- at most, {sigmas:.1} sigma from the full well of {} e-", self.capacity_e)
+    }
+
+    fn apply(&self, row: &mut RowPass<'_>) {
+        clip_above(row.values, f32_nearest(self.capacity_e));
+    }
+}
