@@ -240,6 +240,8 @@ fn a_path_fits_into_its_box_and_touches_it_only_where_it_was_scaled() {
         assert!(scale <= 1.0 && scale > 0.05);
     }
     assert_eq!(tried, 30_003);
+    let half = PlacedSpline::new(room1_spline(), 1.0, 0.5, DVec3::ZERO, Y_UP_FROM_Z_UP).unwrap();
+    assert_eq!(half.fit_into(run, DVec3::splat(-9.0), DVec3::splat(9.0)).unwrap().scale(), 0.5, "never enlarged");
     let placed = room1_placed(1.0).unwrap();
     assert!(matches!(placed.clone().fit_into(run, DVec3::ONE, DVec3::ZERO), Err(MotionError::EmptyBox { .. })));
     let long = Span { start_s: 0.0, end_s: 20.0 };

@@ -4,6 +4,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, SystemTime};
 
 use super::io_error;
@@ -17,6 +18,9 @@ const UNFINISHED: &str = "part";
 const UNFINISHED_AGE_MAX: Duration = Duration::from_secs(24 * 3600);
 /// Bytes of the checksum at an entry's head.
 const CHECKSUM_BYTES: usize = 32;
+
+/// Numbers the unfinished files of this process, so that two threads never write to one.
+static TURN: AtomicU32 = AtomicU32::new(0);
 
 /// A folder of entries. Several processes may share it.
 #[derive(Clone, Debug)]
@@ -71,7 +75,8 @@ impl Cache {
             return Ok(false);
         }
         let path = self.path(key);
-        let unfinished = path.with_extension(format!("{}.{UNFINISHED}", std::process::id()));
+        let turn = TURN.fetch_add(1, Ordering::Relaxed);
+        let unfinished = path.with_extension(format!("{}-{turn}.{UNFINISHED}", std::process::id()));
         let mut bytes = Vec::with_capacity(content.len() + CHECKSUM_BYTES);
         bytes.extend_from_slice(blake3::hash(content).as_bytes());
         bytes.extend_from_slice(content);

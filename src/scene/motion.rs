@@ -119,7 +119,7 @@ impl PlacedSpline {
         &self.spline
     }
 
-    /// Scaled (never enlarged) and shifted so that the path of the run's `span` lies in the box, its extent centred there.
+    /// Scaled (by at most its present scale) and shifted so that the path of the run's `span` lies in the box, its extent centred there.
     ///
     /// # Errors
     /// A span that leaves the spline's, or an empty box.
@@ -130,7 +130,7 @@ impl PlacedSpline {
         let own = Span { start_s: self.own_s(span.start_s), end_s: self.own_s(span.end_s) };
         let (path_low_m, path_high_m) =
             self.spline.extent_m(own, self.world_from_motion).map_err(|error| self.in_run_time(error))?;
-        let mut scale = 1.0;
+        let mut scale = self.scale;
         for axis in 0..3 {
             // A little inside, so that rounding of metres (1e-15) cannot touch the walls.
             let room_m = (high_m[axis] - low_m[axis]) * (1.0 - 1e-12);
