@@ -231,7 +231,7 @@ pub fn pictures() -> Pictures {
         let mark = |i: u32| Mark {
             x_px: f64::from(i * 7919 % 600) + 20.0,
             y_px: f64::from(i * 104_729 % 440) + 20.0,
-            tracked: i % 3 != 0,
+            tracked: !i.is_multiple_of(3),
         };
         Picture { values, caption: caption.to_owned(), marks: (0..160).map(mark).collect() }
     };
