@@ -16,7 +16,7 @@ mod traffic;
 
 pub use checks::{HeaderCheck, check_header, crc16, ecc};
 pub use dphy::{HS_EXIT_NS, HS_PREPARE_ZERO_NS, HS_PREPARE_ZERO_UI, HS_TRAIL_NS, HS_TRAIL_UI, LPX_NS};
-pub use embedded::{EMBEDDED_BYTES, FrameMetadata};
+pub use embedded::{EMBEDDED_BYTES, FrameMetadata, FrameShape};
 pub use lanes::{distribute, merge, serial_bits};
 pub use packet::{CRC_BYTES, HEADER_BYTES, frame_number};
 pub use raw::RawKind;
@@ -29,6 +29,7 @@ use crate::error::Error;
 use crate::events::{Event, Events};
 use crate::num::{u32_from, u64_from};
 use crate::plane::Plane;
+use crate::units::Size;
 use packet::{DataType, push_long, push_short};
 
 /// What a frame carries.
@@ -120,7 +121,7 @@ impl LinkParams {
 pub struct FrameOut<'a> {
     /// Number of the camera on its link, 0 to 3.
     pub virtual_channel: u8,
-    /// Counter, times and temperature; its shape is filled in from `codes`.
+    /// Counter, times and temperature.
     pub metadata: FrameMetadata,
     /// Codes of all rows, each below 2^bits. Needed where the mode sends frames.
     pub codes: Option<&'a Plane<u16>>,
@@ -141,16 +142,18 @@ pub fn pack_frame(frame: &FrameOut, params: &LinkParams, events: &mut Events) ->
     let codes = given(frame.codes, params.mode.sends_codes(), "codes")?;
     let features = given(frame.features, params.mode.sends_features(), "features")?;
     let kind = params.raw_kind(frame.bits)?;
+    if let Some(codes) = codes {
+        check_shape(kind, codes.size())?;
+    }
     let channel = frame.virtual_channel;
     let number = frame_number(frame.metadata.frame);
-    let mut metadata = frame.metadata;
-    metadata.describe(codes.map(Plane::size), kind, frame.bits, features.map_or(0, |list| u32_from(list.len())));
+    let shape =
+        FrameShape::new(codes.map(Plane::size), kind, frame.bits, features.map_or(0, |list| u32_from(list.len())));
     let mut bytes = Vec::new();
     push_short(&mut bytes, channel, DataType::FrameStart, number);
-    push_long(&mut bytes, channel, DataType::Embedded, &metadata.to_bytes());
+    push_long(&mut bytes, channel, DataType::Embedded, &embedded::payload(&frame.metadata, &shape));
     let mut packets = 3;
     if let Some(codes) = codes {
-        kind.check_width(codes.size().width_px)?;
         let mut payload = Vec::with_capacity(kind.payload_bytes(codes.width_px()));
         for (_, row) in codes.rows() {
             payload.clear();
@@ -159,7 +162,7 @@ pub fn pack_frame(frame: &FrameOut, params: &LinkParams, events: &mut Events) ->
             packets += 1;
         }
     }
-    for payload in records::payloads(metadata.frame, features.unwrap_or(&[])) {
+    for payload in records::payloads(frame.metadata.frame, features.unwrap_or(&[])) {
         push_long(&mut bytes, channel, DataType::Features, &payload);
         packets += 1;
     }
@@ -167,6 +170,16 @@ pub fn pack_frame(frame: &FrameOut, params: &LinkParams, events: &mut Events) ->
     events.add(Event::LinkByte, u64_from(bytes.len()));
     events.add(Event::LinkBurst, packets * u64::from(params.lanes));
     Ok(bytes)
+}
+
+/// Sides are 16-bit numbers in the embedded data, and a row is one packet.
+fn check_shape(kind: RawKind, size: Size) -> Result<(), Error> {
+    for (key, side_px) in [("sensor.width", size.width_px), ("sensor.height", size.height_px)] {
+        if u16::try_from(side_px).is_err() {
+            return Err(Error::key(key, side_px, "up to 65535 would do on this link"));
+        }
+    }
+    kind.check_width(size.width_px)
 }
 
 fn given<T>(value: Option<T>, sent: bool, what: &str) -> Result<Option<T>, Error> {

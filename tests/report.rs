@@ -1,5 +1,12 @@
 //! The report's figures against evo's answers to the same files, and report.json against its own rules.
 
+// Helpers of tests may stop at the first surprise.
+#![allow(clippy::unwrap_used)]
+
+#[cfg(feature = "cli")]
+#[path = "report/sample.rs"]
+mod sample;
+
 use std::path::PathBuf;
 
 use sensel::pose::parse_tum;
@@ -66,4 +73,107 @@ fn every_figure_equals_that_of_evo() {
     }
     // 14 cases of 18 figures; two still rigs have no aligned figures (9 each), one short run no error over a second (3).
     assert_eq!((answers.len(), compared), (14, 14 * 18 - 2 * 9 - 3));
+}
+
+#[cfg(feature = "cli")]
+mod page {
+    use super::sample;
+    use sensel::report::{Report, html::html};
+
+    #[test]
+    fn report_json_holds_every_key_of_the_design_and_reads_back_equal() {
+        let report = sample::report();
+        let text = report.to_json().unwrap();
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let keys = [
+            "/version",
+            "/seed",
+            "/config_hash",
+            "/plan/kept",
+            "/plan/omitted/0/name",
+            "/plan/omitted/0/bias_e",
+            "/plan/omitted/0/sigma_e",
+            "/plan/omitted/0/reason",
+            "/plan/bias_e",
+            "/plan/sigma_e",
+            "/timing/line_time_us",
+            "/timing/frame_time_us",
+            "/timing/fps",
+            "/timing/latency_us",
+            "/timing/clocks_per_frame",
+            "/bandwidth/raw_bits_per_frame",
+            "/bandwidth/feature_bits_per_frame",
+            "/bandwidth/link_bits_per_s",
+            "/bandwidth/reduction",
+            "/energy/blocks/pixel",
+            "/energy/blocks/link",
+            "/energy/total_pj_per_frame",
+            "/energy/power_mw",
+            "/energy/pj_per_pixel",
+            "/features/median_tracked",
+            "/tracking/ate_m",
+            "/tracking/rpe_m",
+            "/tracking/jitter_frame_m",
+            "/tracking/jitter_d2_m",
+            "/tracking/prediction_error_m",
+            "/tracking/innovation_px",
+            "/tracking/tracked_fraction",
+            "/tracking/ms_per_frame",
+            "/hashes/photons",
+            "/hashes/codes",
+            "/hashes/features",
+            "/hashes/energy",
+            "/cost/scene/ms_per_frame",
+        ];
+        for key in keys {
+            assert!(value.pointer(key).is_some_and(|value| !value.is_null()), "{key}");
+        }
+        assert_eq!(Report::from_json(&text).unwrap(), report);
+        let pixel = text.find("\"pixel\"").unwrap();
+        assert!(pixel < text.find("\"adc\"").unwrap(), "blocks stand in the order of the data, not of the alphabet");
+    }
+
+    #[test]
+    fn a_number_that_is_none_is_refused_by_its_path() {
+        let mut report = sample::report();
+        report.frames[7].mean_code_dn = f64::NAN;
+        assert!(report.to_json().unwrap_err().to_string().contains("'frames.mean_code_dn'"));
+        let mut report = sample::report();
+        report.bandwidth.reduction = None;
+        assert!(report.to_json().unwrap_err().to_string().contains("'bandwidth.reduction'"));
+        report.not_measurable.insert("bandwidth.reduction".to_owned(), "no features were sent".to_owned());
+        assert!(report.to_json().is_ok());
+    }
+
+    #[test]
+    fn the_page_stands_alone_and_every_tag_is_closed() {
+        let page = html(&sample::report(), &sample::pictures());
+        std::fs::write(std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("report.html"), &page).unwrap();
+        for foreign in ["http:", "https:", "//", "<script", "@import", "url(", "NaN", "undefined"] {
+            let page = page.replace("base64,", "").replace("http://www.w3.org/2000/svg", "");
+            let text: String =
+                page.split("data:image/png").map(|part| part.split_once('"').map_or(part, |(_, rest)| rest)).collect();
+            assert!(!text.contains(foreign), "{foreign}");
+        }
+        for tag in [
+            "html", "head", "body", "main", "header", "section", "figure", "svg", "table", "tr", "td", "div",
+            "details", "dl", "ul", "p",
+        ] {
+            let (opened, closed) = (count(&page, tag), page.matches(&format!("</{tag}>")).count());
+            assert!(opened > 0 && opened == closed, "<{tag}>: {opened} opened, {closed} closed");
+        }
+        assert_eq!(page.matches("role=\"img\"").count(), page.matches("role=\"img\"><title>").count());
+    }
+
+    fn count(page: &str, tag: &str) -> usize {
+        page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count()
+    }
+
+    #[test]
+    fn an_empty_report_is_a_page_too_and_the_same_report_the_same_page() {
+        let page = html(&Report::default(), &Default::default());
+        assert!(page.contains("not measured") && !page.contains("NaN") && !page.contains("inf "));
+        let again = || html(&sample::report(), &sample::pictures());
+        assert_eq!(again(), again());
+    }
 }

@@ -29,81 +29,72 @@ pub struct FrameMetadata {
     pub row_time_ns: u32,
     /// The die's temperature, where it is measured.
     pub temperature_mk: Option<u32>,
-    pub(crate) shape: Shape,
 }
 
 /// What follows in the frame; filled in by `pack_frame`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Shape {
-    pub(crate) data_type: u8,
-    pub(crate) bits: u8,
-    pub(crate) width_px: u16,
-    pub(crate) height_px: u16,
-    pub(crate) features: u32,
+pub struct FrameShape {
+    /// CSI-2 data type of the rows; 0 where no rows are sent.
+    pub data_type: u8,
+    /// Depth of the codes.
+    pub bits: u8,
+    /// Columns; 0 where no rows are sent.
+    pub width_px: u16,
+    /// Rows; 0 where no rows are sent.
+    pub height_px: u16,
+    /// Number of features that are sent.
+    pub features: u32,
 }
 
-impl FrameMetadata {
-    /// Depth of the codes; 0 in metadata that was not sent.
-    pub fn bits(&self) -> u32 {
-        self.shape.bits.into()
+impl FrameShape {
+    /// What `pack_frame` sends. Callers have checked width, height and depth.
+    pub(crate) fn new(size: Option<Size>, kind: RawKind, bits: u32, features: u32) -> Self {
+        let (width_px, height_px) = size.map_or((0, 0), |size| (size.width_px, size.height_px));
+        let data_type = size.map_or(0, |_| kind.data_type());
+        let (width_px, height_px) = (low_u16(width_px), low_u16(height_px));
+        Self { data_type, bits: low_u8(bits), width_px, height_px, features }
     }
 
-    /// Width and height of the picture, if rows were sent.
+    /// Width and height of the picture, if rows are sent.
     pub fn size(&self) -> Option<Size> {
-        (self.shape.data_type != 0)
-            .then(|| Size { width_px: self.shape.width_px.into(), height_px: self.shape.height_px.into() })
+        let size = Size { width_px: self.width_px.into(), height_px: self.height_px.into() };
+        (self.data_type != 0).then_some(size)
     }
+}
 
-    /// Number of features that were sent.
-    pub fn feature_count(&self) -> u32 {
-        self.shape.features
-    }
+/// The payload of a frame's metadata and shape.
+pub(crate) fn payload(metadata: &FrameMetadata, shape: &FrameShape) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(EMBEDDED_BYTES);
+    bytes.extend_from_slice(&MAGIC);
+    let flags = metadata.temperature_mk.map_or(0, |_| TEMPERATURE_IS_MEASURED);
+    bytes.extend_from_slice(&[VERSION, shape.data_type, shape.bits, flags]);
+    bytes.extend_from_slice(&metadata.frame.0.to_le_bytes());
+    bytes.extend_from_slice(&metadata.timestamp_ns.to_le_bytes());
+    bytes.extend_from_slice(&metadata.exposure_ns.to_le_bytes());
+    bytes.extend_from_slice(&metadata.row_time_ns.to_le_bytes());
+    bytes.extend_from_slice(&metadata.temperature_mk.unwrap_or(0).to_le_bytes());
+    bytes.extend_from_slice(&shape.width_px.to_le_bytes());
+    bytes.extend_from_slice(&shape.height_px.to_le_bytes());
+    bytes.extend_from_slice(&shape.features.to_le_bytes());
+    assert!(bytes.len() == EMBEDDED_BYTES, "the layout has one length");
+    bytes
+}
 
-    /// Fills in what the frame carries. Callers have checked width, height and depth.
-    pub(crate) fn describe(&mut self, size: Option<Size>, kind: RawKind, bits: u32, features: u32) {
-        let size_or_none = size.unwrap_or(Size { width_px: 0, height_px: 0 });
-        self.shape = Shape {
-            data_type: size.map_or(0, |_| kind.data_type()),
-            bits: low_u8(bits),
-            width_px: low_u16(size_or_none.width_px),
-            height_px: low_u16(size_or_none.height_px),
-            features,
-        };
+/// Nothing, if length, magic or version are not this layout's.
+pub(crate) fn parse(payload: &[u8]) -> Option<(FrameMetadata, FrameShape)> {
+    if payload.len() != EMBEDDED_BYTES {
+        return None;
     }
-
-    pub(crate) fn to_bytes(self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(EMBEDDED_BYTES);
-        bytes.extend_from_slice(&MAGIC);
-        let flags = self.temperature_mk.map_or(0, |_| TEMPERATURE_IS_MEASURED);
-        bytes.extend_from_slice(&[VERSION, self.shape.data_type, self.shape.bits, flags]);
-        bytes.extend_from_slice(&self.frame.0.to_le_bytes());
-        bytes.extend_from_slice(&self.timestamp_ns.to_le_bytes());
-        bytes.extend_from_slice(&self.exposure_ns.to_le_bytes());
-        bytes.extend_from_slice(&self.row_time_ns.to_le_bytes());
-        bytes.extend_from_slice(&self.temperature_mk.unwrap_or(0).to_le_bytes());
-        bytes.extend_from_slice(&self.shape.width_px.to_le_bytes());
-        bytes.extend_from_slice(&self.shape.height_px.to_le_bytes());
-        bytes.extend_from_slice(&self.shape.features.to_le_bytes());
-        assert!(bytes.len() == EMBEDDED_BYTES, "the layout has one length");
-        bytes
+    let mut reader = Reader(payload);
+    if reader.take::<4>()? != MAGIC || reader.u8()? != VERSION {
+        return None;
     }
-
-    /// Nothing, if length, magic or version are not this layout's.
-    pub(crate) fn from_bytes(payload: &[u8]) -> Option<Self> {
-        if payload.len() != EMBEDDED_BYTES {
-            return None;
-        }
-        let mut reader = Reader(payload);
-        if reader.take::<4>()? != MAGIC || reader.u8()? != VERSION {
-            return None;
-        }
-        let (data_type, bits, flags) = (reader.u8()?, reader.u8()?, reader.u8()?);
-        let frame = FrameIndex(reader.u32()?);
-        let timestamp_ns = u64::from_le_bytes(reader.take()?);
-        let (exposure_ns, row_time_ns, temperature_mk) = (reader.u32()?, reader.u32()?, reader.u32()?);
-        let (width_px, height_px, features) = (reader.u16()?, reader.u16()?, reader.u32()?);
-        let temperature_mk = (flags & TEMPERATURE_IS_MEASURED != 0).then_some(temperature_mk);
-        let shape = Shape { data_type, bits, width_px, height_px, features };
-        Some(Self { frame, timestamp_ns, exposure_ns, row_time_ns, temperature_mk, shape })
-    }
+    let (data_type, bits, flags) = (reader.u8()?, reader.u8()?, reader.u8()?);
+    let frame = FrameIndex(reader.u32()?);
+    let timestamp_ns = u64::from_le_bytes(reader.take()?);
+    let (exposure_ns, row_time_ns, temperature_mk) = (reader.u32()?, reader.u32()?, reader.u32()?);
+    let (width_px, height_px, features) = (reader.u16()?, reader.u16()?, reader.u32()?);
+    let temperature_mk = (flags & TEMPERATURE_IS_MEASURED != 0).then_some(temperature_mk);
+    let shape = FrameShape { data_type, bits, width_px, height_px, features };
+    Some((FrameMetadata { frame, timestamp_ns, exposure_ns, row_time_ns, temperature_mk }, shape))
 }

@@ -7,10 +7,10 @@
 use crate::compute::Feature;
 use crate::link::RawKind;
 use crate::link::checks::{HeaderCheck, check_header, crc16};
-use crate::link::embedded::FrameMetadata;
+use crate::link::embedded::{self, FrameMetadata, FrameShape};
 use crate::link::packet::{CRC_BYTES, DataType, HEADER_BYTES, frame_number, is_long};
 use crate::link::records;
-use crate::num::{index, u64_from};
+use crate::num::u64_from;
 use crate::plane::Plane;
 use crate::units::Size;
 
@@ -21,8 +21,10 @@ pub struct Received {
     pub virtual_channel: u8,
     /// Number in the frame-start packet, 1 to 65,535.
     pub frame_number: u16,
-    /// Counter, times and shape; nothing if the line of embedded data was damaged.
+    /// Counter, times and temperature; nothing if the line of embedded data was damaged.
     pub metadata: Option<FrameMetadata>,
+    /// What the frame announced; nothing if the line of embedded data was damaged.
+    pub shape: Option<FrameShape>,
     /// Codes, if rows were sent and each arrived or is known to be damaged. Damaged rows are zero.
     pub picture: Option<Plane<u16>>,
     /// Rows whose payload failed its CRC, counted from 0.
@@ -96,13 +98,18 @@ struct Host {
 struct Open {
     virtual_channel: u8,
     frame_number: u16,
-    metadata: Option<FrameMetadata>,
+    embedded: Option<(FrameMetadata, FrameShape)>,
     kind: Option<RawKind>,
-    /// Nothing for rows whose payload was refused.
-    rows: Vec<Option<Vec<u16>>>,
+    rows: Vec<Row>,
     features: Vec<(u32, Vec<Feature>)>,
     ended: bool,
     damaged: bool,
+}
+
+/// A row's packet: its codes, or nothing where they were refused.
+struct Row {
+    payload_bytes: usize,
+    codes: Option<Vec<u16>>,
 }
 
 impl Host {
@@ -229,7 +236,7 @@ impl Open {
         Self {
             virtual_channel,
             frame_number,
-            metadata: None,
+            embedded: None,
             kind: None,
             rows: Vec::new(),
             features: Vec::new(),
@@ -242,16 +249,16 @@ impl Open {
     fn take(&mut self, data_type: DataType, payload: &[u8], holds: bool) -> bool {
         match data_type {
             DataType::Embedded => {
-                let metadata = holds.then(|| FrameMetadata::from_bytes(payload)).flatten();
-                let ours = |found: &FrameMetadata| frame_number(found.frame) == self.frame_number;
-                self.metadata = metadata.filter(ours);
-                self.metadata.is_some()
+                let found = holds.then(|| embedded::parse(payload)).flatten();
+                self.embedded = found.filter(|(metadata, _)| frame_number(metadata.frame) == self.frame_number);
+                self.embedded.is_some()
             }
             DataType::Raw(kind) => {
                 let alike = *self.kind.get_or_insert(kind) == kind;
-                let row = if holds && alike { kind.unpack(payload) } else { None };
-                self.rows.push(row);
-                self.rows.last().is_some_and(Option::is_some)
+                let codes = if holds && alike { kind.unpack(payload) } else { None };
+                let understood = codes.is_some();
+                self.rows.push(Row { payload_bytes: payload.len(), codes });
+                understood
             }
             DataType::Features => match holds.then(|| records::parse(payload)).flatten() {
                 Some(records) if frame_number(records.frame) == self.frame_number => {
@@ -267,42 +274,42 @@ impl Open {
     fn finish(mut self) -> Received {
         self.features.sort_by_key(|&(first, _)| first);
         let picture = self.picture();
-        let damaged_rows = (0..).zip(&self.rows).filter(|(_, row)| row.is_none()).map(|(row, _)| row).collect();
+        let damaged_rows = (0..).zip(&self.rows).filter(|(_, row)| row.codes.is_none()).map(|(row, _)| row).collect();
         let features: Vec<Feature> = self.features.into_iter().flat_map(|(_, features)| features).collect();
-        let announced = self.metadata.is_some_and(|metadata| {
-            u64::from(metadata.feature_count()) == u64_from(features.len())
-                && (metadata.size().is_none() == picture.is_none())
+        let shape = self.embedded.map(|(_, shape)| shape);
+        let complete = shape.is_some_and(|shape| {
+            u64::from(shape.features) == u64_from(features.len()) && shape.size() == picture.as_ref().map(Plane::size)
         });
         Received {
             virtual_channel: self.virtual_channel,
             frame_number: self.frame_number,
-            metadata: self.metadata,
+            metadata: self.embedded.map(|(metadata, _)| metadata),
+            shape,
             picture,
             damaged_rows,
             features,
-            whole: self.ended && !self.damaged && announced,
+            whole: self.ended && !self.damaged && complete,
         }
     }
 
-    /// The rows as a plane, if all that were announced stand in their order and have one width.
+    /// The rows as a plane, if all that were announced stand in their order, each as long as the first that holds.
     fn picture(&self) -> Option<Plane<u16>> {
-        let announced = self.metadata.and_then(|metadata| metadata.size());
-        let known = self.rows.iter().flatten().next().map(Vec::len);
-        let width = announced.map_or(known, |size| Some(index(size.width_px)))?;
-        let height = announced.map_or(self.rows.len(), |size| index(size.height_px));
-        // Zero rows for what is missing would give damage a shape that the host asked for, so the rows must be there.
-        if self.rows.len() != height || width == 0 || known.is_none() {
+        let announced = self.embedded.and_then(|(_, shape)| shape.size());
+        let model = self.rows.iter().find(|row| row.codes.is_some())?;
+        let width = model.codes.as_ref().map_or(0, Vec::len);
+        let size = Size { width_px: u32::try_from(width).ok()?, height_px: u32::try_from(self.rows.len()).ok()? };
+        if width == 0 || announced.is_some_and(|announced| announced != size) {
             return None;
         }
-        let mut values = Vec::with_capacity(known? * height);
+        let mut values = Vec::with_capacity(width * self.rows.len());
         for row in &self.rows {
-            match row {
-                Some(row) if row.len() == width => values.extend_from_slice(row),
-                Some(_) => return None,
+            // A damaged row has to have brought as many bytes as the others, so damage cannot claim memory.
+            match &row.codes {
+                _ if row.payload_bytes != model.payload_bytes => return None,
+                Some(codes) => values.extend_from_slice(codes),
                 None => values.resize(values.len() + width, 0),
             }
         }
-        let size = Size { width_px: u32::try_from(width).ok()?, height_px: u32::try_from(height).ok()? };
         Some(Plane::from_values(size, values))
     }
 }

@@ -1,8 +1,8 @@
 //! The position error over time, and all pose figures in a table.
 
 use crate::report::html::chart::{Frame, Ink, Series, chart, runs_of};
+use crate::report::html::section;
 use crate::report::html::text::{digits, escaped, percent, si};
-use crate::report::html::{reason, section};
 use crate::report::record::Report;
 
 pub(super) fn pose_error(report: &Report) -> String {
@@ -15,8 +15,17 @@ pub(super) fn pose_error(report: &Report) -> String {
         equal_axes: false,
         from_zero: true,
     };
-    let content = format!("{}{}{}", chart(&frame, &series), reason(report, "frames.error_m"), table(report));
+    let content = format!("{}{}{}", chart(&frame, &series), gaps(report), table(report));
     section("Pose error", "Distance between estimate and truth at each frame, after rigid alignment.", &content)
+}
+
+/// Says what a break in the line means, where there is one.
+fn gaps(report: &Report) -> String {
+    let missing = report.frames.iter().filter(|frame| frame.error_m.is_none()).count();
+    match (missing, report.not_measurable.get("frames.error_m")) {
+        (1.., Some(why)) => format!("<p class=\"note\">{missing} frames without a value: {}.</p>", escaped(why)),
+        _ => String::new(),
+    }
 }
 
 fn table(report: &Report) -> String {

@@ -2,12 +2,14 @@
 
 use std::fmt::Write as _;
 
+use crate::num::{f64_from_u64, f64_from_usize};
 use crate::report::html::text::{digits, escaped, grouped, si};
 use crate::report::html::{TEXT, section};
 use crate::report::record::{Phase, Report};
 
-/// A span below this share of the lane is too narrow for its name.
-const NAMED_SHARE: f64 = 0.09;
+/// Width of a lane on a common screen, and of a letter in it: a span too narrow for its name goes without; the table has it.
+const LANE_PX: f64 = 400.0;
+const LETTER_PX: f64 = 7.5;
 
 pub(super) fn timing(report: &Report) -> String {
     let timing = &report.timing;
@@ -15,7 +17,7 @@ pub(super) fn timing(report: &Report) -> String {
         "{} lines a second, {} frames a second, {} clocks a frame; {} from mid-exposure to the last byte.",
         grouped(if timing.line_time_us > 0.0 { 1e6 / timing.line_time_us } else { 0.0 }),
         digits(timing.fps),
-        grouped(crate::num::f64_from_u64(timing.clocks_per_frame)),
+        grouped(f64_from_u64(timing.clocks_per_frame)),
         si(timing.latency_us * 1e-6, "s")
     );
     let content = format!(
@@ -52,7 +54,8 @@ fn span(phase: &Phase, length_us: f64) -> String {
     let share = |time_us: f64| 100.0 * (time_us / length_us).clamp(0.0, 1.0);
     let (left, width) = (share(phase.start_us), share(phase.end_us) - share(phase.start_us));
     let name = escaped(&phase.name);
-    let (class, label) = if width >= 100.0 * NAMED_SHARE { ("", name.as_str()) } else { (" class=\"thin\"", "") };
+    let name_px = LETTER_PX * f64_from_usize(phase.name.chars().count() + 2);
+    let (class, label) = if width / 100.0 * LANE_PX >= name_px { ("", name.as_str()) } else { (" class=\"thin\"", "") };
     let duration = si((phase.end_us - phase.start_us) * 1e-6, "s");
     format!("<span{class} style=\"left:{left:.3}%;width:{width:.3}%\" title=\"{name}, {duration}\">{label}</span>")
 }

@@ -24,8 +24,8 @@ fn view(report: &Report, title: &str, across: usize, up: usize, labels: (&str, &
     let frames = &report.frames;
     let truth = frames.iter().map(|frame| (frame.truth_m[across], frame.truth_m[up])).collect();
     let series = [
-        Series { name: "truth", ink: Ink::One, width_px: 4, runs: vec![truth] },
-        Series { name: "estimate", ink: Ink::Two, width_px: 1, runs: estimate_runs(frames, across, up) },
+        Series { name: "truth", ink: Ink::One, width_px: 6, runs: vec![truth] },
+        Series { name: "estimate", ink: Ink::Two, width_px: 2, runs: estimate_runs(frames, across, up) },
     ];
     let frame = Frame { title, x_label: labels.0, y_label: labels.1, equal_axes: true, from_zero: false };
     chart(&frame, &series)
