@@ -33,47 +33,47 @@ pub const ALL: &[Entry] = &[
     Entry {
         name: "prnu",
         summary: "response differs from pixel to pixel, a pattern of the die",
-        build: |parameters| pixel::prnu::Prnu::from_params(&parameters.pixel),
+        build: |parameters| pixel::Prnu::from_params(&parameters.pixel),
     },
     Entry {
         name: "shot_noise",
         summary: "photoelectrons are counted: exact Poisson",
-        build: |parameters| pixel::shot_noise::ShotNoise::from_params(&parameters.pixel),
+        build: |parameters| pixel::ShotNoise::from_params(&parameters.pixel),
     },
     Entry {
         name: "dark_current",
         summary: "thermal electrons over exposure and storage, with their own Poisson draw",
-        build: |parameters| pixel::dark_current::DarkCurrent::from_params(&parameters.pixel),
+        build: |parameters| pixel::DarkCurrent::from_params(&parameters.pixel),
     },
     Entry {
         name: "dsnu",
         summary: "dark signal differs from pixel to pixel, a pattern of the die",
-        build: |parameters| pixel::dsnu::Dsnu::from_params(&parameters.pixel),
+        build: |parameters| pixel::Dsnu::from_params(&parameters.pixel),
     },
     Entry {
         name: "full_well",
         summary: "charge beyond the well is lost",
-        build: |parameters| pixel::full_well::FullWell::from_params(&parameters.pixel),
+        build: |parameters| pixel::FullWell::from_params(&parameters.pixel),
     },
     Entry {
         name: "ktc_noise",
         summary: "reset noise that double sampling does not remove",
-        build: |parameters| pixel::ktc_noise::KtcNoise::from_params(&parameters.pixel),
+        build: |parameters| pixel::KtcNoise::from_params(&parameters.pixel),
     },
     Entry {
         name: "read_noise",
         summary: "source follower and column noise after double sampling",
-        build: |parameters| pixel::read_noise::ReadNoise::from_params(&parameters.pixel),
+        build: |parameters| pixel::ReadNoise::from_params(&parameters.pixel),
     },
     Entry {
         name: "column_gain",
         summary: "gain differs from column to column, a pattern of the die",
-        build: |parameters| adc::column_gain::ColumnGain::from_params(&parameters.adc),
+        build: |parameters| adc::ColumnGain::from_params(&parameters.adc),
     },
     Entry {
         name: "column_offset",
         summary: "offset differs from column to column, what double sampling leaves of it",
-        build: |parameters| adc::column_offset::ColumnOffset::from_params(&parameters.adc),
+        build: |parameters| adc::ColumnOffset::from_params(&parameters.adc),
     },
 ];
 

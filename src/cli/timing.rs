@@ -28,7 +28,7 @@ pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error>
             "line_time_us": timing.line_time_us,
             "frame_time_us": timing.frame_time_us,
             "fps": timing.fps,
-            "exposure_max_lines": sensor.schedule.exposure_max_lines(),
+            "exposure_max_lines": sensor.schedule.exposure_lines_max(),
             "exposure_us": exposure_us,
             "latency_us": timing.latency_us,
             "link_utilisation": utilisation,
@@ -40,7 +40,7 @@ pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error>
     }
     println!("line        {:.3} us: HTS {} at {} Hz", timing.line_time_us, readout.hts, readout.pixel_rate_hz);
     println!("frame       {:.3} us: VTS {}, {:.3} fps", timing.frame_time_us, readout.vts, timing.fps);
-    println!("exposure    {exposure_us:.3} us ({} shutter), at most {} lines", readout.shutter, sensor.schedule.exposure_max_lines());
+    println!("exposure    {exposure_us:.3} us ({} shutter), at most {} lines", readout.shutter, sensor.schedule.exposure_lines_max());
     println!("latency     {:.1} us from the middle of the exposure to the frame's last byte", timing.latency_us);
     println!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * utilisation, 100.0 * burst);
     println!("within a line");

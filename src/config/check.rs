@@ -6,7 +6,7 @@ use std::ops::RangeBounds;
 use glam::{DQuat, DVec3};
 
 use super::scenario::Scenario;
-use crate::adc::{AdcParams, Cds};
+use crate::adc::{AdcParams, Cds, Ramp};
 use crate::compute::ExtractorParams;
 use crate::effects::plan::Choice;
 use crate::error::Error;
@@ -167,7 +167,6 @@ impl Scenario {
         };
         let bits = within("sensor.adc.bits", adc.bits, 1..=16, "1 to 16")?;
         let code_max = (1_u32 << bits) - 1;
-        one_of("sensor.adc.ramp", &adc.ramp, &[("linear", ())])?;
         within("sensor.adc.black_level_dn", adc.black_level_dn, 0..code_max, &format!("0 to {}", code_max - 1))?;
         Ok(AdcParams {
             bits,
@@ -182,6 +181,7 @@ impl Scenario {
             settle_reset_us: ranged("settle_reset_us", adc.settle_reset_us, 0.0, 1e6)?,
             settle_signal_us: ranged("settle_signal_us", adc.settle_signal_us, 0.0, 1e6)?,
             cds: self.cds()?,
+            ramp: one_of("sensor.adc.ramp", &adc.ramp, &[("linear", Ramp::Linear)])?,
         })
     }
 

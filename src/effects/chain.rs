@@ -1,10 +1,11 @@
 //! Runs the chosen effects over rows: one pass an effect over a row buffer that stays in L1, no question asked in a pixel loop.
 
-use crate::adc::Converter;
+use crate::adc::{self, AdcParams, Converter};
 use crate::draw::RowPlace;
 use crate::effect::{Domain, Effect, RowPass};
 use crate::events::Events;
 use crate::num::u32_from;
+use crate::pixel::PixelType;
 use crate::plane::Plane;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
@@ -30,6 +31,10 @@ pub struct Chain {
     pub conversion_gain_uv_per_e: f32,
     /// Closed form of the column converters.
     pub converter: Converter,
+    /// What the converters are set to; their events depend on it.
+    pub adc: AdcParams,
+    /// Decides which events a row's readout takes.
+    pub pixel_type: PixelType,
     /// Seed of the run.
     pub seed: u64,
     /// Seed of the die.
@@ -57,7 +62,7 @@ impl Chain {
             for (offset, row_codes) in rows.chunks_exact_mut(width).enumerate() {
                 let row = index * ROWS_PER_CHUNK + offset;
                 self.capture_row(photons.row(row), capture, row, times[row], &mut buffers, row_codes);
-                self.converter.count_row_events(row_codes, &mut events);
+                adc::count_row(&self.adc, self.pixel_type, row_codes, &mut events);
             }
             events
         };

@@ -23,7 +23,7 @@ pub struct LightBounds {
 /// Temporal dark noise of a pixel in electrons: read noise and, where it is not removed, kTC noise.
 pub fn dark_sigma_e(parameters: &Parameters) -> f64 {
     let pixel = &parameters.pixel;
-    let ktc_uv = pixel.ktc_sigma_uv();
+    let ktc_uv = pixel.ktc_of_one_reset_uv() * pixel.ktc_resets().sqrt();
     (pixel.read_noise_uv * pixel.read_noise_uv + ktc_uv * ktc_uv).sqrt() / pixel.conversion_gain_uv_per_e
 }
 

@@ -241,7 +241,7 @@ pub fn timing_record(sensor: &super::setup::SensorSetup) -> Result<Timing, Error
         frame_time_us: us(schedule.frame_time_s()),
         fps: schedule.fps(),
         latency_us: us(latency_s(sensor, packet_s)),
-        clocks_per_frame: schedule.frame_clocks().0,
+        clocks_per_frame: schedule.frame_clk().0,
         line,
         frame,
     })
@@ -251,7 +251,7 @@ pub fn timing_record(sensor: &super::setup::SensorSetup) -> Result<Timing, Error
 fn latency_s(sensor: &super::setup::SensorSetup, packet_s: f64) -> f64 {
     let first = FrameIndex(0);
     let last = sensor.schedule.readout(first, RowIndex(sensor.size.height_px - 1));
-    last.end_s + packet_s - sensor.schedule.t_frame_s(first)
+    last.end_s + packet_s - sensor.schedule.t_frame(first)
 }
 
 impl Setup {

@@ -167,7 +167,7 @@ impl Session {
         let times: Vec<RowTimes> = (0..setup.sensor.size.height_px)
             .map(|row| RowTimes {
                 exposure_s: schedule.exposure(frame, RowIndex(row)).length_s(),
-                storage_s: schedule.storage_s(frame, RowIndex(row)),
+                storage_s: schedule.storage_s(RowIndex(row)),
             })
             .collect();
         let mut codes = Vec::with_capacity(exposures.len());
@@ -175,7 +175,6 @@ impl Session {
             let capture = Capture { camera: CameraIndex(u32_from(camera)), frame };
             let (plane, events) = setup.chain.capture(&exposure.photons, capture, &times);
             self.totals.events.merge(&events);
-            self.totals.events.merge(&schedule.frame_events(setup.sensor.size, &setup.sensor.parameters.pixel));
             codes.push(plane);
         }
         codes
@@ -204,7 +203,7 @@ impl Session {
         let row_time_s = if self.setup.is_rolling() { schedule.line_time_s() } else { 0.0 };
         let metadata = FrameMetadata {
             frame,
-            timestamp_ns: nanoseconds(schedule.t_frame_s(frame)),
+            timestamp_ns: nanoseconds(schedule.t_frame(frame)),
             exposure_ns: crate::num::low_u32(nanoseconds(schedule.exposure(frame, RowIndex(0)).length_s())),
             row_time_ns: crate::num::low_u32(nanoseconds(row_time_s)),
             temperature_mk: Some(crate::num::low_u32(u64_half_even(sensor.parameters.pixel.temperature_k * 1e3))),

@@ -136,7 +136,7 @@ impl Setup {
         let choice = scenario.effects(&effects::names())?;
         let cameras = cameras(resolved, &sensor)?;
         let tracker = TrackerParams::new(scenario.tracker.window, scenario.seed)?;
-        let run = Span { start_s: 0.0, end_s: sensor.schedule.exposure_end_s(FrameIndex(frames), last_row(sensor.size)) };
+        let run = Span { start_s: 0.0, end_s: sensor.schedule.exposure(FrameIndex(frames - 1), last_row(sensor.size)).end_s };
         let motion = placed_motion(scenario, run, assets)?;
         let start = motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
         let scene = lit_scene(scenario, start.translation_m, assets, progress)?;
@@ -163,6 +163,8 @@ impl Setup {
             electrons_per_photon: crate::num::f32_nearest(efficiency),
             conversion_gain_uv_per_e: crate::num::f32_nearest(pixel.conversion_gain_uv_per_e),
             converter: Converter::new(&sensor.parameters.adc),
+            adc: sensor.parameters.adc,
+            pixel_type: pixel.pixel_type,
             seed: scenario.seed,
             die_seed: scenario.sensor.die,
         };
