@@ -1,0 +1,13 @@
+//! Pictures that several tests of the extractor share.
+
+use crate::draw::mix;
+use crate::num::{index, low_u8, low_u32, u64_from};
+use crate::plane::Plane;
+use crate::units::Size;
+
+/// Independent values below `levels`, stretched over 0 to 255.
+pub(crate) fn noise(width_px: u32, height_px: u32, levels: u64, seed: u64) -> Plane<u8> {
+    let size = Size { width_px, height_px };
+    let value = |i: usize| low_u8(low_u32(mix(mix(seed) ^ u64_from(i)) % levels * (255 / (levels - 1))));
+    Plane::from_values(size, (0..index(width_px) * index(height_px)).map(value).collect())
+}
