@@ -126,17 +126,12 @@ pub struct View {
 /// Edge of a bucket.
 const BUCKET_PX: f64 = 16.0;
 
-/// Column and row of a feature, in one place so that the feature's own format is named once.
-fn place_of(feature: &Feature) -> DVec2 {
-    DVec2::new(f64::from(feature.x_px), f64::from(feature.y_px))
-}
-
 impl View {
     /// Takes the features that carry a descriptor, lie on the picture and have a bearing.
     pub fn new(camera: &RigCamera, features: &[Feature]) -> Self {
         let mut sights = Vec::with_capacity(features.len());
         for (number, feature) in features.iter().enumerate() {
-            let place_px = place_of(feature);
+            let place_px = DVec2::new(feature.x_px(), feature.y_px());
             if feature.descriptor == [0; 32] || !camera.contains(place_px) {
                 continue;
             }
