@@ -1,0 +1,317 @@
+//! Bundle adjustment of a window: poses and points together, by Levenberg-Marquardt with Huber's kernel. The points are
+//! eliminated first (block Schur complement), the poses follow from one dense Cholesky.
+//!
+//! Enters: poses, points and observations of a window. Leaves: the same, refined, in metres. Summation order is the order of
+//! the observations, so equal input gives equal bytes.
+
+use std::ops::Range;
+
+use glam::{DMat3, DVec2, DVec3};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+
+use crate::num::index;
+use crate::pose::Pose;
+use crate::tracker::dense::solve_cholesky;
+use crate::tracker::manifold::{Twist, se3_exp};
+use crate::tracker::refine::{UNSEEN_SIGMAS2, huber, linearise};
+use crate::tracker::rig::RigCamera;
+use crate::units::CameraIndex;
+
+/// A point found on a picture of one of the poses.
+#[derive(Clone, Copy, Debug)]
+pub struct Observation {
+    /// Number of the pose.
+    pub pose: u32,
+    /// Number of the point.
+    pub point: u32,
+    /// Camera of the rig.
+    pub camera: CameraIndex,
+    /// Place on its picture.
+    pub place_px: DVec2,
+    /// One over the standard deviation of the place, per axis, in 1/px.
+    pub inverse_sigma: f64,
+}
+
+/// What is adjusted.
+#[derive(Clone, Debug)]
+pub struct Problem<'a> {
+    /// The rig.
+    pub cameras: &'a [RigCamera],
+    /// `body_from_world`; the first `free` move, the others are the gauge and stay.
+    pub poses: Vec<Pose>,
+    /// Number of poses that move.
+    pub free: usize,
+    /// Points of the world in metres.
+    pub points_m: Vec<DVec3>,
+    /// In rising order of points.
+    pub observations: Vec<Observation>,
+}
+
+/// What an adjustment did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Huber cost before.
+    pub cost_before: f64,
+    /// Huber cost after; never above the one before.
+    pub cost_after: f64,
+    /// Systems solved.
+    pub iterations: u32,
+}
+
+/// Coupling of a free pose and a point: d(error)/d(pose) transposed times d(error)/d(point).
+type Coupling = SMatrix<f64, 6, 3>;
+
+/// The undamped normal equations, by blocks.
+pub(crate) struct Normal {
+    pose_blocks: Vec<Matrix6<f64>>,
+    pose_sides: Vec<Vector6<f64>>,
+    point_blocks: Vec<Matrix3<f64>>,
+    point_sides: Vec<Vector3<f64>>,
+    /// Couplings of each point, in the order in which its poses were first met.
+    couplings: Vec<(usize, Coupling)>,
+    coupled: Vec<Range<usize>>,
+}
+
+/// A point that nothing measures in some direction is held by this much, in 1/m^2; a stereo point at 10 m has some 0.1.
+const POINT_FLOOR_PER_M2: f64 = 1e-4;
+/// The same for poses, in 1/m^2 and 1/rad^2; a single point gives 1e4.
+const POSE_FLOOR: f64 = 1e-6;
+
+impl Problem<'_> {
+    /// Adjusts in place.
+    pub fn solve(&mut self, iterations_max: u32) -> Outcome {
+        assert!(self.free <= self.poses.len(), "only poses that exist can move");
+        assert!(self.observations.is_sorted_by_key(|o| o.point), "observations must be in the order of their points");
+        let mut cost = self.cost(&self.poses, &self.points_m);
+        let mut outcome = Outcome { cost_before: cost, cost_after: cost, iterations: 0 };
+        let mut damping = 1e-4;
+        let mut normal = self.linearise();
+        while outcome.iterations < iterations_max {
+            outcome.iterations += 1;
+            let moved = normal.step(damping).map(|(by_pose, by_point)| self.moved(&by_pose, &by_point));
+            let accepted = moved.and_then(|(poses, points_m)| {
+                let cost_next = self.cost(&poses, &points_m);
+                (cost_next < cost).then_some((poses, points_m, cost_next))
+            });
+            let Some((poses, points_m, cost_next)) = accepted else {
+                damping *= 10.0;
+                if damping > 1e4 {
+                    break;
+                }
+                continue;
+            };
+            let gain = cost - cost_next;
+            (self.poses, self.points_m, cost) = (poses, points_m, cost_next);
+            damping *= 0.1;
+            if gain <= 1e-5 * cost {
+                break;
+            }
+            if outcome.iterations < iterations_max {
+                normal = self.linearise();
+            }
+        }
+        outcome.cost_after = cost;
+        outcome
+    }
+
+    /// Squared error of each observation in sigmas.
+    pub fn errors2(&self) -> Vec<f64> {
+        let mut errors2 = Vec::with_capacity(self.observations.len());
+        self.each_error2(&self.poses, &self.points_m, |error2| errors2.push(error2));
+        errors2
+    }
+
+    fn cost(&self, poses: &[Pose], points_m: &[DVec3]) -> f64 {
+        let mut cost = 0.0;
+        self.each_error2(poses, points_m, |error2| cost += huber(error2).0);
+        cost
+    }
+
+    fn each_error2(&self, poses: &[Pose], points_m: &[DVec3], mut take: impl FnMut(f64)) {
+        let rotations: Vec<DMat3> = poses.iter().map(|pose| DMat3::from_quat(pose.rotation)).collect();
+        for o in &self.observations {
+            let in_body_m = rotations[index(o.pose)] * points_m[index(o.point)] + poses[index(o.pose)].translation_m;
+            let projected = self.cameras[index(o.camera.0)].project_with_jacobian(in_body_m);
+            take(projected.map_or(UNSEEN_SIGMAS2, |(place_px, _)| {
+                ((o.place_px - place_px) * o.inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
+            }));
+        }
+    }
+
+    fn moved(&self, by_pose: &[Vector6<f64>], by_point: &[Vector3<f64>]) -> (Vec<Pose>, Vec<DVec3>) {
+        let mut poses = self.poses.clone();
+        for (pose, step) in poses.iter_mut().zip(by_pose) {
+            *pose = se3_exp(Twist::from_array((*step).into())).then(pose);
+        }
+        let move_point = |(point_m, step): (&DVec3, &Vector3<f64>)| *point_m + DVec3::new(step.x, step.y, step.z);
+        (poses, self.points_m.iter().zip(by_point).map(move_point).collect())
+    }
+
+    pub(crate) fn linearise(&self) -> Normal {
+        let mut normal = Normal {
+            pose_blocks: vec![Matrix6::zeros(); self.free],
+            pose_sides: vec![Vector6::zeros(); self.free],
+            point_blocks: vec![Matrix3::zeros(); self.points_m.len()],
+            point_sides: vec![Vector3::zeros(); self.points_m.len()],
+            couplings: Vec::new(),
+            coupled: vec![0..0; self.points_m.len()],
+        };
+        let rotations: Vec<DMat3> = self.poses.iter().map(|pose| DMat3::from_quat(pose.rotation)).collect();
+        for o in &self.observations {
+            let (pose, point) = (index(o.pose), index(o.point));
+            let in_body_m = rotations[pose] * self.points_m[point] + self.poses[pose].translation_m;
+            let camera = &self.cameras[index(o.camera.0)];
+            let Some((error, by_pose, by_body)) = linearise(camera, in_body_m, (o.place_px, o.inverse_sigma)) else {
+                continue;
+            };
+            let (_, weight) = huber(error.length_squared());
+            let transposed = rotations[pose].transpose();
+            let by_point = by_body.map(|row| transposed * row);
+            for axis in 0..2 {
+                let row = by_point[axis];
+                let to_point = Vector3::new(row.x, row.y, row.z);
+                let to_pose = (pose < self.free).then(|| Vector6::from(by_pose[axis]));
+                normal.add(point, (pose, to_pose), to_point, (weight, error[axis]));
+            }
+        }
+        normal
+    }
+}
+
+impl Normal {
+    /// Adds one scalar error with its derivatives.
+    fn add(
+        &mut self,
+        point: usize,
+        (pose, to_pose): (usize, Option<Vector6<f64>>),
+        to_point: Vector3<f64>,
+        (weight, error): (f64, f64),
+    ) {
+        let weighted_point = to_point * weight;
+        self.point_blocks[point] += weighted_point * to_point.transpose();
+        self.point_sides[point] += weighted_point * error;
+        let Some(to_pose) = to_pose else { return };
+        let weighted_pose = to_pose * weight;
+        self.pose_blocks[pose] += weighted_pose * to_pose.transpose();
+        self.pose_sides[pose] += weighted_pose * error;
+        let range = &mut self.coupled[point];
+        if range.start == range.end {
+            *range = self.couplings.len()..self.couplings.len();
+        }
+        let coupling = weighted_pose * to_point.transpose();
+        match self.couplings[range.clone()].iter_mut().find(|(held, _)| *held == pose) {
+            Some((_, held)) => *held += coupling,
+            None => {
+                assert!(range.end == self.couplings.len(), "observations of a point stand together");
+                self.couplings.push((pose, coupling));
+                range.end += 1;
+            }
+        }
+    }
+
+    /// Steps of the poses and points under a damping; `None` where the reduced system is not positive definite.
+    pub(crate) fn step(&self, damping: f64) -> Option<(Vec<Vector6<f64>>, Vec<Vector3<f64>>)> {
+        let n = 6 * self.pose_blocks.len();
+        let mut matrix = vec![0.0; n * n];
+        let mut side = vec![0.0; n];
+        for (pose, (block, right)) in self.pose_blocks.iter().zip(&self.pose_sides).enumerate() {
+            for i in 0..6 {
+                side[6 * pose + i] = right[i];
+                for j in 0..=i {
+                    matrix[(6 * pose + i) * n + 6 * pose + j] = block[(i, j)];
+                }
+                matrix[(6 * pose + i) * (n + 1)] += damping * block[(i, i)] + POSE_FLOOR;
+            }
+        }
+        let inverses = self.damped_inverses(damping)?;
+        for (point, inverse) in inverses.iter().enumerate() {
+            self.eliminate(point, inverse, &mut matrix, &mut side);
+        }
+        if n > 0 && !solve_cholesky(&mut matrix, &mut side) {
+            return None;
+        }
+        let by_pose: Vec<Vector6<f64>> = side.chunks_exact(6).map(Vector6::from_column_slice).collect();
+        let by_point = inverses
+            .iter()
+            .enumerate()
+            .map(|(point, inverse)| {
+                let mut right = self.point_sides[point];
+                for (pose, coupling) in &self.couplings[self.coupled[point].clone()] {
+                    right -= coupling.tr_mul(&by_pose[*pose]);
+                }
+                inverse * right
+            })
+            .collect();
+        Some((by_pose, by_point))
+    }
+
+    fn damped_inverses(&self, damping: f64) -> Option<Vec<Matrix3<f64>>> {
+        let inverse = |block: &Matrix3<f64>| {
+            let mut block = *block;
+            for k in 0..3 {
+                block[(k, k)] += damping * block[(k, k)] + POINT_FLOOR_PER_M2;
+            }
+            block.try_inverse()
+        };
+        self.point_blocks.iter().map(inverse).collect()
+    }
+
+    /// Takes one point's part out of the lower half of the reduced system.
+    fn eliminate(&self, point: usize, inverse: &Matrix3<f64>, matrix: &mut [f64], side: &mut [f64]) {
+        let n = side.len();
+        let couplings = &self.couplings[self.coupled[point].clone()];
+        for (a, w_a) in couplings {
+            let carried = w_a * inverse;
+            let right = carried * self.point_sides[point];
+            for i in 0..6 {
+                side[6 * a + i] -= right[i];
+            }
+            for (b, w_b) in couplings.iter().filter(|(b, _)| b <= a) {
+                let block = carried * w_b.transpose();
+                for i in 0..6 {
+                    let row = &mut matrix[(6 * a + i) * n + 6 * b..][..6];
+                    for (j, value) in row.iter_mut().enumerate() {
+                        *value -= block[(i, j)];
+                    }
+                }
+            }
+        }
+    }
+
+    /// The whole damped system, poses first, for the test that elimination changes nothing.
+    #[cfg(test)]
+    pub(crate) fn dense(&self, damping: f64) -> (Vec<f64>, Vec<f64>) {
+        let poses = 6 * self.pose_blocks.len();
+        let n = poses + 3 * self.point_blocks.len();
+        let (mut matrix, mut side) = (vec![0.0; n * n], vec![0.0; n]);
+        for (pose, block) in self.pose_blocks.iter().enumerate() {
+            for i in 0..6 {
+                side[6 * pose + i] = self.pose_sides[pose][i];
+                for j in 0..6 {
+                    matrix[(6 * pose + i) * n + 6 * pose + j] = block[(i, j)];
+                }
+                matrix[(6 * pose + i) * (n + 1)] += damping * block[(i, i)] + POSE_FLOOR;
+            }
+        }
+        for (point, block) in self.point_blocks.iter().enumerate() {
+            for i in 0..3 {
+                let row = poses + 3 * point + i;
+                side[row] = self.point_sides[point][i];
+                for j in 0..3 {
+                    matrix[row * n + poses + 3 * point + j] = block[(i, j)];
+                }
+                matrix[row * (n + 1)] += damping * block[(i, i)] + POINT_FLOOR_PER_M2;
+            }
+            for (pose, coupling) in &self.couplings[self.coupled[point].clone()] {
+                for i in 0..6 {
+                    for j in 0..3 {
+                        let (row, column) = (poses + 3 * point + j, 6 * pose + i);
+                        matrix[row * n + column] = coupling[(i, j)];
+                        matrix[column * n + row] = coupling[(i, j)];
+                    }
+                }
+            }
+        }
+        (matrix, side)
+    }
+}

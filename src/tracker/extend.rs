@@ -1,0 +1,196 @@
+//! Growth of the map at a keyframe: new landmarks from stereo pairs and from the last keyframe, then adjustment and culling.
+//!
+//! Enters: a located frame. Leaves: a larger, refined map.
+
+use glam::DVec3;
+
+use crate::num::{index, u32_from};
+use crate::pose::Pose;
+use crate::tracker::epipolar::{Band, Ray, flags, matches, triangulate};
+use crate::tracker::locate::Found;
+use crate::tracker::map::{Map, Sighting};
+use crate::tracker::matching::Rule;
+use crate::tracker::rig::{RigCamera, Sight, View};
+use crate::tracker::{TrackerParams, Work};
+use crate::units::CameraIndex;
+
+/// Sights of the last keyframe that no landmark claims, by camera; a later view may give them depth.
+#[derive(Clone, Debug, Default)]
+pub struct Unclaimed {
+    keyframe: u32,
+    body_from_world: Option<Pose>,
+    sights: Vec<Vec<Sight>>,
+}
+
+impl Unclaimed {
+    /// The keyframe's pose was adjusted.
+    pub fn moved_to(&mut self, body_from_world: Pose) {
+        self.body_from_world = Some(body_from_world);
+    }
+}
+
+/// The map's surroundings while it grows.
+pub struct Growth<'a> {
+    /// The rig.
+    pub cameras: &'a [RigCamera],
+    /// Views of the keyframe.
+    pub views: &'a [View],
+    /// The tracker's parameters.
+    pub params: &'a TrackerParams,
+    /// Number of the frame.
+    pub frame: u64,
+}
+
+/// Noise in the place of a new point's partner, in sigmas, that matching allows for.
+const BAND_SIGMAS: f64 = 4.0;
+/// A new point whose places miss by more, in sigmas squared, is refused: the 95 % quantile of chi2 with 2.
+const NEW_POINT_SIGMAS2: f64 = 5.991;
+/// A new point must be seen under an angle of so many sigmas, else its depth is not even known to a factor of 2.
+const PARALLAX_SIGMAS_MIN: f64 = 3.0;
+/// Between keyframes a point must be seen under this angle (1 degree): the pose is uncertain too.
+const PARALLAX_RAD_MIN: f64 = 0.0175;
+
+impl Growth<'_> {
+    /// Adds a keyframe with its sightings, and new landmarks; gives the number of new landmarks.
+    pub fn add_keyframe(
+        &self,
+        map: &mut Map,
+        (t_s, body_from_world): (f64, Pose),
+        inliers: &[Found],
+        unclaimed: &mut Unclaimed,
+        work: &mut Work,
+    ) -> u32 {
+        let keyframe = map.add_keyframe(t_s, body_from_world);
+        for found in inliers {
+            let sight = &self.views[index(found.camera.0)].sights[found.sight];
+            let sighting = self.sighting(keyframe, found.camera, sight);
+            let landmark = &mut map.landmarks[found.landmark];
+            landmark.sightings.push(sighting);
+            landmark.remember(sight.descriptor);
+        }
+        let mut claimed: Vec<Vec<bool>> = (0..self.views.len())
+            .map(|camera| {
+                let own = inliers.iter().filter(|found| index(found.camera.0) == camera);
+                flags(self.views[camera].sights.len(), own.map(|found| u32_from(found.sight)))
+            })
+            .collect();
+        let before = map.landmarks.len();
+        self.add_stereo_points(map, (keyframe, &body_from_world), &mut claimed, work);
+        self.add_motion_points(map, (keyframe, &body_from_world), &mut claimed, unclaimed, work);
+        let free = |(view, claimed): (&View, &Vec<bool>)| -> Vec<Sight> {
+            view.sights.iter().zip(claimed).filter(|(_, claimed)| !**claimed).map(|(sight, _)| *sight).collect()
+        };
+        let sights = self.views.iter().zip(&claimed).map(free).collect();
+        *unclaimed = Unclaimed { keyframe, body_from_world: Some(body_from_world), sights };
+        u32_from(map.landmarks.len() - before)
+    }
+
+    /// Points that two cameras of this frame see, for every pair of cameras.
+    fn add_stereo_points(
+        &self,
+        map: &mut Map,
+        (keyframe, body_from_world): (u32, &Pose),
+        claimed: &mut [Vec<bool>],
+        work: &mut Work,
+    ) {
+        for a in 0..self.views.len() {
+            for b in a + 1..self.views.len() {
+                let b_from_a = self.cameras[b].camera_from_body.then(&self.cameras[a].calibration.body_from_camera);
+                let band = self.band(a, self.params.range_m_min);
+                let (first, second) = (&self.views[a].sights, &self.views[b].sights);
+                let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.85 };
+                let pairs = matches(
+                    (first, &claimed[a]),
+                    (second, &claimed[b]),
+                    &b_from_a,
+                    (band, rule),
+                    &mut work.descriptors_compared,
+                );
+                for (i, j) in pairs {
+                    let ray = |camera: usize, sight| Ray {
+                        camera: &self.cameras[camera],
+                        body_from_world: *body_from_world,
+                        sight,
+                    };
+                    let rays = [ray(a, &first[i]), ray(b, &second[j])];
+                    let parallax_rad_min = PARALLAX_SIGMAS_MIN * self.params.place_sigma_px / self.cameras[a].focal_px;
+                    let Some(point_m) = self.accepted(&rays, parallax_rad_min) else { continue };
+                    let sightings = vec![
+                        self.sighting(keyframe, CameraIndex(u32_from(a)), &first[i]),
+                        self.sighting(keyframe, CameraIndex(u32_from(b)), &second[j]),
+                    ];
+                    map.add_landmark(point_m, first[i].descriptor, sightings, self.frame);
+                    (claimed[a][i], claimed[b][j]) = (true, true);
+                }
+            }
+        }
+    }
+
+    /// Points that one camera sees now and saw at the last keyframe.
+    fn add_motion_points(
+        &self,
+        map: &mut Map,
+        (keyframe, body_from_world): (u32, &Pose),
+        claimed: &mut [Vec<bool>],
+        earlier: &Unclaimed,
+        work: &mut Work,
+    ) {
+        let Some(earlier_pose) = earlier.body_from_world else { return };
+        for (camera, claimed) in claimed.iter_mut().enumerate() {
+            let rig = &self.cameras[camera];
+            let now_from_earlier = rig
+                .camera_from_body
+                .then(&body_from_world.then(&earlier_pose.inverse()).then(&rig.calibration.body_from_camera));
+            let (first, second) = (&earlier.sights[camera], &self.views[camera].sights);
+            let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
+            let free = vec![false; first.len()];
+            let band = self.band(camera, self.params.range_m_min);
+            let pairs = matches(
+                (first, &free),
+                (second, claimed),
+                &now_from_earlier,
+                (band, rule),
+                &mut work.descriptors_compared,
+            );
+            let camera_index = CameraIndex(u32_from(camera));
+            for (i, j) in pairs {
+                let ray = |body_from_world, sight| Ray { camera: rig, body_from_world, sight };
+                let rays = [ray(earlier_pose, &first[i]), ray(*body_from_world, &second[j])];
+                let Some(point_m) = self.accepted(&rays, PARALLAX_RAD_MIN) else { continue };
+                let sightings = vec![
+                    self.sighting(earlier.keyframe, camera_index, &first[i]),
+                    self.sighting(keyframe, camera_index, &second[j]),
+                ];
+                map.add_landmark(point_m, second[j].descriptor, sightings, self.frame);
+                claimed[j] = true;
+            }
+        }
+    }
+
+    fn band(&self, camera: usize, range_m_min: f64) -> Band {
+        let noise_rad = BAND_SIGMAS * self.params.place_sigma_px / self.cameras[camera].focal_px;
+        Band { off_plane_rad_max: noise_rad, range_m_min, beyond_rad_max: noise_rad }
+    }
+
+    fn accepted(&self, rays: &[Ray<'_>; 2], parallax_rad_min: f64) -> Option<DVec3> {
+        let fix = triangulate(rays)?;
+        let sigma2 = self.params.place_sigma_px * self.params.place_sigma_px;
+        (fix.miss2_px2 <= NEW_POINT_SIGMAS2 * sigma2 && fix.parallax_rad >= parallax_rad_min).then_some(fix.point_m)
+    }
+
+    fn sighting(&self, keyframe: u32, camera: CameraIndex, sight: &Sight) -> Sighting {
+        Sighting { keyframe, camera, place_px: sight.place_px, inverse_sigma: self.params.inverse_sigma(sight.scale) }
+    }
+}
+
+/// Adjusts the last keyframes with their landmarks, and culls. Gives the pose of the last keyframe.
+pub fn adjust_window(map: &mut Map, cameras: &[RigCamera], params: &TrackerParams, work: &mut Work) -> Option<Pose> {
+    let free = index(params.window);
+    let mut window = map.window(cameras, free, 2 * free);
+    let outcome = window.problem.solve(params.adjust_iterations);
+    work.adjust_iterations += outcome.iterations;
+    work.adjusted_observations += crate::num::u64_from(window.problem.observations.len());
+    map.put_back(&window);
+    map.cull(free, index(params.keyframes_max), index(params.landmarks_max));
+    map.keyframes.last().map(|keyframe| keyframe.body_from_world)
+}

@@ -1,0 +1,223 @@
+//! Where the body is, given the map: search of landmarks around their predicted places, refinement, and the way back after
+//! loss by descriptors alone. Enters: views of one frame and a prediction. Leaves: a pose with the landmarks that support it.
+
+use glam::{DMat3, DVec3};
+
+use crate::draw::DrawKey;
+use crate::num::{greater, index, lesser, u32_from};
+use crate::pose::Pose;
+use crate::tracker::map::{Landmark, Map};
+use crate::tracker::matching::{Best, Rule, one_to_one};
+use crate::tracker::ransac::{Search, search};
+use crate::tracker::refine::{Measurement, errors2, refine};
+use crate::tracker::rig::{RigCamera, View};
+use crate::tracker::{TrackerParams, Work};
+use crate::units::CameraIndex;
+
+/// A landmark found on a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// Camera of the rig.
+    pub camera: CameraIndex,
+    /// Number of the sight in the camera's view.
+    pub sight: usize,
+    /// Number of the landmark in the map's list.
+    pub landmark: usize,
+}
+
+/// A pose and what speaks for it.
+#[derive(Clone, Debug)]
+pub struct Located {
+    /// Pose of the body.
+    pub body_from_world: Pose,
+    /// Landmarks found where the pose predicts them.
+    pub inliers: Vec<Found>,
+    /// Landmarks that the pose puts on a picture.
+    pub in_view: Vec<usize>,
+}
+
+/// One frame, the map it is held against, and the rules.
+pub struct Frame<'a> {
+    /// The rig.
+    pub cameras: &'a [RigCamera],
+    /// One view a camera.
+    pub views: &'a [View],
+    /// Landmarks to find.
+    pub map: &'a Map,
+    /// The tracker's parameters.
+    pub params: &'a TrackerParams,
+}
+
+/// Radius of the second search, around places predicted by the refined pose.
+const SECOND_RADIUS_PX: f64 = 4.0;
+/// Squared error in sigmas up to which a found landmark supports the pose: the 99 % quantile of chi2 with 2.
+const GATE_SIGMAS2: f64 = 9.21;
+/// Median of chi2 with 2 degrees of freedom: 2 ln 2.
+const MEDIAN_SIGMAS2: f64 = 1.386;
+/// The gate widens by at most this where places are worse than the parameters say.
+const GATE_FACTOR_MAX: f64 = 4.0;
+/// A landmark this near to the best match is the same thing mapped twice, and no rival.
+const TWIN_DISTANCE_M: f64 = 0.1;
+/// Steps of a refinement; it stops by itself after some four.
+const REFINE_ITERATIONS_MAX: u32 = 12;
+
+impl Frame<'_> {
+    /// Finds the pose near a prediction; `None` where the landmarks do not support one.
+    pub fn near(&self, predicted: &Pose, work: &mut Work) -> Option<Located> {
+        let params = self.params;
+        let rule = Rule { distance_max: params.distance_bits_max, ratio_max: 0.85 };
+        for radius_px in [params.search_radius_px, params.search_radius_wide_px] {
+            let (found, _) = self.search(predicted, radius_px, rule, work);
+            let Some((pose, inliers)) = self.settle(predicted, found, work) else { continue };
+            if let Some(located) = self.confirm(&pose, u32_from(inliers.len()), work) {
+                return Some(located);
+            }
+        }
+        None
+    }
+
+    /// Finds the pose by descriptors alone, among the landmarks seen since a frame.
+    pub fn anywhere(&self, seen_since: u64, key: DrawKey, work: &mut Work) -> Option<Located> {
+        let landmarks: Vec<usize> =
+            (0..self.map.landmarks.len()).filter(|&l| self.map.landmarks[l].last_frame >= seen_since).collect();
+        let found: Vec<Found> =
+            (0..self.views.len()).flat_map(|camera| self.look_alikes(camera, &landmarks, work)).collect();
+        let measurements = self.measurements(&found);
+        let bearing = |found: &Found| self.views[index(found.camera.0)].sights[found.sight].bearing;
+        let bearings: Vec<DVec3> = found.iter().map(bearing).collect();
+        let gate_sigmas2 = GATE_SIGMAS2 * GATE_FACTOR_MAX;
+        let limits = Search { samples_max: self.params.samples_max, confidence: 0.999, gate_sigmas2 };
+        let consensus = search(self.cameras, (&measurements, &bearings), key, limits)?;
+        work.ransac_samples += consensus.samples;
+        if consensus.agreeing < self.params.inliers_min {
+            return None;
+        }
+        let agreed = found.iter().zip(&consensus.agrees).filter(|(_, agrees)| **agrees).map(|(found, _)| *found);
+        let (pose, inliers) = self.settle(&consensus.body_from_world, agreed.collect(), work)?;
+        self.confirm(&pose, u32_from(inliers.len()), work)
+    }
+
+    /// Searches again closely around a pose, which must keep its support. Wrong poses lose theirs here: chance matches do
+    /// not line up within a few pixels.
+    fn confirm(&self, pose: &Pose, support: u32, work: &mut Work) -> Option<Located> {
+        let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
+        let (found, in_view) = self.search(pose, SECOND_RADIUS_PX, rule, work);
+        let count = u32_from(found.len());
+        let (body_from_world, inliers) = self.settle(pose, found, work)?;
+        let kept = u32_from(inliers.len());
+        let enough = kept >= self.params.inliers_min && 2 * kept >= count && 2 * kept >= support;
+        enough.then_some(Located { body_from_world, inliers, in_view })
+    }
+
+    /// Refines from a start, drops what does not fit, refines again. `None` below the least number of inliers.
+    fn settle(&self, start: &Pose, found: Vec<Found>, work: &mut Work) -> Option<(Pose, Vec<Found>)> {
+        let (mut pose, mut kept) = (*start, found);
+        for _ in 0..2 {
+            if u32_from(kept.len()) < self.params.inliers_min {
+                return None;
+            }
+            let measurements = self.measurements(&kept);
+            let (refined, iterations) = refine(self.cameras, &measurements, &pose, REFINE_ITERATIONS_MAX);
+            work.pose_iterations += iterations;
+            pose = refined;
+            let errors2 = errors2(self.cameras, &measurements, &pose);
+            let gate = gate(&errors2);
+            kept = kept.iter().zip(&errors2).filter(|(_, e)| **e <= gate).map(|(found, _)| *found).collect();
+        }
+        (u32_from(kept.len()) >= self.params.inliers_min).then_some((pose, kept))
+    }
+
+    /// Landmarks found within a radius of where the pose predicts them, and those that it predicts on any picture.
+    fn search(&self, pose: &Pose, radius_px: f64, rule: Rule, work: &mut Work) -> (Vec<Found>, Vec<usize>) {
+        let rotation = DMat3::from_quat(pose.rotation);
+        let mut pairs = vec![Vec::new(); self.views.len()];
+        let mut in_view = Vec::new();
+        for (number, landmark) in self.map.landmarks.iter().enumerate() {
+            let in_body_m = rotation * landmark.position_m + pose.translation_m;
+            let mut visible = false;
+            for (camera, view) in self.views.iter().enumerate() {
+                work.projections += 1;
+                let Some(place_px) = self.cameras[camera].project(in_body_m) else { continue };
+                visible = true;
+                let mut best = Best::NONE;
+                for sight in view.near(place_px, radius_px) {
+                    work.descriptors_compared += crate::num::u64_from(landmark.descriptors.len());
+                    best.offer(sight, landmark.distance(&view.sights[sight].descriptor));
+                }
+                if let Some(sight) = best.accepted(rule) {
+                    pairs[camera].push((number, sight, best.distance));
+                }
+            }
+            if visible {
+                in_view.push(number);
+            }
+        }
+        let found = |(camera, pairs): (usize, &Vec<(usize, usize, u32)>)| {
+            let camera_index = CameraIndex(u32_from(camera));
+            one_to_one(pairs, self.views[camera].sights.len()).into_iter().map(move |(landmark, sight)| Found {
+                camera: camera_index,
+                sight,
+                landmark,
+            })
+        };
+        (pairs.iter().enumerate().flat_map(found).collect(), in_view)
+    }
+
+    /// The landmark that each sight of a camera resembles most, where no other resembles it as much.
+    fn look_alikes(&self, camera: usize, landmarks: &[usize], work: &mut Work) -> Vec<Found> {
+        let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
+        let sights = &self.views[camera].sights;
+        let mut pairs = Vec::new();
+        for (sight, seen) in sights.iter().enumerate() {
+            let mut best = Best::NONE;
+            for &number in landmarks {
+                let landmark = &self.map.landmarks[number];
+                let distance = landmark.distance(&seen.descriptor);
+                if distance < best.second {
+                    offer_unless_twin(&mut best, (number, landmark, distance), &self.map.landmarks);
+                }
+            }
+            work.descriptors_compared += crate::num::u64_from(landmarks.len());
+            if let Some(landmark) = best.accepted(rule) {
+                pairs.push((sight, landmark, best.distance));
+            }
+        }
+        one_to_one(&pairs, self.map.landmarks.len())
+            .into_iter()
+            .map(|(sight, landmark)| Found { camera: CameraIndex(u32_from(camera)), sight, landmark })
+            .collect()
+    }
+
+    /// What the found landmarks say about the pose.
+    pub fn measurements(&self, found: &[Found]) -> Vec<Measurement> {
+        let measurement = |found: &Found| {
+            let sight = &self.views[index(found.camera.0)].sights[found.sight];
+            Measurement {
+                camera: found.camera,
+                point_in_world_m: self.map.landmarks[found.landmark].position_m,
+                place_px: sight.place_px,
+                inverse_sigma: self.params.inverse_sigma(sight.scale),
+            }
+        };
+        found.iter().map(measurement).collect()
+    }
+}
+
+/// Offers a landmark; one that stands where the best stands replaces it or is passed over, but is no runner-up.
+fn offer_unless_twin(best: &mut Best, (number, landmark, distance): (usize, &Landmark, u32), all: &[Landmark]) {
+    let twin = best.distance != u32::MAX
+        && (all[best.number].position_m - landmark.position_m).length_squared() < TWIN_DISTANCE_M * TWIN_DISTANCE_M;
+    if !twin {
+        best.offer(number, distance);
+    } else if distance < best.distance {
+        (best.number, best.distance) = (number, distance);
+    }
+}
+
+/// Gate of inliers, widened where the median says that all places are worse than assumed.
+fn gate(errors2: &[f64]) -> f64 {
+    let mut sorted = errors2.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    GATE_SIGMAS2 * lesser(greater(median / MEDIAN_SIGMAS2, 1.0), GATE_FACTOR_MAX)
+}

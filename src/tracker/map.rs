@@ -1,0 +1,245 @@
+//! The map: landmarks, keyframes and which saw which. Enters: poses, points and sightings in metres and pixels. Leaves: windows
+//! for the adjustment, and the map itself for pictures. Its memory is bounded.
+
+use glam::{DVec2, DVec3};
+
+use crate::num::{f64_from_u64, index, u32_from};
+use crate::pose::Pose;
+use crate::tracker::adjust::{Observation, Problem};
+use crate::tracker::matching::Descriptor;
+use crate::tracker::rig::RigCamera;
+use crate::units::CameraIndex;
+
+/// Descriptors kept of a landmark, from different views; the oldest gives way.
+pub const DESCRIPTORS_MAX: usize = 4;
+/// A view whose descriptor differs from all kept ones by more bits than this is kept too.
+const DESCRIPTOR_NEWS_BITS: u32 = 20;
+/// An observation beyond this squared error in sigmas is dropped after an adjustment: the 99.9 % quantile of chi2 with 2.
+const OUTLIER_SIGMAS2: f64 = 13.8;
+/// Fewer observations than this in held keyframes do not hold a window.
+const HOLDING_OBSERVATIONS_MIN: usize = 30;
+/// A landmark must prove itself within so many keyframes.
+const PROBATION_KEYFRAMES: u32 = 3;
+
+/// A landmark seen by a camera at a keyframe.
+#[derive(Clone, Copy, Debug)]
+pub struct Sighting {
+    /// Number of the keyframe.
+    pub keyframe: u32,
+    /// Camera of the rig.
+    pub camera: CameraIndex,
+    /// Place on its picture.
+    pub place_px: DVec2,
+    /// One over the standard deviation per axis, in 1/px.
+    pub inverse_sigma: f64,
+}
+
+/// A point of the world that was recognised more than once.
+#[derive(Clone, Debug)]
+pub struct Landmark {
+    /// Its number, never reused.
+    pub id: u32,
+    /// Metres in the world's frame.
+    pub position_m: DVec3,
+    pub(crate) descriptors: Vec<Descriptor>,
+    pub(crate) sightings: Vec<Sighting>,
+    pub(crate) predicted: u32,
+    pub(crate) found: u32,
+    pub(crate) last_frame: u64,
+    pub(crate) born_keyframe: u32,
+}
+
+impl Landmark {
+    /// Least distance in bits of a descriptor to any of the landmark's.
+    pub(crate) fn distance(&self, descriptor: &Descriptor) -> u32 {
+        self.descriptors.iter().map(|own| own.distance(descriptor)).min().unwrap_or(256)
+    }
+
+    /// Number of different keyframes that saw it; sightings stand in the order of keyframes.
+    pub(crate) fn keyframe_count(&self) -> usize {
+        let repeats = self.sightings.windows(2).filter(|pair| pair[0].keyframe == pair[1].keyframe).count();
+        self.sightings.len() - repeats
+    }
+
+    pub(crate) fn remember(&mut self, descriptor: Descriptor) {
+        if self.distance(&descriptor) <= DESCRIPTOR_NEWS_BITS {
+            return;
+        }
+        if self.descriptors.len() == DESCRIPTORS_MAX {
+            self.descriptors.remove(1); // The first view stays: it is what a return to the start finds.
+        }
+        self.descriptors.push(descriptor);
+    }
+}
+
+/// A frame whose sightings stay in the map.
+#[derive(Clone, Copy, Debug)]
+pub struct Keyframe {
+    /// Its number, rising, never reused.
+    pub id: u32,
+    /// Time in seconds.
+    pub t_s: f64,
+    /// Where the body was.
+    pub body_from_world: Pose,
+}
+
+/// Landmarks in rising order of their numbers, keyframes too.
+#[derive(Clone, Debug, Default)]
+pub struct Map {
+    /// All landmarks.
+    pub landmarks: Vec<Landmark>,
+    /// All keyframes.
+    pub keyframes: Vec<Keyframe>,
+    next_landmark: u32,
+    next_keyframe: u32,
+}
+
+/// A window taken out for adjustment, with the way back.
+pub struct Window<'a> {
+    /// What is adjusted.
+    pub problem: Problem<'a>,
+    keyframes: Vec<usize>,
+    landmarks: Vec<usize>,
+}
+
+impl Map {
+    /// Adds a keyframe and gives its number.
+    pub fn add_keyframe(&mut self, t_s: f64, body_from_world: Pose) -> u32 {
+        let id = self.next_keyframe;
+        self.next_keyframe += 1;
+        self.keyframes.push(Keyframe { id, t_s, body_from_world });
+        id
+    }
+
+    /// Adds a landmark with its first sightings.
+    pub fn add_landmark(&mut self, position_m: DVec3, descriptor: Descriptor, sightings: Vec<Sighting>, frame: u64) {
+        let born_keyframe = sightings.last().map_or(0, |sighting| sighting.keyframe);
+        self.landmarks.push(Landmark {
+            id: self.next_landmark,
+            position_m,
+            descriptors: vec![descriptor],
+            sightings,
+            predicted: 1,
+            found: 1,
+            last_frame: frame,
+            born_keyframe,
+        });
+        self.next_landmark += 1;
+    }
+
+    /// The last `free` keyframes, all landmarks they see, and the older keyframes that hold those landmarks. The first
+    /// keyframe never moves: it is the world's frame.
+    pub fn window<'a>(&self, cameras: &'a [RigCamera], free: usize, held_max: usize) -> Window<'a> {
+        let start = self.keyframes.len().saturating_sub(free).max(1).min(self.keyframes.len());
+        let first_free = self.keyframes.get(start).map_or(u32::MAX, |keyframe| keyframe.id);
+        let inside = |landmark: &Landmark| {
+            landmark.sightings.len() >= 2 && landmark.sightings.last().is_some_and(|last| last.keyframe >= first_free)
+        };
+        let landmarks: Vec<usize> = (0..self.landmarks.len()).filter(|&l| inside(&self.landmarks[l])).collect();
+        let mut shared = vec![0_usize; start];
+        for sighting in landmarks.iter().flat_map(|&l| &self.landmarks[l].sightings) {
+            if let Ok(keyframe) = self.keyframes[..start].binary_search_by_key(&sighting.keyframe, |k| k.id) {
+                shared[keyframe] += 1;
+            }
+        }
+        let mut held: Vec<usize> = (0..start).filter(|&keyframe| shared[keyframe] > 0).collect();
+        held.sort_by_key(|&keyframe| (std::cmp::Reverse(shared[keyframe]), keyframe));
+        held.truncate(held_max);
+        let holding: usize = held.iter().map(|&keyframe| shared[keyframe]).sum();
+        let mut moving: Vec<usize> = (start..self.keyframes.len()).collect();
+        if holding < HOLDING_OBSERVATIONS_MIN && !moving.is_empty() {
+            held.push(moving.remove(0)); // Nothing else says where the window stands.
+        }
+        let free = moving.len();
+        let keyframes: Vec<usize> = moving.into_iter().chain(held).collect();
+        let problem = self.problem(cameras, free, (&keyframes, &landmarks));
+        Window { problem, keyframes, landmarks }
+    }
+
+    fn problem<'a>(
+        &self,
+        cameras: &'a [RigCamera],
+        free: usize,
+        (keyframes, landmarks): (&[usize], &[usize]),
+    ) -> Problem<'a> {
+        let mut number = vec![None; self.keyframes.len()];
+        for (pose, &keyframe) in keyframes.iter().enumerate() {
+            number[keyframe] = Some(u32_from(pose));
+        }
+        let mut observations = Vec::new();
+        for (point, &landmark) in landmarks.iter().enumerate() {
+            for sighting in &self.landmarks[landmark].sightings {
+                let keyframe = self.keyframes.binary_search_by_key(&sighting.keyframe, |k| k.id);
+                let Some(pose) = keyframe.ok().and_then(|keyframe| number[keyframe]) else { continue };
+                let Sighting { camera, place_px, inverse_sigma, .. } = *sighting;
+                observations.push(Observation { pose, point: u32_from(point), camera, place_px, inverse_sigma });
+            }
+        }
+        let poses = keyframes.iter().map(|&keyframe| self.keyframes[keyframe].body_from_world).collect();
+        let points_m = landmarks.iter().map(|&landmark| self.landmarks[landmark].position_m).collect();
+        Problem { cameras, poses, free, points_m, observations }
+    }
+
+    /// Takes an adjusted window back and drops observations that do not fit it.
+    pub fn put_back(&mut self, window: &Window<'_>) {
+        let problem = &window.problem;
+        for (&keyframe, pose) in window.keyframes.iter().zip(&problem.poses).take(problem.free) {
+            self.keyframes[keyframe].body_from_world = *pose;
+        }
+        for (&landmark, point_m) in window.landmarks.iter().zip(&problem.points_m) {
+            self.landmarks[landmark].position_m = *point_m;
+        }
+        for (observation, error2) in problem.observations.iter().zip(problem.errors2()) {
+            if error2 > OUTLIER_SIGMAS2 {
+                let keyframe = self.keyframes[window.keyframes[index(observation.pose)]].id;
+                let sightings = &mut self.landmarks[window.landmarks[index(observation.point)]].sightings;
+                sightings.retain(|s| s.keyframe != keyframe || s.camera != observation.camera);
+            }
+        }
+    }
+
+    /// Removes landmarks that did not prove themselves, then keyframes and landmarks beyond the bounds of memory.
+    pub fn cull(&mut self, window: usize, keyframes_max: usize, landmarks_max: usize) {
+        while self.keyframes.len() > keyframes_max.max(window + 1) {
+            self.drop_most_redundant_keyframe(window);
+        }
+        let now = self.next_keyframe;
+        self.landmarks.retain(|landmark| {
+            let on_probation = now <= landmark.born_keyframe + PROBATION_KEYFRAMES;
+            let rarely_found = 4 * u64::from(landmark.found) < u64::from(landmark.predicted);
+            let seen_once = landmark.keyframe_count() < 2;
+            landmark.sightings.len() >= 2
+                && landmark.position_m.is_finite()
+                && if on_probation { !(rarely_found && landmark.predicted >= 4) } else { !seen_once }
+        });
+        if self.landmarks.len() > landmarks_max {
+            let value = |landmark: &Landmark| (landmark.keyframe_count(), landmark.last_frame, landmark.id);
+            let mut values: Vec<_> = self.landmarks.iter().map(value).collect();
+            values.sort_unstable();
+            let least = values[values.len() - landmarks_max];
+            self.landmarks.retain(|landmark| value(landmark) >= least);
+        }
+    }
+
+    /// Drops, outside the window and after the first, the keyframe with the greatest share of sightings that three other
+    /// keyframes make as well.
+    fn drop_most_redundant_keyframe(&mut self, window: usize) {
+        let old = self.keyframes.len() - window;
+        let (mut seen, mut spare) = (vec![0_u64; old], vec![0_u64; old]);
+        for landmark in &self.landmarks {
+            let well_known = landmark.keyframe_count() > 3;
+            for sighting in &landmark.sightings {
+                if let Ok(keyframe) = self.keyframes[..old].binary_search_by_key(&sighting.keyframe, |k| k.id) {
+                    seen[keyframe] += 1;
+                    spare[keyframe] += u64::from(well_known);
+                }
+            }
+        }
+        let share = |keyframe: usize| (f64_from_u64(spare[keyframe]) + 1.0) / (f64_from_u64(seen[keyframe]) + 1.0);
+        let dropped = (1..old).reduce(|best, next| if share(next) > share(best) { next } else { best }).unwrap_or(0);
+        let id = self.keyframes.remove(dropped).id;
+        for landmark in &mut self.landmarks {
+            landmark.sightings.retain(|sighting| sighting.keyframe != id);
+        }
+    }
+}

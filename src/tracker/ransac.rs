@@ -1,0 +1,98 @@
+//! Pose from matches of which many are wrong: keyed RANSAC over P3P samples. Enters: measurements with bearings. Leaves: the
+//! pose that most of them agree on, equal for equal keys.
+
+use glam::DVec3;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+use crate::draw::DrawKey;
+use crate::num::{f64_from_usize, index, low_u32, u32_from};
+use crate::pose::Pose;
+use crate::tracker::p3p;
+use crate::tracker::refine::{Measurement, errors2};
+use crate::tracker::rig::RigCamera;
+use crate::units::CameraIndex;
+
+/// Limits of a search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Search {
+    /// Samples drawn at most.
+    pub samples_max: u32,
+    /// Wanted probability that one sample was free of outliers.
+    pub confidence: f64,
+    /// Squared error in sigmas up to which a measurement agrees.
+    pub gate_sigmas2: f64,
+}
+
+/// The best pose found.
+#[derive(Clone, Debug)]
+pub struct Consensus {
+    /// Pose of the body.
+    pub body_from_world: Pose,
+    /// Which measurements agree.
+    pub agrees: Vec<bool>,
+    /// Their number.
+    pub agreeing: u32,
+    /// Samples drawn.
+    pub samples: u32,
+}
+
+/// Searches; `None` where no sample gave a pose. Samples are drawn within one camera, votes are counted over all.
+pub fn search(
+    cameras: &[RigCamera],
+    (measurements, bearings): (&[Measurement], &[DVec3]),
+    key: DrawKey,
+    limits: Search,
+) -> Option<Consensus> {
+    let of_camera = |camera: u32| -> Vec<usize> {
+        (0..measurements.len()).filter(|&m| measurements[m].camera == CameraIndex(camera)).collect()
+    };
+    let groups: Vec<Vec<usize>> =
+        (0..u32_from(cameras.len())).map(of_camera).filter(|group| group.len() >= 3).collect();
+    if groups.is_empty() {
+        return None;
+    }
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(key.0);
+    let mut best: Option<Consensus> = None;
+    let (mut sample, mut needed) = (0, limits.samples_max);
+    while sample < needed {
+        let group = &groups[index(sample) % groups.len()];
+        sample += 1;
+        let Some(triple) = distinct(&mut random, group) else { continue };
+        let camera = &cameras[index(measurements[triple[0]].camera.0)];
+        let points_m = triple.map(|m| measurements[m].point_in_world_m);
+        for camera_from_world in p3p::solve(&triple.map(|m| bearings[m]), &points_m) {
+            let body_from_world = camera.calibration.body_from_camera.then(&camera_from_world);
+            let errors2 = errors2(cameras, measurements, &body_from_world);
+            let agrees: Vec<bool> = errors2.iter().map(|&error2| error2 <= limits.gate_sigmas2).collect();
+            let agreeing = u32_from(agrees.iter().filter(|&&agrees| agrees).count());
+            if best.as_ref().is_none_or(|best| agreeing > best.agreeing) {
+                let share = f64::from(agreeing) / f64_from_usize(measurements.len());
+                needed = needed.min(samples_needed(share, limits));
+                best = Some(Consensus { body_from_world, agrees, agreeing, samples: 0 });
+            }
+        }
+    }
+    best.map(|best| Consensus { samples: sample, ..best })
+}
+
+/// Samples after which one was free of outliers with the wanted probability.
+fn samples_needed(inlier_share: f64, limits: Search) -> u32 {
+    let good = inlier_share * inlier_share * inlier_share;
+    if good >= 1.0 - 1e-9 {
+        return 1;
+    }
+    let needed = libm::ceil(libm::log(1.0 - limits.confidence) / libm::log1p(-good));
+    if needed < f64::from(limits.samples_max) { crate::num::u32_truncated(needed).max(1) } else { limits.samples_max }
+}
+
+/// Three different members, or none where the third draw repeats too often.
+fn distinct(random: &mut Xoshiro256PlusPlus, group: &[usize]) -> Option<[usize; 3]> {
+    let mut draw = || {
+        // Multiply-shift: the bias of at most group.len() / 2^32 does not matter for a search.
+        let wide = u64::from(low_u32(random.next_u64() >> 32)) * crate::num::u64_from(group.len());
+        group[index(low_u32(wide >> 32))]
+    };
+    let (a, b, c) = (draw(), draw(), draw());
+    (a != b && b != c && a != c).then_some([a, b, c])
+}

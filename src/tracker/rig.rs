@@ -1,0 +1,197 @@
+//! The calibrated rig and what it saw. Enters: calibration and decoded features. Leaves: bearings, places and projections.
+//!
+//! Places are pixels, points metres in the named frame, bearings unit vectors of a camera's frame.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use crate::compute::Feature;
+use crate::num::{greater, index, u32_from};
+use crate::optics::lens::{Lens, ProjectionJacobian};
+use crate::pose::Pose;
+use crate::tracker::matching::Descriptor;
+use crate::units::Size;
+
+/// Points nearer to a camera's plane than this cannot be imaged sharply, and their derivatives blow up.
+pub const DEPTH_M_MIN: f64 = 0.05;
+
+/// What the host knows of one camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraCalibration {
+    /// Lens mapping.
+    pub lens: Lens,
+    /// Size of the full picture in pixels.
+    pub size: Size,
+    /// Place of the camera on the body.
+    pub body_from_camera: Pose,
+}
+
+/// A camera with what follows from its calibration.
+#[derive(Clone, Debug)]
+pub struct RigCamera {
+    /// As given.
+    pub calibration: CameraCalibration,
+    /// Inverse of the mounting.
+    pub camera_from_body: Pose,
+    /// Its rotation as a matrix, for derivatives.
+    pub rotation: DMat3,
+    /// Mean focal length in pixels: how many pixels a radian is near the axis.
+    pub focal_px: f64,
+}
+
+impl RigCamera {
+    /// Prepares a camera.
+    pub fn new(calibration: CameraCalibration) -> Self {
+        let camera_from_body = calibration.body_from_camera.inverse();
+        let intrinsics = calibration.lens.intrinsics;
+        let rotation = DMat3::from_quat(camera_from_body.rotation);
+        let focal_px = 0.5 * (intrinsics.fx_px + intrinsics.fy_px);
+        Self { calibration, camera_from_body, rotation, focal_px }
+    }
+
+    /// Place of a point of the body's frame; `None` behind the camera or outside the picture.
+    pub fn project(&self, point_in_body_m: DVec3) -> Option<DVec2> {
+        let point_m = self.rotation * point_in_body_m + self.camera_from_body.translation_m;
+        if !self.may_see(point_m) {
+            return None;
+        }
+        let place_px = self.calibration.lens.project(point_m)?;
+        self.contains(place_px).then_some(place_px)
+    }
+
+    /// Place and its derivative by the point in the body's frame (2 x 3, pixels a metre). Not limited to the picture, so
+    /// that a refinement can follow a point over the edge.
+    pub fn project_with_jacobian(&self, point_in_body_m: DVec3) -> Option<(DVec2, ProjectionJacobian)> {
+        let point_m = self.rotation * point_in_body_m + self.camera_from_body.translation_m;
+        if !self.may_see(point_m) {
+            return None;
+        }
+        let (place_px, by_camera) = self.calibration.lens.project_with_jacobian(point_m)?;
+        let transposed = self.rotation.transpose();
+        let row = |r: [f64; 3]| (transposed * DVec3::from_array(r)).to_array();
+        place_px.is_finite().then(|| (place_px, [row(by_camera[0]), row(by_camera[1])]))
+    }
+
+    /// Refuses points behind the camera, and points so far aside that the distortion polynomial may fold them back.
+    fn may_see(&self, point_m: DVec3) -> bool {
+        if !point_m.is_finite() || point_m.z < DEPTH_M_MIN {
+            return false;
+        }
+        let (intrinsics, size) = (self.calibration.lens.intrinsics, self.calibration.size);
+        // The picture's half extent in tangents, with 30 % for distortion.
+        let half = |extent_px: u32, centre_px: f64, focal_px: f64| {
+            1.3 * greater(centre_px, f64::from(extent_px) - centre_px) / focal_px
+        };
+        point_m.x.abs() <= point_m.z * half(size.width_px, intrinsics.cx_px, intrinsics.fx_px)
+            && point_m.y.abs() <= point_m.z * half(size.height_px, intrinsics.cy_px, intrinsics.fy_px)
+    }
+
+    fn contains(&self, place_px: DVec2) -> bool {
+        let size = self.calibration.size;
+        place_px.x >= 0.0
+            && place_px.y >= 0.0
+            && place_px.x <= f64::from(size.width_px) - 1.0
+            && place_px.y <= f64::from(size.height_px) - 1.0
+    }
+}
+
+/// A feature as the tracker uses it.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight {
+    /// Place in the camera's list of the frame.
+    pub feature: u32,
+    /// Place on the picture.
+    pub place_px: DVec2,
+    /// Unit vector in the camera's frame.
+    pub bearing: DVec3,
+    /// Standard deviation of the place, per axis, in units of the tracker's `place_sigma_px`: 1 at full size.
+    pub scale: f64,
+    /// Half-scale octave.
+    pub octave: u8,
+    /// 256 bits.
+    pub descriptor: Descriptor,
+}
+
+/// What one camera saw, with a grid of buckets over its picture.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// Usable features in the order in which they came.
+    pub sights: Vec<Sight>,
+    columns: usize,
+    rows: usize,
+    /// Start of each bucket in `members`, row-major, and one end.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+/// Edge of a bucket.
+const BUCKET_PX: f64 = 16.0;
+
+impl View {
+    /// Takes the features that carry a descriptor, lie on the picture and have a bearing.
+    pub fn new(camera: &RigCamera, features: &[Feature]) -> Self {
+        let mut sights = Vec::with_capacity(features.len());
+        for (number, feature) in features.iter().enumerate() {
+            let place_px = DVec2::new(feature.x_px(), feature.y_px());
+            if feature.descriptor == [0; 32] || !camera.contains(place_px) {
+                continue;
+            }
+            let Some(bearing) = camera.calibration.lens.unproject(place_px) else { continue };
+            let scale = f64::from(1_u32 << feature.octave.min(8));
+            let descriptor = Descriptor::new(&feature.descriptor);
+            sights.push(Sight {
+                feature: u32_from(number),
+                place_px,
+                bearing,
+                scale,
+                octave: feature.octave,
+                descriptor,
+            });
+        }
+        let size = camera.calibration.size;
+        Self::bucketed(sights, size)
+    }
+
+    fn bucketed(sights: Vec<Sight>, size: Size) -> Self {
+        let buckets = |extent_px: u32| bucket(f64::from(extent_px)) + 1;
+        let (columns, rows) = (buckets(size.width_px), buckets(size.height_px));
+        let cell = |sight: &Sight| {
+            bucket(sight.place_px.y).min(rows - 1) * columns + bucket(sight.place_px.x).min(columns - 1)
+        };
+        let mut starts = vec![0_u32; columns * rows + 1];
+        for sight in &sights {
+            starts[cell(sight) + 1] += 1;
+        }
+        for cell in 0..columns * rows {
+            starts[cell + 1] += starts[cell];
+        }
+        let mut next = starts.clone();
+        let mut members = vec![0; sights.len()];
+        for (number, sight) in sights.iter().enumerate() {
+            let slot = &mut next[cell(sight)];
+            members[index(*slot)] = u32_from(number);
+            *slot += 1;
+        }
+        Self { sights, columns, rows, starts, members }
+    }
+
+    /// Numbers of the sights within a radius of a place, bucket by bucket; the order is fixed by the input.
+    pub fn near(&self, place_px: DVec2, radius_px: f64) -> impl Iterator<Item = usize> + '_ {
+        let range = |centre: f64, count: usize| {
+            let last = bucket(centre + radius_px).min(count - 1);
+            bucket(centre - radius_px).min(count - 1)..last + 1
+        };
+        let (columns, rows) = (range(place_px.x, self.columns), range(place_px.y, self.rows));
+        let radius2 = radius_px * radius_px;
+        rows.flat_map(move |row| {
+            let from = index(self.starts[row * self.columns + columns.start]);
+            let to = index(self.starts[row * self.columns + columns.end]);
+            self.members[from..to].iter().map(|&member| index(member))
+        })
+        .filter(move |&member| (self.sights[member].place_px - place_px).length_squared() <= radius2)
+    }
+}
+
+/// Bucket of a coordinate; negative ones fall into the first.
+fn bucket(place_px: f64) -> usize {
+    index(crate::num::u32_truncated(place_px / BUCKET_PX))
+}

@@ -1,0 +1,252 @@
+//! A synthetic stereo world: points on the walls of a room, keyed descriptors with flipped bits, noisy places, missed and false
+//! corners, and a lively hand. Everything is a function of its seed.
+
+use glam::{DQuat, DVec2, DVec3};
+use sensel::compute::{Feature, STEPS_PER_PX};
+use sensel::draw::DrawKey;
+use sensel::num::{f64_from_u64, low_u8, low_u32, u32_truncated, u64_from};
+use sensel::optics::lens::{Intrinsics, Lens, Radtan};
+use sensel::pose::Pose;
+use sensel::tracker::manifold::so3_exp;
+use sensel::tracker::{CameraCalibration, FrameInput};
+use sensel::units::Size;
+
+/// Frames a second.
+pub const RATE_HZ: f64 = 30.0;
+
+/// What the world does to the tracker.
+#[derive(Clone, Copy, Debug)]
+pub struct Hardship {
+    /// Standard deviation of a place per axis in pixels; the feature format's rounding comes on top.
+    pub noise_px: f64,
+    /// Share of descriptor bits flipped in each view.
+    pub flipped: f64,
+    /// Share of visible points that are not detected.
+    pub missed: f64,
+    /// False corners as a share of the true ones.
+    pub spurious: f64,
+}
+
+/// Half a pixel, one bit in twelve, one point in five missed and one corner in six false.
+pub const USUAL: Hardship = Hardship { noise_px: 0.5, flipped: 0.08, missed: 0.2, spurious: 0.2 };
+
+/// A point with a look of its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Landmark {
+    pub place_m: DVec3,
+    pub look: DrawKey,
+}
+
+/// Points, cameras and troubles.
+pub struct World {
+    pub seed: u64,
+    pub landmarks: Vec<Landmark>,
+    pub cameras: Vec<CameraCalibration>,
+    pub hardship: Hardship,
+    pub features_max: usize,
+}
+
+/// A uniform number in 0..1.
+pub fn uniform(key: DrawKey) -> f64 {
+    f64_from_u64(key.0 >> 11) / 9_007_199_254_740_992.0
+}
+
+/// A normal number (Box-Muller).
+pub fn normal(key: DrawKey) -> f64 {
+    let (u, v) = (1.0 - uniform(key.with(0)), uniform(key.with(1)));
+    (-2.0 * libm::log(u)).sqrt() * libm::cos(std::f64::consts::TAU * v)
+}
+
+/// Two VGA cameras 65 mm apart, slightly turned against each other, 90 degrees wide, mild barrel distortion.
+pub fn stereo_rig() -> Vec<CameraCalibration> {
+    let size = Size { width_px: 640, height_px: 480 };
+    let camera = |x_m: f64, turn: DVec3, fx_px: f64| CameraCalibration {
+        lens: Lens {
+            intrinsics: Intrinsics { fx_px, fy_px: fx_px + 0.7, cx_px: 321.3, cy_px: 238.4 },
+            distortion: Radtan { k1: -0.03, k2: 0.004, p1: 0.0003, p2: -0.0002 },
+        },
+        size,
+        body_from_camera: Pose::new(so3_exp(turn), DVec3::new(x_m, 0.002, 0.001)),
+    };
+    vec![
+        camera(-0.0325, DVec3::new(0.003, 0.004, -0.002), 320.0),
+        camera(0.0325, DVec3::new(-0.002, -0.006, 0.004), 321.5),
+    ]
+}
+
+/// Half extents of the room: 5 x 2.5 x 2.8 m, y down.
+pub const ROOM_M: DVec3 = DVec3::new(2.5, 1.25, 1.4);
+
+/// Points spread evenly over the six walls.
+pub fn room(seed: u64, count: u64) -> Vec<Landmark> {
+    let key = DrawKey::root(seed).with(1);
+    let areas = [ROOM_M.y * ROOM_M.z, ROOM_M.x * ROOM_M.z, ROOM_M.x * ROOM_M.y];
+    (0..count)
+        .map(|number| {
+            let key = key.with(number);
+            let mut pick = uniform(key.with(0)) * (areas[0] + areas[1] + areas[2]);
+            let axis = if pick < areas[0] {
+                0
+            } else if pick < areas[0] + areas[1] {
+                1
+            } else {
+                2
+            };
+            pick = uniform(key.with(1));
+            let mut place = [2, 3, 4].map(|field| 2.0 * uniform(key.with(field)) - 1.0);
+            place[axis] = if pick < 0.5 { -1.0 } else { 1.0 };
+            Landmark { place_m: DVec3::from_array(place) * ROOM_M, look: key.with(9) }
+        })
+        .collect()
+}
+
+/// A lively hand: up to 0.7 m/s and 130 degrees a second.
+pub fn lively(t_s: f64) -> Pose {
+    let wave = |rate: f64, phase: f64| libm::sin(rate * t_s + phase);
+    let place_m = DVec3::new(
+        0.7 * wave(0.55, 0.0) + 0.10 * wave(2.3, 1.0),
+        0.15 * wave(1.4, 0.5) + 0.03 * wave(5.0, 0.0),
+        0.3 * wave(0.9, 2.0) + 0.05 * wave(3.1, 0.2),
+    );
+    let yaw = so3_exp(DVec3::Y * (1.6 * wave(0.7, 0.0) + 0.5 * wave(2.4, 1.0)));
+    let pitch = so3_exp(DVec3::X * (0.25 * wave(1.9, 0.3)));
+    let roll = so3_exp(DVec3::Z * (0.2 * wave(1.5, 1.3)));
+    Pose::new((yaw * pitch * roll).normalize(), place_m)
+}
+
+/// A body that turns on the spot, 60 degrees a second at most.
+pub fn turning(t_s: f64) -> Pose {
+    Pose::new(so3_exp(DVec3::Y * (1.2 * libm::sin(0.9 * t_s))), DVec3::ZERO)
+}
+
+/// A body at rest.
+pub fn resting(_t_s: f64) -> Pose {
+    Pose::new(DQuat::IDENTITY, DVec3::ZERO)
+}
+
+impl World {
+    /// The usual world.
+    pub fn usual(seed: u64) -> Self {
+        Self { seed, landmarks: room(seed, 2_500), cameras: stereo_rig(), hardship: USUAL, features_max: 500 }
+    }
+
+    /// What both cameras send at a time.
+    pub fn frame(&self, number: u64, world_from_body: &Pose) -> FrameInput {
+        let camera = |camera: usize| self.picture(number, camera, world_from_body);
+        FrameInput { t_s: f64_from_u64(number) / RATE_HZ, features: (0..self.cameras.len()).map(camera).collect() }
+    }
+
+    fn picture(&self, frame: u64, camera: usize, world_from_body: &Pose) -> Vec<Feature> {
+        let calibration = &self.cameras[camera];
+        let camera_from_world = world_from_body.then(&calibration.body_from_camera).inverse();
+        let key = DrawKey::root(self.seed).with(2).with(frame).with(u64_from(camera));
+        let mut features = Vec::new();
+        for (number, landmark) in self.landmarks.iter().enumerate() {
+            let key = key.with(u64_from(number));
+            let point_m = camera_from_world.point(landmark.place_m);
+            // The polynomial of the lens folds far outside the picture.
+            if point_m.z < 0.05 || point_m.x.abs() > 1.3 * point_m.z || point_m.y.abs() > 1.1 * point_m.z {
+                continue;
+            }
+            let Some(place_px) = calibration.lens.project(point_m) else { continue };
+            if uniform(key.with(0)) < self.hardship.missed {
+                continue;
+            }
+            let noise_px = DVec2::new(normal(key.with(1)), normal(key.with(2))) * self.hardship.noise_px;
+            let descriptor = self.view_of(landmark.look, key.with(3));
+            features.extend(corner(place_px + noise_px, calibration.size, descriptor));
+        }
+        for number in 0..u64::from(u32_truncated(f64_from_u64(u64_from(features.len())) * self.hardship.spurious)) {
+            let key = key.with(1_000_000 + number);
+            let place_px = DVec2::new(uniform(key.with(0)) * 639.0, uniform(key.with(1)) * 479.0);
+            features.extend(corner(place_px, calibration.size, bits(key.with(2), |_| false)));
+        }
+        thin_out(features, self.features_max, key)
+    }
+
+    /// A landmark's descriptor with some bits flipped.
+    fn view_of(&self, look: DrawKey, view: DrawKey) -> [u8; 32] {
+        bits(look, |bit| uniform(view.with(bit)) < self.hardship.flipped)
+    }
+}
+
+/// 256 keyed bits, some flipped.
+fn bits(look: DrawKey, flipped: impl Fn(u64) -> bool) -> [u8; 32] {
+    let mut bytes = [0; 32];
+    for (byte, place) in bytes.iter_mut().zip(0_u64..) {
+        *byte = low_u8(low_u32(look.with(place).0));
+        for bit in 0..8 {
+            *byte ^= u8::from(flipped(8 * place + bit)) << bit;
+        }
+    }
+    bytes
+}
+
+/// A corner in the sensor's format, where it lies on the picture: the one place that knows the format's coordinates.
+pub fn corner(place_px: DVec2, size: Size, descriptor: [u8; 32]) -> Option<Feature> {
+    let inside = place_px.x >= 0.0
+        && place_px.y >= 0.0
+        && place_px.x <= f64::from(size.width_px - 1)
+        && place_px.y <= f64::from(size.height_px - 1);
+    let steps = |place_px: f64| {
+        sensel::num::low_u16(u32_truncated((place_px * f64::from(STEPS_PER_PX)).round_ties_even()))
+    };
+    let (x_q4, y_q4) = (steps(place_px.x), steps(place_px.y));
+    inside.then(|| Feature { x_q4, y_q4, score: 40, angle: 0, octave: 0, descriptor })
+}
+
+/// Keeps a keyed choice, in a keyed order, as an extractor's top-K would.
+fn thin_out(features: Vec<Feature>, features_max: usize, key: DrawKey) -> Vec<Feature> {
+    let mut order: Vec<(u64, usize)> = (0..features.len()).map(|n| (key.with(7).with(u64_from(n)).0, n)).collect();
+    order.sort_unstable();
+    order.truncate(features_max);
+    order.into_iter().map(|(_, number)| features[number]).collect()
+}
+
+/// How a run went.
+#[derive(Debug, Default)]
+pub struct Score {
+    pub frames: u32,
+    pub tracked: u32,
+    pub relocalised: u32,
+    pub keyframes: u32,
+    /// Root mean square of the position error in metres, in the frame of the first pose, without any alignment.
+    pub ate_m: f64,
+    pub worst_m: f64,
+    pub worst_rad: f64,
+    pub prediction_m: f64,
+    pub innovation_px: f64,
+    pub features_min: u32,
+}
+
+/// Scores answers against the truth.
+pub fn score(answers: &[(Pose, sensel::tracker::TrackedFrame)]) -> Score {
+    let mut score = Score { features_min: u32::MAX, ..Score::default() };
+    let Some((first, _)) = answers.iter().find(|(_, answer)| answer.world_from_body.is_some()) else { return score };
+    let world_from_room = first.inverse();
+    let (mut sum_m2, mut predicted_m2, mut predictions) = (0.0, 0.0, 0_u32);
+    let mut innovations = Vec::new();
+    for (truth, answer) in answers {
+        score.frames += 1;
+        score.keyframes += u32::from(answer.keyframe);
+        let expected = world_from_room.then(truth);
+        if let Some(predicted_m) = answer.predicted_position_m {
+            predicted_m2 += (predicted_m - expected.translation_m).length_squared();
+            predictions += 1;
+        }
+        innovations.extend(answer.innovation_px);
+        let Some(pose) = answer.world_from_body else { continue };
+        score.tracked += 1;
+        score.relocalised += u32::from(answer.status == sensel::tracker::Status::Relocalised);
+        score.features_min = score.features_min.min(answer.tracked_features);
+        let error_m = (pose.translation_m - expected.translation_m).length();
+        sum_m2 += error_m * error_m;
+        score.worst_m = score.worst_m.max(error_m);
+        score.worst_rad = score.worst_rad.max(pose.inverse().then(&expected).angle_rad());
+    }
+    score.ate_m = (sum_m2 / f64::from(score.tracked.max(1))).sqrt();
+    score.prediction_m = (predicted_m2 / f64::from(predictions.max(1))).sqrt();
+    innovations.sort_by(f64::total_cmp);
+    score.innovation_px = innovations.get(innovations.len() / 2).copied().unwrap_or(0.0);
+    score
+}
