@@ -35,9 +35,8 @@ impl Resolved {
         preview.merge(user.clone());
         for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {
             let Some(name) = preview.get(key).and_then(toml::Value::as_str) else { continue };
-            let preset = presets::find(kind, name).map_err(|error| {
-                preview.locate(Error::key(key, "", error.to_string()))
-            })?;
+            let preset =
+                presets::find(kind, name).map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
             chosen.merge(Tree::parse(&format!("preset {name}"), preset.text)?);
         }
         chosen.merge(user);

@@ -4,6 +4,7 @@
 pub mod cache;
 pub mod euroc;
 pub mod folder;
+pub mod picture;
 
 use std::path::Path;
 

@@ -10,5 +10,6 @@ pub mod session;
 pub mod setup;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
+pub use record::timing_record;
 pub use session::{CameraFrame, Frame, Session};
 pub use setup::{SensorSetup, Setup};

@@ -41,14 +41,41 @@ fn text_of(path: &Path) -> String {
 #[test]
 fn the_standard_decoder_reads_every_kept_packet() {
     let mut frames = 0;
-    for (bits, kind) in [(6, "raw6"), (7, "raw7"), (8, "raw8"), (10, "raw10"), (12, "raw12"), (14, "raw14"), (16, "raw16")] {
+    for (bits, kind) in
+        [(6, "raw6"), (7, "raw7"), (8, "raw8"), (10, "raw10"), (12, "raw12"), (14, "raw14"), (16, "raw16")]
+    {
         let out = scratch(&format!("packets{bits}"));
-        let (set_bits, black) = (format!("sensor.adc.bits={bits}"), format!("sensor.adc.black_level_dn={}", (1 << bits) / 16));
+        let (set_bits, black) =
+            (format!("sensor.adc.bits={bits}"), format!("sensor.adc.black_level_dn={}", (1 << bits) / 16));
         let clock = "sensor.adc.clock_hz=8000000000";
-        sensel(&["run", "box", "--frames", "2", "--keep", "packets", "--quiet", "--set", &set_bits, "--set", &black, "--set", clock,
-            "--set", "link.lanes=4", "--set", "sensor.width=160", "--set", "sensor.height=120", "--out", &text_of(&out)]);
+        sensel(&[
+            "run",
+            "box",
+            "--frames",
+            "2",
+            "--keep",
+            "packets",
+            "--quiet",
+            "--set",
+            &set_bits,
+            "--set",
+            &black,
+            "--set",
+            clock,
+            "--set",
+            "link.lanes=4",
+            "--set",
+            "sensor.width=160",
+            "--set",
+            "sensor.height=120",
+            "--out",
+            &text_of(&out),
+        ]);
         for camera in ["cam0.csi2", "cam1.csi2"] {
-            let found = judge("csi2_check.py", &[&text_of(&out.join(camera)), "--expect-width", "160", "--expect-height", "120"]);
+            let found = judge(
+                "csi2_check.py",
+                &[&text_of(&out.join(camera)), "--expect-width", "160", "--expect-height", "120"],
+            );
             assert_eq!(found["frames"], 2, "{found}");
             assert_eq!(found["packets"][kind], 240, "{found}");
             assert!(found["feature_bytes"].as_u64().unwrap() > 0, "{found}");
@@ -62,7 +89,8 @@ fn the_standard_decoder_reads_every_kept_packet() {
 fn evo_agrees_with_the_figures_of_the_report_to_a_micrometre() {
     let out = scratch("figures");
     sensel(&["run", "box", "--frames", "90", "--quiet", "--out", &text_of(&out)]);
-    let report: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
+    let report: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
     let (truth, estimate) = (text_of(&out.join("trajectory_gt.tum")), text_of(&out.join("trajectory_est.tum")));
     let evo = judge("evo_check.py", &[&truth, &estimate]);
     let pairs = [
@@ -102,7 +130,16 @@ fn every_corner_and_score_equals_opencv() {
     let picture = std::fs::read_dir(&data).unwrap().next().unwrap().unwrap().path();
     for threshold in ["1", "10", "20", "40"] {
         let list = folder.join(format!("t{threshold}.csv"));
-        sensel(&["features", &text_of(&picture), "--detector", "fast9", "--threshold", threshold, "--out", &text_of(&list)]);
+        sensel(&[
+            "features",
+            &text_of(&picture),
+            "--detector",
+            "fast9",
+            "--threshold",
+            threshold,
+            "--out",
+            &text_of(&list),
+        ]);
         let found = judge("fast_check.py", &[&text_of(&picture), &text_of(&list), "--threshold", threshold]);
         assert_eq!(found["wrong"], 0, "{found}");
         pictures += 1;

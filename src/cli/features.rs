@@ -67,7 +67,8 @@ pub fn csv(features: &[Feature]) -> String {
     let mut table = String::from("x,y,score,angle,octave,descriptor\n");
     for feature in features {
         let (x, y) = (feature.x_px(), feature.y_px());
-        let row = writeln!(table, "{x},{y},{},{},{},{}", feature.score, feature.angle, feature.octave, descriptor(feature));
+        let row =
+            writeln!(table, "{x},{y},{},{},{},{}", feature.score, feature.angle, feature.octave, descriptor(feature));
         row.expect("writing to a string cannot fail");
     }
     table

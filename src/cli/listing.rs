@@ -14,7 +14,7 @@ pub fn presets(shared: &Shared) -> Result<(), Error> {
         let of_kind = presets::ALL.iter().filter(|preset| preset.kind == kind);
         of_kind.map(|preset| json!({"name": preset.name, "summary": preset.summary, "toml": preset.text})).collect()
     };
-    let technologies = sensel::energy::Technology::names();
+    let technologies = sensel::energy::Technology::names().collect::<Vec<_>>();
     let scenes = place::known_scenes(shared);
     if shared.json {
         print_json(&json!({

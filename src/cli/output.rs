@@ -14,8 +14,8 @@ use sensel::files::picture;
 use sensel::num::{f64_from_u64, low_u16, u32_from, u32_truncated, u64_half_even};
 use sensel::plane::Plane;
 use sensel::pose::{Pose, format_tum};
-use sensel::report::html::{Mark, Picture, Pictures, html};
 use sensel::report::Report;
+use sensel::report::html::{Mark, Picture, Pictures, html};
 use sensel::run::{Frame, Session, Setup};
 use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, ImuSample, MEMS_PHONE};
 use sensel::units::{CameraIndex, Span};
@@ -78,12 +78,16 @@ impl Output {
     /// A folder there that is not ours, or what the disk says.
     pub fn create(target: &Path, setup: &Setup, keep: Keep) -> Result<Self, Error> {
         let folder = OutputFolder::create(target)?;
-        let cameras: Vec<EurocCamera> = setup.cameras.iter().map(|camera| EurocCamera {
-            body_from_camera: camera.body_from_camera,
-            rate_hz: setup.sensor.schedule.fps(),
-            size: camera.size,
-            lens: camera.lens,
-        }).collect();
+        let cameras: Vec<EurocCamera> = setup
+            .cameras
+            .iter()
+            .map(|camera| EurocCamera {
+                body_from_camera: camera.body_from_camera,
+                rate_hz: setup.sensor.schedule.fps(),
+                size: camera.size,
+                lens: camera.lens,
+            })
+            .collect();
         let unit = EurocImu { body_from_imu: Pose::IDENTITY, noise: MEMS_PHONE };
         let has_imu = setup.resolved.scenario.rig.imu == "mems_phone";
         let euroc = EurocWriter::create(folder.path(), &cameras, has_imu.then_some(&unit), PngDepth::Eight)?;

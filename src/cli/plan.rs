@@ -37,7 +37,10 @@ pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error>
 
 fn print_plan(setup: &Setup) {
     let plan = &setup.plan;
-    println!("signal      {:.3} to {:.0} e- a pixel, from the scene's light and the lens", plan.signal_e[0], plan.signal_e[1]);
+    println!(
+        "signal      {:.3} to {:.0} e- a pixel, from the scene's light and the lens",
+        plan.signal_e[0], plan.signal_e[1]
+    );
     println!(
         "budget      {:.3} e-: {} of a pixel's own noise where that is least",
         plan.budget_e, setup.fidelity.accuracy
@@ -48,7 +51,10 @@ fn print_plan(setup: &Setup) {
     }
     println!("left out");
     for effect in &plan.omitted {
-        println!("  {:<14} bias {:.2e} e-, sigma {:.2e} e-: {}", effect.name, effect.bias_e, effect.sigma_e, effect.reason);
+        println!(
+            "  {:<14} bias {:.2e} e-, sigma {:.2e} e-: {}",
+            effect.name, effect.bias_e, effect.sigma_e, effect.reason
+        );
     }
     if plan.omitted.is_empty() {
         println!("  nothing");

@@ -32,7 +32,8 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     bar.finish_and_clear();
     let report = session.report(&name)?;
     if shared.json {
-        let json = json!({"energy": report.energy, "bandwidth": report.bandwidth, "fps": report.timing.fps, "frames": frames});
+        let json =
+            json!({"energy": report.energy, "bandwidth": report.bandwidth, "fps": report.timing.fps, "frames": frames});
         listing::print_json(&json);
         return Ok(());
     }
@@ -51,13 +52,19 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     }
     println!("  total      {:.3} mW, {:.1} pJ a pixel", energy.power_mw, energy.pj_per_pixel);
     let bandwidth = &report.bandwidth;
-    println!("  raw        {:.3} Mbit a frame, {:.3} Mbit/s on the link", bandwidth.raw_bits_per_frame * 1e-6, bandwidth.link_bits_per_s * 1e-6);
+    println!(
+        "  raw        {:.3} Mbit a frame, {:.3} Mbit/s on the link",
+        bandwidth.raw_bits_per_frame * 1e-6,
+        bandwidth.link_bits_per_s * 1e-6
+    );
     println!("  features   {:.3} Mbit a frame", bandwidth.feature_bits_per_frame * 1e-6);
     println!("decided by");
     for decider in energy.deciders.iter().take(5) {
         println!(
             "  {:<24} {:>5.1} % of the energy, {:>5.1} % of its uncertainty",
-            decider.name, 100.0 * decider.energy_share, 100.0 * decider.variance_share
+            decider.name,
+            100.0 * decider.energy_share,
+            100.0 * decider.variance_share
         );
     }
     Ok(())

@@ -135,11 +135,20 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     };
     println!(
         "{}: {} frames, {} camera(s) of {}x{}, {:.0} lux, {} bit",
-        scenario.name, scenario.frames, scenario.cameras, scenario.width_px, scenario.height_px, scenario.illuminance_lux, scenario.bits
+        scenario.name,
+        scenario.frames,
+        scenario.cameras,
+        scenario.width_px,
+        scenario.height_px,
+        scenario.illuminance_lux,
+        scenario.bits
     );
     let tracking = &report.tracking;
-    println!("  tracked       {:.1} % of frames, {} features (median)", 100.0 * tracking.tracked_fraction,
-        report.features.median_tracked.map_or("no".to_owned(), |count| format!("{count:.0}")));
+    println!(
+        "  tracked       {:.1} % of frames, {} features (median)",
+        100.0 * tracking.tracked_fraction,
+        report.features.median_tracked.map_or("no".to_owned(), |count| format!("{count:.0}"))
+    );
     println!("  ATE           {}  over {:.2} m", figure(tracking.ate_m, 1e3, "mm"), scenario.path_m);
     println!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));
     println!("  jitter (d2)   {}", figure(tracking.jitter_d2_m, 1e3, "mm"));

@@ -18,8 +18,11 @@ pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error>
     let expected_features = u64::from(resolved.scenario.compute.top_k);
     let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, expected_features)?;
     let utilisation = sensor.link.mean_utilisation(&traffic, sensor.schedule.frame_time_s());
-    let burst =
-        sensor.link.burst_utilisation(sensor.size.width_px, sensor.parameters.adc.bits, sensor.schedule.line_time_s())?;
+    let burst = sensor.link.burst_utilisation(
+        sensor.size.width_px,
+        sensor.parameters.adc.bits,
+        sensor.schedule.line_time_s(),
+    )?;
     let exposure_us = 1e6 * sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s();
     if shared.json {
         listing::print_json(&json!({
@@ -40,7 +43,11 @@ pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error>
     }
     println!("line        {:.3} us: HTS {} at {} Hz", timing.line_time_us, readout.hts, readout.pixel_rate_hz);
     println!("frame       {:.3} us: VTS {}, {:.3} fps", timing.frame_time_us, readout.vts, timing.fps);
-    println!("exposure    {exposure_us:.3} us ({} shutter), at most {} lines", readout.shutter, sensor.schedule.exposure_lines_max());
+    println!(
+        "exposure    {exposure_us:.3} us ({} shutter), at most {} lines",
+        readout.shutter,
+        sensor.schedule.exposure_lines_max()
+    );
     println!("latency     {:.1} us from the middle of the exposure to the frame's last byte", timing.latency_us);
     println!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * utilisation, 100.0 * burst);
     println!("within a line");

@@ -29,7 +29,8 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     };
     let resolved = Resolved::from_layers("command line", "", &shared.set)?;
     let extractor = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
-    let params = TrackerParams::new(resolved.scenario.tracker.window, shared.seed.unwrap_or(resolved.scenario.seed))?;
+    let params =
+        TrackerParams { seed: shared.seed.unwrap_or(resolved.scenario.seed), ..resolved.scenario.tracker_params()? };
     let calibration = |folder: &sensel::files::euroc::CameraFolder| CameraCalibration {
         lens: folder.camera.lens,
         size: folder.camera.size,
@@ -66,7 +67,8 @@ fn say(reader: &EurocReader, poses: &[TimedPose], frames: usize, out: &Path, sha
     let figures = reader.ground_truth().and_then(|truth| trajectory_figures(truth, poses).ok());
     let ate_m = figures.as_ref().and_then(|figures| figures.se3.as_ref().ok()).map(|aligned| aligned.ate_m);
     if shared.json {
-        let json = json!({"frames": frames, "tracked": poses.len(), "trajectory": out.display().to_string(), "ate_m": ate_m});
+        let json =
+            json!({"frames": frames, "tracked": poses.len(), "trajectory": out.display().to_string(), "ate_m": ate_m});
         listing::print_json(&json);
     } else if !shared.quiet {
         println!("trajectory: {}", out.display());

@@ -17,11 +17,21 @@ use crate::optics::{Aperture, Pupil, RollOff};
 use crate::pixel::{PixelParams, PixelType};
 use crate::readout::{ReadoutParams, Shutter};
 use crate::scene::Illuminant;
+use crate::tracker::TrackerParams;
 use crate::units::Size;
 
 /// The value, if it lies in the range; NaN lies in none.
-pub fn within<T: PartialOrd + Display + Copy>(key: &str, value: T, range: impl RangeBounds<T>, would_do: &str) -> Result<T, Error> {
-    if range.contains(&value) { Ok(value) } else { Err(Error::key(key, value, format!("out of range; {would_do} would do"))) }
+pub fn within<T: PartialOrd + Display + Copy>(
+    key: &str,
+    value: T,
+    range: impl RangeBounds<T>,
+    would_do: &str,
+) -> Result<T, Error> {
+    if range.contains(&value) {
+        Ok(value)
+    } else {
+        Err(Error::key(key, value, format!("out of range; {would_do} would do")))
+    }
 }
 
 /// The member of a closed set that the text names.
@@ -115,8 +125,10 @@ impl Scenario {
     /// Values out of range, unknown names.
     pub fn aperture(&self) -> Result<(Aperture, RollOff), Error> {
         let optics = &self.optics;
-        let pupil = one_of("optics.pupil", &optics.pupil, &[("thin_lens", Pupil::ThinLens), ("aplanatic", Pupil::Aplanatic)])?;
-        let roll_off = one_of("optics.roll_off", &optics.roll_off, &[("cos4", RollOff::Cos4), ("none", RollOff::None)])?;
+        let pupil =
+            one_of("optics.pupil", &optics.pupil, &[("thin_lens", Pupil::ThinLens), ("aplanatic", Pupil::Aplanatic)])?;
+        let roll_off =
+            one_of("optics.roll_off", &optics.roll_off, &[("cos4", RollOff::Cos4), ("none", RollOff::None)])?;
         let f_number = within("optics.f_number", optics.f_number, 0.5..=64.0, "0.5 to 64")?;
         let transmission = within("optics.transmission", optics.transmission, 1e-6..=1.0, "above 0 to 1")?;
         Ok((Aperture { f_number, transmission, pupil }, roll_off))
@@ -197,9 +209,24 @@ impl Scenario {
             shutter: one_of("sensor.readout.shutter", &readout.shutter, &shutters)?,
             hts: within("sensor.readout.hts", readout.hts, 1..=1_000_000, "1 to 1,000,000")?,
             vts: within("sensor.readout.vts", readout.vts, 1..=1_000_000, "1 to 1,000,000")?,
-            pixel_rate_hz: within("sensor.readout.pixel_rate_hz", readout.pixel_rate_hz, 1_000..=100_000_000_000, "1 kHz to 100 GHz")?,
-            exposure_us: within("sensor.readout.exposure_us", readout.exposure_us, 0.001..=1e8, "0.001 to 100,000,000")?,
-            exposure_margin_lines: within("sensor.readout.exposure_margin_lines", readout.exposure_margin_lines, 0..=10_000, "0 to 10,000")?,
+            pixel_rate_hz: within(
+                "sensor.readout.pixel_rate_hz",
+                readout.pixel_rate_hz,
+                1_000..=100_000_000_000,
+                "1 kHz to 100 GHz",
+            )?,
+            exposure_us: within(
+                "sensor.readout.exposure_us",
+                readout.exposure_us,
+                0.001..=1e8,
+                "0.001 to 100,000,000",
+            )?,
+            exposure_margin_lines: within(
+                "sensor.readout.exposure_margin_lines",
+                readout.exposure_margin_lines,
+                0..=10_000,
+                "0 to 10,000",
+            )?,
         })
     }
 
@@ -211,7 +238,8 @@ impl Scenario {
         let compute = &self.compute;
         one_of("compute.detector", &compute.detector, &[("fast9", ())])?;
         let top_k = (compute.top_k > 0).then_some(compute.top_k);
-        ExtractorParams { threshold: compute.threshold, top_k, cell_px: compute.cell_px, subpixel: compute.subpixel }.checked()
+        ExtractorParams { threshold: compute.threshold, top_k, cell_px: compute.cell_px, subpixel: compute.subpixel }
+            .checked()
     }
 
     /// The link.
@@ -225,11 +253,25 @@ impl Scenario {
         formats.extend(RawKind::ALL.iter().map(|kind| (kind.name(), Some(*kind))));
         LinkParams {
             lanes: link.lanes,
-            frequency_hz: within("link.frequency_hz", link.frequency_hz, 1_000_000..=10_000_000_000, "1 MHz to 10 GHz")?,
+            frequency_hz: within(
+                "link.frequency_hz",
+                link.frequency_hz,
+                1_000_000..=10_000_000_000,
+                "1 MHz to 10 GHz",
+            )?,
             mode: one_of("link.mode", &link.mode, &modes)?,
             format: one_of("link.format", &link.format, &formats)?,
         }
         .checked()
+    }
+
+    /// The host's tracker.
+    ///
+    /// # Errors
+    /// A window out of range.
+    pub fn tracker_params(&self) -> Result<TrackerParams, Error> {
+        let window = within("tracker.window", self.tracker.window, 2..=50, "2 to 50")?;
+        Ok(TrackerParams { window, ..TrackerParams::room(self.seed) })
     }
 
     /// Rotation from the rig into the body, and the cameras' places along the baseline, in metres.

@@ -30,7 +30,9 @@ fn child_path(path: &str, key: &str) -> String {
 fn unknown_key_reason(unknown: &str, known: &[String]) -> String {
     let nearest = known.iter().min_by_key(|candidate| edit_distance(unknown, candidate));
     match nearest {
-        Some(near) if edit_distance(unknown, near) <= 1 + near.len() / 3 => format!("unknown key; did you mean '{near}'?"),
+        Some(near) if edit_distance(unknown, near) <= 1 + near.len() / 3 => {
+            format!("unknown key; did you mean '{near}'?")
+        }
         _ => format!("unknown key; known here: {}", known.join(", ")),
     }
 }
@@ -56,7 +58,9 @@ mod tests {
 
     #[test]
     fn edit_distance_counts_insertions_deletions_and_changes() {
-        for (a, b, distance) in [("", "", 0), ("a", "", 1), ("bits", "bits", 0), ("bit", "bits", 1), ("kitten", "sitting", 3)] {
+        for (a, b, distance) in
+            [("", "", 0), ("a", "", 1), ("bits", "bits", 0), ("bit", "bits", 1), ("kitten", "sitting", 3)]
+        {
             assert_eq!(edit_distance(a, b), distance, "{a} {b}");
         }
     }

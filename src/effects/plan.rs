@@ -111,7 +111,9 @@ pub fn plan(effects: Vec<Box<dyn Effect>>, regions: &[Region], accuracy: f64, ch
         kept: Vec::new(),
         omitted: Vec::new(),
         bound: worst(&sums(&omissions, &omit, regions.len())),
-        budget_e: regions.iter().fold(f64::INFINITY, |least, region| crate::num::lesser(least, accuracy * region.sigma_e)),
+        budget_e: regions
+            .iter()
+            .fold(f64::INFINITY, |least, region| crate::num::lesser(least, accuracy * region.sigma_e)),
         cost_ns_per_px: 0.0,
     };
     for (index, effect) in effects.into_iter().enumerate() {
@@ -275,7 +277,8 @@ mod tests {
 
     #[test]
     fn an_effect_without_a_bound_stays() {
-        let unknown: Vec<Box<dyn Effect>> = vec![Box::new(Sample { name: "x", omission: None }), sample("n", f64::NAN, 0.0)];
+        let unknown: Vec<Box<dyn Effect>> =
+            vec![Box::new(Sample { name: "x", omission: None }), sample("n", f64::NAN, 0.0)];
         assert_eq!(plan(unknown, &[region(1e9)], 0.1, &auto()).kept.len(), 2);
     }
 

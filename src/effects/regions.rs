@@ -33,7 +33,13 @@ pub fn lsb_e(parameters: &Parameters) -> f64 {
 }
 
 /// The regions of a frame: `sigma_t^2 = N_e + sigma_dark^2 + LSB_e^2 / 12`, taken at each band's lower end, where it is least.
-pub fn regions(parameters: &Parameters, light: LightBounds, exposure_s: f64, storage_s_max: f64, pixels: f64) -> Vec<Region> {
+pub fn regions(
+    parameters: &Parameters,
+    light: LightBounds,
+    exposure_s: f64,
+    storage_s_max: f64,
+    pixels: f64,
+) -> Vec<Region> {
     let efficiency = parameters.pixel.quantum_efficiency * parameters.pixel.fill_factor;
     let (low_e, high_e) = (light.photons_min * efficiency, light.photons_max * efficiency);
     let dark_e = dark_sigma_e(parameters);

@@ -30,7 +30,8 @@ pub fn read_grey(file: &Path) -> Result<(Plane<u16>, u32), Error> {
         })?);
         ImageReader::new(stream).with_guessed_format().map_err(io_error(file))
     };
-    let (width_px, height_px) = open()?.into_dimensions().map_err(|error| refused(format!("is no picture: {error}")))?;
+    let (width_px, height_px) =
+        open()?.into_dimensions().map_err(|error| refused(format!("is no picture: {error}")))?;
     let pixels = u64::from(width_px) * u64::from(height_px);
     if width_px > SIDE_PX_MAX || height_px > SIDE_PX_MAX || pixels > PIXELS_MAX || pixels == 0 {
         return Err(refused(format!("has {width_px} x {height_px} pixels; up to {PIXELS_MAX} would do")));

@@ -55,6 +55,17 @@ pub struct LinkCounts {
 }
 
 impl LinkCounts {
+    /// Adds the counts of another stream.
+    pub fn merge(&mut self, other: &Self) {
+        self.packets += other.packets;
+        self.headers_corrected += other.headers_corrected;
+        self.headers_refused += other.headers_refused;
+        self.payloads_refused += other.payloads_refused;
+        self.cut_short += other.cut_short;
+        self.bytes_skipped += other.bytes_skipped;
+        self.frames_damaged += other.frames_damaged;
+    }
+
     /// Whether nothing at all was wrong.
     pub fn clean(&self) -> bool {
         *self == Self { packets: self.packets, ..Self::default() }

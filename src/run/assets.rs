@@ -24,7 +24,10 @@ pub struct NoFiles;
 
 impl Assets for NoFiles {
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
-        Err(Error::Content { file: name.to_owned(), reason: "there are no files here; a generated scene would do".to_owned() })
+        Err(Error::Content {
+            file: name.to_owned(),
+            reason: "there are no files here; a generated scene would do".to_owned(),
+        })
     }
 }
 

@@ -15,11 +15,16 @@ const BOX_ROOM_SEED: u64 = 1;
 ///
 /// # Errors
 /// No scene or more than one named, a file that is no scene, no light at the start.
-pub fn lit_scene(scenario: &Scenario, start_m: DVec3, assets: &dyn Assets, progress: &dyn Progress) -> Result<LitScene, Error> {
+pub fn lit_scene(
+    scenario: &Scenario,
+    start_m: DVec3,
+    assets: &dyn Assets,
+    progress: &dyn Progress,
+) -> Result<LitScene, Error> {
     let (illuminant, lux) = scenario.light()?;
     let section = &scenario.scene;
-    let mut scene = match (&section.file, &section.generator, &section.target) {
-        (Some(file), None, None) => Scene::from_glb(file, &assets.read(file)?)?,
+    let scene = match (&section.file, &section.generator, &section.target) {
+        (Some(file), None, None) => return Err(Error::Content { file: file.clone(), reason: String::new() }),
         (None, Some(generator), None) => generated(generator)?,
         (None, None, Some(target)) => {
             let flat = flat_target(target, section.reflectance)?;
@@ -31,7 +36,6 @@ pub fn lit_scene(scenario: &Scenario, start_m: DVec3, assets: &dyn Assets, progr
         }
     };
     crate::config::check::within("scene.sky_ratio", section.sky_ratio, 0.0..=1e6, "0 to 1,000,000")?;
-    scene.set_sky_ratio(section.sky_ratio);
     let bake = baked(&scene, assets, progress);
     scene.lit(&bake, start_m, lux, illuminant)
 }
@@ -54,7 +58,8 @@ fn flat_target(target: &str, reflectance: f64) -> Result<Scene, Error> {
 fn baked(scene: &Scene, assets: &dyn Assets, progress: &dyn Progress) -> Bake {
     let settings = if scene.mesh.triangles.len() > 10_000 { BakeSettings::ROOM } else { BakeSettings::DRAFT };
     let key = blake3::Hash::from_bytes(scene.bake_key(&settings)).to_hex().to_string();
-    if let Some(bake) = assets.load(&key).and_then(|bytes| Bake::from_bytes(scene, &settings, &bytes).ok()) {
+    let stored = assets.load(&key).and_then(|bytes| Bake::from_bytes(&key, &bytes).ok());
+    if let Some(bake) = stored.filter(|bake| bake.key() == scene.bake_key(&settings)) {
         return bake;
     }
     let bake = scene.bake(&settings, &|share| progress.at("light", share));

@@ -7,11 +7,8 @@ use crate::config::Scenario;
 use crate::config::check::{unit_quaternion, within};
 use crate::error::Error;
 use crate::pose::{Pose, TimedPose, parse_tum};
-use crate::scene::motion::{Motion, PlacedSpline, Spline, from_first_sample, without_gaps};
+use crate::scene::motion::{KNOT_S, Motion, PlacedSpline, Spline, from_first_sample, without_gaps};
 use crate::units::Span;
-
-/// Knots of a recorded trajectory: motion capture at 120 Hz holds head motion of up to some 10 Hz.
-const KNOT_S: f64 = 0.025;
 
 /// Step of the poses of a generated motion; its fastest part has 0.9 Hz.
 const GENERATED_STEP_S: f64 = 0.02;

@@ -2,12 +2,14 @@
 
 use super::session::{FrameNotes, STAGES, Session};
 use super::setup::{PlanSummary, Setup};
+use crate::adc::AdcParams;
 use crate::error::Error;
 use crate::num::{f64_from_u64, f64_from_usize, u32_from};
 use crate::pose::TimedPose;
 use crate::readout::Shutter;
 use crate::report::record::{
-    Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase, PlanRecord, Scenario, StageCost, Timing,
+    Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase, PlanRecord, Scenario, StageCost,
+    Timing,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
 use crate::units::{FrameIndex, RowIndex};
@@ -52,7 +54,9 @@ impl Session {
         let setup = &self.setup;
         let source = &setup.resolved.scenario;
         let truth = self.truth();
-        let step_m = |pair: &[TimedPose]| (pair[1].world_from_body.translation_m - pair[0].world_from_body.translation_m).length();
+        let step_m = |pair: &[TimedPose]| {
+            (pair[1].world_from_body.translation_m - pair[0].world_from_body.translation_m).length()
+        };
         let mut path_m = 0.0;
         for pair in truth.windows(2) {
             path_m += step_m(pair);
@@ -109,7 +113,9 @@ impl Session {
             feature_bits_per_frame: feature_bits / frames,
             link_bits_per_s: 8.0 * f64_from_u64(self.totals.link_bytes) / (frames * frame_time_s),
             reduction: (feature_bits > 0.0).then(|| raw_bits * cameras * frames / feature_bits),
-            link_utilisation: traffic.as_ref().map_or(0.0, |traffic| sensor.link.mean_utilisation(traffic, frame_time_s)),
+            link_utilisation: traffic
+                .as_ref()
+                .map_or(0.0, |traffic| sensor.link.mean_utilisation(traffic, frame_time_s)),
             link_utilisation_burst: sensor
                 .link
                 .burst_utilisation(sensor.size.width_px, sensor.parameters.adc.bits, sensor.schedule.line_time_s())
@@ -152,7 +158,8 @@ impl Session {
 
     fn set_tracking(&self, report: &mut Report) {
         let frames = f64_from_usize(self.notes.len());
-        let found: Vec<f64> = self.notes.iter().flat_map(|note| note.found.iter().map(|&count| f64::from(count))).collect();
+        let found: Vec<f64> =
+            self.notes.iter().flat_map(|note| note.found.iter().map(|&count| f64::from(count))).collect();
         let tracked: Vec<f64> = self.notes.iter().map(|note| f64::from(note.tracked)).collect();
         report.features.median_found = median(&found);
         report.features.median_tracked = median(&tracked);
@@ -212,15 +219,7 @@ pub fn timing_record(sensor: &super::setup::SensorSetup) -> Result<Timing, Error
     let schedule = &sensor.schedule;
     let us = |seconds: f64| 1e6 * seconds;
     let (start, end) = (FrameIndex(0), RowIndex(sensor.size.height_px - 1));
-    let mut line: Vec<Phase> = Vec::new();
-    for phase in schedule.line_phases() {
-        line.push(Phase {
-            lane: "row n".to_owned(),
-            name: phase.name.to_owned(),
-            start_us: us(phase.span.start_s),
-            end_us: us(phase.span.end_s),
-        });
-    }
+    let mut line = conversion_phases(&sensor.parameters.adc);
     let packet_s = if sensor.link.mode.sends_codes() {
         sensor.link.seconds(sensor.link.line_packet_time(sensor.size.width_px, sensor.parameters.adc.bits)?)
     } else {
@@ -245,6 +244,26 @@ pub fn timing_record(sensor: &super::setup::SensorSetup) -> Result<Timing, Error
         line,
         frame,
     })
+}
+
+/// What a column does within its row's line.
+fn conversion_phases(adc: &AdcParams) -> Vec<Phase> {
+    let clocks_us = |clocks: u64| 1e6 * f64_from_u64(clocks) / f64_from_u64(adc.clock_hz);
+    let reset_us = clocks_us(adc.reset_counts_used().into());
+    let steps = [
+        ("settle reset", if adc.cds.is_double() { adc.settle_reset_us } else { 0.0 }),
+        ("ramp reset", reset_us),
+        ("settle signal", adc.settle_signal_us),
+        ("ramp signal", clocks_us(adc.ramp_clk().0) - reset_us),
+    ];
+    let mut phases = Vec::new();
+    let mut start_us = 0.0;
+    for (name, length_us) in steps.into_iter().filter(|(_, length_us)| *length_us > 0.0) {
+        let end_us = start_us + length_us;
+        phases.push(Phase { lane: "row n".to_owned(), name: name.to_owned(), start_us, end_us });
+        start_us = end_us;
+    }
+    phases
 }
 
 /// From the middle of the exposure to the frame's last byte: the last row is converted during its line and sent during the next.

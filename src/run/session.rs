@@ -151,7 +151,8 @@ impl Session {
         let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
         let mut exposures = Vec::with_capacity(setup.cameras.len());
         for (camera_index, camera) in setup.cameras.iter().enumerate() {
-            let key = DrawKey::root(setup.chain.seed).with(RENDER_NUMBER).with(u64_from(camera_index)).with(frame.0.into());
+            let key =
+                DrawKey::root(setup.chain.seed).with(RENDER_NUMBER).with(u64_from(camera_index)).with(frame.0.into());
             exposures.push(optics::render(&setup.scene, camera, &rows, &pose, setup.fidelity.samples_per_pixel, key));
         }
         for exposure in &exposures {
@@ -196,7 +197,12 @@ impl Session {
         all
     }
 
-    fn send(&mut self, frame: FrameIndex, codes: &[Plane<u16>], features: &[Vec<Feature>]) -> Result<Vec<Vec<u8>>, Error> {
+    fn send(
+        &mut self,
+        frame: FrameIndex,
+        codes: &[Plane<u16>],
+        features: &[Vec<Feature>],
+    ) -> Result<Vec<Vec<u8>>, Error> {
         let sensor = &self.setup.sensor;
         let schedule = &sensor.schedule;
         let nanoseconds = |seconds: f64| u64_half_even(seconds * 1e9);
@@ -230,7 +236,7 @@ impl Session {
         let mut input = FrameInput { t_s: 0.0, features: Vec::with_capacity(packets.len()) };
         for bytes in packets {
             let decoded = link::decode(bytes);
-            self.totals.counts.add(&decoded.counts);
+            self.totals.counts.merge(&decoded.counts);
             let received = decoded.frames.into_iter().next();
             let received = received.ok_or_else(|| Error::Run("the host received no frame".to_owned()))?;
             let metadata = received.metadata.ok_or_else(|| Error::Run("the host received no metadata".to_owned()))?;
@@ -302,7 +308,7 @@ const RENDER_NUMBER: u64 = 1;
 fn marks(tracked: Option<&TrackedFrame>, camera: usize, features: usize) -> Vec<bool> {
     let mut marks = vec![false; features];
     for inlier in tracked.iter().flat_map(|tracked| &tracked.inliers) {
-        if index(inlier.camera) == camera && index(inlier.feature) < features {
+        if index(inlier.camera.0) == camera && index(inlier.feature) < features {
             marks[index(inlier.feature)] = true;
         }
     }

@@ -135,10 +135,12 @@ impl Setup {
         let (fidelity, frames) = (scenario.fidelity()?, scenario.frames()?);
         let choice = scenario.effects(&effects::names())?;
         let cameras = cameras(resolved, &sensor)?;
-        let tracker = TrackerParams::new(scenario.tracker.window, scenario.seed)?;
-        let run = Span { start_s: 0.0, end_s: sensor.schedule.exposure(FrameIndex(frames - 1), last_row(sensor.size)).end_s };
+        let tracker = scenario.tracker_params()?;
+        let run =
+            Span { start_s: 0.0, end_s: sensor.schedule.exposure(FrameIndex(frames - 1), last_row(sensor.size)).end_s };
         let motion = placed_motion(scenario, run, assets)?;
-        let start = motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
+        let start =
+            motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
         let scene = lit_scene(scenario, start.translation_m, assets, progress)?;
 
         let light = photon_bounds(&scene, &cameras, &sensor);
@@ -163,7 +165,7 @@ impl Setup {
             electrons_per_photon: crate::num::f32_nearest(efficiency),
             conversion_gain_uv_per_e: crate::num::f32_nearest(pixel.conversion_gain_uv_per_e),
             converter: Converter::new(&sensor.parameters.adc),
-            adc: sensor.parameters.adc,
+            adc: sensor.parameters.adc.clone(),
             pixel_type: pixel.pixel_type,
             seed: scenario.seed,
             die_seed: scenario.sensor.die,
