@@ -1,7 +1,7 @@
 //! Irradiance of every sample, once for a scene. Enters: a scene. Leaves: irradiance in the scene's own units on both sides of
 //! each sample, direct and after all bounces.
 //!
-//! Lamps are aimed at with rays stratified over their power; sky and bounces come from cosine-weighted rays whose hits are
+//! Lamps are aimed at, at the same points from every sample; sky and bounces come from cosine-weighted rays whose hits are
 //! kept as a sparse matrix, and the bounces are iterated on that matrix until nothing changes any more, so no bounce is cut off. Every
 //! ray is drawn by a key of its sample, so the result does not depend on threads.
 
@@ -24,18 +24,18 @@ pub struct BakeSettings {
     pub grid_rays: usize,
     /// The same for samples on vertices of small triangles. A multiple of 8.
     pub vertex_rays: usize,
-    /// Rays to lamps from a sample on a grid. A multiple of 8.
+    /// Points on lamps that samples on grids aim at.
     pub grid_lamp_rays: usize,
-    /// Rays to lamps from a sample on a vertex. A multiple of 8.
+    /// Points on lamps that samples on vertices aim at.
     pub vertex_lamp_rays: usize,
 }
 
 impl BakeSettings {
     /// Clean pictures of rooms.
-    pub const ROOM: Self = Self { grid_rays: 256, vertex_rays: 64, grid_lamp_rays: 128, vertex_lamp_rays: 32 };
+    pub const ROOM: Self = Self { grid_rays: 256, vertex_rays: 64, grid_lamp_rays: 192, vertex_lamp_rays: 96 };
 
     /// Enough for tests and a first look.
-    pub const DRAFT: Self = Self { grid_rays: 64, vertex_rays: 32, grid_lamp_rays: 32, vertex_lamp_rays: 16 };
+    pub const DRAFT: Self = Self { grid_rays: 64, vertex_rays: 32, grid_lamp_rays: 64, vertex_lamp_rays: 32 };
 }
 
 /// Baked irradiance of a scene: pi times the mean radiance over the hemisphere, in the scene's own units.
@@ -67,10 +67,11 @@ impl Bake {
     /// Bakes a scene. `progress` is told the share done, from any thread.
     pub(super) fn of(scene: &Scene, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Self {
         let samples = scene.layout.samples.len();
+        let lamp_points = [settings.vertex_lamp_rays, settings.grid_lamp_rays].map(|count| scene.lamps.points(count));
         let done = AtomicUsize::new(0);
         let gathered: Vec<Vec<Gathered>> = in_chunks(samples, CHUNK, |range| {
             let count = range.len();
-            let chunk = range.map(|sample| rays::gather(scene, settings, sample)).collect();
+            let chunk = range.map(|sample| rays::gather(scene, settings, &lamp_points, sample)).collect();
             let before = done.fetch_add(count, Ordering::Relaxed);
             progress(0.95 * f64_from_usize(before + count) / f64_from_usize(samples.max(1)));
             chunk
