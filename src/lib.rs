@@ -17,6 +17,8 @@ pub mod units;
 pub mod adc;
 pub mod compute;
 pub mod energy;
+#[cfg(feature = "cli")]
+pub mod files;
 pub mod link;
 pub mod optics;
 pub mod pixel;

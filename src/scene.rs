@@ -15,6 +15,7 @@ pub mod lanes;
 pub mod light;
 pub mod lit;
 pub mod mesh;
+pub mod motion;
 pub mod samples;
 pub mod surroundings;
 pub mod target;

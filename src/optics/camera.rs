@@ -101,7 +101,7 @@ impl Camera {
         if !(0.0..=1.0).contains(&aperture.transmission) {
             return Err(Error::key("optics.transmission", aperture.transmission, "0 to 1 would do"));
         }
-        let bearings = corner_bearings(size, &|place_px| unproject(&lens, place_px));
+        let bearings = corner_bearings(size, &|place_px| lens.unproject(place_px));
         let spreads = spreads(size, &bearings);
         let band_weights = [1.0; BANDS];
         Ok(Self { lens, size, body_from_camera, aperture, pixel_pitch_um, roll_off, band_weights, bearings, spreads })
@@ -173,19 +173,4 @@ fn spreads(size: Size, bearings: &[[f32; 3]]) -> Vec<f32> {
         }
     }
     spreads
-}
-
-/// Bearing of a place: fixed-point inversion of the distortion.
-fn unproject(lens: &Lens, place_px: DVec2) -> Option<DVec3> {
-    let (k, d) = (&lens.intrinsics, &lens.distortion);
-    let (xd, yd) = ((place_px.x - k.cx_px) / k.fx_px, (place_px.y - k.cy_px) / k.fy_px);
-    let (mut x, mut y) = (xd, yd);
-    for _ in 0..50 {
-        let r2 = x * x + y * y;
-        let radial = 1.0 + r2 * (d.k1 + r2 * d.k2);
-        let (dx, dy) = (2.0 * d.p1 * x * y + d.p2 * (r2 + 2.0 * x * x), d.p1 * (r2 + 2.0 * y * y) + 2.0 * d.p2 * x * y);
-        (x, y) = ((xd - dx) / radial, (yd - dy) / radial);
-    }
-    let bearing = DVec3::new(x, y, 1.0);
-    bearing.is_finite().then(|| bearing.normalize())
 }

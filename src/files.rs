@@ -1,0 +1,72 @@
+//! The only module that touches a disk. Enters: paths. Leaves: folders other programs read (EuRoC), an output folder that
+//! is whole or absent, a cache that may lose but never lies. It computes nothing.
+
+pub mod cache;
+pub mod euroc;
+pub mod folder;
+
+use std::path::Path;
+
+use crate::error::Error;
+
+/// The library's error for what the operating system said about a path.
+pub fn io_error(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
+    let path = path.display().to_string();
+    move |source| Error::Io { path, source }
+}
+
+/// A file's whole text, refused beyond `bytes_max` (hostile or mistaken inputs are named before they fill the memory).
+///
+/// # Errors
+/// What the operating system says, a file that is too long, or bytes that are no UTF-8.
+pub fn read_text(path: &Path, bytes_max: u64) -> Result<String, Error> {
+    let bytes = read_bytes(path, bytes_max)?;
+    String::from_utf8(bytes).map_err(|_| content_error(path, "is no UTF-8 text"))
+}
+
+/// A file's bytes, refused beyond `bytes_max`.
+///
+/// # Errors
+/// What the operating system says, or a file that is too long.
+pub fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, Error> {
+    let length = std::fs::metadata(path).map_err(io_error(path))?.len();
+    if length > bytes_max {
+        return Err(content_error(path, format!("is {length} bytes long; at most {bytes_max} are read")));
+    }
+    std::fs::read(path).map_err(io_error(path))
+}
+
+/// A file whose content is not what its name promises.
+pub fn content_error(path: &Path, reason: impl Into<String>) -> Error {
+    Error::Content { file: path.display().to_string(), reason: reason.into() }
+}
+
+#[cfg(test)]
+pub(crate) mod scratch {
+    use std::path::{Path, PathBuf};
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    /// A folder of its own for one test, removed when dropped.
+    pub struct Scratch(PathBuf);
+
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+
+    impl Scratch {
+        pub fn new() -> Self {
+            let count = COUNT.fetch_add(1, Ordering::Relaxed);
+            let path = std::env::temp_dir().join(format!("sensel-test-{}-{count}", std::process::id()));
+            std::fs::create_dir_all(&path).expect("the machine has a folder for temporary files");
+            Self(path)
+        }
+
+        pub fn path(&self) -> &Path {
+            &self.0
+        }
+    }
+
+    impl Drop for Scratch {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! The user's cache. Enters: bytes under a key (a hash in hexadecimal of all that made them). Leaves: the same bytes, or
+//! nothing. Entries are written by rename, carry a checksum, and the least recently used go when the cache outgrows its
+//! size; whatever is damaged counts as absent.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, SystemTime};
+
+use super::io_error;
+use crate::error::Error;
+
+/// Ending of an entry's file.
+const ENTRY: &str = "entry";
+/// Ending of a file that is still being written.
+const UNFINISHED: &str = "part";
+/// An unfinished file this old belongs to a process that died.
+const UNFINISHED_AGE_MAX: Duration = Duration::from_secs(24 * 3600);
+/// Bytes of the checksum at an entry's head.
+const CHECKSUM_BYTES: usize = 32;
+
+/// Numbers the unfinished files of this process, so that two threads never write to one.
+static TURN: AtomicU32 = AtomicU32::new(0);
+
+/// A folder of entries. Several processes may share it.
+#[derive(Clone, Debug)]
+pub struct Cache {
+    folder: PathBuf,
+    capacity_bytes: u64,
+}
+
+impl Cache {
+    /// Opens a cache in `folder`, or in the user's: `$XDG_CACHE_HOME/sensel`, else `$HOME/.cache/sensel`.
+    ///
+    /// # Errors
+    /// No folder is given and neither variable is set, or the folder cannot be made.
+    pub fn open(folder: Option<&Path>, capacity_bytes: u64) -> Result<Self, Error> {
+        let folder = match folder {
+            Some(folder) => folder.to_owned(),
+            None => user_folder(std::env::var_os("XDG_CACHE_HOME"), std::env::var_os("HOME"))
+                .ok_or_else(|| Error::key("cache", "", "neither XDG_CACHE_HOME nor HOME is set; name a folder"))?,
+        };
+        fs::create_dir_all(&folder).map_err(io_error(&folder))?;
+        Ok(Self { folder, capacity_bytes })
+    }
+
+    /// Where the entries lie.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The bytes under a key, if they are there and whole. Marks them as used now.
+    pub fn get(&self, key: &str) -> Option<Vec<u8>> {
+        let path = self.path(key);
+        let mut bytes = fs::read(&path).ok()?;
+        let (checksum, content) = bytes.split_at_checked(CHECKSUM_BYTES)?;
+        if blake3::hash(content).as_bytes() != checksum {
+            return None;
+        }
+        // The time of use matters for the order of eviction only: a read-only cache works as well.
+        if let Ok(file) = fs::File::options().append(true).open(&path) {
+            let _ = file.set_modified(SystemTime::now());
+        }
+        bytes.drain(..CHECKSUM_BYTES);
+        Some(bytes)
+    }
+
+    /// Stores bytes under a key, then removes the least recently used entries beyond the capacity. Bytes that alone are
+    /// more than the capacity are not stored: false.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn put(&self, key: &str, content: &[u8]) -> Result<bool, Error> {
+        if crate::num::u64_from(content.len() + CHECKSUM_BYTES) > self.capacity_bytes {
+            return Ok(false);
+        }
+        let path = self.path(key);
+        let turn = TURN.fetch_add(1, Ordering::Relaxed);
+        let unfinished = path.with_extension(format!("{}-{turn}.{UNFINISHED}", std::process::id()));
+        let mut bytes = Vec::with_capacity(content.len() + CHECKSUM_BYTES);
+        bytes.extend_from_slice(blake3::hash(content).as_bytes());
+        bytes.extend_from_slice(content);
+        let written = fs::write(&unfinished, bytes).and_then(|()| fs::rename(&unfinished, &path));
+        if let Err(source) = written {
+            let _ = fs::remove_file(&unfinished);
+            return Err(io_error(&path)(source));
+        }
+        self.evict()?;
+        Ok(true)
+    }
+
+    /// Removes the least recently used entries beyond the capacity, and what dead processes left.
+    fn evict(&self) -> Result<(), Error> {
+        let now = SystemTime::now();
+        let mut entries = Vec::new();
+        for entry in fs::read_dir(&self.folder).map_err(io_error(&self.folder))? {
+            let path = entry.map_err(io_error(&self.folder))?.path();
+            // Another process may have removed it since: then there is nothing to do.
+            let Ok(metadata) = fs::metadata(&path) else { continue };
+            let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            match path.extension().and_then(|extension| extension.to_str()) {
+                Some(ENTRY) => entries.push((modified, path, metadata.len())),
+                Some(UNFINISHED) if now.duration_since(modified).is_ok_and(|age| age > UNFINISHED_AGE_MAX) => {
+                    let _ = fs::remove_file(&path);
+                }
+                _ => {}
+            }
+        }
+        entries.sort();
+        let mut total_bytes: u64 = entries.iter().map(|(_, _, bytes)| bytes).sum();
+        for (_, path, bytes) in entries {
+            if total_bytes <= self.capacity_bytes {
+                break;
+            }
+            let _ = fs::remove_file(&path);
+            total_bytes -= bytes;
+        }
+        Ok(())
+    }
+
+    fn path(&self, key: &str) -> PathBuf {
+        let is_hex = key.bytes().all(|byte| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte));
+        assert!(is_hex && (8..=128).contains(&key.len()), "a cache key is a hash in lower-case hexadecimal");
+        self.folder.join(format!("{key}.{ENTRY}"))
+    }
+}
+
+fn user_folder(xdg: Option<std::ffi::OsString>, home: Option<std::ffi::OsString>) -> Option<PathBuf> {
+    // The standard says that relative or empty values of XDG_CACHE_HOME are to be ignored.
+    let xdg = xdg.map(PathBuf::from).filter(|path| path.is_absolute());
+    let home = home.filter(|home| !home.is_empty()).map(|home| Path::new(&home).join(".cache"));
+    Some(xdg.or(home)?.join("sensel"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::scratch::Scratch;
+
+    const KEYS: [&str; 3] = ["00000000aa", "11111111bb", "22222222cc"];
+
+    #[test]
+    fn entries_return_whole_or_not_at_all() {
+        let scratch = Scratch::new();
+        let cache = Cache::open(Some(scratch.path()), 1 << 20).unwrap();
+        assert_eq!(cache.get(KEYS[0]), None);
+        assert!(cache.put(KEYS[0], b"light").unwrap());
+        assert_eq!(cache.get(KEYS[0]).unwrap(), b"light");
+        let path = cache.path(KEYS[0]);
+        let whole = fs::read(&path).unwrap();
+        let mut tried = 0;
+        for cut in 0..whole.len() {
+            fs::write(&path, &whole[..cut]).unwrap();
+            assert_eq!(cache.get(KEYS[0]), None, "cut to {cut} bytes");
+            let mut flipped = whole.clone();
+            flipped[cut] ^= 0x10;
+            fs::write(&path, &flipped).unwrap();
+            assert_eq!(cache.get(KEYS[0]), None, "byte {cut} flipped");
+            tried += 1;
+        }
+        assert_eq!(tried, 37);
+        cache.put(KEYS[0], b"again").unwrap();
+        assert_eq!(cache.get(KEYS[0]).unwrap(), b"again");
+    }
+
+    #[test]
+    fn the_least_recently_used_entry_goes_first() {
+        let scratch = Scratch::new();
+        let cache = Cache::open(Some(scratch.path()), 300).unwrap();
+        for (age, key) in KEYS.iter().enumerate().take(2) {
+            cache.put(key, &[7; 100]).unwrap();
+            let file = fs::File::options().append(true).open(cache.path(key)).unwrap();
+            let ago = Duration::from_secs(1000 - crate::num::u64_from(age));
+            file.set_modified(SystemTime::now() - ago).unwrap();
+        }
+        assert!(cache.get(KEYS[0]).is_some(), "the older one is used again");
+        cache.put(KEYS[2], &[7; 100]).unwrap();
+        assert_eq!(KEYS.map(|key| cache.get(key).is_some()), [true, false, true]);
+        assert!(!cache.put(KEYS[1], &[0; 300]).unwrap(), "more than the cache holds");
+    }
+
+    #[test]
+    fn the_users_folder_follows_the_standard() {
+        let xdg = |value: &str| user_folder(Some(value.into()), Some("/home/u".into()));
+        assert_eq!(xdg("/x").unwrap(), Path::new("/x/sensel"));
+        assert_eq!(xdg("").unwrap(), Path::new("/home/u/.cache/sensel"));
+        assert_eq!(xdg("relative").unwrap(), Path::new("/home/u/.cache/sensel"));
+        assert_eq!(user_folder(None, None), None);
+    }
+}

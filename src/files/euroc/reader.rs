@@ -1,0 +1,273 @@
+//! Reads an ASL folder, real or ours. Enters: a path. Leaves: calibrations, frame lists, ground truth; pictures when asked
+//! for. Whatever does not hold is an error with file and line.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DMat3, DQuat, DVec3};
+use image::{DynamicImage, ImageFormat, ImageReader};
+
+use super::yaml::{Document, Refusal, shortened};
+use super::{EurocCamera, GROUND_TRUTH_FOLDER};
+use crate::error::Error;
+use crate::files::{content_error, read_bytes, read_text};
+use crate::num;
+use crate::optics::lens::{Intrinsics, Lens, Radtan};
+use crate::plane::Plane;
+use crate::pose::{Pose, QUATERNION_NORM_TOLERANCE, TimedPose};
+use crate::units::{CameraIndex, Size};
+
+const YAML_BYTES_MAX: u64 = 1 << 20;
+const CSV_BYTES_MAX: u64 = 1 << 30;
+const PNG_BYTES_MAX: u64 = 1 << 28;
+/// Cameras looked for: cam0, cam1, ... up to the first that is absent.
+const CAMERAS_MAX: usize = 64;
+const SIDE_PX_MAX: f64 = 16_384.0;
+/// Entries of a rotation matrix written with few decimals may be off by this much.
+const ROTATION_TOLERANCE: f64 = 1e-3;
+
+/// A picture as it was stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Grey values; 8-bit pictures use 0..=255.
+    pub values_dn: Plane<u16>,
+    /// 8 or 16.
+    pub bits: u32,
+}
+
+/// A line of a camera's `data.csv`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FrameEntry {
+    /// Time of the frame.
+    pub timestamp_ns: u64,
+    /// Where its picture lies.
+    pub path: PathBuf,
+}
+
+/// One camera's folder.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraFolder {
+    /// Its calibration.
+    pub camera: EurocCamera,
+    /// Its frames in rising time. Of lines with the same time stamp the first is kept.
+    pub frames: Vec<FrameEntry>,
+    /// How many lines repeated the time stamp before them.
+    pub repeated: usize,
+}
+
+/// An opened folder. Pictures stay on the disk until asked for.
+#[derive(Clone, Debug)]
+pub struct EurocReader {
+    cameras: Vec<CameraFolder>,
+    ground_truth: Option<Vec<TimedPose>>,
+}
+
+impl EurocReader {
+    /// Opens a folder that holds `mav0`, or `mav0` itself.
+    ///
+    /// # Errors
+    /// No `cam0`, a file that cannot be read, or content that does not hold, named by file and line.
+    pub fn open(dir: &Path) -> Result<Self, Error> {
+        let inner = dir.join("mav0");
+        let root = if inner.is_dir() { inner } else { dir.to_owned() };
+        let mut cameras = Vec::new();
+        for index in 0..CAMERAS_MAX {
+            let folder = root.join(format!("cam{index}"));
+            if !folder.is_dir() {
+                break;
+            }
+            cameras.push(open_camera(&folder)?);
+        }
+        if cameras.is_empty() {
+            return Err(content_error(dir, "is no EuRoC folder: it has neither mav0/cam0 nor cam0"));
+        }
+        let path = root.join(GROUND_TRUTH_FOLDER).join("data.csv");
+        let ground_truth = if path.is_file() { Some(read_ground_truth(&path)?) } else { None };
+        Ok(Self { cameras, ground_truth })
+    }
+
+    /// The cameras in order.
+    pub fn cameras(&self) -> &[CameraFolder] {
+        &self.cameras
+    }
+
+    /// True poses of the body, if the folder has them. Times are seconds of the folder's clock; of repeats the first.
+    pub fn ground_truth(&self) -> Option<&[TimedPose]> {
+        self.ground_truth.as_deref()
+    }
+
+    /// Reads the picture of a frame, counted from 0 in [`CameraFolder::frames`].
+    ///
+    /// # Errors
+    /// What the disk says, or a file that is no grey PNG of the camera's size. Panics on unknown cameras and frames.
+    pub fn load(&self, camera: CameraIndex, frame: usize) -> Result<Picture, Error> {
+        let folder = &self.cameras[num::index(camera.0)];
+        read_picture(&folder.frames[frame].path, folder.camera.size)
+    }
+}
+
+fn at_line(path: &Path) -> impl Fn(Refusal) -> Error {
+    let path = path.to_owned();
+    move |(line, reason)| content_error(&path, if line == 0 { reason } else { format!("line {line}: {reason}") })
+}
+
+fn open_camera(folder: &Path) -> Result<CameraFolder, Error> {
+    let path = folder.join("sensor.yaml");
+    let camera = Document::parse(&read_text(&path, YAML_BYTES_MAX)?)
+        .and_then(|document| parse_camera(&document))
+        .map_err(at_line(&path))?;
+    let path = folder.join("data.csv");
+    let (frames, repeated) =
+        parse_frames(&read_text(&path, CSV_BYTES_MAX)?, &folder.join("data")).map_err(at_line(&path))?;
+    Ok(CameraFolder { camera, frames, repeated })
+}
+
+fn parse_camera(document: &Document) -> Result<EurocCamera, Refusal> {
+    for (key, known) in
+        [("camera_model", &["pinhole"][..]), ("distortion_model", &["radial-tangential", "radtan", "none"])]
+    {
+        let entry = document.get(key)?;
+        if !known.contains(&entry.text.as_str()) {
+            let reason = format!("{key} = '{}' is not known; known: {}", shortened(&entry.text), known.join(", "));
+            return Err((entry.line, reason));
+        }
+    }
+    let rate_hz = document.number("rate_hz")?;
+    if rate_hz <= 0.0 {
+        return Err((document.get("rate_hz")?.line, format!("rate_hz = {rate_hz}; above 0 would do")));
+    }
+    let sides_px: [f64; 2] = document.numbers("resolution")?;
+    if sides_px.iter().any(|&side_px| !(1.0..=SIDE_PX_MAX).contains(&side_px) || side_px.fract() != 0.0) {
+        let line = document.get("resolution")?.line;
+        return Err((line, format!("resolution = {sides_px:?}; whole numbers from 1 to {SIDE_PX_MAX} would do")));
+    }
+    let [fx_px, fy_px, cx_px, cy_px] = document.numbers("intrinsics")?;
+    if fx_px <= 0.0 || fy_px <= 0.0 {
+        return Err((document.get("intrinsics")?.line, "focal lengths are above 0".to_owned()));
+    }
+    let distortion = if document.get("distortion_model")?.text == "none" {
+        Radtan::default()
+    } else {
+        let [k1, k2, p1, p2] = document.numbers("distortion_coefficients")?;
+        Radtan { k1, k2, p1, p2 }
+    };
+    Ok(EurocCamera {
+        body_from_camera: parse_pose(document)?,
+        rate_hz,
+        size: Size { width_px: num::u32_truncated(sides_px[0]), height_px: num::u32_truncated(sides_px[1]) },
+        lens: Lens { intrinsics: Intrinsics { fx_px, fy_px, cx_px, cy_px }, distortion },
+    })
+}
+
+fn parse_pose(document: &Document) -> Result<Pose, Refusal> {
+    let m: [f64; 16] = document.numbers("T_BS.data")?;
+    let rotation =
+        DMat3::from_cols(DVec3::new(m[0], m[4], m[8]), DVec3::new(m[1], m[5], m[9]), DVec3::new(m[2], m[6], m[10]));
+    let off = rotation * rotation.transpose() - DMat3::IDENTITY;
+    let is_rigid = off.to_cols_array().iter().all(|entry| entry.abs() <= ROTATION_TOLERANCE)
+        && rotation.determinant() > 0.0
+        && m[12..] == [0.0, 0.0, 0.0, 1.0];
+    if !is_rigid {
+        return Err((document.get("T_BS.data")?.line, "T_BS is no rotation and translation".to_owned()));
+    }
+    Ok(Pose::new(DQuat::from_mat3(&rotation).normalize(), DVec3::new(m[3], m[7], m[11])))
+}
+
+/// Lines that hold something, with their number and their fields.
+fn csv_lines(text: &str) -> impl Iterator<Item = (usize, Vec<&str>)> {
+    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
+    lines
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+        .map(|(number, line)| (number, line.split(',').map(str::trim).collect()))
+}
+
+fn parse_timestamp(line: usize, text: &str) -> Result<u64, Refusal> {
+    text.parse().map_err(|_| (line, format!("'{}' is no time stamp in whole nanoseconds", shortened(text))))
+}
+
+fn check_order(line: usize, last_ns: Option<u64>, timestamp_ns: u64) -> Result<bool, Refusal> {
+    match last_ns {
+        Some(last_ns) if timestamp_ns < last_ns => {
+            Err((line, format!("time goes back from {last_ns} to {timestamp_ns}")))
+        }
+        Some(last_ns) => Ok(timestamp_ns == last_ns),
+        None => Ok(false),
+    }
+}
+
+fn parse_frames(text: &str, pictures: &Path) -> Result<(Vec<FrameEntry>, usize), Refusal> {
+    let mut frames: Vec<FrameEntry> = Vec::new();
+    let mut repeated = 0;
+    for (line, fields) in csv_lines(text) {
+        let &[timestamp, name] = fields.as_slice() else {
+            return Err((line, format!("{} fields; a frame is timestamp,filename", fields.len())));
+        };
+        let timestamp_ns = parse_timestamp(line, timestamp)?;
+        // A name, never a path: a data set cannot make its reader open files elsewhere.
+        if name.is_empty() || name.starts_with("..") || name.contains(['/', '\\', ':', '\0']) {
+            return Err((line, format!("'{}' is no plain file name", shortened(name))));
+        }
+        if check_order(line, frames.last().map(|frame| frame.timestamp_ns), timestamp_ns)? {
+            repeated += 1;
+        } else {
+            frames.push(FrameEntry { timestamp_ns, path: pictures.join(name) });
+        }
+    }
+    Ok((frames, repeated))
+}
+
+fn read_ground_truth(path: &Path) -> Result<Vec<TimedPose>, Error> {
+    parse_ground_truth(&read_text(path, CSV_BYTES_MAX)?).map_err(at_line(path))
+}
+
+fn parse_ground_truth(text: &str) -> Result<Vec<TimedPose>, Refusal> {
+    let mut poses = Vec::new();
+    let mut last_ns = None;
+    for (line, fields) in csv_lines(text) {
+        // Velocities and biases may be absent (the Vicon folder's layout); a pose may not.
+        if fields.len() < 8 {
+            return Err((line, format!("{} fields; a pose is timestamp, p x y z, q w x y z", fields.len())));
+        }
+        let timestamp_ns = parse_timestamp(line, fields[0])?;
+        let mut values = [0.0; 7];
+        for (value, text) in values.iter_mut().zip(&fields[1..]) {
+            let parsed = text.parse::<f64>().ok().filter(|value| value.is_finite());
+            *value = parsed.ok_or_else(|| (line, format!("'{}' is no finite number", shortened(text))))?;
+        }
+        let [x, y, z, qw, qx, qy, qz] = values;
+        let rotation = DQuat::from_xyzw(qx, qy, qz, qw);
+        if (rotation.length() - 1.0).abs() > QUATERNION_NORM_TOLERANCE {
+            return Err((line, format!("a quaternion of norm {:.4}, expected 1", rotation.length())));
+        }
+        if !check_order(line, last_ns, timestamp_ns)? {
+            let world_from_body = Pose::new(rotation.normalize(), DVec3::new(x, y, z));
+            poses.push(TimedPose { t_s: num::f64_from_u64(timestamp_ns) / 1e9, world_from_body });
+        }
+        last_ns = Some(timestamp_ns);
+    }
+    Ok(poses)
+}
+
+fn read_picture(path: &Path, size: Size) -> Result<Picture, Error> {
+    let bytes = read_bytes(path, PNG_BYTES_MAX)?;
+    let mut reader = ImageReader::with_format(std::io::Cursor::new(bytes), ImageFormat::Png);
+    // The camera's size is known: a picture that claims more is refused before memory is taken for it.
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(size.width_px);
+    limits.max_image_height = Some(size.height_px);
+    reader.limits(limits);
+    let picture = reader
+        .decode()
+        .map_err(|error| content_error(path, format!("is no readable PNG of the camera's size: {error}")))?;
+    let found = Size { width_px: picture.width(), height_px: picture.height() };
+    if found != size {
+        let reason =
+            format!("is {}x{}; sensor.yaml says {}x{}", found.width_px, found.height_px, size.width_px, size.height_px);
+        return Err(content_error(path, reason));
+    }
+    let (values, bits) = match picture {
+        DynamicImage::ImageLuma8(grey) => (grey.into_raw().into_iter().map(u16::from).collect(), 8),
+        DynamicImage::ImageLuma16(grey) => (grey.into_raw(), 16),
+        _ => return Err(content_error(path, "is no grey picture of 8 or 16 bits")),
+    };
+    Ok(Picture { values_dn: Plane::from_values(size, values), bits })
+}

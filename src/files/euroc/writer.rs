@@ -1,0 +1,265 @@
+//! Writes an ASL folder. Enters: calibrations, codes, readings, poses. Leaves: `mav0/` as EuRoC's readers expect it.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use glam::{DMat3, DVec3};
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder as _};
+
+use super::{CAMERA_HEADER, EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, GROUND_TRUTH_HEADER, IMU_HEADER};
+use crate::error::Error;
+use crate::files::{content_error, io_error};
+use crate::num;
+use crate::plane::Plane;
+use crate::pose::Pose;
+use crate::units::CameraIndex;
+
+/// Depth of the pictures. Codes are shifted so that their top bit becomes the picture's: readers see a full range at any
+/// depth of the sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PngDepth {
+    /// The top 8 bits of the codes, as EuRoC's own pictures have and its readers expect.
+    #[default]
+    Eight,
+    /// All bits of the codes.
+    Sixteen,
+}
+
+/// A line of `imu0/data.csv`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImuReading {
+    /// Time of the run.
+    pub timestamp_ns: u64,
+    /// In the unit's frame.
+    pub angular_velocity_rad_per_s: DVec3,
+    /// Specific force in the unit's frame.
+    pub acceleration_m_per_s2: DVec3,
+}
+
+/// A line of `state_groundtruth_estimate0/data.csv`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundTruth {
+    /// Time of the run.
+    pub timestamp_ns: u64,
+    /// Where the body was.
+    pub world_from_body: Pose,
+    /// In the world's frame.
+    pub velocity_m_per_s: DVec3,
+    /// True bias of the gyroscope.
+    pub gyroscope_bias_rad_per_s: DVec3,
+    /// True bias of the accelerometer.
+    pub accelerometer_bias_m_per_s2: DVec3,
+}
+
+/// An ASL folder under construction. [`EurocWriter::finish`] makes sure that everything is on its way to the disk.
+#[derive(Debug)]
+pub struct EurocWriter {
+    cameras: Vec<(PathBuf, Table, EurocCamera)>,
+    imu: Option<Table>,
+    ground_truth: Table,
+    depth: PngDepth,
+}
+
+/// One `data.csv`.
+#[derive(Debug)]
+struct Table {
+    path: PathBuf,
+    file: BufWriter<File>,
+}
+
+impl Table {
+    fn create(folder: &Path, header: &str) -> Result<Self, Error> {
+        fs::create_dir_all(folder).map_err(io_error(folder))?;
+        let path = folder.join("data.csv");
+        let file = BufWriter::new(File::create(&path).map_err(io_error(&path))?);
+        let mut table = Self { path, file };
+        table.line(header)?;
+        Ok(table)
+    }
+
+    fn line(&mut self, line: &str) -> Result<(), Error> {
+        writeln!(self.file, "{line}").map_err(io_error(&self.path))
+    }
+
+    /// A time stamp and numbers that return to the same bits when they are read.
+    fn numbers(&mut self, timestamp_ns: u64, values: &[f64]) -> Result<(), Error> {
+        let mut line = timestamp_ns.to_string();
+        for value in values {
+            line.push(',');
+            line.push_str(&value.to_string());
+        }
+        self.line(&line)
+    }
+
+    fn finish(mut self) -> Result<(), Error> {
+        self.file.flush().map_err(io_error(&self.path))
+    }
+}
+
+impl EurocWriter {
+    /// Makes `dir/mav0` with the folders and `sensor.yaml` of every camera, of the inertial unit if there is one, and of the
+    /// ground truth.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn create(dir: &Path, cameras: &[EurocCamera], imu: Option<&EurocImu>, depth: PngDepth) -> Result<Self, Error> {
+        let root = dir.join("mav0");
+        let mut camera_tables = Vec::new();
+        for (index, camera) in cameras.iter().enumerate() {
+            let folder = root.join(format!("cam{index}"));
+            let pictures = folder.join("data");
+            fs::create_dir_all(&pictures).map_err(io_error(&pictures))?;
+            camera_tables.push((pictures, Table::create(&folder, CAMERA_HEADER)?, *camera));
+            write(&folder.join("sensor.yaml"), &camera_yaml(index, camera))?;
+        }
+        let imu_table = match imu {
+            Some(imu) => {
+                let folder = root.join("imu0");
+                let table = Table::create(&folder, IMU_HEADER)?;
+                write(&folder.join("sensor.yaml"), &imu_yaml(imu))?;
+                Some(table)
+            }
+            None => None,
+        };
+        let folder = root.join(GROUND_TRUTH_FOLDER);
+        let ground_truth = Table::create(&folder, GROUND_TRUTH_HEADER)?;
+        write(&folder.join("sensor.yaml"), &ground_truth_yaml())?;
+        Ok(Self { cameras: camera_tables, imu: imu_table, ground_truth, depth })
+    }
+
+    /// Writes a picture of codes of 1 to 16 `bits` and lists it.
+    ///
+    /// # Errors
+    /// What the disk says. Panics on an unknown camera, on another size than the camera's, or on bits outside 1..=16.
+    pub fn add_frame(
+        &mut self,
+        camera: CameraIndex,
+        timestamp_ns: u64,
+        codes_dn: &Plane<u16>,
+        bits: u32,
+    ) -> Result<(), Error> {
+        let (folder, table, calibration) = &mut self.cameras[num::index(camera.0)];
+        assert!(codes_dn.size() == calibration.size, "a frame has its camera's size");
+        let name = format!("{timestamp_ns}.png");
+        let path = folder.join(&name);
+        let png = encode_png(codes_dn, bits, self.depth)
+            .map_err(|error| content_error(&path, format!("the picture cannot be written as PNG: {error}")))?;
+        fs::write(&path, png).map_err(io_error(&path))?;
+        table.line(&format!("{timestamp_ns},{name}"))
+    }
+
+    /// Lists an inertial reading.
+    ///
+    /// # Errors
+    /// What the disk says. Panics if the folder was made without an inertial unit.
+    pub fn add_imu(&mut self, reading: &ImuReading) -> Result<(), Error> {
+        let table = self.imu.as_mut().expect("the folder was made with an inertial unit");
+        let (w, a) = (reading.angular_velocity_rad_per_s, reading.acceleration_m_per_s2);
+        table.numbers(reading.timestamp_ns, &[w.x, w.y, w.z, a.x, a.y, a.z])
+    }
+
+    /// Lists a true pose.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn add_ground_truth(&mut self, truth: &GroundTruth) -> Result<(), Error> {
+        let (p, q) = (truth.world_from_body.translation_m, truth.world_from_body.rotation);
+        let mut values = vec![p.x, p.y, p.z, q.w, q.x, q.y, q.z];
+        for vector in [truth.velocity_m_per_s, truth.gyroscope_bias_rad_per_s, truth.accelerometer_bias_m_per_s2] {
+            values.extend(vector.to_array());
+        }
+        self.ground_truth.numbers(truth.timestamp_ns, &values)
+    }
+
+    /// Writes what is still in memory.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn finish(self) -> Result<(), Error> {
+        for (_, table, _) in self.cameras {
+            table.finish()?;
+        }
+        self.imu.map_or(Ok(()), Table::finish)?;
+        self.ground_truth.finish()
+    }
+}
+
+/// A grey PNG of codes of 1 to 16 bits.
+fn encode_png(codes_dn: &Plane<u16>, bits: u32, depth: PngDepth) -> image::ImageResult<Vec<u8>> {
+    assert!((1..=16).contains(&bits), "codes have 1 to 16 bits");
+    let full = codes_dn.values().iter().map(|&code_dn| num::low_u16(u32::from(code_dn) << (16 - bits)));
+    let (samples, kind): (Vec<u8>, _) = match depth {
+        PngDepth::Eight => (full.map(|value| num::low_u8(u32::from(value >> 8))).collect(), ExtendedColorType::L8),
+        // The encoder takes the machine's own byte order and writes PNG's.
+        PngDepth::Sixteen => (full.flat_map(u16::to_ne_bytes).collect(), ExtendedColorType::L16),
+    };
+    let mut png = Vec::new();
+    let size = codes_dn.size();
+    PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Up).write_image(
+        &samples,
+        size.width_px,
+        size.height_px,
+        kind,
+    )?;
+    Ok(png)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    fs::write(path, text).map_err(io_error(path))
+}
+
+fn pose_yaml(pose: &Pose) -> String {
+    let (r, t) = (DMat3::from_quat(pose.rotation), pose.translation_m);
+    let row = |r: DVec3, t: f64| format!("{}, {}, {}, {t}", r.x, r.y, r.z);
+    format!(
+        "T_BS:\n  cols: 4\n  rows: 4\n  data: [{},\n         {},\n         {},\n         0.0, 0.0, 0.0, 1.0]\n",
+        row(r.row(0), t.x),
+        row(r.row(1), t.y),
+        row(r.row(2), t.z)
+    )
+}
+
+fn camera_yaml(index: usize, camera: &EurocCamera) -> String {
+    let (i, d) = (camera.lens.intrinsics, camera.lens.distortion);
+    format!(
+        "# Written by sensel. T_BS maps points of the camera into the body.\nsensor_type: camera\ncomment: simulated cam{index}\n\n\
+         {}\nrate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}] # fu, fv, cu, cv\n\
+         distortion_model: radial-tangential\ndistortion_coefficients: [{}, {}, {}, {}]\n",
+        pose_yaml(&camera.body_from_camera),
+        camera.rate_hz,
+        camera.size.width_px,
+        camera.size.height_px,
+        i.fx_px,
+        i.fy_px,
+        i.cx_px,
+        i.cy_px,
+        d.k1,
+        d.k2,
+        d.p1,
+        d.p2
+    )
+}
+
+fn imu_yaml(imu: &EurocImu) -> String {
+    let noise = imu.noise;
+    format!(
+        "# Written by sensel.\nsensor_type: imu\ncomment: simulated imu0\n\n{}\nrate_hz: {}\n\
+         gyroscope_noise_density: {} # [ rad / s / sqrt(Hz) ]\ngyroscope_random_walk: {} # [ rad / s^2 / sqrt(Hz) ]\n\
+         accelerometer_noise_density: {} # [ m / s^2 / sqrt(Hz) ]\naccelerometer_random_walk: {} # [ m / s^3 / sqrt(Hz) ]\n",
+        pose_yaml(&imu.body_from_imu),
+        noise.rate_hz,
+        noise.gyroscope_noise_density,
+        noise.gyroscope_random_walk,
+        noise.accelerometer_noise_density,
+        noise.accelerometer_random_walk
+    )
+}
+
+fn ground_truth_yaml() -> String {
+    format!(
+        "# Written by sensel: the pose of the body, exact.\nsensor_type: pose\ncomment: simulated ground truth\n\n{}",
+        pose_yaml(&Pose::IDENTITY)
+    )
+}

@@ -1,0 +1,249 @@
+//! The motion of the rig. Enters: timed poses (motion capture) or one pose. Leaves: where the body is at any instant of a
+//! run, with its derivatives, and what an IMU on it measures. The room has y up; all times are seconds.
+
+pub mod band;
+pub mod fit;
+pub mod imu;
+pub mod so3;
+pub mod spline;
+
+use glam::{DMat3, DQuat, DVec3};
+
+pub use fit::without_gaps;
+pub use spline::{BodyState, Spline};
+
+use crate::num;
+use crate::pose::{Pose, TimedPose};
+use crate::units::Span;
+
+/// Samples further apart than this are a gap; nothing is invented inside it.
+pub const GAP_S_MAX: f64 = 0.1;
+
+/// Knot spacing for motion capture of heads and hands: six samples of 120 Hz a knot, and a band of 10 Hz that holds what a
+/// neck or wrist can do.
+pub const KNOT_S: f64 = 0.05;
+
+/// Turns motion capture with z up into a room with y up: (x, y, z) -> (x, z, -y), a quarter turn about -x.
+pub const Y_UP_FROM_Z_UP: DQuat =
+    DQuat::from_xyzw(-core::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0, core::f64::consts::FRAC_1_SQRT_2);
+
+/// Why a motion was refused. Times are seconds.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // The messages name every field.
+pub enum MotionError {
+    #[error("{t_s:.6} s lies outside the trajectory, which covers {start_s:.6} s to {end_s:.6} s")]
+    OutsideSpan { t_s: f64, start_s: f64, end_s: f64 },
+    #[error(
+        "the trajectory has a gap of {length_s:.3} s at {at_s:.3} s; at most {GAP_S_MAX} s is bridged: choose a span without it"
+    )]
+    Gap { at_s: f64, length_s: f64 },
+    #[error("{count} poses; a spline needs at least 4")]
+    TooFewSamples { count: usize },
+    #[error("a knot spacing of {knot_s} s; 0.005 to 1 would do")]
+    KnotSpacing { knot_s: f64 },
+    #[error("the pose at {t_s} s is not finite")]
+    NotFinite { t_s: f64 },
+    #[error("time does not rise at {t_s} s")]
+    TimeStandsStill { t_s: f64 },
+    #[error("the box from {low_m} to {high_m} is empty")]
+    EmptyBox { low_m: DVec3, high_m: DVec3 },
+    #[error("a scale of {scale}; above 0 and up to 100 would do")]
+    Scale { scale: f64 },
+}
+
+impl MotionError {
+    /// The library's error, once the caller knows which key of the scenario asked for this motion.
+    pub fn at_key(&self, key: &str, value: impl std::fmt::Display) -> crate::error::Error {
+        crate::error::Error::key(key, value, self.to_string())
+    }
+}
+
+/// A spline laid into the room: `p = offset + scale * world_from_motion * (p_motion - p_motion(start))`; orientations are
+/// turned by `world_from_motion` and otherwise kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedSpline {
+    spline: Spline,
+    start_s: f64,
+    scale: f64,
+    offset_m: DVec3,
+    world_from_motion: DQuat,
+    origin_m: DVec3,
+}
+
+/// How the rig moves during a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// Not at all: `world_from_body` at all times.
+    Still(Pose),
+    /// Along a spline.
+    Spline(PlacedSpline),
+}
+
+impl PlacedSpline {
+    /// Lays a spline into the room so that what it does at `start_s` of its own clock happens at 0 s of the run, at
+    /// `offset_m`.
+    ///
+    /// # Errors
+    /// `start_s` outside the spline's span, or a scale outside 0..=100.
+    pub fn new(
+        spline: Spline,
+        start_s: f64,
+        scale: f64,
+        offset_m: DVec3,
+        world_from_motion: DQuat,
+    ) -> Result<Self, MotionError> {
+        if !(scale > 0.0 && scale <= 100.0) {
+            return Err(MotionError::Scale { scale });
+        }
+        let origin_m = spline.world_from_body(start_s)?.translation_m;
+        Ok(Self { spline, start_s, scale, offset_m, world_from_motion: world_from_motion.normalize(), origin_m })
+    }
+
+    /// Factor on translations.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Where the run starts, in the room.
+    pub fn offset_m(&self) -> DVec3 {
+        self.offset_m
+    }
+
+    /// The rotation from the trajectory's world to the room.
+    pub fn world_from_motion(&self) -> DQuat {
+        self.world_from_motion
+    }
+
+    /// The spline before it was laid into the room.
+    pub fn spline(&self) -> &Spline {
+        &self.spline
+    }
+
+    /// Scaled (by at most its present scale) and shifted so that the path of the run's `span` lies in the box, its extent centred there.
+    ///
+    /// # Errors
+    /// A span that leaves the spline's, or an empty box.
+    pub fn fit_into(self, span: Span, low_m: DVec3, high_m: DVec3) -> Result<Self, MotionError> {
+        if !(high_m.cmpgt(low_m).all() && low_m.is_finite() && high_m.is_finite()) {
+            return Err(MotionError::EmptyBox { low_m, high_m });
+        }
+        let own = Span { start_s: self.own_s(span.start_s), end_s: self.own_s(span.end_s) };
+        let (path_low_m, path_high_m) =
+            self.spline.extent_m(own, self.world_from_motion).map_err(|error| self.in_run_time(error))?;
+        let mut scale = self.scale;
+        for axis in 0..3 {
+            // A little inside, so that rounding of metres (1e-15) cannot touch the walls.
+            let room_m = (high_m[axis] - low_m[axis]) * (1.0 - 1e-12);
+            let path_m = path_high_m[axis] - path_low_m[axis];
+            if path_m * scale > room_m {
+                scale = room_m / path_m;
+            }
+        }
+        let path_middle_m = (path_low_m + path_high_m) * 0.5;
+        let start_m = self.world_from_motion * self.origin_m;
+        let offset_m = (low_m + high_m) * 0.5 + (start_m - path_middle_m) * scale;
+        Ok(Self { scale, offset_m, ..self })
+    }
+
+    fn own_s(&self, run_s: f64) -> f64 {
+        self.start_s + run_s
+    }
+
+    /// Errors speak of the run's clock and name where it starts in the trajectory's.
+    fn in_run_time(&self, error: MotionError) -> MotionError {
+        match error {
+            MotionError::OutsideSpan { t_s, start_s, end_s } => MotionError::OutsideSpan {
+                t_s: t_s - self.start_s,
+                start_s: start_s - self.start_s,
+                end_s: end_s - self.start_s,
+            },
+            other => other,
+        }
+    }
+
+    fn state(&self, run_s: f64) -> Result<BodyState, MotionError> {
+        let state = self.spline.state(self.own_s(run_s)).map_err(|error| self.in_run_time(error))?;
+        let turn = self.world_from_motion;
+        let position_m = state.world_from_body.translation_m;
+        Ok(BodyState {
+            world_from_body: Pose::new(
+                (turn * state.world_from_body.rotation).normalize(),
+                turn * (position_m - self.origin_m) * self.scale + self.offset_m,
+            ),
+            velocity_m_per_s: turn * state.velocity_m_per_s * self.scale,
+            acceleration_m_per_s2: turn * state.acceleration_m_per_s2 * self.scale,
+            angular_velocity_rad_per_s: state.angular_velocity_rad_per_s,
+        })
+    }
+}
+
+impl Motion {
+    /// Where the body is at a time of the run.
+    ///
+    /// # Errors
+    /// [`MotionError::OutsideSpan`], in run time, where the trajectory ends before.
+    pub fn world_from_body(&self, run_s: f64) -> Result<Pose, MotionError> {
+        self.state(run_s).map(|state| state.world_from_body)
+    }
+
+    /// Pose and derivatives at a time of the run.
+    ///
+    /// # Errors
+    /// As [`Motion::world_from_body`].
+    pub fn state(&self, run_s: f64) -> Result<BodyState, MotionError> {
+        match self {
+            Self::Still(pose) => Ok(BodyState {
+                world_from_body: *pose,
+                velocity_m_per_s: DVec3::ZERO,
+                acceleration_m_per_s2: DVec3::ZERO,
+                angular_velocity_rad_per_s: DVec3::ZERO,
+            }),
+            Self::Spline(placed) => placed.state(run_s),
+        }
+    }
+
+    /// Run times at which the motion is defined; infinite for a rig that stands still.
+    pub fn span(&self) -> Span {
+        match self {
+            Self::Still(_) => Span { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY },
+            Self::Spline(placed) => {
+                let own = placed.spline.span();
+                Span { start_s: own.start_s - placed.start_s, end_s: own.end_s - placed.start_s }
+            }
+        }
+    }
+
+    /// Checks before a run starts that the motion lasts for all of it.
+    ///
+    /// # Errors
+    /// As [`Motion::world_from_body`].
+    pub fn covers(&self, run: Span) -> Result<(), MotionError> {
+        self.state(run.start_s).and_then(|_| self.state(run.end_s)).map(|_| ())
+    }
+}
+
+/// Samples with times counted from the first one. (Time stamps of 1.5e9 s resolve a quarter of a microsecond only, so the
+/// subtraction comes before all arithmetic; it is exact for neighbours and within that quarter for all.)
+pub fn from_first_sample(samples: &[TimedPose]) -> Vec<TimedPose> {
+    let first_s = samples.first().map_or(0.0, |sample| sample.t_s);
+    samples.iter().map(|sample| TimedPose { t_s: sample.t_s - first_s, ..*sample }).collect()
+}
+
+/// The orientation on the body of a camera (x right, y down, z forward) that looks along `forward_in_body`, levelled so
+/// that the picture's up is `up_in_body`. None where the two are parallel.
+pub fn level_body_from_camera(forward_in_body: DVec3, up_in_body: DVec3) -> Option<DQuat> {
+    let down = -up_in_body.try_normalize()?;
+    let forward = (forward_in_body - down * forward_in_body.dot(down)).try_normalize()?;
+    Some(DQuat::from_mat3(&DMat3::from_cols(down.cross(forward), down, forward)).normalize())
+}
+
+/// The world's z axis in the body's frame, averaged over the samples of a span: "up" of a body carried upright.
+pub fn mean_up_in_body(samples: &[TimedPose], span: Span) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    let mut count = 0_usize;
+    for sample in samples.iter().filter(|sample| sample.t_s >= span.start_s && sample.t_s <= span.end_s) {
+        sum += sample.world_from_body.rotation.conjugate() * DVec3::Z;
+        count += 1;
+    }
+    if count == 0 { DVec3::Z } else { sum / num::f64_from_usize(count) }
+}

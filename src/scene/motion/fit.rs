@@ -1,0 +1,165 @@
+//! From timed poses to a spline. Enters: samples of a trajectory, without gaps. Leaves: the [`Spline`] that follows them in
+//! the sense of least squares.
+//!
+//! Positions are linear in their control points: one banded solve. Rotations are refined: the residuals' rotation vectors
+//! are fitted by the same equations and turned into the control rotations, until nothing moves.
+
+use glam::DVec3;
+
+use super::band::NormalEquations;
+use super::spline::{Basis, Spline};
+use super::{GAP_S_MAX, MotionError, so3};
+use crate::num;
+use crate::pose::TimedPose;
+use crate::units::Span;
+
+/// Rotation passes end when no control rotation moves by more than this.
+const STEP_RAD_MIN: f64 = 1e-13;
+/// Each pass leaves about a hundredth of the error; ten pass 1e-13 rad from any start.
+const PASSES_MAX: u32 = 12;
+
+/// Weight of the control points' second differences against one sample's. It determines the points of an interval
+/// without samples (up to [`GAP_S_MAX`] long) and moves the others by some 1e-8 of an acceleration times knot^2.
+const STIFFNESS: f64 = 1e-6;
+
+impl Spline {
+    /// The spline with knots every `knot_s` seconds that follows the samples most closely. It is defined from the first
+    /// sample to the last.
+    ///
+    /// # Errors
+    /// Fewer than four samples, times that do not rise, a gap longer than [`GAP_S_MAX`], values that are not finite, or a
+    /// knot spacing outside 5 ms .. 1 s.
+    pub fn fit(samples: &[TimedPose], knot_s: f64) -> Result<Self, MotionError> {
+        check(samples, knot_s)?;
+        let (start_s, end_s) = (samples[0].t_s, samples[samples.len() - 1].t_s);
+        // The spacing shrinks a little so that a whole number of intervals ends at the last sample.
+        let intervals = num::u32_truncated(((end_s - start_s) / knot_s).ceil()).max(1);
+        let knot_s = (end_s - start_s) / f64::from(intervals);
+        let unknowns = num::index(intervals) + 3;
+
+        let mut spline = Self {
+            start_s,
+            knot_s,
+            positions_m: vec![DVec3::ZERO; unknowns],
+            rotations: first_guess(samples, start_s, knot_s, unknowns),
+        };
+        let rows: Vec<(usize, Basis)> = samples
+            .iter()
+            .map(|sample| {
+                let knots = num::lesser((sample.t_s - start_s) / knot_s, f64::from(intervals));
+                let interval = num::index(num::u32_truncated(knots).min(intervals - 1));
+                (interval, Basis::at(knots - num::f64_from_usize(interval)))
+            })
+            .collect();
+        let mut equations = NormalEquations::new(unknowns);
+        for (first, basis) in &rows {
+            equations.add(*first, &basis.value, 1.0);
+        }
+        for first in 0..unknowns - 2 {
+            equations.add(first, &[1.0, -2.0, 1.0, 0.0], STIFFNESS);
+        }
+        let factor = equations.factor().ok_or(MotionError::TooFewSamples { count: samples.len() })?;
+
+        gather(&rows, &mut spline.positions_m, |k| samples[k].world_from_body.translation_m);
+        factor.solve(&mut spline.positions_m);
+        for _ in 0..PASSES_MAX {
+            let mut turns_rad = vec![DVec3::ZERO; unknowns];
+            gather(&rows, &mut turns_rad, |k| {
+                let (fitted, _) = spline.rotation_at(rows[k].0, &rows[k].1);
+                so3::log(fitted.conjugate() * samples[k].world_from_body.rotation)
+            });
+            factor.solve(&mut turns_rad);
+            let mut largest_rad = 0.0;
+            for (rotation, turn_rad) in spline.rotations.iter_mut().zip(&turns_rad) {
+                *rotation = (*rotation * so3::exp(*turn_rad)).normalize();
+                largest_rad = num::greater(largest_rad, turn_rad.length());
+            }
+            if largest_rad < STEP_RAD_MIN {
+                break;
+            }
+        }
+        Ok(spline)
+    }
+}
+
+/// The longest run of samples around `asked` without a gap, so that what is fitted does not depend on how much of it a
+/// run uses.
+///
+/// # Errors
+/// [`MotionError::OutsideSpan`] where the samples do not cover `asked`, [`MotionError::Gap`] where a gap lies within it.
+pub fn without_gaps(samples: &[TimedPose], asked: Span) -> Result<&[TimedPose], MotionError> {
+    let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
+        return Err(MotionError::TooFewSamples { count: 0 });
+    };
+    for t_s in [asked.start_s, asked.end_s] {
+        if !(t_s >= first.t_s && t_s <= last.t_s) {
+            return Err(MotionError::OutsideSpan { t_s, start_s: first.t_s, end_s: last.t_s });
+        }
+    }
+    let (mut from, mut to) = (0, samples.len());
+    for (index, pair) in samples.windows(2).enumerate() {
+        let [before, after] = [pair[0].t_s, pair[1].t_s];
+        if after - before > GAP_S_MAX {
+            if after <= asked.start_s {
+                from = index + 1;
+            } else if before >= asked.end_s {
+                to = index + 1;
+                break;
+            } else {
+                return Err(MotionError::Gap { at_s: before, length_s: after - before });
+            }
+        }
+    }
+    Ok(&samples[from..to])
+}
+
+fn check(samples: &[TimedPose], knot_s: f64) -> Result<(), MotionError> {
+    if !(0.005..=1.0).contains(&knot_s) {
+        return Err(MotionError::KnotSpacing { knot_s });
+    }
+    if samples.len() < 4 {
+        return Err(MotionError::TooFewSamples { count: samples.len() });
+    }
+    for sample in samples {
+        let pose = sample.world_from_body;
+        if !(sample.t_s.is_finite() && pose.translation_m.is_finite() && pose.rotation.is_finite()) {
+            return Err(MotionError::NotFinite { t_s: sample.t_s });
+        }
+    }
+    for pair in samples.windows(2) {
+        let length_s = pair[1].t_s - pair[0].t_s;
+        if length_s <= 0.0 {
+            return Err(MotionError::TimeStandsStill { t_s: pair[1].t_s });
+        }
+        if length_s > GAP_S_MAX {
+            return Err(MotionError::Gap { at_s: pair[0].t_s, length_s });
+        }
+    }
+    Ok(())
+}
+
+/// The sample nearest in time to each control point.
+fn first_guess(samples: &[TimedPose], start_s: f64, knot_s: f64, unknowns: usize) -> Vec<glam::DQuat> {
+    let mut nearest = 0;
+    (0..unknowns)
+        .map(|index| {
+            let t_s = start_s + (num::f64_from_usize(index) - 1.0) * knot_s;
+            while nearest + 1 < samples.len()
+                && (samples[nearest + 1].t_s - t_s).abs() <= (samples[nearest].t_s - t_s).abs()
+            {
+                nearest += 1;
+            }
+            samples[nearest].world_from_body.rotation
+        })
+        .collect()
+}
+
+/// The right side of the normal equations.
+fn gather(rows: &[(usize, Basis)], right: &mut [DVec3], value: impl Fn(usize) -> DVec3) {
+    for (k, (first, basis)) in rows.iter().enumerate() {
+        let value = value(k);
+        for (j, weight) in basis.value.iter().enumerate() {
+            right[first + j] += value * *weight;
+        }
+    }
+}

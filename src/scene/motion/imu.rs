@@ -1,0 +1,191 @@
+//! An inertial measurement unit at the body's origin, axes along the body's. Enters: a motion. Leaves: angular rates and
+//! specific forces with Kalibr's noise: white noise of density sigma, and biases that walk at random.
+
+use glam::DVec3;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng as _, SeedableRng as _};
+
+use super::{Motion, MotionError};
+use crate::draw::DrawKey;
+use crate::num;
+use crate::units::Span;
+
+/// Standard gravity in m/s^2.
+pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
+
+/// Gravity in a room with y up.
+pub const GRAVITY_IN_WORLD_M_PER_S2: DVec3 = DVec3::new(0.0, -GRAVITY_M_PER_S2, 0.0);
+
+/// Kalibr's noise model. Densities are those of the continuous processes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImuNoise {
+    /// Rate of samples.
+    pub rate_hz: f64,
+    /// White noise of the gyroscope, rad/s/sqrt(Hz).
+    pub gyroscope_noise_density: f64,
+    /// White noise of the accelerometer, m/s^2/sqrt(Hz).
+    pub accelerometer_noise_density: f64,
+    /// Walk of the gyroscope's bias, rad/s^2/sqrt(Hz).
+    pub gyroscope_random_walk: f64,
+    /// Walk of the accelerometer's bias, m/s^3/sqrt(Hz).
+    pub accelerometer_random_walk: f64,
+}
+
+/// A phone's MEMS unit: the example figures of Kalibr's documentation, at 200 Hz.
+pub const MEMS_PHONE: ImuNoise = ImuNoise {
+    rate_hz: 200.0,
+    gyroscope_noise_density: 1.86e-4,
+    accelerometer_noise_density: 1.86e-3,
+    gyroscope_random_walk: 2.66e-5,
+    accelerometer_random_walk: 4.33e-4,
+};
+
+/// One reading, with the truth of its biases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImuSample {
+    /// Time of the run.
+    pub t_s: f64,
+    /// Body frame, bias and noise included.
+    pub angular_velocity_rad_per_s: DVec3,
+    /// Specific force in the body frame (at rest: gravity's opposite), bias and noise included.
+    pub acceleration_m_per_s2: DVec3,
+    /// Bias within the reading.
+    pub gyroscope_bias_rad_per_s: DVec3,
+    /// Bias within the reading.
+    pub accelerometer_bias_m_per_s2: DVec3,
+}
+
+/// Readings at `k / rate` for all whole k within the span. Biases start at zero with the first reading. The noise of
+/// reading k is a function of `key` and k.
+///
+/// # Errors
+/// [`MotionError::OutsideSpan`] where the motion does not cover the span.
+pub fn samples(
+    motion: &Motion,
+    span: Span,
+    noise: &ImuNoise,
+    gravity_in_world_m_per_s2: DVec3,
+    key: DrawKey,
+) -> Result<Vec<ImuSample>, MotionError> {
+    let dt_s = 1.0 / noise.rate_hz;
+    let white = noise.rate_hz.sqrt(); // sigma_d = sigma / sqrt(dt)
+    let walk = dt_s.sqrt(); // sigma_bd = sigma_b * sqrt(dt)
+    let first = num::i64_truncated((span.start_s * noise.rate_hz).ceil());
+    let last = num::i64_truncated((span.end_s * noise.rate_hz).floor());
+    let mut gyroscope_bias_rad_per_s = DVec3::ZERO;
+    let mut accelerometer_bias_m_per_s2 = DVec3::ZERO;
+    let mut readings = Vec::new();
+    for k in first..=last {
+        let mut normals = Normals::new(key.with(k.cast_unsigned()));
+        let t_s = num::f64_from_i64(k) / noise.rate_hz;
+        let state = motion.state(t_s)?;
+        let force_in_world = state.acceleration_m_per_s2 - gravity_in_world_m_per_s2;
+        let body_from_world = state.world_from_body.rotation.conjugate();
+        let (gyroscope_white, accelerometer_white) = (normals.vector(), normals.vector());
+        let (gyroscope_step, accelerometer_step) = (normals.vector(), normals.vector());
+        if k > first {
+            gyroscope_bias_rad_per_s += gyroscope_step * (noise.gyroscope_random_walk * walk);
+            accelerometer_bias_m_per_s2 += accelerometer_step * (noise.accelerometer_random_walk * walk);
+        }
+        readings.push(ImuSample {
+            t_s,
+            angular_velocity_rad_per_s: state.angular_velocity_rad_per_s
+                + gyroscope_bias_rad_per_s
+                + gyroscope_white * (noise.gyroscope_noise_density * white),
+            acceleration_m_per_s2: body_from_world * force_in_world
+                + accelerometer_bias_m_per_s2
+                + accelerometer_white * (noise.accelerometer_noise_density * white),
+            gyroscope_bias_rad_per_s,
+            accelerometer_bias_m_per_s2,
+        });
+    }
+    Ok(readings)
+}
+
+/// Standard normals of one key, by Box and Muller's transform.
+struct Normals {
+    source: Xoshiro256PlusPlus,
+}
+
+impl Normals {
+    fn new(key: DrawKey) -> Self {
+        Self { source: Xoshiro256PlusPlus::seed_from_u64(key.0) }
+    }
+
+    /// Three of a pair of pairs; the fourth is left, so that every vector takes the same number of draws.
+    fn vector(&mut self) -> DVec3 {
+        let ([x, y], [z, _]) = (self.pair(), self.pair());
+        DVec3::new(x, y, z)
+    }
+
+    fn pair(&mut self) -> [f64; 2] {
+        // 53 bits each; the first lies in (0, 1], so its logarithm is finite.
+        let unit = 1.0 / 9_007_199_254_740_992.0;
+        let uniform = num::f64_from_u64((self.source.next_u64() >> 11) + 1) * unit;
+        let turn = num::f64_from_u64(self.source.next_u64() >> 11) * unit;
+        let radius = (-2.0 * libm::log(uniform)).sqrt();
+        let (sine, cosine) = libm::sincos(core::f64::consts::TAU * turn);
+        [radius * cosine, radius * sine]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::Pose;
+    use glam::DQuat;
+
+    const QUIET: ImuNoise = ImuNoise {
+        rate_hz: 200.0,
+        gyroscope_noise_density: 0.0,
+        accelerometer_noise_density: 0.0,
+        gyroscope_random_walk: 0.0,
+        accelerometer_random_walk: 0.0,
+    };
+
+    fn still_readings(noise: &ImuNoise, seconds: f64, seed: u64) -> Vec<ImuSample> {
+        let span = Span { start_s: 0.0, end_s: seconds };
+        let motion = Motion::Still(Pose::IDENTITY);
+        samples(&motion, span, noise, GRAVITY_IN_WORLD_M_PER_S2, DrawKey::root(seed)).unwrap()
+    }
+
+    #[test]
+    fn a_unit_at_rest_feels_gravity_upwards() {
+        let tilted = Pose::new(DQuat::from_xyzw(0.6, 0.0, 0.0, 0.8), DVec3::ZERO);
+        let span = Span { start_s: 0.0, end_s: 1.0 };
+        let readings =
+            samples(&Motion::Still(tilted), span, &QUIET, GRAVITY_IN_WORLD_M_PER_S2, DrawKey::root(1)).unwrap();
+        assert_eq!(readings.len(), 201);
+        let expected = tilted.rotation.conjugate() * DVec3::new(0.0, GRAVITY_M_PER_S2, 0.0);
+        assert_eq!(readings[7].acceleration_m_per_s2, expected);
+        assert_eq!(readings[7].angular_velocity_rad_per_s, DVec3::ZERO);
+        assert_eq!(readings[200].t_s, 1.0);
+    }
+
+    #[test]
+    fn white_noise_has_its_density_and_biases_walk_at_theirs() {
+        let readings = still_readings(&MEMS_PHONE, 100.0, 7);
+        let count = num::f64_from_usize(readings.len() - 1) * 3.0;
+        let (mut noise2, mut step2, mut mean) = (0.0, 0.0, 0.0);
+        for pair in readings.windows(2) {
+            let white = pair[1].angular_velocity_rad_per_s - pair[1].gyroscope_bias_rad_per_s;
+            let step = pair[1].accelerometer_bias_m_per_s2 - pair[0].accelerometer_bias_m_per_s2;
+            noise2 += white.length_squared();
+            step2 += step.length_squared();
+            mean += white.x + white.y + white.z;
+        }
+        let sigma = 1.86e-4 * 200.0_f64.sqrt();
+        let sigma_step = 4.33e-4 / 200.0_f64.sqrt();
+        // 60,000 normals: a variance has a relative standard error of sqrt(2/60,000) = 0.58 %; 4.5 of them, seed 7.
+        assert!((noise2 / count / (sigma * sigma) - 1.0).abs() < 0.026, "{}", noise2 / count / (sigma * sigma));
+        assert!((step2 / count / (sigma_step * sigma_step) - 1.0).abs() < 0.026);
+        assert!((mean / count).abs() < 4.5 * sigma / count.sqrt());
+    }
+
+    #[test]
+    fn a_reading_keeps_its_noise_whatever_span_is_asked_for() {
+        let (short, long) = (still_readings(&MEMS_PHONE, 0.5, 3), still_readings(&MEMS_PHONE, 2.0, 3));
+        assert_eq!(short[..], long[..short.len()]);
+        assert_ne!(short[5], still_readings(&MEMS_PHONE, 0.5, 4)[5]);
+    }
+}
