@@ -174,3 +174,55 @@ fn spreads(size: Size, bearings: &[[f32; 3]]) -> Vec<f32> {
     }
     spreads
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::lens::{Intrinsics, Radtan};
+    use super::*;
+
+    #[test]
+    fn bearings_between_corners_keep_their_stated_error() {
+        let size = Size { width_px: 320, height_px: 240 };
+        let intrinsics = Intrinsics { fx_px: 250.0, fy_px: 250.0, cx_px: 159.5, cy_px: 119.5 };
+        let distortion = Radtan { k1: -0.05, k2: 0.01, p1: 1e-4, p2: -2e-4 };
+        let lens = Lens { intrinsics, distortion };
+        let aperture = Aperture { f_number: 2.0, transmission: 1.0, pupil: Pupil::ThinLens };
+        let camera = Camera::new(lens, size, Pose::IDENTITY, aperture, 3.0, RollOff::None).unwrap();
+        let mut tried = 0;
+        for y in (0..240).step_by(13) {
+            for x in (0..320).step_by(7) {
+                let corners = camera.corners(x, y).unwrap();
+                for (u, v) in [(0.5, 0.5), (0.25, 0.75), (0.0, 0.9)] {
+                    let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+                    let between: DVec3 =
+                        (0..4).map(|corner| DVec3::from_array(corners[corner].map(f64::from)) * weights[corner]).sum();
+                    let place_px = DVec2::new(f64_from_usize(x) - 0.5 + u, f64_from_usize(y) - 0.5 + v);
+                    let back_px = lens.project(between).unwrap();
+                    // 1 / (4 f) = 0.001 px, and f32 bearings: 6e-8 times 250 px times the stretch of the corner, below 5e-5 px.
+                    assert!((back_px - place_px).length() < 0.001 + 5e-5, "{x} {y}: {back_px} for {place_px}");
+                    tried += 1;
+                }
+            }
+        }
+        assert!(tried > 2_000);
+    }
+
+    #[test]
+    fn bad_apertures_are_refused_by_key() {
+        let size = Size { width_px: 4, height_px: 4 };
+        let lens = Lens::pinhole(size, 1.0);
+        let mut tried = 0;
+        for (f_number, transmission, pitch_um, key) in [
+            (0.0, 1.0, 3.0, "optics.f_number"),
+            (f64::NAN, 1.0, 3.0, "optics.f_number"),
+            (2.0, 1.5, 3.0, "optics.transmission"),
+            (2.0, 1.0, -3.0, "sensor.pixel.pitch_um"),
+        ] {
+            let aperture = Aperture { f_number, transmission, pupil: Pupil::ThinLens };
+            let error = Camera::new(lens, size, Pose::IDENTITY, aperture, pitch_um, RollOff::None).unwrap_err();
+            assert!(error.to_string().contains(key), "{error}");
+            tried += 1;
+        }
+        assert_eq!(tried, 4);
+    }
+}

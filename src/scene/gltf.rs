@@ -183,3 +183,6 @@ fn viewpoint(name: String, world_from_node: DMat4) -> Option<Viewpoint> {
     let rotation = DQuat::from_mat3(&DMat3::from_cols(x, z.cross(x), z)).normalize();
     Some(Viewpoint { name, world_from_camera: Pose::new(rotation, world_from_node.w_axis.truncate()) })
 }
+
+#[cfg(test)]
+mod tests;
