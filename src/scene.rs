@@ -9,6 +9,7 @@ pub mod bake;
 pub mod box_room;
 pub mod bvh;
 mod chance;
+pub mod gltf;
 pub mod lamps;
 pub mod lanes;
 pub mod light;
@@ -16,6 +17,7 @@ pub mod lit;
 pub mod mesh;
 pub mod motion;
 pub mod samples;
+pub mod surroundings;
 pub mod target;
 pub mod texture;
 pub mod tracer;
@@ -23,8 +25,10 @@ pub mod tracer;
 pub use bake::{Bake, BakeSettings};
 pub use light::Illuminant;
 pub use lit::{ExitanceBounds, LitScene};
+pub use surroundings::{Panel, Surroundings};
 
 use crate::error::Error;
+use crate::pose::Pose;
 use bvh::Bvh;
 use lamps::Lamps;
 use mesh::Mesh;
@@ -45,6 +49,17 @@ pub struct Scene {
     pub lamps: Lamps,
     /// Radiance of what lies beyond all surfaces, in the scene's own units, the same in every direction.
     pub sky: [f32; 3],
+    /// Cameras that the scene's file holds.
+    pub viewpoints: Vec<Viewpoint>,
+}
+
+/// Where a scene's author put a camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// As the file calls it.
+    pub name: String,
+    /// Looking along +z, y down.
+    pub world_from_camera: Pose,
 }
 
 impl Scene {
@@ -62,8 +77,15 @@ impl Scene {
         }
         let corners_m: Vec<_> = (0..mesh.triangles.len()).map(|triangle| mesh.corners_m(triangle)).collect();
         let bvh = Bvh::build(&corners_m);
-        let (layout, lamps) = (Layout::of(&mesh), Lamps::of(&mesh));
-        Ok(Self { name: name.to_owned(), mesh, bvh, layout, lamps, sky })
+        let (layout, lamps) = (Layout::of(&mesh), Lamps::of(&mesh, &bvh));
+        Ok(Self { name: name.to_owned(), mesh, bvh, layout, lamps, sky, viewpoints: Vec::new() })
+    }
+
+    /// Gives the scene a sky of this radiance (in its own light units) beyond all surfaces.
+    #[must_use]
+    pub fn with_sky(mut self, sky: [f32; 3]) -> Self {
+        self.sky = sky;
+        self
     }
 
     /// Bakes the irradiance of all surfaces. `progress` is told the share done, from 0 to 1, from any thread.

@@ -101,7 +101,7 @@ impl Camera {
         if !(0.0..=1.0).contains(&aperture.transmission) {
             return Err(Error::key("optics.transmission", aperture.transmission, "0 to 1 would do"));
         }
-        let bearings = corner_bearings(size, &|place_px| unproject(&lens, place_px));
+        let bearings = corner_bearings(size, &|place_px| lens.unproject(place_px));
         let spreads = spreads(size, &bearings);
         let band_weights = [1.0; BANDS];
         Ok(Self { lens, size, body_from_camera, aperture, pixel_pitch_um, roll_off, band_weights, bearings, spreads })
@@ -175,17 +175,54 @@ fn spreads(size: Size, bearings: &[[f32; 3]]) -> Vec<f32> {
     spreads
 }
 
-/// Bearing of a place: fixed-point inversion of the distortion.
-fn unproject(lens: &Lens, place_px: DVec2) -> Option<DVec3> {
-    let (k, d) = (&lens.intrinsics, &lens.distortion);
-    let (xd, yd) = ((place_px.x - k.cx_px) / k.fx_px, (place_px.y - k.cy_px) / k.fy_px);
-    let (mut x, mut y) = (xd, yd);
-    for _ in 0..50 {
-        let r2 = x * x + y * y;
-        let radial = 1.0 + r2 * (d.k1 + r2 * d.k2);
-        let (dx, dy) = (2.0 * d.p1 * x * y + d.p2 * (r2 + 2.0 * x * x), d.p1 * (r2 + 2.0 * y * y) + 2.0 * d.p2 * x * y);
-        (x, y) = ((xd - dx) / radial, (yd - dy) / radial);
+#[cfg(test)]
+mod tests {
+    use super::super::lens::{Intrinsics, Radtan};
+    use super::*;
+
+    #[test]
+    fn bearings_between_corners_keep_their_stated_error() {
+        let size = Size { width_px: 320, height_px: 240 };
+        let intrinsics = Intrinsics { fx_px: 250.0, fy_px: 250.0, cx_px: 159.5, cy_px: 119.5 };
+        let distortion = Radtan { k1: -0.05, k2: 0.01, p1: 1e-4, p2: -2e-4 };
+        let lens = Lens { intrinsics, distortion };
+        let aperture = Aperture { f_number: 2.0, transmission: 1.0, pupil: Pupil::ThinLens };
+        let camera = Camera::new(lens, size, Pose::IDENTITY, aperture, 3.0, RollOff::None).unwrap();
+        let mut tried = 0;
+        for y in (0..240).step_by(13) {
+            for x in (0..320).step_by(7) {
+                let corners = camera.corners(x, y).unwrap();
+                for (u, v) in [(0.5, 0.5), (0.25, 0.75), (0.0, 0.9)] {
+                    let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+                    let between: DVec3 =
+                        (0..4).map(|corner| DVec3::from_array(corners[corner].map(f64::from)) * weights[corner]).sum();
+                    let place_px = DVec2::new(f64_from_usize(x) - 0.5 + u, f64_from_usize(y) - 0.5 + v);
+                    let back_px = lens.project(between).unwrap();
+                    // 1 / (4 f) = 0.001 px, and f32 bearings: 6e-8 times 250 px times the stretch of the corner, below 5e-5 px.
+                    assert!((back_px - place_px).length() < 0.001 + 5e-5, "{x} {y}: {back_px} for {place_px}");
+                    tried += 1;
+                }
+            }
+        }
+        assert!(tried > 2_000);
     }
-    let bearing = DVec3::new(x, y, 1.0);
-    bearing.is_finite().then(|| bearing.normalize())
+
+    #[test]
+    fn bad_apertures_are_refused_by_key() {
+        let size = Size { width_px: 4, height_px: 4 };
+        let lens = Lens::pinhole(size, 1.0);
+        let mut tried = 0;
+        for (f_number, transmission, pitch_um, key) in [
+            (0.0, 1.0, 3.0, "optics.f_number"),
+            (f64::NAN, 1.0, 3.0, "optics.f_number"),
+            (2.0, 1.5, 3.0, "optics.transmission"),
+            (2.0, 1.0, -3.0, "sensor.pixel.pitch_um"),
+        ] {
+            let aperture = Aperture { f_number, transmission, pupil: Pupil::ThinLens };
+            let error = Camera::new(lens, size, Pose::IDENTITY, aperture, pitch_um, RollOff::None).unwrap_err();
+            assert!(error.to_string().contains(key), "{error}");
+            tried += 1;
+        }
+        assert_eq!(tried, 4);
+    }
 }

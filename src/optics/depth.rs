@@ -43,3 +43,24 @@ pub fn depth(scene: &Scene, camera: &Camera, world_from_body: &Pose) -> Plane<f3
     }
     plane
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::camera::{Aperture, Pupil, RollOff};
+    use super::super::lens::Lens;
+    use super::*;
+    use crate::scene::target;
+    use crate::units::Size;
+
+    #[test]
+    fn depth_of_a_wall_is_its_distance_along_the_axis_everywhere() {
+        let size = Size { width_px: 40, height_px: 30 };
+        let aperture = Aperture { f_number: 2.0, transmission: 1.0, pupil: Pupil::ThinLens };
+        let camera = Camera::new(Lens::pinhole(size, 1.0), size, Pose::IDENTITY, aperture, 3.0, RollOff::None).unwrap();
+        let scene = target::flat(1.0).unwrap();
+        let pose = Pose::new(glam::DQuat::IDENTITY, glam::DVec3::new(0.1, 0.0, 0.5));
+        let plane = depth(&scene, &camera, &pose);
+        // The wall stands at 2 m, the camera at 0.5 m; a few roundings of f32.
+        assert!(plane.values().iter().all(|&z_m| (z_m - 1.5).abs() < 3e-6), "{:?}", plane.row(0));
+    }
+}

@@ -1,10 +1,15 @@
-//! Surfaces that give light of their own. Enters: emissive triangles. Leaves: points on them, chosen by power.
+//! Surfaces that give light of their own. Enters: emissive triangles. Leaves: points on them that shadow rays are aimed at.
+//!
+//! All samples of a bake aim at the same points. So neighbours differ by what they see, not by what they drew: light without
+//! shadows is smooth, and a penumbra has as many steps as its lamp has points.
 
+use super::bvh::Bvh;
+use super::chance::{cosine_direction, pair};
+use super::lanes::{F8, LANES};
 use super::mesh::{Mesh, area_m2, unit_normal};
-use crate::num::{f64_from_usize, index};
-
-/// Lamps are cut until no piece gives more than this share of all light, so that strata of power are strata of place.
-const PIECE_SHARE_MAX: f64 = 1.0 / 256.0;
+use super::tracer::{MISS, Packet, closest};
+use crate::draw::DrawKey;
+use crate::num::{f32_nearest, f64_from_usize, index, u64_from};
 
 /// Scenes in which more than this share of all area glows are lit by rays that happen to meet it, not by aimed ones.
 const AIMED_AREA_SHARE_MAX: f64 = 0.1;
@@ -14,111 +19,117 @@ struct Piece {
     corners_m: [[f32; 3]; 3],
     normal: [f32; 3],
     radiance: [f32; 3],
-    double_sided: bool,
     area_m2: f64,
     weight: f64,
 }
 
-/// A point on a lamp.
+/// A point on a lamp, seen from its front.
 #[derive(Clone, Copy, Debug)]
 pub struct LampPoint {
     /// Metres.
     pub position_m: [f32; 3],
-    /// Unit length.
+    /// Unit length, the side that shines.
     pub normal: [f32; 3],
     /// In the scene's own units.
     pub radiance: [f32; 3],
-    /// Whether the back gives light as well.
-    pub double_sided: bool,
-    /// Inverse of the density with which this point was chosen.
+    /// Area that it stands for.
     pub area_m2: f64,
 }
 
-/// All lamps of a scene that shadow rays are aimed at.
+/// All lamps of a scene that shadow rays are aimed at: the shining pieces of each emissive material.
 #[derive(Clone, Debug, Default)]
 pub struct Lamps {
-    pieces: Vec<Piece>,
-    /// Running sum of weights after each piece.
-    cumulative: Vec<f64>,
+    groups: Vec<Vec<Piece>>,
 }
 
 impl Lamps {
     /// Finds the emissive triangles. Empty where there are none, or where so much glows that aiming is pointless.
-    pub fn of(mesh: &Mesh) -> Self {
+    pub fn of(mesh: &Mesh, bvh: &Bvh) -> Self {
         let (mut total_m2, mut glowing_m2) = (0.0, 0.0);
-        let mut pieces = Vec::new();
+        let mut groups = vec![Vec::new(); mesh.materials.len()];
         for triangle in 0..mesh.triangles.len() {
             let corners_m = mesh.corners_m(triangle);
             let area = f64::from(area_m2(corners_m));
             total_m2 += area;
-            let material = &mesh.materials[index(mesh.material_of[triangle])];
-            if material.is_emissive() {
-                glowing_m2 += area;
-                let normal = unit_normal(corners_m).expect("a mesh keeps no triangle without area");
-                let luminance = super::light::luminance(material.emission.map(f64::from));
-                pieces.push(Piece {
-                    corners_m,
-                    normal,
-                    radiance: material.emission,
-                    double_sided: material.double_sided,
-                    area_m2: area,
-                    weight: area * luminance,
-                });
+            let number = index(mesh.material_of[triangle]);
+            let material = &mesh.materials[number];
+            if !material.is_emissive() {
+                continue;
             }
+            glowing_m2 += area;
+            let normal = unit_normal(corners_m).expect("a mesh keeps no triangle without area");
+            let weight = area * super::light::luminance(material.emission.map(f64::from));
+            let front = Piece { corners_m, normal, radiance: material.emission, area_m2: area, weight };
+            let back = Piece { normal: normal.map(|x| -x), ..front };
+            let sides = if material.double_sided { vec![front, back] } else { vec![front] };
+            groups[number].extend(sides.into_iter().filter(|side| shines_out(side, mesh, bvh)));
         }
+        groups.retain(|group| !group.is_empty());
         if glowing_m2 > AIMED_AREA_SHARE_MAX * total_m2 {
-            return Self::default();
+            groups.clear();
         }
-        let weight: f64 = pieces.iter().map(|piece| piece.weight).sum();
-        let mut fine = Vec::new();
-        for piece in pieces {
-            cut(piece, weight * PIECE_SHARE_MAX, &mut fine);
-        }
-        let mut sum = 0.0;
-        let cumulative = fine.iter().map(|piece| {
-            sum += piece.weight;
-            sum
-        });
-        Self { cumulative: cumulative.collect(), pieces: fine }
+        Self { groups }
     }
 
-    /// Whether rays are to be aimed.
+    /// Whether there is anything to aim at.
     pub fn is_empty(&self) -> bool {
-        self.pieces.is_empty()
+        self.groups.is_empty()
     }
 
-    /// The point at a share (0..1) of all light, and at `within` on the piece found there; its `area_m2` is for one ray of
-    /// `rays`.
-    pub fn point(&self, share: f64, within: [f64; 2], rays: usize) -> LampPoint {
-        let total = *self.cumulative.last().expect("only scenes with lamps are asked");
-        let number = self.cumulative.partition_point(|&sum| sum <= share * total).min(self.pieces.len() - 1);
-        let piece = &self.pieces[number];
+    /// At least one point in each group, about `count` in all, the same for each group, stratified by power.
+    pub fn points(&self, count: usize) -> Vec<LampPoint> {
+        let mut points = Vec::with_capacity(count);
+        let each = (count / self.groups.len().max(1)).max(1);
+        for (number, group) in self.groups.iter().enumerate() {
+            spread(group, each, DrawKey::root(2).with(u64_from(number)), &mut points);
+        }
+        points
+    }
+}
+
+/// The inside of a closed bulb sends nothing out: rays that leave it all end on the same lamp.
+fn shines_out(piece: &Piece, mesh: &Mesh, bvh: &Bvh) -> bool {
+    let middle_m: [f32; 3] =
+        [0, 1, 2].map(|axis| (piece.corners_m[0][axis] + piece.corners_m[1][axis] + piece.corners_m[2][axis]) / 3.0);
+    let mut packet = Packet {
+        origin_m: super::lanes::splat3(middle_m),
+        direction: [F8::splat(0.0); 3],
+        // A ray leaves the plane of its own piece at zero; a hundredth of the piece's size is beyond rounding.
+        t_min: F8::splat(f32_nearest(0.01 * piece.area_m2.sqrt())),
+        t_max: F8::splat(f32::MAX),
+    };
+    for lane in 0..LANES {
+        let direction = cosine_direction(piece.normal, pair(DrawKey::root(3), u64_from(lane)));
+        for axis in 0..3 {
+            packet.direction[axis].0[lane] = direction[axis];
+        }
+    }
+    let ends = closest(bvh, &packet).triangle;
+    ends.into_iter().any(|end| end == MISS || !mesh.materials[index(mesh.material_of[index(end)])].is_emissive())
+}
+
+/// Points of one group: the piece by strata of power, the place in a piece by its own strata where it holds several.
+fn spread(group: &[Piece], count: usize, key: DrawKey, points: &mut Vec<LampPoint>) {
+    let total: f64 = group.iter().map(|piece| piece.weight).sum();
+    let (mut number, mut before) = (0, 0.0);
+    for point in 0..count {
+        let share = (f64_from_usize(point) + 0.5) / f64_from_usize(count) * total;
+        while number + 1 < group.len() && before + group[number].weight <= share {
+            before += group[number].weight;
+            number += 1;
+        }
+        let piece = &group[number];
+        // A triangle that holds many points takes them along a low-discrepancy sequence, with a shift of its own.
+        let [a, b] = pair(key, u64_from(number));
+        let [u, v] = [a + f64_from_usize(point) * 0.754_877_666_2, b + f64_from_usize(point) * 0.569_840_291];
+        let [mut u, mut v] = [u - u.floor(), v - v.floor()].map(f32_nearest);
         // Uniform on a triangle: fold the unit square along its diagonal.
-        let [mut u, mut v] = within.map(crate::num::f32_nearest);
         if u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
         }
         let [a, b, c] = piece.corners_m;
         let position_m = [0, 1, 2].map(|axis| a[axis] * (1.0 - u - v) + b[axis] * u + c[axis] * v);
-        LampPoint {
-            position_m,
-            normal: piece.normal,
-            radiance: piece.radiance,
-            double_sided: piece.double_sided,
-            area_m2: piece.area_m2 * total / (piece.weight * f64_from_usize(rays)),
-        }
-    }
-}
-
-fn cut(piece: Piece, weight_max: f64, out: &mut Vec<Piece>) {
-    if piece.weight <= weight_max {
-        out.push(piece);
-        return;
-    }
-    let [a, b, c] = piece.corners_m;
-    let middle = |p: [f32; 3], q: [f32; 3]| [0, 1, 2].map(|axis| 0.5 * (p[axis] + q[axis]));
-    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-    for corners_m in [[a, ab, ca], [ab, b, bc], [ab, bc, ca], [ca, bc, c]] {
-        cut(Piece { corners_m, area_m2: piece.area_m2 / 4.0, weight: piece.weight / 4.0, ..piece }, weight_max, out);
+        let area_m2 = piece.area_m2 * total / (piece.weight * f64_from_usize(count));
+        points.push(LampPoint { position_m, normal: piece.normal, radiance: piece.radiance, area_m2 });
     }
 }

@@ -17,7 +17,7 @@ use crate::num::{f32_nearest, index};
 /// Rays from the point that `illuminance_lux` is given at. Their noise scales the whole picture: 65,536 of them, stratified,
 /// leave well under 0.1 %.
 const METER_RAYS: usize = 65_536;
-/// Rays from that point to lamps.
+/// Points on lamps that it aims at.
 const METER_LAMP_RAYS: usize = 4_096;
 
 /// Least and greatest light that leaves a scene's surfaces, in lux-equivalents a band.
@@ -75,7 +75,7 @@ impl Scene {
     fn horizontal_irradiance(&self, bake: &Bake, at_m: DVec3) -> [f64; BANDS] {
         let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
         let key = DrawKey::root(1);
-        let lamps = lamp_light(self, at, up, METER_LAMP_RAYS, key.with(0))[0];
+        let lamps = lamp_light(self, at, up, &self.lamps.points(METER_LAMP_RAYS))[0];
         let mut met = Vec::with_capacity(METER_RAYS);
         let seen = bounce_rays(self, at, up, METER_RAYS, key.with(1), &mut met);
         let mut bounced = [0.0; BANDS];

@@ -4,17 +4,25 @@
 //! Small triangles have a sample at each vertex; a large one has a grid of its own ("mesh colours"). Each sample has two
 //! sides: the side of its normal, then the back.
 
-use super::mesh::{Mesh, area_m2, cross, dot, sub, unit, unit_normal};
-use crate::num::{f32_from_u32, index, u32_from, u32_truncated_f32};
+use std::collections::BTreeMap;
+
+use super::mesh::{Mesh, Vertex, area_m2, cross, dot, sub, unit, unit_normal};
+use crate::num::{f32_from_u32, i32_truncated_f32, index, u32_from, u32_truncated_f32};
 
 /// Triangles with a longer edge than this have a grid.
-const GRID_EDGE_M: f32 = 0.10;
+const GRID_EDGE_M: f32 = 0.15;
 
 /// Distance between the samples of a grid along its longest edge.
-pub const GRID_SPACING_M: f32 = 0.05;
+pub const GRID_SPACING_M: f32 = 0.08;
 
 /// Steps along the edge of a grid at most: 33,153 samples in one triangle.
 const GRID_STEPS_MAX: u32 = 256;
+
+/// Edge of the cells in which vertices share a sample.
+const VERTEX_CELL_M: f32 = 0.006;
+
+/// Sectors of a normal's coordinate from 0 to 1.
+const NORMAL_SECTORS: f32 = 2.0;
 
 /// Samples at the rim of a grid stand this share of a step inside, so that they do not lie in the neighbouring wall.
 const RIM_STEPS: f32 = 0.1;
@@ -96,6 +104,7 @@ impl Layout {
     pub fn of(mesh: &Mesh) -> Self {
         let mut layout = Self { samples: Vec::new(), triangles: Vec::with_capacity(mesh.triangles.len()) };
         let mut sample_of_vertex = vec![u32::MAX; mesh.vertices.len()];
+        let mut sample_of_cell = BTreeMap::new();
         for triangle in 0..mesh.triangles.len() {
             let mut shade = unsampled(mesh, triangle);
             let steps = grid_steps(mesh.corners_m(triangle));
@@ -107,11 +116,10 @@ impl Layout {
                 shade.samples = mesh.triangles[triangle].map(|corner| {
                     let known = &mut sample_of_vertex[index(corner)];
                     if *known == u32::MAX {
-                        *known = u32_from(layout.samples.len());
                         let vertex = &mesh.vertices[index(corner)];
-                        let albedo = albedo(mesh, &shade, vertex.uv);
-                        let (position_m, normal) = (vertex.position_m, vertex.normal);
-                        layout.samples.push(Sample { position_m, normal, albedo, on_grid: false });
+                        let place = (cell(vertex), shade.material);
+                        *known =
+                            *sample_of_cell.entry(place).or_insert_with(|| layout.push_vertex(mesh, vertex, &shade));
                     }
                     *known
                 });
@@ -119,6 +127,13 @@ impl Layout {
             layout.triangles.push(shade);
         }
         layout
+    }
+
+    fn push_vertex(&mut self, mesh: &Mesh, vertex: &Vertex, shade: &ShadeTriangle) -> u32 {
+        let albedo = albedo(mesh, shade, vertex.uv);
+        let (position_m, normal) = (vertex.position_m, vertex.normal);
+        self.samples.push(Sample { position_m, normal, albedo, on_grid: false });
+        u32_from(self.samples.len() - 1)
     }
 
     fn push_grid(&mut self, mesh: &Mesh, triangle: usize, shade: &ShadeTriangle) {
@@ -146,6 +161,14 @@ impl Layout {
             }
         }
     }
+}
+
+/// Vertices of one material in the same cell, with normals in the same sector, share a sample: fine meshes have far more
+/// vertices than light has detail.
+fn cell(vertex: &Vertex) -> [i32; 6] {
+    let [x, y, z] = vertex.position_m.map(|x| i32_truncated_f32((x / VERTEX_CELL_M).floor()));
+    let [a, b, c] = vertex.normal.map(|x| i32_truncated_f32((x * NORMAL_SECTORS).round_ties_even()));
+    [x, y, z, a, b, c]
 }
 
 /// Corner weights with none below `least`, still summing to 1.
@@ -177,13 +200,13 @@ fn grid_steps(corners_m: [[f32; 3]; 3]) -> u32 {
     if longest <= GRID_EDGE_M {
         return 0;
     }
-    // A sliver needs samples along its length only, but a grid has them across as well: it gets as many steps as give it
-    // four times the samples that a compact triangle of its area has.
+    // A sliver needs samples along its length only, but a grid has them across as well: it gets twice the samples that a
+    // compact triangle of its area has.
     let doubled_area = {
         let normal = cross(sub(b, a), sub(c, a));
         dot(normal, normal).sqrt()
     };
-    let compact = 2.0 * doubled_area.sqrt() / GRID_SPACING_M;
+    let compact = 1.42 * doubled_area.sqrt() / GRID_SPACING_M;
     let steps = (longest / GRID_SPACING_M).min(compact).ceil();
     u32_truncated_f32(steps).clamp(2, GRID_STEPS_MAX)
 }

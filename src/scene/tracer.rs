@@ -203,3 +203,96 @@ pub fn closest(bvh: &Bvh, packet: &Packet) -> Hits {
 pub fn blocked(bvh: &Bvh, packet: &Packet) -> [bool; LANES] {
     dispatch(Walk::<true> { bvh, packet }).triangle.map(|triangle| triangle != MISS)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::box_room::box_room;
+    use super::super::chance::pair;
+    use super::*;
+    use crate::draw::DrawKey;
+    use crate::num::{f32_nearest, f64_from_usize, u64_from};
+
+    /// The slow twin: every ray against every triangle, in the order of the list.
+    fn closest_by_trying_all(bvh: &Bvh, packet: &Packet) -> Hits {
+        let mut leaves = bvh.leaves.clone();
+        leaves.sort_by_key(|leaf| leaf.triangle);
+        let nothing = F8::splat(0.0);
+        let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: nothing, v: nothing };
+        for leaf in &leaves {
+            take::<false>(packet, leaf, &mut hits);
+        }
+        hits
+    }
+
+    fn between(low: f64, high: f64, uniform: f64) -> f32 {
+        f32_nearest(low + (high - low) * uniform)
+    }
+
+    fn random_packet(key: DrawKey) -> Packet {
+        let zero = F8::splat(0.0);
+        let mut packet = Packet { origin_m: [zero; 3], direction: [zero; 3], t_min: zero, t_max: F8::splat(f32::MAX) };
+        for lane in 0..LANES {
+            for axis in 0..3 {
+                let [a, b] = pair(key, u64_from(lane * 3 + axis));
+                packet.origin_m[axis].0[lane] = between(-1.0, 1.0, a) + if axis == 1 { 1.5 } else { 0.0 };
+                packet.direction[axis].0[lane] = between(-1.0, 1.0, b);
+            }
+        }
+        packet
+    }
+
+    #[test]
+    fn the_tree_finds_what_trying_all_triangles_finds_bit_for_bit() {
+        let scene = box_room(3);
+        let mut hit = 0;
+        for case in 0..500 {
+            let mut packet = random_packet(DrawKey::root(11).with(case));
+            if case % 3 == 0 {
+                // Directions along an axis, and through it exactly: the hard case of slabs.
+                packet.direction[usize::try_from(case % 9 / 3).unwrap()] = F8::splat(0.0);
+            }
+            let fast = closest(&scene.bvh, &packet);
+            assert_eq!(fast, closest_by_trying_all(&scene.bvh, &packet), "case {case}");
+            let any = blocked(&scene.bvh, &packet);
+            for lane in 0..LANES {
+                assert_eq!(any[lane], fast.triangle[lane] != MISS, "case {case} lane {lane}");
+                hit += usize::from(any[lane]);
+            }
+        }
+        assert!(hit > 3_000, "{hit} hits");
+    }
+
+    #[test]
+    fn no_ray_leaves_a_closed_room_not_even_at_edges_and_corners() {
+        let scene = box_room(3);
+        let corners: Vec<[f32; 3]> = scene.mesh.vertices.iter().map(|vertex| vertex.position_m).collect();
+        let mut tried = 0;
+        for case in 0..4_000_u64 {
+            let mut packet = random_packet(DrawKey::root(12).with(case));
+            for lane in 0..LANES {
+                // At a point of an edge of some face, or (weight 0) exactly at a vertex of the room.
+                let number = (index(u32::try_from(case).unwrap()) * LANES + lane) % 24;
+                let next = number / 4 * 4 + (number + 1) % 4;
+                let weight = if case % 5 == 0 { 0.0 } else { f64_from_usize(lane) / 7.0 };
+                for axis in 0..3 {
+                    let from = between(f64::from(corners[number][axis]), f64::from(corners[next][axis]), weight);
+                    packet.direction[axis].0[lane] = from - packet.origin_m[axis].0[lane];
+                }
+            }
+            let hits = closest(&scene.bvh, &packet);
+            assert!(!hits.triangle.contains(&MISS), "case {case}: {hits:?}");
+            tried += LANES;
+        }
+        assert_eq!(tried, 32_000);
+    }
+
+    #[test]
+    fn of_equal_hits_the_lowest_triangle_wins() {
+        let wall = [[-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0]];
+        let bvh = Bvh::build(&[[[5.0, 5.0, 5.0], [6.0, 5.0, 5.0], [5.0, 6.0, 5.0]], wall, wall, wall]);
+        let zero = F8::splat(0.0);
+        let direction = [zero, zero, F8::splat(1.0)];
+        let packet = Packet { origin_m: [zero; 3], direction, t_min: zero, t_max: F8::splat(2.0) };
+        assert_eq!(closest(&bvh, &packet).triangle, [1; LANES]);
+    }
+}

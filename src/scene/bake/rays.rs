@@ -2,6 +2,7 @@
 
 use super::super::Scene;
 use super::super::chance::{cosine_direction, pair};
+use super::super::lamps::LampPoint;
 use super::super::lanes::{F8, LANES};
 use super::super::mesh::{dot, sub};
 use super::super::tracer::{MISS, Packet, blocked, closest};
@@ -30,20 +31,16 @@ pub struct Gathered {
     pub met: Vec<u32>,
 }
 
-/// Numbers of the bake's draws, part of their keys.
-const LAMP_DRAWS: u64 = 0x6C61_6D70;
+/// Number of the bounces' draws, part of their keys.
 const BOUNCE_DRAWS: u64 = 0x626F_756E;
 
 /// Traces all rays of a sample.
-pub fn gather(scene: &Scene, settings: &BakeSettings, number: usize) -> Gathered {
+pub fn gather(scene: &Scene, settings: &BakeSettings, lamp_points: &[Vec<LampPoint>; 2], number: usize) -> Gathered {
     let sample = &scene.layout.samples[number];
-    let (rays, lamp_rays) = if sample.on_grid {
-        (settings.grid_rays, settings.grid_lamp_rays)
-    } else {
-        (settings.vertex_rays, settings.vertex_lamp_rays)
-    };
+    let rays = if sample.on_grid { settings.grid_rays } else { settings.vertex_rays };
     let key = DrawKey::root(0).with(u64_from(number));
-    let mut direct = lamp_light(scene, sample.position_m, sample.normal, lamp_rays, key.with(LAMP_DRAWS));
+    let points = &lamp_points[usize::from(sample.on_grid)];
+    let mut direct = lamp_light(scene, sample.position_m, sample.normal, points);
     let mut met = Vec::with_capacity(2 * rays);
     for (side, light) in direct.iter_mut().enumerate() {
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
@@ -57,41 +54,32 @@ pub fn gather(scene: &Scene, settings: &BakeSettings, number: usize) -> Gathered
 }
 
 /// Light that lamps send straight to both sides of a place.
-pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], rays: usize, key: DrawKey) -> [[f64; 3]; 2] {
+pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], points: &[LampPoint]) -> [[f64; 3]; 2] {
     let mut light = [[0.0; 3]; 2];
-    if scene.lamps.is_empty() {
-        return light;
-    }
-    assert!(rays.is_multiple_of(LANES), "aimed rays go in full packets");
-    for first in (0..rays).step_by(LANES) {
-        let points: [_; LANES] = std::array::from_fn(|lane| {
-            let [jitter, _] = pair(key, 2 * u64_from(first + lane));
-            let share = (f64_from_usize(first + lane) + jitter) / f64_from_usize(rays);
-            scene.lamps.point(share, pair(key, 2 * u64_from(first + lane) + 1), rays)
-        });
-        let mut packet = idle();
-        let mut sides = [0; LANES];
-        let mut strengths = [0.0; LANES];
-        for (lane, point) in points.iter().enumerate() {
-            let toward = sub(point.position_m, at_m);
-            let side = usize::from(dot(toward, normal) < 0.0);
-            let lift = if side == 0 { LIFT_M } else { -LIFT_M };
-            let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * lift);
-            let direction = sub(point.position_m, origin);
-            let strength = disc_form_factor(normal, direction, point.normal, point.double_sided, point.area_m2);
-            if strength > 0.0 {
-                set_ray(&mut packet, lane, origin, direction, AIM_SHARE);
-            }
-            (sides[lane], strengths[lane]) = (side, strength);
+    let mut packet = idle();
+    let mut waiting: [(usize, [f64; 3]); LANES] = [(0, [0.0; 3]); LANES];
+    let mut lanes = 0;
+    for (number, point) in points.iter().enumerate() {
+        let side = usize::from(dot(sub(point.position_m, at_m), normal) < 0.0);
+        let lift = if side == 0 { LIFT_M } else { -LIFT_M };
+        let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * lift);
+        let direction = sub(point.position_m, origin);
+        let strength = disc_form_factor(normal, direction, point.normal, point.area_m2);
+        if strength > 0.0 {
+            set_ray(&mut packet, lanes, origin, direction, AIM_SHARE);
+            let sent = point.radiance.map(|band| std::f64::consts::PI * f64::from(band) * strength);
+            waiting[lanes] = (side, sent);
+            lanes += 1;
         }
-        let shadowed = blocked(&scene.bvh, &packet);
-        for lane in 0..LANES {
-            if strengths[lane] > 0.0 && !shadowed[lane] {
+        if lanes == LANES || (number + 1 == points.len() && lanes > 0) {
+            let shadowed = blocked(&scene.bvh, &packet);
+            for lane in (0..lanes).filter(|&lane| !shadowed[lane]) {
+                let (side, sent) = waiting[lane];
                 for band in 0..3 {
-                    light[sides[lane]][band] +=
-                        std::f64::consts::PI * f64::from(points[lane].radiance[band]) * strengths[lane];
+                    light[side][band] += sent[band];
                 }
             }
+            (packet, lanes) = (idle(), 0);
         }
     }
     light
@@ -99,18 +87,11 @@ pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], rays: usize, 
 
 /// Form factor of a small disc of the area a ray stands for: cos cos A / (pi d^2 + A). It never exceeds 1, so a lamp that
 /// touches a sample does not burn it; far away its error against a point's is A / (pi d^2).
-fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], double_sided: bool, area_m2: f64) -> f64 {
+fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2: f64) -> f64 {
     let distance2 = f64::from(dot(toward, toward));
     let cos_here = f64::from(dot(toward, normal)).abs();
-    let along = -f64::from(dot(toward, lamp));
-    let cos_there = if double_sided {
-        along.abs()
-    } else if along > 0.0 {
-        along
-    } else {
-        0.0
-    };
-    if distance2 <= 0.0 {
+    let cos_there = -f64::from(dot(toward, lamp));
+    if distance2 <= 0.0 || cos_there <= 0.0 {
         return 0.0;
     }
     cos_here * cos_there / distance2 * area_m2 / (std::f64::consts::PI * distance2 + area_m2)

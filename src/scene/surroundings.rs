@@ -1,0 +1,96 @@
+//! What a geometry file leaves unsaid about light. Enters: a `scene.toml` beside it. Leaves: sky, panels, strength of lamps.
+
+use serde::Deserialize;
+
+use super::Scene;
+use super::mesh::{Material, Mesh};
+use crate::error::Error;
+use crate::num::u32_from;
+
+/// Light around and in a scene, in the units of its file: what counts is one against the other, because `Scene::lit` scales all.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Surroundings {
+    /// Radiance of the sky beyond all surfaces, linear sRGB.
+    #[serde(default)]
+    pub sky: [f32; 3],
+    /// Factor on the radiance of the file's own lamps.
+    #[serde(default = "one")]
+    pub lamps: f32,
+    /// Glowing quadrangles added to the scene. One that fills a window makes light that comes through it quiet: aimed rays
+    /// find it, which rays that leave for the sky by chance hardly do.
+    #[serde(default)]
+    pub panels: Vec<Panel>,
+}
+
+/// A glowing quadrangle.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Panel {
+    /// Corners in metres, counter-clockwise seen from where it shines to.
+    pub corners_m: [[f32; 3]; 4],
+    /// Linear sRGB.
+    pub radiance: [f32; 3],
+}
+
+const fn one() -> f32 {
+    1.0
+}
+
+impl Default for Surroundings {
+    fn default() -> Self {
+        Self { sky: [0.0; 3], lamps: 1.0, panels: Vec::new() }
+    }
+}
+
+impl Surroundings {
+    /// Reads TOML.
+    ///
+    /// # Errors
+    /// Text that is not TOML, an unknown key, a number that is negative or not finite, a panel without area.
+    pub fn from_toml(name: &str, text: &str) -> Result<Self, Error> {
+        let refuse = |reason: String| Error::Content { file: name.to_owned(), reason };
+        let read: Self = toml::from_str(text).map_err(|error| refuse(error.to_string()))?;
+        let glows = read.panels.iter().flat_map(|panel| panel.radiance);
+        if !read.sky.iter().copied().chain(glows).chain([read.lamps]).all(|value| value.is_finite() && value >= 0.0) {
+            return Err(refuse("light is finite and at least 0".to_owned()));
+        }
+        let places = read.panels.iter().flat_map(|panel| panel.corners_m).flatten();
+        if !places.into_iter().all(|x| x.is_finite() && x.abs() < 1e6) {
+            return Err(refuse("corners of panels are finite and below 1e6 m".to_owned()));
+        }
+        for (number, panel) in read.panels.iter().enumerate() {
+            let [a, b, c, _] = panel.corners_m;
+            if super::mesh::unit_normal([a, b, c]).is_none() {
+                return Err(refuse(format!("panel {number} has no area")));
+            }
+        }
+        Ok(read)
+    }
+
+    /// Puts lamps and panels into a mesh.
+    pub(super) fn furnish(&self, mesh: &mut Mesh) {
+        for material in &mut mesh.materials {
+            material.emission = material.emission.map(|band| band * self.lamps);
+        }
+        for panel in &self.panels {
+            let plain = Material::plain("panel", [0.0; 3]);
+            mesh.materials.push(Material { emission: panel.radiance, double_sided: false, ..plain });
+            mesh.append_quad(u32_from(mesh.materials.len() - 1), panel.corners_m, [1.0, 1.0]);
+        }
+    }
+}
+
+impl Scene {
+    /// Reads a binary glTF file and puts it into its surroundings.
+    ///
+    /// # Errors
+    /// As `from_glb`.
+    pub fn from_glb_in(name: &str, bytes: &[u8], surroundings: &Surroundings) -> Result<Self, Error> {
+        let (mut mesh, viewpoints) = super::gltf::mesh_of(name, bytes)?;
+        surroundings.furnish(&mut mesh);
+        let mut scene = Self::new(name, mesh, surroundings.sky)?;
+        scene.viewpoints = viewpoints;
+        Ok(scene)
+    }
+}
