@@ -162,7 +162,7 @@ pub fn pack_frame(frame: &FrameOut, params: &LinkParams, events: &mut Events) ->
             packets += 1;
         }
     }
-    for payload in records::payloads(frame.metadata.frame, features.unwrap_or(&[])) {
+    for payload in features.into_iter().flat_map(|list| records::payloads(frame.metadata.frame, list)) {
         push_long(&mut bytes, channel, DataType::Features, &payload);
         packets += 1;
     }

@@ -1,5 +1,8 @@
 //! The feature extractor through its front door: OpenCV's vectors, the literal definition of FAST, and the frame's rules.
 
+// Test data are small numbers, and a test fails by panicking.
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, clippy::unwrap_used)]
+
 use std::collections::BTreeMap;
 
 use sensel::compute::{Corner, ExtractorParams, Feature, PATCH_MARGIN_PX, extract, fast9, to_8_bits};

@@ -1,5 +1,8 @@
 //! The link through its front door: frames that come back as they were sent, damage that is caught, and its bandwidth.
 
+// Test data are small numbers, and a test fails by panicking.
+#![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, clippy::unwrap_used)]
+
 use sensel::compute::Feature;
 use sensel::draw::mix;
 use sensel::events::{Event, Events};

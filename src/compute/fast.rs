@@ -42,7 +42,9 @@ pub(crate) const CIRCLE: [(usize, usize); 16] = [
     (2, 6),
 ];
 /// Pixels tested together before the network runs.
-const BLOCK_PX: usize = 64;
+const BLOCK_PX: usize = 32;
+/// One value for each pixel tested together.
+type Block = [u8; BLOCK_PX];
 
 /// Corners of a picture, by rows, then columns: score at least `threshold` and above all eight neighbours' scores.
 ///
@@ -113,40 +115,93 @@ fn score_row(rows: [&[u8]; 7], threshold: u8, scores: &mut [u8]) {
 
 #[inline(always)]
 fn score_block(rows: [&[u8]; 7], x: usize, threshold: u8, scores: &mut [u8]) {
-    let arrays: [&[u8; BLOCK_PX]; 16] = CIRCLE.map(|(dx, dy)| block(rows[dy], x + dx));
-    let centre = block(rows[BORDER_PX], x + BORDER_PX);
-    let scores: &mut [u8; BLOCK_PX] =
-        (&mut scores[x + BORDER_PX..x + BORDER_PX + BLOCK_PX]).try_into().expect("cut to this length");
-    // Every arc of nine holds one end of each diameter, so a corner differs from its centre on all of them.
-    let mut possible = 0;
-    for i in 0..BLOCK_PX {
-        let reach = arc_bound([0, 2, 4, 6].map(|k| (arrays[k][i], arrays[k + 8][i])), centre[i]);
-        possible |= reach.saturating_sub(threshold);
+    let mut circle: [&Block; 16] = [block(rows[0], x); 16];
+    for k in 0..16 {
+        circle[k] = block(rows[CIRCLE[k].1], x + CIRCLE[k].0);
     }
-    if possible == 0 {
+    let centre = block(rows[BORDER_PX], x + BORDER_PX);
+    let start = x + BORDER_PX;
+    let scores: &mut Block = (&mut scores[start..start + BLOCK_PX]).try_into().expect("cut to this length");
+    // Every arc of nine holds one end of each diameter, so a corner differs from its centre on all of them.
+    let mut bright = highest(circle[0], circle[8]);
+    let mut dark = lowest(circle[0], circle[8]);
+    for k in [2, 4, 6] {
+        bright = lowest(&bright, &highest(circle[k], circle[k + 8]));
+        dark = highest(&dark, &lowest(circle[k], circle[k + 8]));
+    }
+    if !any_above(&difference(&bright, &dark, centre), threshold) {
         scores.fill(0);
         return;
     }
+    let best = arc_differences(&circle, centre);
     for i in 0..BLOCK_PX {
-        scores[i] = score(std::array::from_fn(|k| arrays[k][i]), centre[i], threshold);
+        scores[i] = if best[i] > threshold { best[i] - 1 } else { 0 };
     }
 }
 
+/// `arc_difference` of a block of pixels: the same network with a loop for every node, which compilers turn into vectors.
 #[inline(always)]
-fn block(row: &[u8], x: usize) -> &[u8; BLOCK_PX] {
+fn arc_differences(circle: &[&Block; 16], centre: &Block) -> Block {
+    let (mut low2, mut high2) = ([[0; BLOCK_PX]; 8], [[0; BLOCK_PX]; 8]);
+    for k in 0..8 {
+        low2[k] = lowest(circle[2 * k + 1], circle[(2 * k + 2) % 16]);
+        high2[k] = highest(circle[2 * k + 1], circle[(2 * k + 2) % 16]);
+    }
+    let (mut low4, mut high4) = ([[0; BLOCK_PX]; 8], [[0; BLOCK_PX]; 8]);
+    for k in 0..8 {
+        low4[k] = lowest(&low2[k], &low2[(k + 1) % 8]);
+        high4[k] = highest(&high2[k], &high2[(k + 1) % 8]);
+    }
+    let (mut bright, mut dark) = ([0; BLOCK_PX], [u8::MAX; BLOCK_PX]);
+    for k in 0..8 {
+        let low8 = lowest(&low4[k], &low4[(k + 2) % 8]);
+        let high8 = highest(&high4[k], &high4[(k + 2) % 8]);
+        let (before, after) = (circle[2 * k], circle[(2 * k + 9) % 16]);
+        bright = highest(&bright, &lowest(&low8, &highest(before, after)));
+        dark = lowest(&dark, &highest(&high8, &lowest(before, after)));
+    }
+    difference(&bright, &dark, centre)
+}
+
+#[inline(always)]
+fn lowest(a: &Block, b: &Block) -> Block {
+    let mut least = [0; BLOCK_PX];
+    for i in 0..BLOCK_PX {
+        least[i] = a[i].min(b[i]);
+    }
+    least
+}
+
+#[inline(always)]
+fn highest(a: &Block, b: &Block) -> Block {
+    let mut most = [0; BLOCK_PX];
+    for i in 0..BLOCK_PX {
+        most[i] = a[i].max(b[i]);
+    }
+    most
+}
+
+#[inline(always)]
+fn difference(bright: &Block, dark: &Block, centre: &Block) -> Block {
+    let mut found = [0; BLOCK_PX];
+    for i in 0..BLOCK_PX {
+        found[i] = bright[i].saturating_sub(centre[i]).max(centre[i].saturating_sub(dark[i]));
+    }
+    found
+}
+
+#[inline(always)]
+fn any_above(values: &Block, threshold: u8) -> bool {
+    let mut above = 0;
+    for value in values {
+        above |= value.saturating_sub(threshold);
+    }
+    above != 0
+}
+
+#[inline(always)]
+fn block(row: &[u8], x: usize) -> &Block {
     row[x..x + BLOCK_PX].try_into().expect("cut to this length")
-}
-
-/// An upper bound of the arcs' difference, from the two ends of four diameters.
-#[inline(always)]
-fn arc_bound(diameters: [(u8, u8); 4], centre: u8) -> u8 {
-    let mut bright = u8::MAX;
-    let mut dark = 0;
-    for (a, b) in diameters {
-        bright = bright.min(a.max(b));
-        dark = dark.max(a.min(b));
-    }
-    bright.saturating_sub(centre).max(centre.saturating_sub(dark))
 }
 
 /// The score of one pixel: the arcs' greatest difference less one where it is above the threshold, else 0.

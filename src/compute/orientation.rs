@@ -1,7 +1,7 @@
 //! Orientation of a corner by the intensity centroid of a disc (Rosin 1999). Enters: picture and corner. Leaves: 1/256 turns.
 
 use crate::compute::fast::Corner;
-use crate::num::{index, low_u8};
+use crate::num::{index, low_u8, u32_from};
 use crate::plane::Plane;
 use crate::simd::{Kernel, dispatch};
 
@@ -28,7 +28,7 @@ pub fn angle_of(x: i32, y: i32) -> u8 {
         return 0;
     }
     let above = |slope: u32| u64::from(short) << 16 >= u64::from(long) * u64::from(slope);
-    let steps = SLOPES_Q16.partition_point(|&slope| above(slope)) as u32;
+    let steps = u32_from(SLOPES_Q16.partition_point(|&slope| above(slope)));
     let quarter = if y_size > x_size { 64 - steps } else { steps };
     let turn = match (x < 0, y < 0) {
         (false, false) => quarter,
@@ -58,7 +58,7 @@ impl Kernel for Moments<'_> {
     #[inline(always)]
     fn run(self) -> (i32, i32) {
         let (mut x_moment, mut y_moment) = (0, 0);
-        for (row, (values, disc)) in self.rows.iter().zip(&DISC).enumerate() {
+        for (y_offset, (values, disc)) in (-15..=15).zip(self.rows.iter().zip(&DISC)) {
             let mut across = 0_i32;
             let mut sum = 0_i32;
             for i in 0..STRIDE {
@@ -66,7 +66,7 @@ impl Kernel for Moments<'_> {
                 sum += i32::from(values[i]) * i32::from(disc.inside[i]);
             }
             x_moment += across;
-            y_moment += sum * (row as i32 - RADIUS_PX as i32);
+            y_moment += sum * y_offset;
         }
         (x_moment, y_moment)
     }
@@ -106,6 +106,7 @@ const fn disc() -> [DiscRow; SIDE] {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Test pictures from small numbers.
     use super::*;
 
     #[test]

@@ -32,25 +32,34 @@ impl Kernel for Smooth<'_> {
         let (width, height) = (self.picture.width_px(), self.picture.height_px());
         let mut column = vec![0_u16; width];
         for y in BORDER_PX..height - BORDER_PX {
-            let rows: [&[u8]; 7] = std::array::from_fn(|row| &self.picture.row(y + row - BORDER_PX)[..width]);
-            let column = &mut column[..width];
-            for x in 0..width {
-                column[x] = triangle(std::array::from_fn(|row| u16::from(rows[row][x])));
-            }
-            let inner = width - 2 * BORDER_PX;
-            let taps: [&[u16]; 7] = std::array::from_fn(|tap| &column[tap..tap + inner]);
-            let out = &mut self.smoothed.row_mut(y)[BORDER_PX..BORDER_PX + inner];
-            for x in 0..inner {
-                let sum = triangle(std::array::from_fn(|tap| taps[tap][x]));
-                out[x] = low_u8(u32::from((sum + 128) >> 8));
-            }
+            let row = |offset: usize| &self.picture.row(y + offset - BORDER_PX)[..width];
+            weigh_rows([row(0), row(1), row(2), row(3), row(4), row(5), row(6)], &mut column);
+            weigh_columns(&column, &mut self.smoothed.row_mut(y)[BORDER_PX..width - BORDER_PX]);
         }
     }
 }
 
+/// Sums of seven rows; up to 16 * 255. Slices of one length and no calls in the loop, so that it becomes vectors.
 #[inline(always)]
-fn triangle(v: [u16; 7]) -> u16 {
-    (v[0] + v[6]) + 2 * (v[1] + v[5]) + 3 * (v[2] + v[4]) + 4 * v[3]
+fn weigh_rows([a, b, c, d, e, f, g]: [&[u8]; 7], sums: &mut [u16]) {
+    let n = sums.len();
+    let (a, b, c, d, e, f, g) = (&a[..n], &b[..n], &c[..n], &d[..n], &e[..n], &f[..n], &g[..n]);
+    for x in 0..n {
+        let outer = u16::from(a[x]) + u16::from(g[x]) + 2 * (u16::from(b[x]) + u16::from(f[x]));
+        sums[x] = outer + 3 * (u16::from(c[x]) + u16::from(e[x])) + 4 * u16::from(d[x]);
+    }
+}
+
+/// Sums of seven columns over 256, rounded half up.
+#[inline(always)]
+fn weigh_columns(sums: &[u16], out: &mut [u8]) {
+    let n = out.len();
+    let (a, b, c, d) = (&sums[..n], &sums[1..n + 1], &sums[2..n + 2], &sums[3..n + 3]);
+    let (e, f, g) = (&sums[4..n + 4], &sums[5..n + 5], &sums[6..n + 6]);
+    for x in 0..n {
+        let sum = (a[x] + g[x]) + 2 * (b[x] + f[x]) + 3 * (c[x] + e[x]) + 4 * d[x];
+        out[x] = low_u8(u32::from((sum + 128) >> 8));
+    }
 }
 
 #[cfg(test)]
