@@ -19,6 +19,7 @@ pub use dsnu::Dsnu;
 pub use full_well::FullWell;
 pub use ktc_noise::KtcNoise;
 pub use params::{PixelParams, PixelType};
+pub(crate) use params::{above, within};
 pub use pattern::Pattern;
 pub use prnu::Prnu;
 pub use read_noise::ReadNoise;

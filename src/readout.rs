@@ -1,1 +1,7 @@
-//! The sequencer: line and frame times, exposure windows, rolling or global shutter, in clocks of rational frequencies.
+//! The row sequencer. Enters: array size, line and frame length, exposure. Leaves: when each row is exposed and read.
+
+mod params;
+mod schedule;
+
+pub use params::{ReadoutParams, Shutter};
+pub use schedule::Schedule;

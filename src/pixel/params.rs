@@ -39,6 +39,15 @@ impl PixelType {
         })
     }
 
+    /// Gates that move charge between light and column, each once a frame.
+    pub fn transfers(self) -> u64 {
+        match self {
+            Self::T3 => 0,
+            Self::T4 | Self::T5 => 1,
+            Self::T6 => 2,
+        }
+    }
+
     /// Whether the reset level that double sampling subtracts is the one under the signal.
     pub fn is_correlated(self) -> bool {
         match self {

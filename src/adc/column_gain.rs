@@ -1,0 +1,62 @@
+//! Column gain errors. Enters: microvolts. Leaves: microvolts scaled by each column's own gain.
+//!
+//! Model: a normal gain of mean 1 and sigma `column_gain_sigma` for each column of the die (column amplifier and ramp tap
+//! mismatch), equal in all rows and frames.
+
+use super::AdcParams;
+use crate::draw::EffectNumber;
+use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::facts::Facts;
+use crate::num::f32_nearest;
+use crate::pixel::{Pattern, scale_by_pattern};
+
+/// Mismatch of the columns' gains.
+pub struct ColumnGain {
+    sigma: f64,
+    pattern: Pattern,
+}
+
+impl ColumnGain {
+    /// Published number.
+    pub const NUMBER: EffectNumber = EffectNumber(201);
+
+    /// `None` where all columns have one gain.
+    pub fn from_params(params: &AdcParams) -> Option<Box<dyn Effect>> {
+        let sigma = params.column_gain_sigma;
+        (sigma > 0.0).then(|| Box::new(Self { sigma, pattern: Pattern::default() }) as Box<dyn Effect>)
+    }
+}
+
+impl Effect for ColumnGain {
+    fn name(&self) -> &'static str {
+        "column_gain"
+    }
+
+    fn number(&self) -> EffectNumber {
+        Self::NUMBER
+    }
+
+    fn domain(&self) -> Domain {
+        Domain::Microvolts
+    }
+
+    fn cost_ns_per_px(&self) -> f64 {
+        0.2
+    }
+
+    /// The gain acts on the drawn charge, whose second moment is its mean squared plus its shot noise.
+    fn omission(&self, facts: &Facts) -> Option<Omission> {
+        let second_e2 = facts.signal_e_max * facts.signal_e_max + facts.signal_e_max;
+        Some(Omission { bias_e: 0.0, variance_e2: self.sigma * self.sigma * second_e2 })
+    }
+
+    fn reason(&self, facts: &Facts) -> String {
+        let sigma_e = self.sigma * facts.signal_e_max;
+        format!("{:.3} % of {:.0} e- is {sigma_e:.3} e- between columns", 100.0 * self.sigma, facts.signal_e_max)
+    }
+
+    fn apply(&self, row: &mut RowPass<'_>) {
+        let pattern = self.pattern.normals(row.column_key(Self::NUMBER), row.uniforms);
+        scale_by_pattern(row.values, &pattern, f32_nearest(self.sigma));
+    }
+}

@@ -1,0 +1,171 @@
+//! The linear ramp in closed form. Enters: microvolts of a row. Leaves: codes in LSB.
+//!
+//! Edge k (1 .. 2^b - 1) stands at round(k span / 2^b) nV, halves up. The code is the number of edges at or below signal plus
+//! pedestal, so it never leaves 0 .. 2^b - 1. The pedestal is the edge of the black level, so no signal gives that code.
+//! `rtl_models::ramp_adc` counts the same edges clock by clock.
+
+use super::AdcParams;
+use crate::num::{f64_from_i64, low_u16, low_u32};
+use crate::simd::{Kernel, dispatch};
+
+/// A row's conversions, with everything that does not depend on the signal done beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Converter {
+    bits: u32,
+    span_nv: i64,
+    pedestal_nv: f64,
+    last_edge_nv: f64,
+    twice_codes: f64,
+    inverse_span_per_nv: f64,
+}
+
+/// Adding and subtracting 1.5 * 2^52 rounds |x| <= 2^51 half-even without a cast; the sum's low bits hold the integer.
+const ROUNDER: f64 = 6_755_399_441_055_744.0;
+
+impl Converter {
+    /// Prepares checked parameters. Panics where `AdcParams::check` would refuse depth or span.
+    pub fn new(params: &AdcParams) -> Self {
+        assert!((1..=16).contains(&params.bits), "depths go from 1 to 16 bits");
+        let span_nv = params.span_nv();
+        assert!((100_000..=10_000_000_000).contains(&span_nv), "a ramp spans 100 uV to 10 V");
+        let edge_nv = |k| f64_from_i64(edge_nv(params.bits, span_nv, k));
+        Self {
+            bits: params.bits,
+            span_nv,
+            pedestal_nv: edge_nv(params.black_level_dn),
+            last_edge_nv: edge_nv(params.code_max()),
+            twice_codes: f64_from_i64(1 << (params.bits - 1)),
+            inverse_span_per_nv: 1.0 / f64_from_i64(span_nv),
+        }
+    }
+
+    /// Place of edge `k` in nV above the bottom of the ramp.
+    pub fn edge_nv(&self, k: u32) -> i64 {
+        edge_nv(self.bits, self.span_nv, k)
+    }
+
+    /// Converts a row (uV above the dark level, rounded once, half-even, to nV). NaN gives code 0. Panics if the lengths
+    /// differ.
+    pub fn convert_row(&self, microvolts: &[f32], codes: &mut [u16]) {
+        assert!(microvolts.len() == codes.len(), "a column has one code");
+        dispatch(ConvertRow { converter: self, microvolts, codes });
+    }
+
+    /// The level that the comparator sees, in nV above the bottom of the ramp, clipped to its first and last edge.
+    #[inline(always)]
+    fn level_nv(&self, microvolts: f32) -> f64 {
+        // An f32 times 1000 is exact in f64. Beyond 2^40 nV (1,100 V) only the side matters.
+        const FAR_NV: f64 = 1_099_511_627_776.0;
+        let exact_nv = f64::from(microvolts) * 1000.0;
+        let exact_nv = if exact_nv > -FAR_NV { exact_nv } else { -FAR_NV };
+        let exact_nv = if exact_nv < FAR_NV { exact_nv } else { FAR_NV };
+        let level_nv = (exact_nv + ROUNDER) - ROUNDER + self.pedestal_nv;
+        let level_nv = if level_nv > 0.0 { level_nv } else { 0.0 };
+        if level_nv < self.last_edge_nv { level_nv } else { self.last_edge_nv }
+    }
+
+    /// Edge k lies at or below level s when 2 k span < (2 s + 1) 2^b, so the count is floor(((2 s + 1) 2^(b-1) - 1) / span).
+    /// Half of the last unit is added so that no quotient lies within 1 / (2 span) >= 5e-11 of an integer, which is more than
+    /// the 3 roundings of a product below 2^16 (2.2e-11); so multiplying by the inverse floors as exact division would.
+    #[inline(always)]
+    fn code(&self, microvolts: f32) -> u16 {
+        let units = (2.0 * self.level_nv(microvolts) + 1.0) * self.twice_codes - 0.5;
+        let count = units * self.inverse_span_per_nv;
+        low_u16(low_u32(((count - 0.5) + ROUNDER).to_bits()))
+    }
+}
+
+fn edge_nv(bits: u32, span_nv: i64, k: u32) -> i64 {
+    (i64::from(k) * span_nv + (1 << (bits - 1))) >> bits
+}
+
+struct ConvertRow<'a> {
+    converter: &'a Converter,
+    microvolts: &'a [f32],
+    codes: &'a mut [u16],
+}
+
+impl Kernel for ConvertRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let converter = self.converter.clone();
+        for (code, &microvolts) in self.codes.iter_mut().zip(self.microvolts) {
+            *code = converter.code(microvolts);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adc::params::tests::paper_adc;
+    use crate::draw::{DrawKey, uniform_f64};
+    use crate::num::{f32_nearest, i64_half_even, u32_truncated};
+
+    /// The definition: edges at or below signal plus pedestal, counted one by one by bisection of the sorted edges.
+    fn counted(edges_nv: &[i64], pedestal_nv: i64, microvolts: f32) -> u16 {
+        let signal_nv = i64_half_even((f64::from(microvolts) * 1000.0).clamp(-1e15, 1e15));
+        u16::try_from(edges_nv.partition_point(|&edge_nv| edge_nv <= signal_nv + pedestal_nv)).unwrap()
+    }
+
+    fn check(params: &AdcParams, microvolts: &[f32]) {
+        let converter = Converter::new(params);
+        let edges_nv: Vec<i64> = (1..=params.code_max()).map(|k| converter.edge_nv(k)).collect();
+        let pedestal_nv = converter.edge_nv(params.black_level_dn);
+        let mut codes = vec![0; microvolts.len()];
+        converter.convert_row(microvolts, &mut codes);
+        for (&microvolts, &code) in microvolts.iter().zip(&codes) {
+            let expected = counted(&edges_nv, pedestal_nv, microvolts);
+            assert_eq!(code, expected, "{microvolts} uV of {params:?}");
+        }
+    }
+
+    /// Small spans, so that an f32 of microvolts holds each nanovolt around every edge.
+    #[test]
+    fn every_boundary_at_every_depth_is_exact_to_one_nanovolt() {
+        let mut tried = 0;
+        for bits in 1..=16 {
+            for span_uv in [100.0, 999.9, 1000.0, 8192.0] {
+                let params = AdcParams { bits, full_scale_uv: span_uv, black_level_dn: 0, ..paper_adc() };
+                let converter = Converter::new(&params);
+                let around = |k| (-1..=1).map(move |step| (k, step));
+                let signals: Vec<f32> = (0..=params.code_max())
+                    .flat_map(around)
+                    .map(|(k, step)| f32_nearest(f64_from_i64(converter.edge_nv(k) + step) / 1000.0))
+                    .collect();
+                check(&params, &signals);
+                tried += signals.len();
+            }
+        }
+        println!("{tried} boundaries");
+        assert_eq!(tried, 4 * 3 * (131_072 - 2));
+    }
+
+    #[test]
+    fn random_configs_agree_with_the_count_of_edges() {
+        let mut stream = DrawKey::root(21).stream();
+        let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);
+        for case in 0..300 {
+            let bits = 1 + case % 16;
+            let gain = draw(0.1, 16.0);
+            let full_scale_uv = gain * libm::exp(draw(libm::log(101.0), libm::log(9.9e6)));
+            let black_level_dn = u32_truncated(draw(0.0, f64::from(1 << bits)));
+            let params = AdcParams { bits, gain, full_scale_uv, black_level_dn, ..paper_adc() };
+            params.check().unwrap();
+            let span_uv = full_scale_uv / gain;
+            let mut signals: Vec<f32> = (0..500).map(|_| f32_nearest(draw(-0.5 * span_uv, 1.5 * span_uv))).collect();
+            signals.extend([0.0, -0.0, -1e-4, 1e30, -1e30, f32::INFINITY, f32::NEG_INFINITY, 5e-4, -5e-4, 1.5e-3]);
+            check(&params, &signals);
+        }
+    }
+
+    #[test]
+    fn no_signal_gives_the_black_level_and_nan_code_zero() {
+        let converter = Converter::new(&paper_adc());
+        let mut codes = [9; 4];
+        converter.convert_row(&[0.0, f32::NAN, -7000.0, 1e9], &mut codes);
+        assert_eq!(codes, [64, 0, 0, 1023]);
+    }
+}
