@@ -13,7 +13,7 @@ mod uniform;
 
 pub use exact::{normal_quantile, poisson_quantile};
 pub use normal::normals;
-pub use poisson::poisson;
+pub use poisson::{poisson, poisson_of_one_mean};
 pub use uniform::{fill_uniforms, uniform_at, uniform_f64};
 
 use crate::units::{CameraIndex, FrameIndex, RowIndex};

@@ -2,7 +2,7 @@
 //! Poisson quantile of U. The row kernels hand their tails and undecided values to these functions, which use `libm`
 //! only, so that they give the same bits on every target.
 
-use crate::num::f64_from_i64;
+use crate::num::{f64_from_i64, u32_truncated};
 
 const TWO_TO_32: f64 = 4_294_967_296.0;
 
@@ -124,6 +124,25 @@ fn by_summation(uniform: u32, mean_e: f64) -> f64 {
         sum += probability;
     }
     count
+}
+
+/// Hands over, count by count, the least uniform whose Poisson quantile is above that count, as long as there is one. For means
+/// below `SERIES_MEAN_MIN`, with the sums of `by_summation`, so that both decide alike.
+pub(super) fn for_each_step(mean_e: f32, mut step: impl FnMut(u32)) {
+    let mean_e = f64::from(mean_e);
+    if mean_e.is_nan() || mean_e <= 0.0 {
+        return;
+    }
+    let mut probability = libm::exp(-mean_e);
+    let mut sum = probability;
+    let mut count = 0.0;
+    // u + 1/2 > 2^32 sum, in whole u; scaling by a power of two is exact.
+    while sum * TWO_TO_32 < TWO_TO_32 - 0.5 && count < 300.0 {
+        step(u32_truncated((sum * TWO_TO_32 - 0.5).floor() + 1.0));
+        count += 1.0;
+        probability *= mean_e / count;
+        sum += probability;
+    }
 }
 
 /// Coefficients of z, z^3, z^5 in the term of order mean^-3/2, found numerically to 4 digits.

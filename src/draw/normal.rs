@@ -62,14 +62,21 @@ fn chunk(uniforms: &[u32; CHUNK], out: &mut [f32; CHUNK]) {
 #[inline(never)]
 fn mend_tails(uniforms: &[u32; CHUNK], out: &mut [f32; CHUNK]) {
     for (&uniform, value) in uniforms.iter().zip(out) {
-        if central(uniform).1 != 0 {
+        if is_tail(uniform) {
             *value = f32_nearest(normal_quantile(uniform));
         }
     }
 }
 
-/// Beyond this value of -ln(1 - x^2) (|z| above 3.24) the polynomial ends.
-const TAIL: f32 = 6.0;
+/// Beyond this |x| in units of 2^-31 the polynomial ends: -ln(1 - x^2) is 6 and |z| 3.23 there.
+const TAIL: i32 = 2_144_819_850;
+
+/// Whether a uniform lies in a tail beyond the polynomial.
+#[inline(always)]
+fn is_tail(uniform: u32) -> bool {
+    let signed = (uniform ^ CENTRE).cast_signed();
+    signed ^ (signed >> 31) > TAIL
+}
 
 /// The quantile of a uniform by polynomial, and a mask that is all ones where the uniform lies in a tail beyond it.
 #[inline(always)]
@@ -87,7 +94,7 @@ pub(super) fn central(uniform: u32) -> (f32, u32) {
     let high = (-0.000_294_986_15 + 0.000_123_191_93 * t) + t2 * (-0.000_012_783_773 + 0.000_000_476_243_9 * t);
     let z = x * (low + (t2 * t2) * high);
     let negative = sign.cast_unsigned() & CENTRE;
-    (f32::from_bits(z.to_bits() | negative), if t > TAIL { u32::MAX } else { 0 })
+    (f32::from_bits(z.to_bits() | negative), if magnitude > TAIL { u32::MAX } else { 0 })
 }
 
 /// -ln(w) for 0 < w <= 1, absolute error below 5e-7 up to the tail's seam.

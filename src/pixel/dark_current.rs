@@ -4,7 +4,7 @@
 //! `dark_doubling_k` (EMVA 1288 release 4.0, section on dark current).
 
 use super::{PixelParams, add_scaled};
-use crate::draw::{EffectNumber, fill_uniforms, poisson};
+use crate::draw::{EffectNumber, fill_uniforms, poisson_of_one_mean};
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::f32_nearest;
@@ -59,8 +59,7 @@ impl Effect for DarkCurrent {
     fn apply(&self, row: &mut RowPass<'_>) {
         let mean_e = f32_nearest(self.rate_e_per_s * (row.exposure_s + row.storage_s));
         fill_uniforms(row.temporal_key(Self::NUMBER), row.uniforms);
-        row.draws.fill(mean_e);
-        poisson(row.uniforms, row.draws);
+        poisson_of_one_mean(row.uniforms, mean_e, row.draws);
         add_scaled(row.values, row.draws, 1.0);
     }
 }
