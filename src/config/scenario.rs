@@ -52,8 +52,8 @@ sections! {
         illuminant: String,
         /// Of targets, 0 to 1.
         reflectance: f64,
-        /// Radiance of a uniform sky outside over the mean radiance of the scene's lamps, 0 or more.
-        sky_ratio: f64,
+        /// Light that a geometry file does not hold: sky, lamps' strength, glowing panels.
+        surroundings: crate::scene::Surroundings,
     }
     /// How the rig moves.
     Motion {

@@ -24,7 +24,10 @@ pub fn lit_scene(
     let (illuminant, lux) = scenario.light()?;
     let section = &scenario.scene;
     let scene = match (&section.file, &section.generator, &section.target) {
-        (Some(file), None, None) => return Err(Error::Content { file: file.clone(), reason: String::new() }),
+        (Some(file), None, None) => {
+            section.surroundings.check()?;
+            Scene::from_glb_in(file, &assets.read(file)?, &section.surroundings)?
+        }
         (None, Some(generator), None) => generated(generator)?,
         (None, None, Some(target)) => {
             let flat = flat_target(target, section.reflectance)?;
@@ -35,7 +38,6 @@ pub fn lit_scene(
             return Err(Error::key("scene", "", reason));
         }
     };
-    crate::config::check::within("scene.sky_ratio", section.sky_ratio, 0.0..=1e6, "0 to 1,000,000")?;
     let bake = baked(&scene, assets, progress);
     scene.lit(&bake, start_m, lux, illuminant)
 }

@@ -1,6 +1,7 @@
-//! What a geometry file leaves unsaid about light. Enters: a `scene.toml` beside it. Leaves: sky, panels, strength of lamps.
+//! What a geometry file leaves unsaid about light. Enters: `[scene.surroundings]` of a scenario. Leaves: a
+//! mesh with sky, panels and the strength of its lamps.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::Scene;
 use super::mesh::{Material, Mesh};
@@ -8,7 +9,8 @@ use crate::error::Error;
 use crate::num::u32_from;
 
 /// Light around and in a scene, in the units of its file: what counts is one against the other, because `Scene::lit` scales all.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Surroundings {
     /// Radiance of the sky beyond all surfaces, linear sRGB.
@@ -24,7 +26,8 @@ pub struct Surroundings {
 }
 
 /// A glowing quadrangle.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Panel {
     /// Corners in metres, counter-clockwise seen from where it shines to.
@@ -44,28 +47,27 @@ impl Default for Surroundings {
 }
 
 impl Surroundings {
-    /// Reads TOML.
+    /// Checks the numbers.
     ///
     /// # Errors
-    /// Text that is not TOML, an unknown key, a number that is negative or not finite, a panel without area.
-    pub fn from_toml(name: &str, text: &str) -> Result<Self, Error> {
-        let refuse = |reason: String| Error::Content { file: name.to_owned(), reason };
-        let read: Self = toml::from_str(text).map_err(|error| refuse(error.to_string()))?;
-        let glows = read.panels.iter().flat_map(|panel| panel.radiance);
-        if !read.sky.iter().copied().chain(glows).chain([read.lamps]).all(|value| value.is_finite() && value >= 0.0) {
+    /// A number that is negative or not finite, a panel without area.
+    pub fn check(&self) -> Result<(), Error> {
+        let refuse = |reason: String| Error::key("scene.surroundings", "", reason);
+        let glows = self.panels.iter().flat_map(|panel| panel.radiance);
+        if !self.sky.iter().copied().chain(glows).chain([self.lamps]).all(|value| value.is_finite() && value >= 0.0) {
             return Err(refuse("light is finite and at least 0".to_owned()));
         }
-        let places = read.panels.iter().flat_map(|panel| panel.corners_m).flatten();
+        let places = self.panels.iter().flat_map(|panel| panel.corners_m).flatten();
         if !places.into_iter().all(|x| x.is_finite() && x.abs() < 1e6) {
             return Err(refuse("corners of panels are finite and below 1e6 m".to_owned()));
         }
-        for (number, panel) in read.panels.iter().enumerate() {
+        for (number, panel) in self.panels.iter().enumerate() {
             let [a, b, c, _] = panel.corners_m;
             if super::mesh::unit_normal([a, b, c]).is_none() {
                 return Err(refuse(format!("panel {number} has no area")));
             }
         }
-        Ok(read)
+        Ok(())
     }
 
     /// Puts lamps and panels into a mesh.
