@@ -13,8 +13,8 @@ use sensel::pose::parse_tum;
 use sensel::report::{Figure, NotMeasurable, TrajectoryFigures, figures::AlignedFigures, trajectory_figures};
 use serde_json::Value;
 
-/// evo works on 4 x 4 matrices, we on quaternions and differences: both round numbers below 200 m some fifty times, 50 * 200 * 2^-53
-/// is 1.1e-12; where a tiny error is the difference of two such numbers, that is the whole disagreement.
+/// evo works on 4 x 4 matrices, we on quaternions and differences: both round numbers below 200 m some fifty times, 50
+/// * 200 * 2^-53 is 1.1e-12; where a tiny error is the difference of two such numbers, that is the whole disagreement.
 const TOLERANCE_M: f64 = 1e-10;
 
 fn vectors() -> PathBuf {
@@ -71,7 +71,8 @@ fn every_figure_equals_that_of_evo() {
         compared += check(case, "still", &evo["still_steps_under_1um"], Ok(ours.still.steps_under_1um));
         compared += check(case, "still d2", &evo["still_d2_m"], ours.still.jitter_d2_m.clone());
     }
-    // 14 cases of 18 figures; two still rigs have no aligned figures (9 each), one short run no error over a second (3).
+    // 14 cases of 18 figures; two still rigs have no aligned figures (9 each), one short run no error over a second
+    // (3).
     assert_eq!((answers.len(), compared), (14, 14 * 18 - 2 * 9 - 3));
 }
 

@@ -1,5 +1,5 @@
-//! What a run cost. Enters: counted events, its length and a technology. Leaves: energy by block and by constant, the likely
-//! range, and which constants decided the answer.
+//! What a run cost. Enters: counted events, its length and a technology. Leaves: energy by block and by constant, the
+//! likely range, and which constants decided the answer.
 
 use crate::energy::technology::Technology;
 use crate::energy::uncertainty::{Range, Term, range_of, variance_shares};
@@ -107,8 +107,8 @@ impl EnergyAccount {
         range_of(&self.terms(&mut self.of_block(block)))
     }
 
-    /// Contributions with their share of the total's variance, the greatest first; equal ones in the data's order. The first few
-    /// are the constants that decided the answer.
+    /// Contributions with their share of the total's variance, the greatest first; equal ones in the data's order. The
+    /// first few are the constants that decided the answer.
     pub fn deciders(&self) -> Vec<(&Contribution, f64)> {
         let shares = variance_shares(&self.terms(&mut self.contributions.iter()));
         let mut ranked: Vec<_> = self.contributions.iter().zip(shares).collect();

@@ -1,5 +1,5 @@
-//! Energy constants of one technology, each with unit, node, voltage, source and uncertainty. Enters: TOML. Leaves: checked
-//! constants in integer attojoules and nanowatts.
+//! Energy constants of one technology, each with unit, node, voltage, source and uncertainty. Enters: TOML. Leaves:
+//! checked constants in integer attojoules and nanowatts.
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
-//! How far a sum of uncertain constants may be off. Enters: terms, each known within a factor. Leaves: a range and each term's
-//! share of the variance. Terms are log-normal and independent; their sum is taken as log-normal of equal mean and variance
-//! (Fenton and Wilkinson), which is exact for a single term.
+//! How far a sum of uncertain constants may be off. Enters: terms, each known within a factor. Leaves: a range and each
+//! term's share of the variance. Terms are log-normal and independent; their sum is taken as log-normal of equal mean
+//! and variance (Fenton and Wilkinson), which is exact for a single term.
 
 use crate::num::lesser;
 

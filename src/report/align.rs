@@ -1,5 +1,5 @@
-//! Least-squares alignment of two point sets (Umeyama 1991). Enters: paired positions in metres. Leaves: the similarity that
-//! maps the second set onto the first, or the reason why none is determined. Symbols are those of the paper.
+//! Least-squares alignment of two point sets (Umeyama 1991). Enters: paired positions in metres. Leaves: the similarity
+//! that maps the second set onto the first, or the reason why none is determined. Symbols are those of the paper.
 
 use glam::DVec3;
 
@@ -49,8 +49,8 @@ pub enum Scale {
 /// The similarity that brings `estimate_m` nearest to `truth_m` in the least-squares sense.
 ///
 /// # Errors
-/// Fewer than three pairs, or a covariance of rank below two (all positions equal or on one line), where the rotation is not
-/// determined; the test is that of evo, a singular value above the absolute `f64::EPSILON` (square metres).
+/// Fewer than three pairs, or a covariance of rank below two (all positions equal or on one line), where the rotation
+/// is not determined; the test is that of evo, a singular value above the absolute `f64::EPSILON` (square metres).
 pub fn umeyama(truth_m: &[DVec3], estimate_m: &[DVec3], scale: Scale) -> Result<Similarity, NotMeasurable> {
     assert!(truth_m.len() == estimate_m.len(), "positions come in pairs");
     if truth_m.len() < 3 {
@@ -108,8 +108,9 @@ struct Svd {
 const SWEEPS_MAX: usize = 40;
 
 impl Svd {
-    /// One-sided Jacobi (Hestenes): rotates pairs of columns until all are orthogonal. It keeps small singular values to full
-    /// relative accuracy, which nalgebra's closed form for 3 x 3 (eigenvalues of A^T A) does not, and planar motion needs it.
+    /// One-sided Jacobi (Hestenes): rotates pairs of columns until all are orthogonal. It keeps small singular values
+    /// to full relative accuracy, which nalgebra's closed form for 3 x 3 (eigenvalues of A^T A) does not, and planar
+    /// motion needs it.
     fn of(a: Rows) -> Self {
         let mut columns = [0, 1, 2].map(|k| DVec3::new(a[0][k], a[1][k], a[2][k]));
         let mut v = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -129,7 +130,8 @@ impl Svd {
     }
 }
 
-/// Rotates columns p and q of A and V in their plane so that those of A become orthogonal. False where they already are.
+/// Rotates columns p and q of A and V in their plane so that those of A become orthogonal. False where they already
+/// are.
 fn orthogonalise(columns: &mut [DVec3; 3], v: &mut [DVec3; 3], p: usize, q: usize) -> bool {
     let (alpha, beta) = (columns[p].length_squared(), columns[q].length_squared());
     let gamma = columns[p].dot(columns[q]);
@@ -148,7 +150,8 @@ fn orthogonalise(columns: &mut [DVec3; 3], v: &mut [DVec3; 3], p: usize, q: usiz
     true
 }
 
-/// Unit vectors along orthogonal columns of falling length. Where a column vanishes, the right-handed completion stands for it.
+/// Unit vectors along orthogonal columns of falling length. Where a column vanishes, the right-handed completion stands
+/// for it.
 fn orthonormal(columns: [DVec3; 3]) -> [DVec3; 3] {
     // A column that vanishes beside the first holds rounding only, so its direction says nothing.
     let least = columns[0].length() * f64::EPSILON;

@@ -1,4 +1,5 @@
-//! Pairs two trajectories by time as evo's nearest-time association does. Enters: poses with rising time stamps. Leaves: pairs.
+//! Pairs two trajectories by time as evo's nearest-time association does. Enters: poses with rising time stamps.
+//! Leaves: pairs.
 
 use crate::pose::TimedPose;
 
@@ -14,8 +15,8 @@ pub struct Pair {
     pub estimate: TimedPose,
 }
 
-/// For each pose of the shorter trajectory the nearest of the longer one within `window_s`; the estimate counts as the shorter
-/// one where both are equally long. A pose of the longer one may serve twice, as in evo.
+/// For each pose of the shorter trajectory the nearest of the longer one within `window_s`; the estimate counts as the
+/// shorter one where both are equally long. A pose of the longer one may serve twice, as in evo.
 pub fn associate(truth: &[TimedPose], estimate: &[TimedPose], window_s: f64) -> Vec<Pair> {
     if estimate.len() > truth.len() {
         let pair = |pose: &TimedPose| nearest(estimate, pose.t_s, window_s).map(|other| (*pose, other));

@@ -1,5 +1,5 @@
-//! Errors of a trajectory, each equal to the figure of the same name of evo. Enters: true and estimated poses of one body frame.
-//! Leaves: metres, seconds and shares, or the named reason why a figure cannot be measured.
+//! Errors of a trajectory, each equal to the figure of the same name of evo. Enters: true and estimated poses of one
+//! body frame. Leaves: metres, seconds and shares, or the named reason why a figure cannot be measured.
 
 use glam::DVec3;
 
@@ -140,7 +140,8 @@ pub fn trajectory_figures(truth: &[TimedPose], estimate: &[TimedPose]) -> Result
     })
 }
 
-/// Root mean square distance of predicted positions from the truth in the frame that `alignment` brought the estimate to.
+/// Root mean square distance of predicted positions from the truth in the frame that `alignment` brought the estimate
+/// to.
 pub fn prediction_error_m(truth: &[TimedPose], predicted: &[TimedPose], alignment: &Similarity) -> Figure {
     let pairs = associate(truth, predicted, ASSOCIATION_S);
     if pairs.is_empty() {
@@ -196,8 +197,8 @@ fn pose_errors(pairs: &[Pair], alignment: &Similarity) -> Vec<PoseError> {
     pairs.iter().map(of_pair).collect()
 }
 
-/// RMS over i of `|trans((Q_i^-1 Q_j)^-1 (P_i^-1 P_j))|`, j = i + delta. The outer rotation keeps lengths, so the translation
-/// is the difference of the two motions, each seen from its own body at i.
+/// RMS over i of `|trans((Q_i^-1 Q_j)^-1 (P_i^-1 P_j))|`, j = i + delta. The outer rotation keeps lengths, so the
+/// translation is the difference of the two motions, each seen from its own body at i.
 fn relative_m(pairs: &[Pair], scale: f64, delta: usize) -> Figure {
     let last = pairs.len().checked_sub(delta).filter(|&last| last > 0);
     let last = last.ok_or(NotMeasurable::TooShort { poses: pairs.len(), delta })?;
@@ -211,7 +212,8 @@ fn relative_m(pairs: &[Pair], scale: f64, delta: usize) -> Figure {
     Ok(rms(pairs[..last].iter().zip(&pairs[delta..]).map(error_m)))
 }
 
-/// `sqrt(mean |e[i+1] - 2 e[i] + e[i-1]|^2 / 18)` over triples without a dropped frame: both steps within half of the median.
+/// `sqrt(mean |e[i+1] - 2 e[i] + e[i-1]|^2 / 18)` over triples without a dropped frame: both steps within half of the
+/// median.
 fn second_difference_m(pairs: &[Pair], error_m: &[DVec3], step_s: f64) -> Figure {
     let even: Vec<_> = steps(pairs).map(|step| (step - step_s).abs() < 0.5 * step_s).collect();
     let mut squares = Vec::new();

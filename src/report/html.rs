@@ -1,5 +1,5 @@
-//! `report.html`: one self-contained page that a person wants to look at. Enters: a report and pictures of frames. Leaves: HTML
-//! without scripts, network or fonts from elsewhere. Every number on it stands in the report as well.
+//! `report.html`: one self-contained page that a person wants to look at. Enters: a report and pictures of frames.
+//! Leaves: HTML without scripts, network or fonts from elsewhere. Every number on it stands in the report as well.
 
 mod bandwidth;
 mod bars;
@@ -74,7 +74,8 @@ pub fn html(report: &Report, pictures: &Pictures) -> String {
     let style = include_str!("html/style.css");
     let head = "<meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">";
     format!(
-        "<!doctype html>\n<html lang=\"en\"><head>{head}<title>{title}</title>\n<style>\n{style}</style></head>\n<body>\n{}\n</body></html>\n",
+        "<!doctype html>\n<html lang=\"en\"><head>{head}<title>{title}</title>\n<style>\n{style}</style></head>\n\
+         <body>\n{}\n</body></html>\n",
         body.join("\n")
     )
 }

@@ -1,4 +1,5 @@
-//! Text of `report.json`. Enters: a report. Leaves: JSON with keys in a fixed order, or the path of a number that is none.
+//! Text of `report.json`. Enters: a report. Leaves: JSON with keys in a fixed order, or the path of a number that is
+//! none.
 
 use serde_json::Value;
 
@@ -9,8 +10,8 @@ impl Report {
     /// Indented JSON with a newline at the end.
     ///
     /// # Errors
-    /// A number that is not finite, or a figure without a value for which `not_measurable` holds no reason; the message names
-    /// its path. (JSON has no NaN: serde writes it as null, and a null without a reason is how it shows.)
+    /// A number that is not finite, or a figure without a value for which `not_measurable` holds no reason; the message
+    /// names its path. (JSON has no NaN: serde writes it as null, and a null without a reason is how it shows.)
     pub fn to_json(&self) -> Result<String, Error> {
         let value = serde_json::to_value(self).map_err(|error| Error::Run(format!("report.json: {error}")))?;
         if let Some(path) = null_without_reason(&value, "", self) {

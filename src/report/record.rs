@@ -1,6 +1,8 @@
-//! `report.json`: everything a run found out, as plain data. Units stand in the names; the keys are those of DESIGN section 8.
+//! `report.json`: everything a run found out, as plain data. Units stand in the names; the keys are those of DESIGN
+//! section 8.
 //!
-//! A figure that could not be measured is `null`, and `not_measurable` says why under the figure's path. Nothing else is null.
+//! A figure that could not be measured is `null`, and `not_measurable` says why under the figure's path. Nothing else
+//! is null.
 
 use std::collections::BTreeMap;
 
@@ -297,8 +299,8 @@ impl Report {
         }
     }
 
-    /// Fills in everything that the two trajectories tell: `tracking`'s errors and each frame's error. Frames must be set before;
-    /// they find their error by time stamp.
+    /// Fills in everything that the two trajectories tell: `tracking`'s errors and each frame's error. Frames must be
+    /// set before; they find their error by time stamp.
     pub fn set_trajectory(&mut self, figures: Result<TrajectoryFigures, crate::report::NotMeasurable>) {
         let part = |pick: &dyn Fn(&TrajectoryFigures) -> Figure| figures.as_ref().map_err(Clone::clone).and_then(pick);
         let se3 = |f: &TrajectoryFigures| f.se3.clone();

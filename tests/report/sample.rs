@@ -73,7 +73,9 @@ pub fn report() -> Report {
         hashes: hashes(),
         cost: cost(),
         frames: truth.iter().map(frame).collect(),
-        config: "seed = 1\n\n[scene]\nfile = \"bathroom.glb\"\nilluminance_lux = 300.0\n\n[sensor]\npreset = \"paper_6t_vga\"\n".to_owned(),
+        config: "seed = 1\n\n[scene]\nfile = \"bathroom.glb\"\nilluminance_lux = 300.0\n\n[sensor]\npreset = \
+         \"paper_6t_vga\"\n"
+            .to_owned(),
         ..Report::default()
     };
     report.set_trajectory(figures);

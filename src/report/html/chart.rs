@@ -1,6 +1,7 @@
 //! Line charts in the page's colours. Enters: points with units in their labels. Leaves: inline SVG whose text is text.
 //!
-//! Plotters draws in marker colours, which are then replaced by the page's variables, so a chart follows light and dark.
+//! Plotters draws in marker colours, which are then replaced by the page's variables, so a chart follows light and
+//! dark.
 
 use plotters::prelude::*;
 
@@ -113,7 +114,8 @@ fn legend(series: &[Series]) -> String {
     let entry = |series: &Series| {
         let (ink, width) = (series.ink.variable(), f64::from(series.width_px) * 1.6);
         format!(
-            "<li><svg viewBox=\"0 0 32 16\" aria-hidden=\"true\"><path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{width}\"/></svg>{}</li>",
+            "<li><svg viewBox=\"0 0 32 16\" aria-hidden=\"true\">\
+             <path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{width}\"/></svg>{}</li>",
             escaped(series.name)
         )
     };

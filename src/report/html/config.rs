@@ -29,7 +29,8 @@ pub(super) fn hashes(report: &Report) -> String {
 
 pub(super) fn config(report: &Report) -> String {
     format!(
-        "<section><h2>Configuration</h2><details><summary>The effective configuration of this run</summary><pre tabindex=\"0\">{}</pre></details></section>",
+        "<section><h2>Configuration</h2><details><summary>The effective configuration of this run</summary>\
+         <pre tabindex=\"0\">{}</pre></details></section>",
         escaped(&report.config)
     )
 }

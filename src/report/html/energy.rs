@@ -13,7 +13,8 @@ const DECIDING_SHARE: f64 = 0.01;
 pub(super) fn energy(report: &Report) -> String {
     let energy = &report.energy;
     let lead = format!(
-        "{} a frame in technology {}, of which {} mW flow whether or not anything happens. Whiskers hold the truth with 95 % confidence.",
+        "{} a frame in technology {}, of which {} mW flow whether or not anything happens. Whiskers hold the truth \
+         with 95 % confidence.",
         joules(energy.total_pj_per_frame),
         energy.technology,
         digits(energy.static_power_mw)
@@ -60,7 +61,8 @@ fn entries(report: &Report) -> String {
         let unit = if entry.name.starts_with("static_") { ("ms", "mW") } else { ("", "pJ") };
         write!(
             rows,
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"num\">{}\u{a0}{}</td><td class=\"num\">{}\u{a0}{}</td><td class=\"num\">\u{d7}/\u{f7}\u{a0}{}</td><td class=\"num\">{}</td><td class=\"note\">{}</td></tr>",
+            "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"num\">{}\u{a0}{}</td><td class=\"num\">{}\u{a0}{}\
+             </td><td class=\"num\">\u{d7}/\u{f7}\u{a0}{}</td><td class=\"num\">{}</td><td class=\"note\">{}</td></tr>",
             escaped(&spoken(&entry.name)),
             escaped(&entry.block),
             if unit.0.is_empty() { grouped(entry.times_per_frame) } else { digits(entry.times_per_frame) },
@@ -74,8 +76,11 @@ fn entries(report: &Report) -> String {
         .expect(TEXT);
     }
     format!(
-        "<details><summary>Every event and constant</summary><div class=\"scroll\"><table><thead><tr><th scope=\"col\">event</th><th scope=\"col\">block</th>\
-         <th scope=\"col\" class=\"num\">per frame</th><th scope=\"col\" class=\"num\">constant</th><th scope=\"col\" class=\"num\">within</th>\
-         <th scope=\"col\" class=\"num\">energy</th><th scope=\"col\">source</th></tr></thead><tbody>{rows}</tbody></table></div></details>"
+        "<details><summary>Every event and constant</summary><div class=\"scroll\"><table><thead><tr>\
+         <th scope=\"col\">event</th><th scope=\"col\">block</th>\
+         <th scope=\"col\" class=\"num\">per frame</th><th scope=\"col\" class=\"num\">constant</th>\
+         <th scope=\"col\" class=\"num\">within</th>\
+         <th scope=\"col\" class=\"num\">energy</th><th scope=\"col\">source</th></tr></thead><tbody>{rows}</tbody>\
+         </table></div></details>"
     )
 }

@@ -45,7 +45,8 @@ fn figure(picture: &Picture) -> String {
     let (used, found) = (places(true).count(), picture.marks.len());
     let caption = escaped(&picture.caption);
     format!(
-        "<figure><svg viewBox=\"0 0 {width} {height}\" role=\"img\"><title>{caption}: {found} features, {used} of them tracked</title>\
+        "<figure><svg viewBox=\"0 0 {width} {height}\" role=\"img\">\
+         <title>{caption}: {found} features, {used} of them tracked</title>\
          <image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{}\"/>{}{}</svg>\
          <figcaption>{caption}. {found} features, {used} tracked.</figcaption></figure>",
         STANDARD.encode(png(&picture.values)),
@@ -60,25 +61,25 @@ fn haloed(path: &str, colour: &str) -> String {
         return String::new();
     }
     format!(
-        "<g fill=\"none\"><path d=\"{path}\" stroke=\"#000\" stroke-opacity=\".55\" stroke-width=\"3.4\"/>\
-         <path d=\"{path}\" stroke=\"{colour}\" stroke-width=\"1.6\"/></g>"
+        "<g fill=\"none\"><path d=\"{path}\" stroke=\"#000\" stroke-opacity=\".55\" stroke-width=\"4\"/>\
+         <path d=\"{path}\" stroke=\"{colour}\" stroke-width=\"2\"/></g>"
     )
 }
 
-/// Circles of radius 5 px.
+/// Circles of radius 6 px.
 fn rings(places: impl Iterator<Item = (f64, f64)>) -> String {
     let mut path = String::new();
     for (x, y) in places {
-        write!(path, "M{:.1} {y:.1}a5 5 0 1 0 10 0a5 5 0 1 0-10 0", x - 5.0).expect(TEXT);
+        write!(path, "M{:.1} {y:.1}a6 6 0 1 0 12 0a6 6 0 1 0-12 0", x - 6.0).expect(TEXT);
     }
     path
 }
 
-/// Crosses of 6 px.
+/// Crosses of 8 px.
 fn ticks(places: impl Iterator<Item = (f64, f64)>) -> String {
     let mut path = String::new();
     for (x, y) in places {
-        write!(path, "M{:.1} {:.1}l6 6m0-6l-6 6", x - 3.0, y - 3.0).expect(TEXT);
+        write!(path, "M{:.1} {:.1}l8 8m0-8l-8 8", x - 4.0, y - 4.0).expect(TEXT);
     }
     path
 }

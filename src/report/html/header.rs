@@ -17,7 +17,8 @@ pub(super) fn header(report: &Report) -> String {
     );
     let chips: String = chips(report).iter().map(|chip| format!("<li>{}</li>", escaped(chip))).collect();
     format!(
-        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} from photons to pose</p><h1>{}</h1><p>{}</p><ul class=\"chips\">{chips}</ul></header>",
+        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} from photons to pose</p><h1>{}</h1><p>{}</p>\
+         <ul class=\"chips\">{chips}</ul></header>",
         escaped(&scenario.name),
         escaped(&summary)
     )

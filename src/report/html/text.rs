@@ -1,4 +1,5 @@
-//! Words and numbers of the page. Enters: values. Leaves: escaped text, three significant digits, a unit that reads well.
+//! Words and numbers of the page. Enters: values. Leaves: escaped text, three significant digits, a unit that reads
+//! well.
 
 /// Text that is safe between tags and in quoted attributes.
 pub(super) fn escaped(text: &str) -> String {

@@ -7,7 +7,8 @@ use crate::report::html::text::{digits, escaped, grouped, si};
 use crate::report::html::{TEXT, section};
 use crate::report::record::{Phase, Report};
 
-/// Width of a lane on a common screen, and of a letter in it: a span too narrow for its name goes without; the table has it.
+/// Width of a lane on a common screen, and of a letter in it: a span too narrow for its name goes without; the table
+/// has it.
 const LANE_PX: f64 = 400.0;
 const LETTER_PX: f64 = 7.5;
 
@@ -68,8 +69,10 @@ fn table(report: &Report) -> String {
     };
     let rows: String = report.timing.line.iter().chain(&report.timing.frame).map(row).collect();
     format!(
-        "<details><summary>The same as numbers</summary><div class=\"scroll\"><table><thead><tr><th scope=\"col\">span</th><th scope=\"col\">of</th>\
-         <th scope=\"col\" class=\"num\">from</th><th scope=\"col\" class=\"num\">to</th><th scope=\"col\" class=\"num\">length</th></tr></thead>\
+        "<details><summary>The same as numbers</summary><div class=\"scroll\"><table><thead><tr><th scope=\"col\">span\
+         </th><th scope=\"col\">of</th>\
+         <th scope=\"col\" class=\"num\">from</th><th scope=\"col\" class=\"num\">to</th>\
+         <th scope=\"col\" class=\"num\">length</th></tr></thead>\
          <tbody>{rows}</tbody></table></div></details>"
     )
 }
