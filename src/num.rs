@@ -40,6 +40,7 @@ pub const fn f64_from_i64(value: i64) -> f64 {
 
 /// Narrows to `f32`, rounding to the nearest, ties to even.
 #[inline(always)]
+#[allow(clippy::cast_possible_truncation)]
 pub const fn f32_nearest(value: f64) -> f32 {
     value as f32
 }
