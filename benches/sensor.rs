@@ -128,7 +128,7 @@ fn whole_sensor(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A million pixels a pass, row by row in L1: what the effects' stated costs come from.
+/// One row in L1 a pass: what the effects' stated costs come from.
 fn parts(criterion: &mut Criterion) {
     simd::limit(Level::Avx2);
     let mut group = criterion.benchmark_group("parts");
