@@ -2,6 +2,9 @@
 //! of 0 to 20,000 photons, QE 0.6, full well 11,000 e-, PRNU 1 %, DSNU 3 e-, read noise 4 e-, 10 bit; ours adds dark current
 //! and column offsets. Elements are pixels: the inverse of "elem/s" is the time a pixel.
 
+// A bench's sizes are small and whole.
+#![allow(clippy::cast_possible_truncation, missing_docs)]
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use sensel::adc::{self, AdcParams, Cds, Converter, Ramp};
 use sensel::draw::{DrawKey, RowPlace, fill_uniforms, normals, poisson};
@@ -125,7 +128,7 @@ fn whole_sensor(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A million pixels a pass, row by row in L1: what the effects' stated costs come from.
+/// One row in L1 a pass: what the effects' stated costs come from.
 fn parts(criterion: &mut Criterion) {
     simd::limit(Level::Avx2);
     let mut group = criterion.benchmark_group("parts");

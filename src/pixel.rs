@@ -52,3 +52,106 @@ pub fn photons_to_mean_electrons(params: &PixelParams, values: &mut [f32]) {
 pub fn electrons_to_microvolts(params: &PixelParams, values: &mut [f32]) {
     scale_all(values, f32_nearest(params.conversion_gain_uv_per_e));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::params::tests::paper_pixel;
+    use super::*;
+    use crate::draw::RowPlace;
+    use crate::effect::RowPass;
+    use crate::facts::Facts;
+    use crate::units::{CameraIndex, FrameIndex, RowIndex};
+
+    const WIDTH: usize = 40_000;
+
+    /// Mean and variance of a row of equal values after one effect.
+    fn after(effect: &dyn Effect, value: f32, exposure_s: f64) -> (f64, f64) {
+        let (mut values, mut uniforms, mut draws) = (vec![value; WIDTH], vec![0; WIDTH], vec![0.0; WIDTH]);
+        let (camera, frame, row) = (CameraIndex(0), FrameIndex(4), RowIndex(7));
+        let place = RowPlace { seed: 1, camera, frame, slot: 0, row };
+        let (values_mut, uniforms, draws) = (&mut values[..], &mut uniforms[..], &mut draws[..]);
+        effect.apply(&mut RowPass {
+            place,
+            die_seed: 2,
+            exposure_s,
+            storage_s: 0.0,
+            values: values_mut,
+            uniforms,
+            draws,
+        });
+        let mean = values.iter().map(|&value| f64::from(value)).sum::<f64>() / 4e4;
+        (mean, values.iter().map(|&value| (f64::from(value) - mean) * (f64::from(value) - mean)).sum::<f64>() / 4e4)
+    }
+
+    /// 5 standard errors of the mean (sigma / 200) and of the variance (0.7 %, near normal): a false alarm in 1e6.
+    #[test]
+    fn each_effect_adds_the_mean_and_variance_of_its_model() {
+        let params = PixelParams { pixel_type: PixelType::T3, full_well_e: 1200.0, ..paper_pixel() };
+        let ktc_uv2 = 2.0 * params.ktc_of_one_reset_uv() * params.ktc_of_one_reset_uv();
+        let expected = [
+            ("prnu", 1000.0, 100.0),
+            ("shot_noise", 1000.0, 1000.0),
+            ("dark_current", 1100.0, 100.0),
+            ("dsnu", 1000.0, 1.0),
+            ("full_well", 1000.0, 0.0),
+            ("ktc_noise", 1000.0, ktc_uv2),
+            ("read_noise", 1000.0, 1e4),
+        ];
+        let effects = effects(&params);
+        assert_eq!(effects.len(), expected.len());
+        for (effect, (name, mean, variance)) in effects.iter().zip(expected) {
+            let found = after(effect.as_ref(), 1000.0, 10.0);
+            assert_eq!(effect.name(), name);
+            assert!((found.0 - mean).abs() <= 5.0 * (variance / 4e4_f64).sqrt(), "{name}: mean {} for {mean}", found.0);
+            assert!((found.1 - variance).abs() <= 0.036 * variance, "{name}: variance {} for {variance}", found.1);
+        }
+        assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects stand in physical order");
+    }
+
+    #[test]
+    fn an_effect_without_its_parameter_is_not_built() {
+        let quiet =
+            PixelParams { prnu: 0.0, dsnu_e: 0.0, dark_current_e_per_s: 0.0, read_noise_uv: 0.0, ..paper_pixel() };
+        let names: Vec<_> = effects(&quiet).iter().map(|effect| effect.name()).collect();
+        assert_eq!(names, ["shot_noise", "full_well"]);
+    }
+
+    #[test]
+    fn the_full_well_bound_covers_what_clipping_changes_on_both_sides_of_the_well() {
+        let params =
+            PixelParams { full_well_e: 1000.0, prnu: 0.0, dsnu_e: 0.0, dark_current_e_per_s: 0.0, ..paper_pixel() };
+        let (well, shot) = (FullWell::from_params(&params).unwrap(), ShotNoise::from_params(&params).unwrap());
+        for mean_e in [0.0_f32, 500.0, 850.0, 950.0, 1000.0, 1500.0] {
+            let (mut values, mut uniforms, mut draws) = (vec![mean_e; WIDTH], vec![0; WIDTH], vec![0.0; WIDTH]);
+            let place = RowPlace { seed: 9, camera: CameraIndex(0), frame: FrameIndex(0), slot: 0, row: RowIndex(0) };
+            let (values_mut, uniforms, draws) = (&mut values[..], &mut uniforms[..], &mut draws[..]);
+            shot.apply(&mut RowPass {
+                place,
+                die_seed: 2,
+                exposure_s: 0.0,
+                storage_s: 0.0,
+                values: values_mut,
+                uniforms,
+                draws,
+            });
+            let lost: Vec<f64> = values.iter().map(|&value| (f64::from(value) - 1000.0).max(0.0)).collect();
+            let mean = lost.iter().sum::<f64>() / 4e4;
+            let variance = lost.iter().map(|lost| (lost - mean) * (lost - mean)).sum::<f64>() / 4e4;
+            let facts = Facts {
+                signal_e_min: 0.0,
+                signal_e_max: mean_e.into(),
+                exposure_s: 0.0,
+                storage_s_max: 0.0,
+                temperature_k: 300.0,
+                pixels: 4e4,
+                conversion_gain_uv_per_e: 10.0,
+            };
+            let bound = well.omission(&facts).unwrap();
+            assert!(
+                mean <= bound.bias_e && variance <= 1.036 * bound.variance_e2,
+                "mean {mean_e}: {mean}, {variance}, {bound:?}"
+            );
+            assert!(mean_e > 600.0 || bound.bias_e < 1e-6, "far from the well nothing is lost: {bound:?}");
+        }
+    }
+}

@@ -87,7 +87,7 @@ pub fn uniform_at(key: DrawKey, column: usize) -> u32 {
         generator.next_u64();
     }
     let word = generator.next_u64();
-    if column % 2 == 0 { low_u32(word) } else { low_u32(word >> 32) }
+    if column.is_multiple_of(2) { low_u32(word) } else { low_u32(word >> 32) }
 }
 
 impl DrawKey {

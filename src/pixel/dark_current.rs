@@ -43,7 +43,7 @@ impl Effect for DarkCurrent {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        1.0
+        0.6
     }
 
     fn omission(&self, facts: &Facts) -> Option<Omission> {

@@ -35,7 +35,7 @@ impl Effect for ShotNoise {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        1.6
+        1.9
     }
 
     fn omission(&self, facts: &Facts) -> Option<Omission> {

@@ -1,0 +1,277 @@
+//! Statistics of the draws: the exact distribution, and independence of everything that a key names.
+//!
+//! Seeds are fixed, so these tests cannot fail by chance later; the stated false-alarm rates say how lucky the seeds had to be.
+
+// Counts and case numbers of a test are small; its reference mathematics need not be the same on all machines.
+#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::disallowed_methods)]
+
+use sensel::draw::{DrawKey, EffectNumber, RowPlace, fill_uniforms, normals, poisson};
+use sensel::simd::{self, Level};
+use sensel::units::{CameraIndex, FrameIndex, RowIndex};
+use statrs::distribution::{Discrete, DiscreteCDF, Poisson};
+
+const WIDTH: usize = 512;
+
+fn place(seed: u64, camera: u32, frame: u32, row: u32) -> RowPlace {
+    RowPlace { seed, camera: CameraIndex(camera), frame: FrameIndex(frame), slot: 0, row: RowIndex(row) }
+}
+
+fn uniforms(key: DrawKey, length: usize) -> Vec<u32> {
+    let mut uniforms = vec![0; length];
+    fill_uniforms(key, &mut uniforms);
+    uniforms
+}
+
+fn draw(mean_e: f32, seed: u64, length: usize) -> Vec<f32> {
+    let uniforms = uniforms(DrawKey::root(seed), length);
+    let mut values_e = vec![mean_e; length];
+    poisson(&uniforms, &mut values_e);
+    values_e
+}
+
+/// P(N <= k) summed term by term from the mode outwards in f64, with libm's log-gamma: no code shared with the draw.
+fn reference_tails(mean_e: f64) -> impl Fn(f64) -> (f64, f64) {
+    let spread = 12.0 * mean_e.sqrt() + 40.0;
+    let first = (mean_e - spread).max(0.0).floor();
+    let length = (2.0 * spread + 2.0) as usize;
+    let term = |k: f64| libm::exp(k * libm::log(mean_e) - mean_e - libm::lgamma(k + 1.0));
+    let terms: Vec<f64> = (0..length).map(|step| term(first + step as f64)).collect();
+    let mut below = vec![0.0; length + 1];
+    let mut above = vec![0.0; length + 1];
+    for step in 0..length {
+        below[step + 1] = below[step] + terms[step];
+    }
+    for step in (0..length).rev() {
+        above[step] = above[step + 1] + terms[step];
+    }
+    // P(N <= k) and P(N > k).
+    move |k| {
+        let step = (k - first + 1.0).clamp(0.0, length as f64) as usize;
+        (below[step], above[step])
+    }
+}
+
+/// The quantile is k when P(N <= k - 1) < U <= P(N <= k). Log-gamma loses about k ln k ulps, so the reference is good to
+/// 1e-15 mean ln(mean) relative; draws whose U lies within that of a step are counted apart and must be few: 2 slack / pmf of them, 2e-4 of the draws at the
+/// brightest means.
+#[test]
+fn poisson_counts_are_the_exact_quantiles_of_their_uniforms() {
+    let (mut tried, mut close) = (0_u64, 0_u64);
+    for case in 0..240_u64 {
+        let mean_e = 0.003 * 1.09_f32.powi(i32::try_from(case).unwrap());
+        let tails = reference_tails(mean_e.into());
+        let mut uniforms = uniforms(DrawKey::root(1000 + case), 20_000);
+        uniforms[..8].copy_from_slice(&[0, 1, 2, 3, u32::MAX, u32::MAX - 1, u32::MAX - 2, 1 << 31]);
+        let mut values_e = vec![mean_e; uniforms.len()];
+        poisson(&uniforms, &mut values_e);
+        let mean = f64::from(mean_e);
+        let slack = 1e-13 + 4e-16 * mean * (1.0 + libm::log(1.0 + mean));
+        for (&uniform, &value_e) in uniforms.iter().zip(&values_e) {
+            let (below, above) =
+                ((f64::from(uniform) + 0.5) / 2_f64.powi(32), (f64::from(!uniform) + 0.5) / 2_f64.powi(32));
+            let value = f64::from(value_e);
+            let ((lower, lower_above), (upper, upper_above)) = (tails(value - 1.0), tails(value));
+            let (under, over) =
+                if below < 0.5 { (below - lower, upper - below) } else { (lower_above - above, above - upper_above) };
+            assert!(
+                under > -slack && over >= -slack,
+                "mean {mean_e}, uniform {uniform}, count {value_e}: {under:e} {over:e}"
+            );
+            close += u64::from(under.abs() < slack || over.abs() < slack);
+            tried += 1;
+        }
+    }
+    println!("{tried} draws against the reference, {close} within its own error of a step");
+    assert!(tried == 4_800_000 && close < 1000);
+}
+
+/// Chi-square against statrs' probabilities over bins of at least 20 expected counts. With d degrees of freedom its sigma is
+/// sqrt(2 d); 5 sigma is a false alarm in about 1e6.
+#[test]
+fn poisson_counts_pass_chi_square_at_many_means() {
+    let draws = 200_000;
+    for (case, mean_e) in [0.02_f32, 0.5, 1.0, 3.0, 7.9, 8.0, 12.5, 40.0, 300.0, 5000.0, 1e5].into_iter().enumerate() {
+        let values_e = draw(mean_e, 50 + case as u64, draws);
+        let law = Poisson::new(mean_e.into()).unwrap();
+        let mut counts = std::collections::BTreeMap::new();
+        for value_e in values_e {
+            *counts.entry(value_e as u64).or_insert(0_u32) += 1;
+        }
+        let spread = 7.0 * f64::from(mean_e).sqrt() + 12.0;
+        let (first, last) = ((f64::from(mean_e) - spread).max(0.0) as u64, (f64::from(mean_e) + spread) as u64);
+        let (mut chi2, mut bins, mut expected, mut found) = (0.0, 0, law.cdf(first) * draws as f64, 0.0);
+        found += counts.range(..=first).map(|(_, &count)| f64::from(count)).sum::<f64>();
+        let mut used = (0.0, 0.0);
+        for k in first + 1..=last {
+            if expected >= 20.0 {
+                chi2 += (found - expected).powi(2) / expected;
+                used = (used.0 + expected, used.1 + found);
+                bins += 1;
+                (expected, found) = (0.0, 0.0);
+            }
+            expected += law.pmf(k) * draws as f64;
+            found += f64::from(counts.get(&k).copied().unwrap_or(0));
+        }
+        let (rest_expected, rest_found) = (draws as f64 - used.0, draws as f64 - used.1);
+        chi2 += (rest_found - rest_expected).powi(2) / rest_expected.max(1.0);
+        let freedom = f64::from(bins);
+        println!("mean {mean_e}: chi2 {chi2:.1} of {freedom}");
+        assert!(
+            bins >= 1 && chi2 < freedom + 5.0 * (2.0 * freedom).sqrt() + 10.0,
+            "mean {mean_e}: chi2 {chi2} of {freedom}"
+        );
+    }
+}
+
+/// The third cumulant of a Poisson law is its mean, of a normal one 0. Its sample's standard error is
+/// sqrt((6 m^3 + ...) / n), about 2.5 m^1.5 / sqrt(n): 0.2 % to 8 % of the mean here, so a normal in disguise fails.
+#[test]
+fn the_third_cumulant_equals_the_mean() {
+    let draws = 2_000_000;
+    for (case, mean_e) in [0.3_f32, 2.0, 9.0, 50.0, 400.0].into_iter().enumerate() {
+        let values_e = draw(mean_e, 90 + case as u64, draws);
+        let n = draws as f64;
+        let mean = values_e.iter().map(|&value| f64::from(value)).sum::<f64>() / n;
+        let moment = |power: i32| values_e.iter().map(|&value| (f64::from(value) - mean).powi(power)).sum::<f64>() / n;
+        let (variance, third) = (moment(2), moment(3));
+        let m = f64::from(mean_e);
+        // Var of the third sample moment: (k6 + 9 k4 k2 + 9 k3^2 + 6 k2^3) / n with all cumulants m.
+        let error = ((m + 18.0 * m * m + 6.0 * m * m * m) / n).sqrt();
+        println!("mean {mean_e}: mean {mean:.4}, variance {variance:.4}, third {third:.4} +- {error:.4}");
+        assert!((mean - m).abs() < 4.5 * (m / n).sqrt());
+        assert!((variance - m).abs() < 4.5 * ((m + 2.0 * m * m) / n).sqrt());
+        assert!((third - m).abs() < 4.5 * error);
+        assert!(m > 5.0 * error, "the test must tell the law from a normal one");
+    }
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len() as f64;
+    let (mean_a, mean_b) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
+    let product = |x: &[f64], y: &[f64], p: f64, q: f64| x.iter().zip(y).map(|(x, y)| (x - p) * (y - q)).sum::<f64>();
+    product(a, b, mean_a, mean_b) / (product(a, a, mean_a, mean_a) * product(b, b, mean_b, mean_b)).sqrt()
+}
+
+/// 4.5 sigma is a false alarm in 1.5e5 a pair; 48 pairs are tried.
+#[test]
+fn neighbours_in_every_field_of_a_key_are_uncorrelated_and_so_are_row_sums() {
+    let rows = 256;
+    let picture = |effect: u64, seed: u64, camera: u32, frame: u32, first_row: u32| -> Vec<f64> {
+        let keys = (first_row..first_row + rows)
+            .map(|row| DrawKey::of_row(EffectNumber(effect), place(seed, camera, frame, row)));
+        keys.flat_map(|key| uniforms(key, WIDTH)).map(f64::from).collect()
+    };
+    let sums = |picture: &[f64]| -> Vec<f64> { picture.chunks(WIDTH).map(|row| row.iter().sum()).collect() };
+    let mut pairs = 0;
+    for seed in [0, 1, 77, u64::MAX] {
+        let base = picture(102, seed, 0, 0, 0);
+        let others = [
+            ("x", base[1..].iter().copied().chain([base[0]]).collect()),
+            ("y", picture(102, seed, 0, 0, 1)),
+            ("frame", picture(102, seed, 0, 1, 0)),
+            ("camera", picture(102, seed, 1, 0, 0)),
+            ("effect", picture(103, seed, 0, 0, 0)),
+            ("seed", picture(102, seed.wrapping_add(1), 0, 0, 0)),
+        ];
+        for (name, other) in others {
+            for (kind, a, b) in [("pixels", base.clone(), other.clone()), ("row sums", sums(&base), sums(&other))] {
+                let limit = 4.5 / (a.len() as f64).sqrt();
+                let r = correlation(&a, &b);
+                if !(kind == "row sums" && name == "x") {
+                    assert!(
+                        r.abs() < limit,
+                        "seed {seed}, neighbours in {name}, {kind}: r = {r:.2e}, limit {limit:.2e}"
+                    );
+                    pairs += 1;
+                }
+            }
+        }
+    }
+    assert_eq!(pairs, 4 * 11);
+}
+
+/// One test, since the level is one for the whole process: the others' results do not depend on it.
+#[test]
+fn every_simd_level_gives_the_same_bits() {
+    let means_e: Vec<f32> = (0..100_003).map(|step| 1.000_2_f32.powi(step % 95_000) - 1.0).collect();
+    let run = |level| {
+        simd::limit(level);
+        let uniforms = uniforms(DrawKey::root(5), means_e.len());
+        let (mut values_e, mut values) = (means_e.clone(), vec![0.0; means_e.len()]);
+        poisson(&uniforms, &mut values_e);
+        normals(&uniforms, &mut values);
+        let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<u32>>();
+        (simd::level(), uniforms, bits(&values_e), bits(&values))
+    };
+    let best = run(Level::Avx512);
+    for level in [Level::Baseline, Level::Avx2] {
+        let other = run(level);
+        assert!((&other.1, &other.2, &other.3) == (&best.1, &best.2, &best.3), "{level:?} differs from {:?}", best.0);
+    }
+    simd::limit(Level::Avx512);
+}
+
+#[test]
+fn counts_never_fall_when_the_mean_grows() {
+    let uniforms = uniforms(DrawKey::root(8), 4096);
+    let mut last_e = vec![0.0_f32; uniforms.len()];
+    let mut steps = 0;
+    let mut mean_e = 0.01_f32;
+    while mean_e < 3e9 {
+        let mut values_e = vec![mean_e; uniforms.len()];
+        poisson(&uniforms, &mut values_e);
+        assert!(values_e.iter().zip(&last_e).all(|(now, last)| now >= last), "a count fell at mean {mean_e}");
+        last_e = values_e;
+        mean_e *= 1.011;
+        steps += 1;
+    }
+    // And across the seams, one float at a time.
+    for seam in [8.0_f32, 64.0, 4_194_304.0, 16_777_216.0] {
+        let mut means_e = seam;
+        (0..20).for_each(|_| means_e = means_e.next_down());
+        let mut last_e = vec![0.0_f32; uniforms.len()];
+        for _ in 0..40 {
+            let mut values_e = vec![means_e; uniforms.len()];
+            poisson(&uniforms, &mut values_e);
+            assert!(values_e.iter().zip(&last_e).all(|(now, last)| now >= last), "a count fell at mean {means_e}");
+            last_e = values_e;
+            means_e = means_e.next_up();
+            steps += 1;
+        }
+    }
+    assert!(steps > 2000, "{steps} steps");
+}
+
+#[test]
+fn zero_light_gives_no_electron() {
+    assert!(draw(0.0, 1, 10_000).iter().all(|&value_e| value_e == 0.0));
+}
+
+#[test]
+fn one_photon_gives_an_electron_as_often_as_the_law_says() {
+    let values_e = draw(1.0, 2, 1_000_000);
+    let none = values_e.iter().filter(|&&value_e| value_e == 0.0).count() as f64 / 1e6;
+    // exp(-1) with a standard error of 4.8e-4; 4.5 of them.
+    assert!((none - 0.367_879_44).abs() < 4.5 * 4.8e-4, "{none}");
+}
+
+#[test]
+fn means_of_two_to_the_thirty_and_beyond_keep_mean_and_variance() {
+    for (case, mean_e) in [1_073_741_800.0_f32, 1_073_741_824.0, 2_147_483_648.0, 5e12, 5e20].into_iter().enumerate() {
+        let n = 100_000;
+        let values_e = draw(mean_e, 30 + case as u64, n);
+        let m = f64::from(mean_e);
+        let ulp = f64::from(mean_e.next_up()) - m;
+        let excess: Vec<f64> = values_e.iter().map(|&value_e| f64::from(value_e) - m).collect();
+        let mean = excess.iter().sum::<f64>() / n as f64;
+        let variance = excess.iter().map(|excess| (excess - mean) * (excess - mean)).sum::<f64>() / n as f64;
+        // Rounding to f32 adds at most half an ulp to each value, and below the mean's binade ulps differ: ulp^2 / 4 bounds it.
+        let sigma = (m + 0.25 * ulp * ulp).sqrt();
+        assert!(mean.abs() < 4.5 * sigma / 316.0 + 0.5 * ulp, "mean {mean_e}: off by {mean}");
+        assert!(variance < (m + 0.25 * ulp * ulp) * (1.0 + 4.5 * 0.0045), "mean {mean_e}: variance {variance:e}");
+        assert!(
+            m < 4.0 * ulp * ulp || variance > (m - 0.25 * ulp * ulp) * (1.0 - 4.5 * 0.0045),
+            "variance {variance:e}"
+        );
+    }
+}
