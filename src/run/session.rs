@@ -115,10 +115,7 @@ impl Session {
         self.totals.stage_s[3] += lap.next_s();
         let input = self.receive(&packets)?;
         self.totals.stage_s[4] += lap.next_s();
-        let tracked = match &mut self.tracker {
-            Some(tracker) => Some(tracker.track(&input)),
-            None => None,
-        };
+        let tracked = self.tracker.as_mut().map(|tracker| tracker.track(&input));
         self.totals.stage_s[5] += lap.next_s();
 
         let t_s = input.t_s;
@@ -213,7 +210,6 @@ impl Session {
             exposure_ns: crate::num::low_u32(nanoseconds(schedule.exposure(frame, RowIndex(0)).length_s())),
             row_time_ns: crate::num::low_u32(nanoseconds(row_time_s)),
             temperature_mk: Some(crate::num::low_u32(u64_half_even(sensor.parameters.pixel.temperature_k * 1e3))),
-            ..FrameMetadata::default()
         };
         let mut packets = Vec::with_capacity(codes.len());
         for (camera, (codes, features)) in codes.iter().zip(features).enumerate() {
