@@ -92,7 +92,7 @@ impl TrackerParams {
             distance_bits_max: 64,
             inliers_min: 15,
             start_landmarks_min: 25,
-            range_m_min: 0.2,
+            range_m_min: 0.3,
             keyframe_frames_max: 12,
             keyframe_distance_m: 0.15,
             keyframe_angle_rad: 0.2,

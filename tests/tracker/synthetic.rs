@@ -188,9 +188,8 @@ pub fn corner(place_px: DVec2, size: Size, descriptor: [u8; 32]) -> Option<Featu
         && place_px.y >= 0.0
         && place_px.x <= f64::from(size.width_px - 1)
         && place_px.y <= f64::from(size.height_px - 1);
-    let steps = |place_px: f64| {
-        sensel::num::low_u16(u32_truncated((place_px * f64::from(STEPS_PER_PX)).round_ties_even()))
-    };
+    let steps =
+        |place_px: f64| sensel::num::low_u16(u32_truncated((place_px * f64::from(STEPS_PER_PX)).round_ties_even()));
     let (x_q4, y_q4) = (steps(place_px.x), steps(place_px.y));
     inside.then(|| Feature { x_q4, y_q4, score: 40, angle: 0, octave: 0, descriptor })
 }
