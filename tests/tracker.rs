@@ -9,7 +9,7 @@ use sensel::tracker::{FrameInput, Status, TrackedFrame, Tracker, TrackerParams};
 use synthetic::{RATE_HZ, World, corner, lively, resting, room, score, stereo_rig, turning};
 
 fn tracker(world: &World) -> Tracker {
-    Tracker::new(world.cameras.clone(), TrackerParams::room(world.seed)).unwrap()
+    Tracker::new(world.cameras.clone(), TrackerParams::room(world.seed)).expect("a valid rig")
 }
 
 /// Runs a world along a motion, with a change of each frame on its way.

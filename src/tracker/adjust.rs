@@ -61,6 +61,9 @@ pub struct Outcome {
 /// Coupling of a free pose and a point: d(error)/d(pose) transposed times d(error)/d(point).
 type Coupling = SMatrix<f64, 6, 3>;
 
+/// Steps of the free poses and of the points.
+pub(crate) type Steps = (Vec<Vector6<f64>>, Vec<Vector3<f64>>);
+
 /// The undamped normal equations, by blocks.
 pub(crate) struct Normal {
     pose_blocks: Vec<Matrix6<f64>>,
@@ -210,7 +213,7 @@ impl Normal {
     }
 
     /// Steps of the poses and points under a damping; `None` where the reduced system is not positive definite.
-    pub(crate) fn step(&self, damping: f64) -> Option<(Vec<Vector6<f64>>, Vec<Vector3<f64>>)> {
+    pub(crate) fn step(&self, damping: f64) -> Option<Steps> {
         let n = 6 * self.pose_blocks.len();
         let mut matrix = vec![0.0; n * n];
         let mut side = vec![0.0; n];
