@@ -90,13 +90,13 @@ impl TrackerParams {
             search_radius_px: 14.0,
             search_radius_wide_px: 40.0,
             distance_bits_max: 64,
-            inliers_min: 15,
+            inliers_min: 12,
             start_landmarks_min: 25,
-            range_m_min: 0.2,
+            range_m_min: 0.3,
             keyframe_frames_max: 12,
             keyframe_distance_m: 0.15,
             keyframe_angle_rad: 0.2,
-            keyframe_share_min: 0.6,
+            keyframe_share_min: 0.8,
             adjust_iterations: 4,
             samples_max: 400,
             recent_frames: 60,
@@ -287,7 +287,7 @@ impl Tracker {
             return Err(Error::key("rig.cameras", calibrations.len(), "the tracker needs two cameras for depth"));
         }
         let baseline = calibrations[0].body_from_camera.translation_m - calibrations[1].body_from_camera.translation_m;
-        if !(baseline.length() > 1e-3) {
+        if baseline.length() <= 1e-3 || !baseline.is_finite() {
             return Err(Error::key("rig.baseline_m", baseline.length(), "must be above 0.001 for depth"));
         }
         let cameras = calibrations.into_iter().map(RigCamera::new).collect();

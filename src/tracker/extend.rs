@@ -2,11 +2,9 @@
 //!
 //! Enters: a located frame. Leaves: a larger, refined map.
 
-use glam::DVec3;
-
-use crate::num::{index, u32_from};
+use crate::num::{index, u32_from, u32_truncated};
 use crate::pose::Pose;
-use crate::tracker::epipolar::{Band, Ray, flags, matches, triangulate};
+use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::locate::Found;
 use crate::tracker::map::{Map, Sighting};
 use crate::tracker::matching::Rule;
@@ -49,6 +47,15 @@ const NEW_POINT_SIGMAS2: f64 = 5.991;
 const PARALLAX_SIGMAS_MIN: f64 = 3.0;
 /// Between keyframes a point must be seen under this angle (1 degree): the pose is uncertain too.
 const PARALLAX_RAD_MIN: f64 = 0.0175;
+/// Neighbours on the picture that vote on a stereo pair stand this near.
+const NEIGHBOUR_PX: f64 = 80.0;
+/// A neighbour agrees within so many sigmas of its place plus this share of its parallax: surfaces are mostly continuous.
+const NEIGHBOUR_SIGMAS: f64 = 5.0;
+const NEIGHBOUR_SHARE: f64 = 0.1;
+/// Least agreeing share of the neighbours. On tiles, false partners one or two tiles away scatter and lose this vote.
+const AGREEING_SHARE_MIN: f64 = 0.4;
+/// Two cameras of one instant see nearly the same patch: fewer bits may differ than over time.
+const STEREO_DISTANCE_SHARE: f64 = 0.75;
 
 impl Growth<'_> {
     /// Adds a keyframe with its sightings, and new landmarks; gives the number of new landmarks.
@@ -98,7 +105,8 @@ impl Growth<'_> {
                 let b_from_a = self.cameras[b].camera_from_body.then(&self.cameras[a].calibration.body_from_camera);
                 let band = self.band(a, self.params.range_m_min);
                 let (first, second) = (&self.views[a].sights, &self.views[b].sights);
-                let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.85 };
+                let distance_max = u32_truncated(STEREO_DISTANCE_SHARE * f64::from(self.params.distance_bits_max));
+                let rule = Rule { distance_max, ratio_max: 0.8 };
                 let pairs = matches(
                     (first, &claimed[a]),
                     (second, &claimed[b]),
@@ -106,24 +114,46 @@ impl Growth<'_> {
                     (band, rule),
                     &mut work.descriptors_compared,
                 );
-                for (i, j) in pairs {
+                let parallax_rad_min = PARALLAX_SIGMAS_MIN * self.params.place_sigma_px / self.cameras[a].focal_px;
+                let fix = |(i, j): (usize, usize)| {
                     let ray = |camera: usize, sight| Ray {
                         camera: &self.cameras[camera],
                         body_from_world: *body_from_world,
                         sight,
                     };
                     let rays = [ray(a, &first[i]), ray(b, &second[j])];
-                    let parallax_rad_min = PARALLAX_SIGMAS_MIN * self.params.place_sigma_px / self.cameras[a].focal_px;
-                    let Some(point_m) = self.accepted(&rays, parallax_rad_min) else { continue };
+                    self.accepted(&rays, parallax_rad_min).map(|fix| (i, j, fix))
+                };
+                let fixes: Vec<(usize, usize, Fix)> = pairs.into_iter().filter_map(fix).collect();
+                for &(i, j, fix) in &fixes {
+                    if !self.neighbours_agree(a, (i, &fix), &fixes) {
+                        continue;
+                    }
                     let sightings = vec![
                         self.sighting(keyframe, CameraIndex(u32_from(a)), &first[i]),
                         self.sighting(keyframe, CameraIndex(u32_from(b)), &second[j]),
                     ];
-                    map.add_landmark(point_m, first[i].descriptor, sightings, self.frame);
+                    map.add_landmark(fix.point_m, first[i].descriptor, sightings, self.frame);
                     (claimed[a][i], claimed[b][j]) = (true, true);
                 }
             }
         }
+    }
+
+    /// Whether enough of the pairs around a pair have its depth. A pair without neighbours stands.
+    fn neighbours_agree(&self, camera: usize, (own, fix): (usize, &Fix), fixes: &[(usize, usize, Fix)]) -> bool {
+        let sights = &self.views[camera].sights;
+        let noise_rad = NEIGHBOUR_SIGMAS * self.params.place_sigma_px / self.cameras[camera].focal_px;
+        let (mut neighbours, mut agreeing) = (0, 0);
+        for (other, _, near) in fixes.iter().filter(|(other, _, _)| *other != own) {
+            let apart_px2 = (sights[*other].place_px - sights[own].place_px).length_squared();
+            if apart_px2 <= NEIGHBOUR_PX * NEIGHBOUR_PX {
+                neighbours += 1;
+                let difference_rad = (near.parallax_rad - fix.parallax_rad).abs();
+                agreeing += u32::from(difference_rad <= noise_rad + NEIGHBOUR_SHARE * near.parallax_rad);
+            }
+        }
+        f64::from(agreeing) >= AGREEING_SHARE_MIN * f64::from(neighbours)
     }
 
     /// Points that one camera sees now and saw at the last keyframe.
@@ -156,7 +186,7 @@ impl Growth<'_> {
             for (i, j) in pairs {
                 let ray = |body_from_world, sight| Ray { camera: rig, body_from_world, sight };
                 let rays = [ray(earlier_pose, &first[i]), ray(*body_from_world, &second[j])];
-                let Some(point_m) = self.accepted(&rays, PARALLAX_RAD_MIN) else { continue };
+                let Some(Fix { point_m, .. }) = self.accepted(&rays, PARALLAX_RAD_MIN) else { continue };
                 let sightings = vec![
                     self.sighting(earlier.keyframe, camera_index, &first[i]),
                     self.sighting(keyframe, camera_index, &second[j]),
@@ -172,10 +202,10 @@ impl Growth<'_> {
         Band { off_plane_rad_max: noise_rad, range_m_min, beyond_rad_max: noise_rad }
     }
 
-    fn accepted(&self, rays: &[Ray<'_>; 2], parallax_rad_min: f64) -> Option<DVec3> {
+    fn accepted(&self, rays: &[Ray<'_>; 2], parallax_rad_min: f64) -> Option<Fix> {
         let fix = triangulate(rays)?;
         let sigma2 = self.params.place_sigma_px * self.params.place_sigma_px;
-        (fix.miss2_px2 <= NEW_POINT_SIGMAS2 * sigma2 && fix.parallax_rad >= parallax_rad_min).then_some(fix.point_m)
+        (fix.miss2_px2 <= NEW_POINT_SIGMAS2 * sigma2 && fix.parallax_rad >= parallax_rad_min).then_some(fix)
     }
 
     fn sighting(&self, keyframe: u32, camera: CameraIndex, sight: &Sight) -> Sighting {

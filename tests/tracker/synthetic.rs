@@ -191,7 +191,7 @@ pub fn corner(place_px: DVec2, size: Size, descriptor: [u8; 32]) -> Option<Featu
     let steps =
         |place_px: f64| sensel::num::low_u16(u32_truncated((place_px * f64::from(STEPS_PER_PX)).round_ties_even()));
     let (x_q4, y_q4) = (steps(place_px.x), steps(place_px.y));
-    inside.then(|| Feature { x_q4, y_q4, score: 40, angle: 0, octave: 0, descriptor })
+    inside.then_some(Feature { x_q4, y_q4, score: 40, angle: 0, octave: 0, descriptor })
 }
 
 /// Keeps a keyed choice, in a keyed order, as an extractor's top-K would.
