@@ -4,6 +4,8 @@
 //! the s-th point of a plane low-discrepancy sequence, both shifted by the pixel's own draw, so time and place are stratified together and
 //! neighbours err apart. Eight neighbours take the same stratum at the same time, which keeps their rays close together.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use super::camera::Camera;
 use super::motion::Parabola;
 use crate::draw::DrawKey;
@@ -33,7 +35,7 @@ pub struct Exposure {
 const ROWS: usize = 4;
 
 /// Steps of the R2 sequence (powers of the inverse of the plastic number).
-const R2: [f32; 2] = [0.754_877_67, 0.569_840_3];
+const R2: [f32; 2] = [0.754_877_7, 0.569_840_3];
 
 /// The prefilter of textures takes the pixel's width over this root of the samples: with more samples each stands for less.
 const FILTER_SHARE_MIN: f32 = 0.25;

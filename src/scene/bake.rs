@@ -5,6 +5,8 @@
 //! kept as a sparse matrix, and the bounces are iterated on that matrix until nothing changes any more, so no bounce is cut off. Every
 //! ray is drawn by a key of its sample, so the result does not depend on threads.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 pub(super) mod rays;
 mod store;
 
@@ -190,8 +192,9 @@ mod tests {
                     expected += 1e-4 * 4.0 / (d2 * d2);
                 }
             }
-            // 192 points of low discrepancy on a smooth integrand leave some 0.3 %, the discs 1 / (192 pi 4 m^2) = 0.04 %.
-            assert!((light / expected - 1.0).abs() < 0.005, "{x_m} m: {light} {expected}");
+            // 96 points in each of two triangles have a star discrepancy of about ln(96)^2 / 96 / 4 = 5 %, and the integrand varies
+            // by at most 20 % over the lamp: 1 %. The discs add 1 / (192 pi 4 m^2) = 0.04 %.
+            assert!((light / expected - 1.0).abs() < 0.01, "{x_m} m: {light} {expected}");
             tried += 1;
         }
         assert_eq!(tried, 4);

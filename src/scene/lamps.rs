@@ -3,6 +3,8 @@
 //! All samples of a bake aim at the same points. So neighbours differ by what they see, not by what they drew: light without
 //! shadows is smooth, and a penumbra has as many steps as its lamp has points.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use super::bvh::Bvh;
 use super::chance::{cosine_direction, pair};
 use super::lanes::{F8, LANES};

@@ -1,5 +1,7 @@
 //! The rays of one sample. Enters: a sample. Leaves: its direct light and what its rays met.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use super::super::Scene;
 use super::super::chance::{cosine_direction, pair};
 use super::super::lamps::LampPoint;
