@@ -7,12 +7,11 @@
 
 use glam::DVec3;
 
-use super::bake::rays::{bounce_rays, lamp_light};
+use super::bake::rays::{bounce_rays, fan, lamp_light};
 use super::bake::{Bake, BakeSettings};
 use super::light::{BANDS, Illuminant, luminance};
 use super::mesh::dot;
 use super::{Scene, samples::ShadeTriangle};
-use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::num::{f32_nearest, index};
 
@@ -76,10 +75,9 @@ impl Scene {
     /// Irradiance of the upper side of a horizontal plane, in the scene's own units.
     fn horizontal_irradiance(&self, bake: &Bake, at_m: DVec3) -> [f64; BANDS] {
         let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
-        let key = DrawKey::root(1);
         let lamps = lamp_light(self, at, up, &self.lamps.points(METER_LAMP_RAYS))[0];
         let mut met = Vec::with_capacity(METER_RAYS);
-        let seen = bounce_rays(self, at, up, METER_RAYS, key.with(1), &mut met);
+        let seen = bounce_rays(self, at, up, &fan(METER_RAYS), &mut met);
         let mut bounced = [0.0; BANDS];
         for place in met.into_iter().map(index) {
             if let Some(light) = bake.irradiance.get(place) {
