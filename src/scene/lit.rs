@@ -160,7 +160,10 @@ impl LitScene {
         }
         let albedo = self.albedo(shade, [u, v], facing, footprint_m);
         let glow = &self.emission_lux[index(shade.material)];
-        [0, 1, 2].map(|band| light[band] * albedo[band] + glow[band])
+        for band in 0..BANDS {
+            light[band] = light[band] * albedo[band] + glow[band];
+        }
+        light
     }
 
     /// Reflectance at a point, averaged over the footprint. A slanted view spreads the footprint over 1 / cos in one direction
@@ -175,7 +178,8 @@ impl LitScene {
         let slant = facing.abs().clamp(0.02, 1.0);
         let colour =
             self.scene.mesh.textures[index(texture)].colour(uv, shade.texels_per_m * footprint_m / slant.sqrt());
-        [0, 1, 2].map(|band| material.base_colour[band] * colour[band])
+        let [r, g, b] = material.base_colour;
+        [r * colour[0], g * colour[1], b * colour[2]]
     }
 
     /// Bounds on the light that leaves any surface, from each triangle's own irradiance and reflectance: no rendered pixel lies outside
