@@ -101,16 +101,12 @@ impl Scene {
             hasher.update(&crate::num::u64_from(rays).to_le_bytes());
         }
         hash_floats(&mut hasher, &self.sky);
-        for vertex in &self.mesh.vertices {
-            hash_floats(&mut hasher, &vertex.position_m);
-            hash_floats(&mut hasher, &vertex.normal);
-            hash_floats(&mut hasher, &vertex.uv);
-        }
-        for (corners, material) in self.mesh.triangles.iter().zip(&self.mesh.material_of) {
-            for number in corners.iter().chain([material]) {
-                hasher.update(&number.to_le_bytes());
-            }
-        }
+        let vertices = self.mesh.vertices.iter();
+        let numbers: Vec<f32> = vertices.flat_map(|v| v.position_m.into_iter().chain(v.normal).chain(v.uv)).collect();
+        hash_floats(&mut hasher, &numbers);
+        let numbers = self.mesh.triangles.iter().flatten().chain(&self.mesh.material_of);
+        let bytes: Vec<u8> = numbers.flat_map(|number| number.to_le_bytes()).collect();
+        hasher.update(&bytes);
         for material in &self.mesh.materials {
             hash_floats(&mut hasher, &material.base_colour);
             hash_floats(&mut hasher, &material.emission);
@@ -125,7 +121,6 @@ impl Scene {
 }
 
 fn hash_floats(hasher: &mut blake3::Hasher, values: &[f32]) {
-    for value in values {
-        hasher.update(&value.to_le_bytes());
-    }
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    hasher.update(&bytes);
 }

@@ -1,5 +1,7 @@
 //! Ground-truth depth. Enters: a scene, a camera, a pose. Leaves: distance along the camera's axis.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use super::camera::Camera;
 use super::motion::Parabola;
 use super::render::bilinear;

@@ -43,19 +43,21 @@ impl Parabola {
 
     #[inline(always)]
     fn at(&self, number: usize, share: F8) -> F8 {
-        let [a, b, c] = self.coefficients[number].map(F8::splat);
-        a + share * (b + share * c)
+        let [a, b, c] = self.coefficients[number];
+        F8::splat(a) + share * (F8::splat(b) + share * F8::splat(c))
+    }
+
+    /// One coordinate of the turned bearings. A function, because closures are not inlined into dispatched kernels.
+    #[inline(always)]
+    fn turned(&self, row: usize, bearing: V8, share: F8) -> F8 {
+        self.at(row, share) * bearing[0] + self.at(3 + row, share) * bearing[1] + self.at(6 + row, share) * bearing[2]
     }
 
     /// Origins and directions in the world of eight bearings, each at its own share (0..1) of the span.
     #[inline(always)]
     pub fn rays(&self, bearing: V8, share: F8) -> (V8, V8) {
-        let axis = |row: usize| {
-            self.at(row, share) * bearing[0]
-                + self.at(3 + row, share) * bearing[1]
-                + self.at(6 + row, share) * bearing[2]
-        };
-        let direction = [axis(0), axis(1), axis(2)];
+        let direction =
+            [self.turned(0, bearing, share), self.turned(1, bearing, share), self.turned(2, bearing, share)];
         ([self.at(9, share), self.at(10, share), self.at(11, share)], direction)
     }
 }

@@ -4,6 +4,8 @@
 //! the s-th point of a plane low-discrepancy sequence, both shifted by the pixel's own draw, so time and place are stratified together and
 //! neighbours err apart. Eight neighbours take the same stratum at the same time, which keeps their rays close together.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use super::camera::Camera;
 use super::motion::Parabola;
 use crate::draw::DrawKey;
@@ -33,7 +35,7 @@ pub struct Exposure {
 const ROWS: usize = 4;
 
 /// Steps of the R2 sequence (powers of the inverse of the plastic number).
-const R2: [f32; 2] = [0.754_877_67, 0.569_840_3];
+const R2: [f32; 2] = [0.754_877_7, 0.569_840_3];
 
 /// The prefilter of textures takes the pixel's width over this root of the samples: with more samples each stands for less.
 const FILTER_SHARE_MIN: f32 = 0.25;
@@ -177,14 +179,8 @@ impl Row<'_> {
         let filter = (1.0 / samples.sqrt()).max(FILTER_SHARE_MIN);
         let mut number = 0.0;
         for motion in self.motion {
-            let [x, y] = [0, 1].map(|axis| {
-                let mut share = pixels.shift[axis];
-                for lane in 0..LANES {
-                    let moved = share.0[lane] + number * R2[axis];
-                    share.0[lane] = moved - moved.floor();
-                }
-                share
-            });
+            let x = shifted(pixels.shift[0], number * R2[0]);
+            let y = shifted(pixels.shift[1], number * R2[1]);
             let bearing = bilinear(&pixels.corners, x, y);
             let (origin_m, direction) = motion.rays(bearing, pixels.shift[2]);
             let photons = self.shade(
@@ -219,25 +215,39 @@ impl Row<'_> {
             let exitance = if hits.triangle[lane] == MISS {
                 self.scene.sky_lux()
             } else {
-                let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
+                let [x, y, z] = packet.direction;
+                let direction = [x.0[lane], y.0[lane], z.0[lane]];
                 let footprint_m = hits.t.0[lane] * pixels.spread.0[lane] * filter;
                 self.scene.exitance_lux(hits.triangle[lane], [hits.u.0[lane], hits.v.0[lane]], direction, footprint_m)
             };
-            let [r, g, b] = [0, 1, 2].map(|band| exitance[band] * self.photons_per_lux[band]);
-            photons.0[lane] = (r + g + b) * self.camera.roll_off_at(bearing[2].0[lane]);
+            let [r, g, b] = exitance;
+            let [per_r, per_g, per_b] = self.photons_per_lux;
+            photons.0[lane] = (r * per_r + g * per_g + b * per_b) * self.camera.roll_off_at(bearing[2].0[lane]);
         }
         photons
     }
 }
 
+/// Numbers of 0..1 moved along, around the end.
+#[inline(always)]
+fn shifted(mut share: F8, by: f32) -> F8 {
+    for lane in 0..LANES {
+        let moved = share.0[lane] + by;
+        share.0[lane] = moved - moved.floor();
+    }
+    share
+}
+
 /// Bearings at shares x (to the right) and y (downwards) of pixels.
 #[inline(always)]
 pub(super) fn bilinear(corners: &[V8; 4], x: F8, y: F8) -> V8 {
-    std::array::from_fn(|axis| {
+    let mut bearing = corners[0];
+    for axis in 0..3 {
         let above = corners[0][axis] + (corners[1][axis] - corners[0][axis]) * x;
         let below = corners[2][axis] + (corners[3][axis] - corners[2][axis]) * x;
-        above + (below - above) * y
-    })
+        bearing[axis] = above + (below - above) * y;
+    }
+    bearing
 }
 
 #[cfg(test)]

@@ -3,7 +3,9 @@
 //!
 //! Lamps are aimed at, at the same points from every sample; sky and bounces come from cosine-weighted rays whose hits are
 //! kept as a sparse matrix, and the bounces are iterated on that matrix until nothing changes any more, so no bounce is cut off. Every
-//! ray is drawn by a key of its sample, so the result does not depend on threads.
+//! sample looks along the same directions around its normal, so the result does not depend on threads.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 pub(super) mod rays;
 mod store;
@@ -15,7 +17,7 @@ use rays::{DARK, Gathered, SKY};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 1;
+pub const BAKE_VERSION: u32 = 2;
 
 /// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,11 +69,11 @@ impl Bake {
     /// Bakes a scene. `progress` is told the share done, from any thread.
     pub(super) fn of(scene: &Scene, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Self {
         let samples = scene.layout.samples.len();
-        let lamp_points = [settings.vertex_lamp_rays, settings.grid_lamp_rays].map(|count| scene.lamps.points(count));
+        let aims = rays::Aims::of(scene, settings);
         let done = AtomicUsize::new(0);
         let gathered: Vec<Vec<Gathered>> = in_chunks(samples, CHUNK, |range| {
             let count = range.len();
-            let chunk = range.map(|sample| rays::gather(scene, settings, &lamp_points, sample)).collect();
+            let chunk = range.map(|sample| rays::gather(scene, &aims, sample)).collect();
             let before = done.fetch_add(count, Ordering::Relaxed);
             progress(0.95 * f64_from_usize(before + count) / f64_from_usize(samples.max(1)));
             chunk
@@ -190,8 +192,9 @@ mod tests {
                     expected += 1e-4 * 4.0 / (d2 * d2);
                 }
             }
-            // 192 points of low discrepancy on a smooth integrand leave some 0.3 %, the discs 1 / (192 pi 4 m^2) = 0.04 %.
-            assert!((light / expected - 1.0).abs() < 0.005, "{x_m} m: {light} {expected}");
+            // 96 points in each of two triangles have a star discrepancy of about ln(96)^2 / 96 / 4 = 5 %, and the integrand varies
+            // by at most 20 % over the lamp: 1 %. The discs add 1 / (192 pi 4 m^2) = 0.04 %.
+            assert!((light / expected - 1.0).abs() < 0.01, "{x_m} m: {light} {expected}");
             tried += 1;
         }
         assert_eq!(tried, 4);

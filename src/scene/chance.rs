@@ -20,12 +20,16 @@ pub fn frame(normal: [f32; 3]) -> [[f32; 3]; 2] {
     [[1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y]]
 }
 
-/// A direction around a normal with density cos / pi, from two uniform numbers (Malley's method).
-pub fn cosine_direction(normal: [f32; 3], [along, around]: [f64; 2]) -> [f32; 3] {
+/// A direction around +z with density cos / pi, from two uniform numbers (Malley's method).
+pub fn cosine_direction([along, around]: [f64; 2]) -> [f32; 3] {
     let radius = along.sqrt();
     let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * around);
-    let (x, y, z) = (f32_nearest(radius * cos), f32_nearest(radius * sin), f32_nearest((1.0 - along).sqrt()));
-    let [s, t] = frame(normal);
+    [radius * cos, radius * sin, (1.0 - along).sqrt()].map(f32_nearest)
+}
+
+/// A direction given around +z, turned to stand around a unit normal.
+#[inline]
+pub fn turned([x, y, z]: [f32; 3], [s, t]: &[[f32; 3]; 2], normal: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|axis| s[axis] * x + t[axis] * y + normal[axis] * z)
 }
 

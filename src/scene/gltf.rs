@@ -42,7 +42,7 @@ pub(super) fn mesh_of(name: &str, bytes: &[u8]) -> Result<(Mesh, Vec<Viewpoint>)
 
 fn read(bytes: &[u8]) -> Result<(Mesh, Vec<Viewpoint>), String> {
     let (json, binary) = chunks(bytes)?;
-    let document = gltf::Gltf::from_slice(json).map_err(|error| format!("its JSON is not glTF 2.0: {error}"))?.document;
+    let document = document(json)?;
     let buffer = Buffer { binary };
     let mut mesh = Mesh { textures: material::textures(&document, &buffer)?, ..Mesh::default() };
     let mut clear = Vec::new();
@@ -59,6 +59,18 @@ fn read(bytes: &[u8]) -> Result<(Mesh, Vec<Viewpoint>), String> {
         reader.node(&node, DMat4::IDENTITY, 0)?;
     }
     Ok((reader.mesh, reader.viewpoints))
+}
+
+/// The JSON part, every index in it within range.
+fn document(json: &[u8]) -> Result<gltf::Document, String> {
+    let refuse = |error: gltf::Error| format!("its JSON is not glTF 2.0: {error}");
+    let root = gltf::Gltf::from_slice_without_validation(json).map_err(refuse)?.document.into_json();
+    // The crate's own validation looks attributes up before it has checked them.
+    let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
+    if let Some(bad) = attributes.find(|accessor| accessor.value() >= root.accessors.len()) {
+        return Err(format!("an attribute names accessor {bad} of {}", root.accessors.len()));
+    }
+    gltf::Document::from_json(root).map_err(refuse)
 }
 
 /// The JSON and the binary chunk of a container.

@@ -3,8 +3,10 @@
 //! All samples of a bake aim at the same points. So neighbours differ by what they see, not by what they drew: light without
 //! shadows is smooth, and a penumbra has as many steps as its lamp has points.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use super::bvh::Bvh;
-use super::chance::{cosine_direction, pair};
+use super::chance::{cosine_direction, frame, pair, turned};
 use super::lanes::{F8, LANES};
 use super::mesh::{Mesh, area_m2, unit_normal};
 use super::tracer::{MISS, Packet, closest};
@@ -99,7 +101,8 @@ fn shines_out(piece: &Piece, mesh: &Mesh, bvh: &Bvh) -> bool {
         t_max: F8::splat(f32::MAX),
     };
     for lane in 0..LANES {
-        let direction = cosine_direction(piece.normal, pair(DrawKey::root(3), u64_from(lane)));
+        let local = cosine_direction(pair(DrawKey::root(3), u64_from(lane)));
+        let direction = turned(local, &frame(piece.normal), piece.normal);
         for axis in 0..3 {
             packet.direction[axis].0[lane] = direction[axis];
         }

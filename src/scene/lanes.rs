@@ -3,6 +3,8 @@
 //! Enters and leaves: lanes of one packet of rays. Every operation is one IEEE operation a lane, so bits do not depend on
 //! the level.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use std::ops::{Add, BitAnd, BitOr, Mul, Sub};
 
 /// Rays in a packet.

@@ -3,14 +3,15 @@
 //! Light is carried as lux-equivalents a band: the exitance (or pi times radiance) that white light of the illuminant has at
 //! so many lux. A white surface under 1 lux of the illuminant has exitance (1, 1, 1).
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use glam::DVec3;
 
-use super::bake::rays::{bounce_rays, lamp_light};
+use super::bake::rays::{bounce_rays, fan, lamp_light};
 use super::bake::{Bake, BakeSettings};
 use super::light::{BANDS, Illuminant, luminance};
 use super::mesh::dot;
 use super::{Scene, samples::ShadeTriangle};
-use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::num::{f32_nearest, index};
 
@@ -74,10 +75,9 @@ impl Scene {
     /// Irradiance of the upper side of a horizontal plane, in the scene's own units.
     fn horizontal_irradiance(&self, bake: &Bake, at_m: DVec3) -> [f64; BANDS] {
         let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
-        let key = DrawKey::root(1);
         let lamps = lamp_light(self, at, up, &self.lamps.points(METER_LAMP_RAYS))[0];
         let mut met = Vec::with_capacity(METER_RAYS);
-        let seen = bounce_rays(self, at, up, METER_RAYS, key.with(1), &mut met);
+        let seen = bounce_rays(self, at, up, &fan(METER_RAYS), &mut met);
         let mut bounced = [0.0; BANDS];
         for place in met.into_iter().map(index) {
             if let Some(light) = bake.irradiance.get(place) {
@@ -160,7 +160,10 @@ impl LitScene {
         }
         let albedo = self.albedo(shade, [u, v], facing, footprint_m);
         let glow = &self.emission_lux[index(shade.material)];
-        [0, 1, 2].map(|band| light[band] * albedo[band] + glow[band])
+        for band in 0..BANDS {
+            light[band] = light[band] * albedo[band] + glow[band];
+        }
+        light
     }
 
     /// Reflectance at a point, averaged over the footprint. A slanted view spreads the footprint over 1 / cos in one direction
@@ -175,7 +178,8 @@ impl LitScene {
         let slant = facing.abs().clamp(0.02, 1.0);
         let colour =
             self.scene.mesh.textures[index(texture)].colour(uv, shade.texels_per_m * footprint_m / slant.sqrt());
-        [0, 1, 2].map(|band| material.base_colour[band] * colour[band])
+        let [r, g, b] = material.base_colour;
+        [r * colour[0], g * colour[1], b * colour[2]]
     }
 
     /// Bounds on the light that leaves any surface, from each triangle's own irradiance and reflectance: no rendered pixel lies outside

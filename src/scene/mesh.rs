@@ -116,8 +116,8 @@ impl Mesh {
         Ok(())
     }
 
-    /// Adds a flat quadrangle with corners in counter-clockwise order seen from its front; texture coordinates run from (0, 0)
-    /// at the first corner to `uv_span` at the third.
+    /// Adds a flat quadrangle with corners in counter-clockwise order seen from its front. Its picture stands upright for
+    /// corners that start at the bottom left: (0, v), (u, v), (u, 0), (0, 0) for a `uv_span` of (u, v).
     pub fn append_quad(&mut self, material: u32, corners_m: [[f32; 3]; 4], uv_span: [f32; 2]) {
         let [a, b, c, _] = corners_m;
         let normal = unit_normal([a, b, c]).expect("a quadrangle has an area");

@@ -2,6 +2,8 @@
 //!
 //! Texels are kept as linear 16-bit numbers, so that averaging for the mip chain is done in light, not in code values.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated};
 
 /// What lies beyond the edge of a picture.
@@ -194,11 +196,8 @@ impl Texture {
         hasher.update(&level.width.to_le_bytes());
         hasher.update(&level.height.to_le_bytes());
         hasher.update(&u32_from(self.wrap[0] as usize * 3 + self.wrap[1] as usize).to_le_bytes());
-        for texel in &level.texels {
-            for value in texel {
-                hasher.update(&value.to_le_bytes());
-            }
-        }
+        let bytes: Vec<u8> = level.texels.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        hasher.update(&bytes);
     }
 }
 
@@ -208,7 +207,7 @@ mod tests {
 
     fn checker(size: u32) -> Texture {
         let codes: Vec<[u8; 3]> =
-            (0..size * size).map(|i| if (i % size + i / size) % 2 == 0 { [255; 3] } else { [0; 3] }).collect();
+            (0..size * size).map(|i| if (i % size + i / size).is_multiple_of(2) { [255; 3] } else { [0; 3] }).collect();
         Texture::from_srgb(size, size, &codes, [Wrap::Repeat; 2])
     }
 

@@ -2,8 +2,11 @@
 //! is in the way.
 //!
 //! Edge functions are Pluecker products relative to the ray's origin: for the two triangles at an edge they are exact
-//! negatives, and zero belongs to both, so no ray slips between them. Boxes are widened by more than their rounding. Of equal
+//! negatives, and zero belongs to both, so no ray slips between them; at corners a slack of a few micrometres closes what
+//! rounding opens. Boxes are widened by more than their rounding. Of equal
 //! distances the triangle of lowest index wins, so the answer is a function of the triangles and the ray alone.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::bvh::{Bvh, DEPTH_MAX, Leaf, Node};
 use super::lanes::{F8, LANES, M8, V8, add3, cross3, dot3, splat3, sub3};
@@ -15,7 +18,7 @@ use crate::simd::{Kernel, dispatch};
 pub struct Packet {
     /// Origins in metres.
     pub origin_m: V8,
-    /// Directions; distances along them are in units of their length.
+    /// Directions; distances along them are in units of their length. Corners are closed for lengths up to 1.
     pub direction: V8,
     /// Least distance that counts.
     pub t_min: F8,
@@ -93,7 +96,14 @@ fn meet(packet: &Packet, leaf: &Leaf, t_max: F8) -> Option<(M8, F8, F8, F8)> {
     let zero = F8::splat(0.0);
     let least = weight_a.lesser(weight_b).lesser(weight_c);
     let greatest = weight_a.greater(weight_b).greater(weight_c);
-    let inside = zero.at_most(least) | greatest.at_most(zero);
+    let sum = weight_a + weight_b + weight_c;
+    let strictly = zero.at_most(least) | greatest.at_most(zero);
+    // Around a corner rounding may put the ray outside every triangle by turns, so each is wider by its slack, unless it is
+    // seen so nearly edge-on that the slack would decide where it is met.
+    let (slack, minus) = (F8::splat(leaf.slack), F8::splat(-leaf.slack));
+    let (broad, minus_broad) = (F8::splat(4.0 * leaf.slack), F8::splat(-4.0 * leaf.slack));
+    let loosely = (minus.at_most(least) & broad.at_most(sum)) | (greatest.at_most(slack) & sum.at_most(minus_broad));
+    let inside = strictly | loosely;
     if !inside.any() {
         return None;
     }
@@ -104,7 +114,7 @@ fn meet(packet: &Packet, leaf: &Leaf, t_max: F8) -> Option<(M8, F8, F8, F8)> {
     let mut share = zero;
     for lane in 0..LANES {
         t.0[lane] = height.0[lane] / slope.0[lane];
-        share.0[lane] = 1.0 / (weight_a.0[lane] + weight_b.0[lane] + weight_c.0[lane]);
+        share.0[lane] = 1.0 / sum.0[lane];
     }
     // A triangle seen exactly edge-on has slope 0 and gives an infinite or undefined t, which no comparison accepts.
     let within = inside & packet.t_min.at_most(t) & t.at_most(t_max);
@@ -274,9 +284,13 @@ mod tests {
                 let number = (index(u32::try_from(case).unwrap()) * LANES + lane) % 24;
                 let next = number / 4 * 4 + (number + 1) % 4;
                 let weight = if case % 5 == 0 { 0.0 } else { f64_from_usize(lane) / 7.0 };
+                let toward: [f32; 3] = std::array::from_fn(|axis| {
+                    let at = between(f64::from(corners[number][axis]), f64::from(corners[next][axis]), weight);
+                    at - packet.origin_m[axis].0[lane]
+                });
+                let direction = super::super::mesh::unit(toward).unwrap();
                 for axis in 0..3 {
-                    let from = between(f64::from(corners[number][axis]), f64::from(corners[next][axis]), weight);
-                    packet.direction[axis].0[lane] = from - packet.origin_m[axis].0[lane];
+                    packet.direction[axis].0[lane] = direction[axis];
                 }
             }
             let hits = closest(&scene.bvh, &packet);

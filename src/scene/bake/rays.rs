@@ -1,7 +1,9 @@
 //! The rays of one sample. Enters: a sample. Leaves: its direct light and what its rays met.
 
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
 use super::super::Scene;
-use super::super::chance::{cosine_direction, pair};
+use super::super::chance::{cosine_direction, frame, pair, turned};
 use super::super::lamps::LampPoint;
 use super::super::lanes::{F8, LANES};
 use super::super::mesh::{dot, sub};
@@ -31,21 +33,34 @@ pub struct Gathered {
     pub met: Vec<u32>,
 }
 
-/// Number of the bounces' draws, part of their keys.
+/// Number of the bounces' draws: the seed of their key.
 const BOUNCE_DRAWS: u64 = 0x626F_756E;
 
+/// What all samples of one kind aim at and where they look.
+pub struct Aims {
+    /// Points on lamps.
+    pub lamp_points: Vec<LampPoint>,
+    /// Directions of bounces.
+    pub fan: Vec<[f32; 3]>,
+}
+
+impl Aims {
+    /// Of samples on vertices, then of samples on grids.
+    pub fn of(scene: &Scene, settings: &BakeSettings) -> [Self; 2] {
+        let aims = |lamp_rays, rays| Self { lamp_points: scene.lamps.points(lamp_rays), fan: fan(rays) };
+        [aims(settings.vertex_lamp_rays, settings.vertex_rays), aims(settings.grid_lamp_rays, settings.grid_rays)]
+    }
+}
+
 /// Traces all rays of a sample.
-pub fn gather(scene: &Scene, settings: &BakeSettings, lamp_points: &[Vec<LampPoint>; 2], number: usize) -> Gathered {
+pub fn gather(scene: &Scene, aims: &[Aims; 2], number: usize) -> Gathered {
     let sample = &scene.layout.samples[number];
-    let rays = if sample.on_grid { settings.grid_rays } else { settings.vertex_rays };
-    let key = DrawKey::root(0).with(u64_from(number));
-    let points = &lamp_points[usize::from(sample.on_grid)];
-    let mut direct = lamp_light(scene, sample.position_m, sample.normal, points);
-    let mut met = Vec::with_capacity(2 * rays);
+    let aims = &aims[usize::from(sample.on_grid)];
+    let mut direct = lamp_light(scene, sample.position_m, sample.normal, &aims.lamp_points);
+    let mut met = Vec::with_capacity(2 * aims.fan.len());
     for (side, light) in direct.iter_mut().enumerate() {
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
-        let side_key = key.with(BOUNCE_DRAWS).with(u64_from(side));
-        let seen = bounce_rays(scene, sample.position_m, normal, rays, side_key, &mut met);
+        let seen = bounce_rays(scene, sample.position_m, normal, &aims.fan, &mut met);
         for band in 0..3 {
             light[band] += seen[band];
         }
@@ -97,33 +112,16 @@ fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2:
     cos_here * cos_there / distance2 * area_m2 / (std::f64::consts::PI * distance2 + area_m2)
 }
 
-/// Cosine-weighted rays of one side: notes what they met, and returns the light that they saw shining by itself (sky, and
-/// glowing surfaces where lamps are not aimed at).
-pub fn bounce_rays(
-    scene: &Scene,
-    at_m: [f32; 3],
-    normal: [f32; 3],
-    rays: usize,
-    key: DrawKey,
-    met: &mut Vec<u32>,
-) -> [f64; 3] {
-    assert!(rays.is_multiple_of(LANES), "bounces go in full packets");
+/// Cosine-weighted rays of one side along the directions of a fan: notes what they met, and returns the light that they saw
+/// shining by itself (sky, and glowing surfaces where lamps are not aimed at).
+pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32; 3]], met: &mut Vec<u32>) -> [f64; 3] {
     let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * LIFT_M);
-    let (rings, sectors) = strata(rays);
+    let sides = frame(normal);
     let mut seen = [0.0; 3];
-    for first in (0..rays).step_by(LANES) {
+    for eight in fan.chunks_exact(LANES) {
         let mut packet = idle();
-        for lane in 0..LANES {
-            // A packet is two rings by four neighbouring sectors, so that its rays stay close together.
-            let block = first / LANES;
-            let ring = 2 * (block / (sectors / 4)) + lane / 4;
-            let sector = 4 * (block % (sectors / 4)) + lane % 4;
-            let [a, b] = pair(key, u64_from(first + lane));
-            let place = [
-                (f64_from_usize(ring) + a) / f64_from_usize(rings),
-                (f64_from_usize(sector) + b) / f64_from_usize(sectors),
-            ];
-            set_ray(&mut packet, lane, origin, cosine_direction(normal, place), f32::MAX);
+        for (lane, &local) in eight.iter().enumerate() {
+            set_ray(&mut packet, lane, origin, turned(local, &sides, normal), f32::MAX);
         }
         let hits = closest(&scene.bvh, &packet);
         for lane in 0..LANES {
@@ -135,7 +133,25 @@ pub fn bounce_rays(
             }
         }
     }
-    seen.map(|sum| std::f64::consts::PI * sum / f64_from_usize(rays))
+    seen.map(|sum| std::f64::consts::PI * sum / f64_from_usize(fan.len()))
+}
+
+/// Stratified cosine-weighted directions around +z. Every sample uses the same, so that neighbours on a wall see the same places a
+/// little shifted, and what is left of the error is smooth instead of mottled.
+pub fn fan(rays: usize) -> Vec<[f32; 3]> {
+    assert!(rays > 0 && rays.is_multiple_of(LANES), "bounces go in full packets");
+    let (rings, sectors) = strata(rays);
+    let key = DrawKey::root(BOUNCE_DRAWS);
+    let direction = |ray: usize| {
+        // A packet is two rings by four neighbouring sectors, so that its rays stay close together.
+        let (block, lane) = (ray / LANES, ray % LANES);
+        let ring = 2 * (block / (sectors / 4)) + lane / 4;
+        let sector = 4 * (block % (sectors / 4)) + lane % 4;
+        let [a, b] = pair(key, u64_from(ray));
+        let ring = (f64_from_usize(ring) + a) / f64_from_usize(rings);
+        cosine_direction([ring, (f64_from_usize(sector) + b) / f64_from_usize(sectors)])
+    };
+    (0..rays).map(direction).collect()
 }
 
 /// Rings and sectors whose product is the count: sectors a multiple of 4, rings even.

@@ -88,7 +88,7 @@ fn hostile_files_are_refused_with_the_reason() {
         ("accessor 0 needs", edit("\"count\":3,\"type\":\"VEC3\"", "\"count\":3000,\"type\":\"VEC3\"")()),
         ("accessor 0 needs", edit("\"count\":3,\"type\":\"VEC3\"", "\"count\":9007199254740993,\"type\":\"VEC3\"")()),
         ("buffer view 0 takes", edit("\"byteLength\":36", "\"byteLength\":3600")()),
-        ("nested deeper", edit("\"mesh\":0,", "\"mesh\":0,\"children\":[0],")()),
+        ("nested deeper", edit("\"mesh\":0,\"scale\":[2,2,2]", "\"mesh\":0,\"children\":[0]")()),
         ("triangles would do", edit("\"indices\":1", "\"indices\":1,\"mode\":1")()),
         ("not glTF 2.0", edit("\"nodes\":[0]", "\"nodes\":[55]")()),
     ];
