@@ -10,4 +10,4 @@ pub mod render;
 pub use bounds::photon_bounds;
 pub use camera::{Aperture, Camera, Pupil, RollOff};
 pub use depth::depth;
-pub use render::{Exposure, render};
+pub use render::{Exposure, Sampling, render};

@@ -141,7 +141,8 @@ impl Output {
         }
         let every = self.frames.div_ceil(STRIP).max(1);
         if frame.frame.0.is_multiple_of(every) {
-            self.pictures.strip.push(shown(frame, bits));
+            let black_level_dn = session.setup().sensor.parameters.adc.black_level_dn;
+            self.pictures.strip.push(shown(frame, bits, black_level_dn));
         }
         self.seconds += started.elapsed().as_secs_f64();
         Ok(())
@@ -204,11 +205,23 @@ impl Output {
 /// Published number of the inertial unit's noise in keys.
 const IMU_NUMBER: u64 = 2;
 
-fn shown(frame: &Frame, bits: u32) -> Picture {
+/// Codes for a person's eye: black level off, then the square root, near the curve of a display.
+fn displayed(codes: &Plane<u16>, bits: u32, black_level_dn: u32) -> Plane<u8> {
+    let range_dn = f64::from((1_u32 << bits) - 1 - black_level_dn);
+    let curve: Vec<u8> = (0..1_u32 << bits)
+        .map(|code_dn| {
+            let share = f64::from(code_dn.saturating_sub(black_level_dn)) / range_dn;
+            sensel::num::low_u8(u32_truncated(255.0 * share.sqrt() + 0.5))
+        })
+        .collect();
+    codes.map(|code_dn| curve[usize::from(code_dn)])
+}
+
+fn shown(frame: &Frame, bits: u32, black_level_dn: u32) -> Picture {
     let camera = &frame.cameras[0];
     let marks = camera.features.iter().zip(&camera.tracked);
     Picture {
-        values: sensel::compute::to_8_bits(&camera.codes, bits),
+        values: displayed(&camera.codes, bits, black_level_dn),
         caption: format!("camera 0, frame {}, {:.3} s", frame.frame.0, frame.t_s),
         marks: marks.map(|(f, &tracked)| Mark { x_px: f.x_px(), y_px: f.y_px(), tracked }).collect(),
     }

@@ -23,12 +23,23 @@ use crate::units::Span;
 pub struct Exposure {
     /// Mean photons of each pixel, all bands by their weights.
     pub photons: Plane<f32>,
-    /// Mean over pixels of (estimated variance of the pixel's mean) / (its photons): render noise over photon noise. The
-    /// estimate is the variance between a pixel's samples over their number, which stratification only lowers. Infinite for one sample,
-    /// which says nothing about its own error.
+    /// Mean over lit pixels below saturation of (estimated variance of the pixel's mean) / (its photons): render noise over photon
+    /// noise. The estimate is the variance between a pixel's samples over their number, which stratification only lowers.
+    /// Infinite for one sample, which says nothing about its own error; 0 without such a pixel.
     pub render_variance_ratio: f64,
     /// Rays that were traced.
     pub rays: u64,
+}
+
+/// How a render is sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    /// Rays of each pixel; at least 1.
+    pub samples_per_pixel: u32,
+    /// Photons beyond which a pixel shows no difference, so that its render noise does not count. They are rendered all the same.
+    pub saturation_photons: f32,
+    /// Names the pattern of samples.
+    pub key: DrawKey,
 }
 
 /// Rows of a unit of parallel work.
@@ -48,7 +59,7 @@ struct Row<'a> {
     /// Photons of each band per lux-equivalent, on the axis, over this row's exposure.
     photons_per_lux: [f32; 3],
     row: usize,
-    key: DrawKey,
+    sampling: Sampling,
     photons: &'a mut [f32],
 }
 
@@ -59,16 +70,16 @@ pub fn render(
     camera: &Camera,
     shutter: &[Span],
     world_from_body: &(dyn Fn(f64) -> Pose + Sync),
-    samples_per_pixel: u32,
-    key: DrawKey,
+    sampling: Sampling,
 ) -> Exposure {
+    let samples_per_pixel = sampling.samples_per_pixel;
     let mut photons = Plane::filled(camera.size, 0.0_f32);
     let (width, height) = (photons.width_px(), photons.height_px());
     assert!(shutter.len() == height, "a render needs one span for each row");
     assert!(samples_per_pixel > 0, "a render needs a sample");
     let per_lux_s = camera.photons_per_lux_s(scene.illuminant());
     let work = |first: usize, values: &mut [f32]| {
-        let mut ratios = 0.0;
+        let mut ratios = Ratios::default();
         let mut motion: Option<(Span, Vec<Parabola>)> = None;
         for (offset, photons) in values.chunks_exact_mut(width).enumerate() {
             let row = first + offset;
@@ -78,20 +89,42 @@ pub fn render(
             }
             let (_, strata) = motion.as_ref().expect("set above");
             let photons_per_lux = per_lux_s.map(|photons| f32_nearest(photons * span.length_s()));
-            let key = key.with(u64_from(row));
-            ratios += dispatch(Row { scene, camera, motion: strata, photons_per_lux, row, key, photons });
+            let sampling = Sampling { key: sampling.key.with(u64_from(row)), ..sampling };
+            ratios.add(dispatch(Row { scene, camera, motion: strata, photons_per_lux, row, sampling, photons }));
         }
         ratios
     };
     let ratios = over_rows(photons.values_mut(), width, &work);
-    let pixels = f64_from_usize(camera.size.pixel_count());
-    let render_variance_ratio = if samples_per_pixel > 1 { ratios.iter().sum::<f64>() / pixels } else { f64::INFINITY };
+    let mut all = Ratios::default();
+    for part in ratios {
+        all.add(part);
+    }
+    let render_variance_ratio = if samples_per_pixel > 1 { all.mean() } else { f64::INFINITY };
     let rays = u64_from(camera.size.pixel_count()) * u64::from(samples_per_pixel);
     Exposure { photons, render_variance_ratio, rays }
 }
 
+/// Sum of variance over photons, and over how many pixels.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ratios {
+    sum: f64,
+    pixels: u32,
+}
+
+impl Ratios {
+    #[inline(always)]
+    fn add(&mut self, other: Self) {
+        self.sum += other.sum;
+        self.pixels += other.pixels;
+    }
+
+    fn mean(self) -> f64 {
+        if self.pixels == 0 { 0.0 } else { self.sum / f64::from(self.pixels) }
+    }
+}
+
 /// Groups of rows on all cores where the feature is on; results in order.
-fn over_rows(values: &mut [f32], width: usize, work: &(dyn Fn(usize, &mut [f32]) -> f64 + Sync)) -> Vec<f64> {
+fn over_rows(values: &mut [f32], width: usize, work: &(dyn Fn(usize, &mut [f32]) -> Ratios + Sync)) -> Vec<Ratios> {
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
@@ -123,13 +156,12 @@ struct Pixels {
 }
 
 impl Kernel for Row<'_> {
-    /// Sum over the row of variance over photons.
-    type Output = f64;
+    type Output = Ratios;
 
     #[inline(always)]
-    fn run(self) -> f64 {
+    fn run(self) -> Ratios {
         let width = self.photons.len();
-        let mut ratios = 0.0;
+        let mut ratios = Ratios::default();
         for first in (0..width).step_by(LANES) {
             let pixels = self.pixels(first, width);
             let (sum, squares) = self.gather(&pixels);
@@ -137,8 +169,9 @@ impl Kernel for Row<'_> {
             for lane in 0..LANES.min(width - first) {
                 let mean = sum.0[lane] / samples;
                 self.photons[first + lane] = mean;
-                if mean > 0.0 && samples > 1.0 {
-                    ratios += f64::from(squares.0[lane] / (samples * (samples - 1.0)) / mean);
+                if mean > 0.0 && mean < self.sampling.saturation_photons && samples > 1.0 {
+                    let sum = f64::from(squares.0[lane] / (samples * (samples - 1.0)) / mean);
+                    ratios.add(Ratios { sum, pixels: 1 });
                 }
             }
         }
@@ -162,7 +195,7 @@ impl Row<'_> {
                 }
             }
             pixels.spread.0[lane] = self.camera.spread(x, self.row);
-            let bits = self.key.with(u64_from(x)).0;
+            let bits = self.sampling.key.with(u64_from(x)).0;
             for (number, shift) in pixels.shift.iter_mut().enumerate() {
                 let word = low_u32(bits >> (21 * number)) & 0x001F_FFFF;
                 shift.0[lane] = f32_from_u32(word) / 2_097_152.0;
@@ -260,6 +293,10 @@ mod tests {
     use crate::units::Size;
     use glam::{DQuat, DVec3};
 
+    fn sampling(samples_per_pixel: u32, key: DrawKey) -> Sampling {
+        Sampling { samples_per_pixel, saturation_photons: f32::INFINITY, key }
+    }
+
     const SIZE: Size = Size { width_px: 45, height_px: 31 };
 
     fn camera(pupil: Pupil, roll_off: RollOff) -> Camera {
@@ -286,7 +323,7 @@ mod tests {
         for (pupil, expected) in [(Pupil::ThinLens, 57.6), (Pupil::Aplanatic, 61.2)] {
             let scene = target::flat(1.0).unwrap().evenly_lit(1.0, Illuminant::D65);
             let camera = camera(pupil, RollOff::Cos4);
-            let seen = render(&scene, &camera, &global(0.010), &|_| Pose::IDENTITY, 16, DrawKey::root(1));
+            let seen = render(&scene, &camera, &global(0.010), &|_| Pose::IDENTITY, sampling(16, DrawKey::root(1)));
             let centre = f64::from(seen.photons.at(22, 15));
             assert!((centre / expected - 1.0).abs() < 0.005, "{pupil:?}: {centre}");
             assert_eq!(seen.rays, 45 * 31 * 16);
@@ -298,7 +335,7 @@ mod tests {
         let scene = target::flat(0.5).unwrap().evenly_lit(10.0, Illuminant::A);
         let seen = |roll_off| {
             let camera = camera(Pupil::ThinLens, roll_off);
-            render(&scene, &camera, &global(0.01), &|_| Pose::IDENTITY, 64, DrawKey::root(1)).photons
+            render(&scene, &camera, &global(0.01), &|_| Pose::IDENTITY, sampling(64, DrawKey::root(1))).photons
         };
         let (even, fallen) = (seen(RollOff::None), seen(RollOff::Cos4));
         let bearing = Lens::pinhole(SIZE, 1.2).unproject(glam::DVec2::new(0.0, 0.0)).unwrap();
@@ -314,7 +351,7 @@ mod tests {
     fn every_level_and_any_number_of_threads_give_the_same_photons() {
         let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::Cos4));
         let shutter: Vec<Span> = (0..31).map(|row| Span { start_s: 1e-3 * f64::from(row), end_s: 0.04 }).collect();
-        let seen = || render(&scene, &camera, &shutter, &turning, 3, DrawKey::root(7));
+        let seen = || render(&scene, &camera, &shutter, &turning, sampling(3, DrawKey::root(7)));
         let first = seen();
         assert!(first.photons.values().iter().all(|&value| value > 0.0 && value.is_finite()));
         for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
@@ -340,7 +377,8 @@ mod tests {
         let mut tried = 0;
         for turn in 0..4 {
             let pose = Pose::new(DQuat::from_rotation_y(1.5 * f64::from(turn)), DVec3::new(0.0, 1.5, 0.0));
-            let seen = render(&scene, &camera, &global(0.01), &|_| pose, 4, DrawKey::root(turn.try_into().unwrap()));
+            let seen =
+                render(&scene, &camera, &global(0.01), &|_| pose, sampling(4, DrawKey::root(turn.try_into().unwrap())));
             for &value in seen.photons.values() {
                 // Some twenty roundings of f32 between the bound and the pixel.
                 let value = f64::from(value);
@@ -357,7 +395,7 @@ mod tests {
     #[test]
     fn the_stated_render_variance_is_no_less_than_what_two_renders_differ_by() {
         let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::None));
-        let seen = |seed| render(&scene, &camera, &global(0.02), &turning, 8, DrawKey::root(seed));
+        let seen = |seed| render(&scene, &camera, &global(0.02), &turning, sampling(8, DrawKey::root(seed)));
         let (a, b) = (seen(1), seen(2));
         let mut ratio = 0.0;
         for (x, y) in a.photons.values().iter().zip(b.photons.values()) {

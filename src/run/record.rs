@@ -41,6 +41,10 @@ impl Session {
             config: setup.resolved.canonical_text(),
             ..Report::default()
         };
+        if report.scenario.render_variance_ratio.is_none() {
+            let reason = "one sample a pixel says nothing about its own error".to_owned();
+            report.not_measurable.insert("scenario.render_variance_ratio".to_owned(), reason);
+        }
         if report.bandwidth.reduction.is_none() {
             let reason = "no feature left the sensor".to_owned();
             report.not_measurable.insert("bandwidth.reduction".to_owned(), reason);
@@ -88,7 +92,8 @@ impl Session {
             rung: setup.fidelity.rung.name().to_owned(),
             samples_per_pixel: f64_from_u64(self.totals.rays)
                 / (f64_from_usize(setup.sensor.size.pixel_count()) * frames * cameras),
-            render_variance_ratio: Some(self.totals.render_variance_ratio / (frames * cameras)),
+            render_variance_ratio: Some(self.totals.render_variance_ratio / (frames * cameras))
+                .filter(|ratio| ratio.is_finite()),
         }
     }
 

@@ -10,8 +10,8 @@ use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
 use crate::link::{self, FrameMetadata, FrameOut};
-use crate::num::{f64_from_u64, f64_from_usize, index, u32_from, u64_from, u64_half_even};
-use crate::optics::{self, Exposure};
+use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, index, u32_from, u64_from, u64_half_even};
+use crate::optics::{self, Exposure, Sampling};
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::tracker::{FrameInput, TrackedFrame, Tracker};
@@ -150,7 +150,12 @@ impl Session {
         for (camera_index, camera) in setup.cameras.iter().enumerate() {
             let key =
                 DrawKey::root(setup.chain.seed).with(RENDER_NUMBER).with(u64_from(camera_index)).with(frame.0.into());
-            exposures.push(optics::render(&setup.scene, camera, &rows, &pose, setup.fidelity.samples_per_pixel, key));
+            let sampling = Sampling {
+                samples_per_pixel: setup.fidelity.samples_per_pixel,
+                saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
+                key,
+            };
+            exposures.push(optics::render(&setup.scene, camera, &rows, &pose, sampling));
         }
         for exposure in &exposures {
             self.totals.rays += exposure.rays;

@@ -95,6 +95,13 @@ impl SensorSetup {
         Self::build(resolved).map_err(|error| resolved.tree.locate(error))
     }
 
+    /// Mean photons that fill a pixel's well, or its converter's range where that is less.
+    pub fn saturation_photons(&self) -> f64 {
+        let (pixel, adc) = (&self.parameters.pixel, &self.parameters.adc);
+        let range_e = f64::from(adc.code_max() - adc.black_level_dn) * adc.lsb_uv() / pixel.conversion_gain_uv_per_e;
+        crate::num::lesser(range_e, pixel.full_well_e) / (pixel.quantum_efficiency * pixel.fill_factor)
+    }
+
     fn build(resolved: &Resolved) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let size = scenario.size()?;
