@@ -2,6 +2,16 @@
 //!
 //! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 4 input/output.
 
+/// As `print!`, for readers that may leave early: `sensel schema | head` ends in silence, not in a panic.
+macro_rules! out {
+    ($($part:tt)*) => { crate::cli::to_stdout(format_args!($($part)*)) };
+}
+
+/// As `println!`, like `out!`.
+macro_rules! outln {
+    ($($part:tt)*) => { crate::cli::to_stdout(format_args!("{}\n", format_args!($($part)*))) };
+}
+
 mod args;
 mod features;
 mod listing;
@@ -31,6 +41,17 @@ pub fn main() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// Writes data to stdout. All files are whole by then, so a reader that leaves ends the program well.
+fn to_stdout(text: std::fmt::Arguments<'_>) {
+    use std::io::Write as _;
+    let Err(error) = std::io::stdout().lock().write_fmt(text) else { return };
+    if error.kind() == std::io::ErrorKind::BrokenPipe {
+        std::process::exit(0);
+    }
+    eprintln!("sensel: stdout: {error}");
+    std::process::exit(4);
 }
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {

@@ -50,7 +50,11 @@ pub enum Error {
 }
 
 fn place(file: &str, line: &usize) -> String {
-    if *line == 0 { format!("{file}: ") } else { format!("{file}:{line}: ") }
+    match (file, line) {
+        ("", _) => String::new(), // An option of the command line: its name is the key.
+        (_, 0) => format!("{file}: "),
+        _ => format!("{file}:{line}: "),
+    }
 }
 
 impl Error {
@@ -60,6 +64,16 @@ impl Error {
             Self::Config { .. } | Self::Content { .. } | Self::Unknown { .. } => 2,
             Self::Io { .. } => 4,
             Self::Run(_) => 1,
+        }
+    }
+
+    /// The same, about the key that named the file: so that the message leads to the line to change.
+    #[must_use]
+    pub fn named_by(self, key: &str, name: &str) -> Self {
+        match self {
+            Self::Content { file, reason } if file == name => Self::key(key, name, reason),
+            Self::Content { file, reason } => Self::key(key, name, format!("{file}: {reason}")),
+            other => other,
         }
     }
 

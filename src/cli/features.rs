@@ -40,7 +40,7 @@ pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error>
     match &shared.out {
         Some(file) => write(file, &table),
         None => {
-            print!("{table}");
+            out!("{table}");
             Ok(())
         }
     }

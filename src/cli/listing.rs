@@ -26,13 +26,13 @@ pub fn presets(shared: &Shared) -> Result<(), Error> {
         return Ok(());
     }
     for (title, kind) in [("sensors", Kind::Sensor), ("lenses", Kind::Lens)] {
-        println!("{title}");
+        outln!("{title}");
         for preset in presets::ALL.iter().filter(|preset| preset.kind == kind) {
-            println!("  {:<16} {}", preset.name, preset.summary);
+            outln!("  {:<16} {}", preset.name, preset.summary);
         }
     }
-    println!("technologies\n  {}", technologies.join("\n  "));
-    println!("scenes\n  {}", scenes.join("\n  "));
+    outln!("technologies\n  {}", technologies.join("\n  "));
+    outln!("scenes\n  {}", scenes.join("\n  "));
     Ok(())
 }
 
@@ -59,9 +59,9 @@ pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error>
         }
         let key = line.split_once(" = ").map(|(key, _)| format!("{section}{key}"));
         match key.and_then(|key| resolved.tree.origin(&key)) {
-            Some(origin) if origin.line > 0 => println!("{line:<44} # {}:{}", origin.layer, origin.line),
-            Some(origin) => println!("{line:<44} # {}", origin.layer),
-            None => println!("{line}"),
+            Some(origin) if origin.line > 0 => outln!("{line:<44} # {}:{}", origin.layer, origin.line),
+            Some(origin) => outln!("{line:<44} # {}", origin.layer),
+            None => outln!("{line}"),
         }
     }
     Ok(())
@@ -69,5 +69,5 @@ pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error>
 
 /// Prints one JSON value, indented.
 pub fn print_json(value: &serde_json::Value) {
-    println!("{}", serde_json::to_string_pretty(value).expect("a JSON value has a text"));
+    outln!("{}", serde_json::to_string_pretty(value).expect("a JSON value has a text"));
 }

@@ -10,6 +10,9 @@ use super::args::Shared;
 /// The scenario that runs when none is named.
 pub const DEFAULT_SCENARIO: &str = "bathroom";
 
+/// A scenario is written by hand; what is longer than this is another file named by mistake.
+const SCENARIO_BYTES_MAX: u64 = 1 << 20;
+
 /// A scenario with the folder its files are relative to.
 pub struct Located {
     /// Name for a person and for the output folder.
@@ -24,7 +27,7 @@ pub struct Located {
 pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Result<Located, Error> {
     let asked = scenario.unwrap_or(DEFAULT_SCENARIO);
     let file = find(asked, shared)?;
-    let text = std::fs::read_to_string(&file).map_err(|source| io(&file, source))?;
+    let text = sensel::files::read_text(&file, SCENARIO_BYTES_MAX)?;
     let mut assignments = more.to_vec();
     if let Some(seed) = shared.seed {
         assignments.push(format!("seed={seed}"));

@@ -37,28 +37,33 @@ pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error>
 
 fn print_plan(setup: &Setup) {
     let plan = &setup.plan;
-    println!(
+    outln!(
         "signal      {:.3} to {:.0} e- a pixel, from the scene's light and the lens",
-        plan.signal_e[0], plan.signal_e[1]
+        plan.signal_e[0],
+        plan.signal_e[1]
     );
-    println!(
+    outln!(
         "budget      {:.3} e-: {} of a pixel's own noise where that is least",
-        plan.budget_e, setup.fidelity.accuracy
+        plan.budget_e,
+        setup.fidelity.accuracy
     );
-    println!("kept");
+    outln!("kept");
     for effect in &plan.kept {
-        println!("  {:<14} {}", effect.name, effect.reason);
+        outln!("  {:<14} {}", effect.name, effect.reason);
     }
-    println!("left out");
+    outln!("left out");
     for effect in &plan.omitted {
-        println!(
+        outln!(
             "  {:<14} bias {:.2e} e-, sigma {:.2e} e-: {}",
-            effect.name, effect.bias_e, effect.sigma_e, effect.reason
+            effect.name,
+            effect.bias_e,
+            effect.sigma_e,
+            effect.reason
         );
     }
     if plan.omitted.is_empty() {
-        println!("  nothing");
+        outln!("  nothing");
     }
-    println!("bound       bias {:.2e} e-, sigma {:.2e} e- before quantisation", plan.bias_e, plan.sigma_e);
-    println!("cost        {:.1} ns a pixel predicted for the kept effects", plan.cost_ns_per_px);
+    outln!("bound       bias {:.2e} e-, sigma {:.2e} e- before quantisation", plan.bias_e, plan.sigma_e);
+    outln!("cost        {:.1} ns a pixel predicted for the kept effects", plan.cost_ns_per_px);
 }

@@ -38,11 +38,11 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
         return Ok(());
     }
     let energy = &report.energy;
-    println!("{} over {frames} frames, technology {}", name, energy.technology);
-    println!("  {:<10} {:>14} {:>12} {:>24}", "block", "nJ a frame", "mW", "likely nJ a frame");
+    outln!("{} over {frames} frames, technology {}", name, energy.technology);
+    outln!("  {:<10} {:>14} {:>12} {:>24}", "block", "nJ a frame", "mW", "likely nJ a frame");
     for (block, &pj) in energy.blocks.iter() {
         let range = energy.blocks_interval.get(block).copied().unwrap_or_default();
-        println!(
+        outln!(
             "  {block:<10} {:>14.2} {:>12.3} {:>11.2} .. {:>9.2}",
             pj * 1e-3,
             pj * 1e-9 * report.timing.fps,
@@ -50,17 +50,17 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
             range.high_pj * 1e-3
         );
     }
-    println!("  total      {:.3} mW, {:.1} pJ a pixel", energy.power_mw, energy.pj_per_pixel);
+    outln!("  total      {:.3} mW, {:.1} pJ a pixel", energy.power_mw, energy.pj_per_pixel);
     let bandwidth = &report.bandwidth;
-    println!(
+    outln!(
         "  raw        {:.3} Mbit a frame, {:.3} Mbit/s on the link",
         bandwidth.raw_bits_per_frame * 1e-6,
         bandwidth.link_bits_per_s * 1e-6
     );
-    println!("  features   {:.3} Mbit a frame", bandwidth.feature_bits_per_frame * 1e-6);
-    println!("decided by");
+    outln!("  features   {:.3} Mbit a frame", bandwidth.feature_bits_per_frame * 1e-6);
+    outln!("decided by");
     for decider in energy.deciders.iter().take(5) {
-        println!(
+        outln!(
             "  {:<24} {:>5.1} % of the energy, {:>5.1} % of its uncertainty",
             decider.name,
             100.0 * decider.energy_share,

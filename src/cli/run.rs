@@ -117,7 +117,7 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     output.finish(&session, &report)?;
 
     if shared.json {
-        print!("{}", report.to_json()?);
+        out!("{}", report.to_json()?);
     } else if !shared.quiet {
         summary(&report, &target, watch.now_s());
     }
@@ -133,7 +133,7 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     let figure = |value: Option<f64>, factor: f64, unit: &str| {
         value.map_or("not measurable".to_owned(), |value| format!("{:.2} {unit}", value * factor))
     };
-    println!(
+    outln!(
         "{}: {} frames, {} camera(s) of {}x{}, {:.0} lux, {} bit",
         scenario.name,
         scenario.frames,
@@ -144,24 +144,24 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
         scenario.bits
     );
     let tracking = &report.tracking;
-    println!(
+    outln!(
         "  tracked       {:.1} % of frames, {} features (median)",
         100.0 * tracking.tracked_fraction,
         report.features.median_tracked.map_or("no".to_owned(), |count| format!("{count:.0}"))
     );
-    println!("  ATE           {}  over {:.2} m", figure(tracking.ate_m, 1e3, "mm"), scenario.path_m);
-    println!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));
-    println!("  jitter (d2)   {}", figure(tracking.jitter_d2_m, 1e3, "mm"));
-    println!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
-    println!(
+    outln!("  ATE           {}  over {:.2} m", figure(tracking.ate_m, 1e3, "mm"), scenario.path_m);
+    outln!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));
+    outln!("  jitter (d2)   {}", figure(tracking.jitter_d2_m, 1e3, "mm"));
+    outln!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
+    outln!(
         "  link          {:.2} Mbit/s, features {} smaller than raw",
         report.bandwidth.link_bits_per_s * 1e-6,
         report.bandwidth.reduction.map_or("not".to_owned(), |reduction| format!("{reduction:.1} times"))
     );
-    println!("  latency       {:.2} ms", report.timing.latency_us * 1e-3);
-    println!("  render noise  {} of photon variance", figure(scenario.render_variance_ratio, 1.0, "times"));
-    println!("  took          {seconds:.1} s");
-    println!("report: {}", target.join("report.html").display());
+    outln!("  latency       {:.2} ms", report.timing.latency_us * 1e-3);
+    outln!("  render noise  {} of photon variance", figure(scenario.render_variance_ratio, 1.0, "times"));
+    outln!("  took          {seconds:.1} s");
+    outln!("report: {}", target.join("report.html").display());
     let tracked = report.frames.iter().filter(|frame| frame.error_m.is_some()).count();
-    println!("{} frames, {tracked} tracked, {} lost", scenario.frames, report.frames.len() - tracked);
+    outln!("{} frames, {tracked} tracked, {} lost", scenario.frames, report.frames.len() - tracked);
 }

@@ -41,18 +41,18 @@ pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error>
         }));
         return Ok(());
     }
-    println!("line        {:.3} us: HTS {} at {} Hz", timing.line_time_us, readout.hts, readout.pixel_rate_hz);
-    println!("frame       {:.3} us: VTS {}, {:.3} fps", timing.frame_time_us, readout.vts, timing.fps);
-    println!(
+    outln!("line        {:.3} us: HTS {} at {} Hz", timing.line_time_us, readout.hts, readout.pixel_rate_hz);
+    outln!("frame       {:.3} us: VTS {}, {:.3} fps", timing.frame_time_us, readout.vts, timing.fps);
+    outln!(
         "exposure    {exposure_us:.3} us ({} shutter), at most {} lines",
         readout.shutter,
         sensor.schedule.exposure_lines_max()
     );
-    println!("latency     {:.1} us from the middle of the exposure to the frame's last byte", timing.latency_us);
-    println!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * utilisation, 100.0 * burst);
-    println!("within a line");
+    outln!("latency     {:.1} us from the middle of the exposure to the frame's last byte", timing.latency_us);
+    outln!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * utilisation, 100.0 * burst);
+    outln!("within a line");
     for phase in &timing.line {
-        println!("  {:<8} {:<14} {:8.3} to {:8.3} us", phase.lane, phase.name, phase.start_us, phase.end_us);
+        outln!("  {:<8} {:<14} {:8.3} to {:8.3} us", phase.lane, phase.name, phase.start_us, phase.end_us);
     }
     Ok(())
 }

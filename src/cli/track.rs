@@ -71,11 +71,11 @@ fn say(reader: &EurocReader, poses: &[TimedPose], frames: usize, out: &Path, sha
             json!({"frames": frames, "tracked": poses.len(), "trajectory": out.display().to_string(), "ate_m": ate_m});
         listing::print_json(&json);
     } else if !shared.quiet {
-        println!("trajectory: {}", out.display());
+        outln!("trajectory: {}", out.display());
         if let Some(ate_m) = ate_m {
-            println!("ATE {:.2} mm against the folder's ground truth", 1e3 * ate_m);
+            outln!("ATE {:.2} mm against the folder's ground truth", 1e3 * ate_m);
         }
-        println!("{frames} frames, {} tracked, {} lost", poses.len(), frames - poses.len());
+        outln!("{frames} frames, {} tracked, {} lost", poses.len(), frames - poses.len());
     }
 }
 

@@ -277,8 +277,9 @@ impl Scenario {
     /// Rotation from the rig into the body, and the cameras' places along the baseline, in metres.
     ///
     /// # Errors
-    /// A quaternion far from unit, a baseline out of range.
+    /// A quaternion far from unit, a baseline out of range, an unknown inertial unit.
     pub fn cameras(&self) -> Result<(DQuat, Vec<DVec3>), Error> {
+        one_of("rig.imu", &self.rig.imu, &[("mems_phone", ()), ("none", ())])?;
         let rotation = unit_quaternion("rig.body_from_rig", self.rig.body_from_rig)?;
         let baseline_m = within("rig.baseline_mm", self.rig.baseline_mm, 0.0..=10_000.0, "0 to 10,000")? * 1e-3;
         if baseline_m == 0.0 {

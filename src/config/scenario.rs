@@ -123,9 +123,9 @@ sections! {
         preset: String,
         /// Number of the die: spatial patterns are drawn from it.
         die: u64,
-        /// Columns, 16 to 8192.
+        /// Columns, 16 to 4096.
         width: u32,
-        /// Rows, 16 to 8192.
+        /// Rows, 16 to 4096.
         height: u32,
         /// Of the die, 200 to 400.
         temperature_k: f64,
@@ -213,11 +213,11 @@ sections! {
     Compute {
         /// "fast9".
         detector: String,
-        /// In 8-bit DN, 1 to 254.
+        /// In 8-bit DN, 1 to 255.
         threshold: u8,
         /// Features a frame; 0: all corners.
         top_k: u32,
-        /// Side of the cells that share the features out, 8 to 1024.
+        /// Side of the cells that share the features out, 8 to 4096.
         cell_px: u32,
         /// Places to 1/16 px.
         subpixel: bool,
@@ -228,7 +228,7 @@ sections! {
         lanes: u32,
         /// DDR clock of a lane.
         frequency_hz: u64,
-        /// "auto": the smallest RAW kind that holds the codes; or "RAW8", "RAW10", "RAW12", "RAW14", "RAW16".
+        /// "auto": the smallest RAW kind that holds the codes; or "raw6", "raw7", "raw8", "raw10", "raw12", "raw14", "raw16".
         format: String,
         /// "frames", "features", "both".
         mode: String,

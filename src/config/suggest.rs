@@ -14,9 +14,25 @@ pub fn explain(tree: &Tree, path: &str, message: &str) -> Error {
         let missing = quoted.next().unwrap_or_default();
         (child_path(path, &missing), "is missing; neither the scenario, a preset nor the defaults give it".to_owned())
     } else {
-        (path.to_owned(), message.to_owned())
+        (path.to_owned(), in_words(message))
     };
     tree.locate(Error::key(&key, "", reason))
+}
+
+/// Serde names Rust's types; a user knows TOML's. Its whole numbers end at the greatest `i64`.
+fn in_words(message: &str) -> String {
+    let Some((found, expected)) = message.rsplit_once("expected ") else { return message.to_owned() };
+    let would_do = match expected {
+        "u8" => "a whole number from 0 to 255",
+        "u32" => "a whole number from 0 to 4294967295",
+        "u64" => "a whole number from 0 to 9223372036854775807",
+        "f32" | "f64" => "a number",
+        "a boolean" => "true or false",
+        "a string" => "a text in quotes",
+        _ if expected.starts_with("struct ") => "a table of keys",
+        _ => expected,
+    };
+    format!("{found}{would_do} would do")
 }
 
 fn child_path(path: &str, key: &str) -> String {

@@ -110,6 +110,12 @@ impl Tree {
         }
     }
 
+    /// Where the first value inside a table was written, for tables that no layer wrote as such.
+    fn origin_inside(&self, path: &str) -> Option<&Origin> {
+        let inside = format!("{path}.");
+        self.origins.iter().find(|(key, _)| key.starts_with(&inside)).map(|(_, origin)| origin)
+    }
+
     /// All values.
     pub fn values(&self) -> &Table {
         &self.values
@@ -121,7 +127,11 @@ impl Tree {
         if !file.is_empty() {
             return Error::Config { file, line, key, value, reason };
         }
-        let origin = self.origin(&key).cloned().unwrap_or(Origin { layer: "scenario".to_owned(), line: 0 });
+        let origin = self
+            .origin(&key)
+            .or_else(|| self.origin_inside(&key))
+            .cloned()
+            .unwrap_or(Origin { layer: "scenario".to_owned(), line: 0 });
         let value = if value.is_empty() { self.get(&key).map(ToString::to_string).unwrap_or_default() } else { value };
         Error::Config { file: origin.layer, line: origin.line, key, value, reason }
     }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::assets::{Assets, Progress};
 use crate::config::Scenario;
+use crate::config::check::within;
 use crate::error::Error;
 use crate::scene::{Bake, BakeSettings, LitScene, Scene, box_room, target};
 
@@ -23,23 +24,34 @@ pub fn lit_scene(
 ) -> Result<LitScene, Error> {
     let (illuminant, lux) = scenario.light()?;
     let section = &scenario.scene;
+    // Also where the scene has no use for them: a value that is written is a value that holds.
+    section.surroundings.check()?;
+    within("scene.reflectance", section.reflectance, 0.0..=1.0, "0 to 1")?;
     let scene = match (&section.file, &section.generator, &section.target) {
         (Some(file), None, None) => {
-            section.surroundings.check()?;
-            Scene::from_glb_in(file, &assets.read(file)?, &section.surroundings)?
+            let named = |error: Error| error.named_by("scene.file", file);
+            let bytes = assets.read(file).map_err(named)?;
+            Scene::from_glb_in(file, &bytes, &section.surroundings).map_err(named)?
         }
         (None, Some(generator), None) => generated(generator)?,
         (None, None, Some(target)) => {
             let flat = flat_target(target, section.reflectance)?;
             return Ok(flat.evenly_lit(lux, illuminant));
         }
-        _ => {
-            let reason = "exactly one of scene.file, scene.generator and scene.target would do";
-            return Err(Error::key("scene", "", reason));
-        }
+        _ => return Err(not_one_scene(section)),
     };
     let bake = baked(&scene, assets, progress);
     scene.lit(&bake, start_m, lux, illuminant)
+}
+
+fn not_one_scene(section: &crate::config::scenario::Scene) -> Error {
+    let reason = "exactly one of scene.file, scene.generator and scene.target would do";
+    let all =
+        [("scene.target", &section.target), ("scene.generator", &section.generator), ("scene.file", &section.file)];
+    match all.into_iter().find_map(|(key, value)| Some((key, value.as_ref()?))) {
+        Some((key, value)) => Error::key(key, value, format!("stands beside another; {reason}")),
+        None => Error::key("scene", "nothing", reason),
+    }
 }
 
 fn generated(generator: &str) -> Result<Scene, Error> {
@@ -50,7 +62,6 @@ fn generated(generator: &str) -> Result<Scene, Error> {
 }
 
 fn flat_target(target: &str, reflectance: f64) -> Result<Scene, Error> {
-    crate::config::check::within("scene.reflectance", reflectance, 0.0..=1.0, "0 to 1")?;
     match target {
         "flat" => target::flat(reflectance),
         _ => Err(Error::key("scene.target", target, "not known; \"flat\" would do")),

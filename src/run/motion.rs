@@ -13,6 +13,9 @@ use crate::units::Span;
 /// Step of the poses of a generated motion; its fastest part has 0.9 Hz.
 const GENERATED_STEP_S: f64 = 0.02;
 
+/// Latest start: the generated motion is made up to it.
+const START_S_MAX: f64 = 10_000.0;
+
 /// The scenario's motion over the whole `run`.
 ///
 /// # Errors
@@ -24,6 +27,7 @@ pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Res
     if !offset_m.is_finite() {
         return Err(Error::key("motion.offset_m", format!("{offset_m}"), "finite metres would do"));
     }
+    within("motion.start_s", section.start_s, 0.0..=START_S_MAX, "0 to 10,000")?;
     let samples = match (&section.file, section.kind.as_str()) {
         (Some(file), _) => recorded(file, section.start_s, run, assets)?,
         (None, "still") => return Ok(Motion::Still(Pose::new(turn, offset_m))),
@@ -47,13 +51,17 @@ fn file_name(scenario: &Scenario) -> &str {
 }
 
 fn recorded(file: &str, start_s: f64, run: Span, assets: &dyn Assets) -> Result<Vec<TimedPose>, Error> {
-    let refused = |reason: String| Error::Content { file: file.to_owned(), reason };
-    let text = String::from_utf8(assets.read(file)?).map_err(|_| refused("is not text".to_owned()))?;
+    let refused = |reason: String| Error::key("motion.file", file, reason);
+    let bytes = assets.read(file).map_err(|error| error.named_by("motion.file", file))?;
+    let text = String::from_utf8(bytes).map_err(|_| refused("is not text".to_owned()))?;
     let poses = parse_tum(&text).map_err(|error| refused(error.to_string()))?;
     let samples = from_first_sample(&poses);
     let asked = Span { start_s: start_s + run.start_s, end_s: start_s + run.end_s };
     let whole = without_gaps(&samples, asked).map_err(|error| {
-        let reason = format!("{error}; the run needs {:.3} s to {:.3} s of it", asked.start_s, asked.end_s);
+        let reason = format!(
+            "{error}; the run needs {:.3} s to {:.3} s of it: an earlier start or fewer frames would do",
+            asked.start_s, asked.end_s
+        );
         Error::key("motion.start_s", start_s, reason)
     })?;
     Ok(whole.to_vec())
