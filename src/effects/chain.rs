@@ -83,6 +83,18 @@ impl Chain {
         buffers: &mut RowBuffers,
         codes: &mut [u16],
     ) {
+        self.sense_row(photons, capture, row, times, buffers);
+        self.converter.convert_row(&buffers.values, codes);
+    }
+
+    /// Microvolts at the converters' inputs of one row, before quantisation: where the plan's bounds hold.
+    pub fn row_microvolts(&self, photons: &[f32], capture: Capture, row: RowIndex, times: RowTimes) -> Vec<f32> {
+        let mut buffers = RowBuffers::new(photons.len());
+        self.sense_row(photons, capture, crate::num::index(row.0), times, &mut buffers);
+        buffers.values
+    }
+
+    fn sense_row(&self, photons: &[f32], capture: Capture, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
         for (value, photons) in buffers.values.iter_mut().zip(photons) {
             *value = photons * self.electrons_per_photon;
         }
@@ -111,7 +123,6 @@ impl Chain {
         for effect in &self.effects[charge_effects..] {
             effect.apply(&mut pass);
         }
-        self.converter.convert_row(pass.values, codes);
     }
 }
 

@@ -1,0 +1,108 @@
+//! What the integration tests share: folders that vanish, and the program run as a user runs it.
+
+#![allow(dead_code)] // Each test file uses its own part.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use serde_json::Value;
+
+/// A folder of its own for one test, removed when dropped.
+pub struct Scratch(PathBuf);
+
+static COUNT: AtomicU32 = AtomicU32::new(0);
+
+impl Scratch {
+    pub fn new(name: &str) -> Self {
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}-{count}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// A path inside, as text.
+    pub fn join(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+
+    /// Names of what stands inside, hidden ones too, sorted.
+    pub fn names(&self) -> Vec<String> {
+        names(&self.0)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// What the program said.
+#[derive(Debug)]
+pub struct Outcome {
+    pub code: i32,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl Outcome {
+    pub fn json(&self) -> Value {
+        assert_eq!(self.code, 0, "{}", self.stderr);
+        serde_json::from_str(&self.stdout).unwrap()
+    }
+}
+
+/// Runs the program in the repository's folder, with a cache of its own that all tests share (entries are written whole).
+pub fn sensel<S: AsRef<str>>(arguments: &[S]) -> Outcome {
+    let output = Command::new(env!("CARGO_BIN_EXE_sensel"))
+        .args(arguments.iter().map(AsRef::as_ref))
+        .args(["--cache", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache")])
+        .env_remove("SENSEL_SCENES")
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    Outcome {
+        code: output.status.code().expect("the program ends by itself"),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// The box room as a sensor of a quarter VGA sees it: small, and with enough corners to track.
+pub const SMALL: [&str; 4] = ["--set", "sensor.width=320", "--set", "sensor.height=240"];
+
+/// Runs the box room into `out` and returns its report.
+pub fn run_box(out: &str, frames: u32, more: &[&str]) -> Value {
+    let frames = frames.to_string();
+    let mut arguments = vec!["run", "box", "--frames", &frames, "--out", out, "--json"];
+    arguments.extend(SMALL);
+    arguments.extend(more);
+    sensel(&arguments).json()
+}
+
+/// All paths of nulls in a JSON value; indices of lists are left out.
+pub fn nulls(value: &Value, path: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Null => found.push(path.to_owned()),
+        Value::Object(map) => {
+            for (key, inner) in map {
+                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                nulls(inner, &path, found);
+            }
+        }
+        Value::Array(items) => items.iter().for_each(|item| nulls(item, path, found)),
+        _ => {}
+    }
+}
