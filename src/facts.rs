@@ -7,6 +7,9 @@ pub struct Facts {
     pub signal_e_min: f64,
     /// Greatest mean photoelectrons of a pixel of the region.
     pub signal_e_max: f64,
+    /// Root mean square of what a pixel holds in the dark, in electrons: dark charge, its pattern, and noise before the
+    /// column's gain.
+    pub dark_rms_e: f64,
     /// Exposure in seconds.
     pub exposure_s: f64,
     /// Longest wait between the end of an exposure and the row's readout, in seconds.

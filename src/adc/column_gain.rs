@@ -44,9 +44,11 @@ impl Effect for ColumnGain {
         0.2
     }
 
-    /// The gain acts on the drawn charge, whose second moment is its mean squared plus its shot noise.
+    /// The gain acts on all that reaches the column: on the drawn charge, whose second moment is its mean squared plus its shot
+    /// noise, and on what is there in the dark, noise too.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        let second_e2 = facts.signal_e_max * facts.signal_e_max + facts.signal_e_max;
+        let most_e = facts.signal_e_max + facts.dark_rms_e;
+        let second_e2 = most_e * most_e + facts.signal_e_max;
         Some(Omission { bias_e: 0.0, variance_e2: self.sigma * self.sigma * second_e2 })
     }
 

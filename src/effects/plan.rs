@@ -241,6 +241,7 @@ mod tests {
         let facts = Facts {
             signal_e_min: 0.0,
             signal_e_max: 100.0,
+            dark_rms_e: 0.0,
             exposure_s: 0.01,
             storage_s_max: 0.0,
             temperature_k: 300.0,

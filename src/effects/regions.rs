@@ -27,6 +27,14 @@ pub fn dark_sigma_e(parameters: &Parameters) -> f64 {
     (pixel.read_noise_uv * pixel.read_noise_uv + ktc_uv * ktc_uv).sqrt() / pixel.conversion_gain_uv_per_e
 }
 
+/// Root mean square of what a pixel holds in the dark after that time, in electrons.
+fn dark_rms_e(parameters: &Parameters, gathering_s: f64) -> f64 {
+    let pixel = &parameters.pixel;
+    let charge_e = pixel.dark_current_now_e_per_s() * gathering_s;
+    let noise_e = dark_sigma_e(parameters);
+    (charge_e * charge_e + charge_e + pixel.dsnu_e * pixel.dsnu_e + noise_e * noise_e).sqrt()
+}
+
 /// One LSB in electrons.
 pub fn lsb_e(parameters: &Parameters) -> f64 {
     parameters.adc.lsb_uv() / parameters.pixel.conversion_gain_uv_per_e
@@ -61,6 +69,7 @@ pub fn regions(
             facts: Facts {
                 signal_e_min: band[0],
                 signal_e_max: band[1],
+                dark_rms_e: dark_rms_e(parameters, exposure_s + storage_s_max),
                 exposure_s,
                 storage_s_max,
                 temperature_k: parameters.pixel.temperature_k,

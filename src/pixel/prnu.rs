@@ -7,7 +7,7 @@ use super::{Pattern, PixelParams, scale_by_pattern};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;
-use crate::num::f32_nearest;
+use crate::num::{f32_nearest, lesser};
 
 /// Photo-response non-uniformity of the die.
 pub struct Prnu {
@@ -43,9 +43,13 @@ impl Effect for Prnu {
         0.3
     }
 
+    /// The response acts before photoelectrons are counted. Under one uniform, the counts of two means that differ by d differ by
+    /// d (1 + z / (2 sqrt(mean))) rounded to a whole number one way or the other: variance d^2 (1 + 1 / (4 mean)), and at
+    /// most |d|, and at most a quarter, for the rounding. The mean of |d| is sqrt(2 / pi) of its sigma.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let sigma_e = self.sigma * facts.signal_e_max;
-        Some(Omission { bias_e: 0.0, variance_e2: sigma_e * sigma_e })
+        let counting_e2 = 0.25 * self.sigma * sigma_e + lesser(0.8 * sigma_e, 0.25);
+        Some(Omission { bias_e: 0.0, variance_e2: sigma_e * sigma_e + counting_e2 })
     }
 
     fn reason(&self, facts: &Facts) -> String {
