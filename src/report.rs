@@ -5,6 +5,7 @@
 
 pub mod align;
 pub mod associate;
+pub mod display;
 pub mod energy_record;
 pub mod figures;
 #[cfg(feature = "cli")]
@@ -13,6 +14,7 @@ mod json;
 pub mod ordered;
 pub mod record;
 
+pub use display::display_curve;
 pub use figures::{Figure, NotMeasurable, TrajectoryFigures, median, prediction_error_m, trajectory_figures};
 pub use ordered::Ordered;
 pub use record::Report;

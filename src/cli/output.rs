@@ -14,8 +14,8 @@ use sensel::files::picture;
 use sensel::num::{f64_from_u64, low_u16, u32_from, u32_truncated, u64_half_even};
 use sensel::plane::Plane;
 use sensel::pose::{Pose, format_tum};
-use sensel::report::Report;
 use sensel::report::html::{Mark, Picture, Pictures, html};
+use sensel::report::{Report, display_curve};
 use sensel::run::{Frame, Session, Setup};
 use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, ImuSample, MEMS_PHONE};
 use sensel::units::{CameraIndex, Span};
@@ -205,23 +205,11 @@ impl Output {
 /// Published number of the inertial unit's noise in keys.
 const IMU_NUMBER: u64 = 2;
 
-/// Codes for a person's eye: black level off, then the square root, near the curve of a display.
-fn displayed(codes: &Plane<u16>, bits: u32, black_level_dn: u32) -> Plane<u8> {
-    let range_dn = f64::from((1_u32 << bits) - 1 - black_level_dn);
-    let curve: Vec<u8> = (0..1_u32 << bits)
-        .map(|code_dn| {
-            let share = f64::from(code_dn.saturating_sub(black_level_dn)) / range_dn;
-            sensel::num::low_u8(u32_truncated(255.0 * share.sqrt() + 0.5))
-        })
-        .collect();
-    codes.map(|code_dn| curve[usize::from(code_dn)])
-}
-
 fn shown(frame: &Frame, bits: u32, black_level_dn: u32) -> Picture {
     let camera = &frame.cameras[0];
     let marks = camera.features.iter().zip(&camera.tracked);
     Picture {
-        values: displayed(&camera.codes, bits, black_level_dn),
+        values: display_curve(&camera.codes, bits, black_level_dn),
         caption: format!("camera 0, frame {}, {:.3} s", frame.frame.0, frame.t_s),
         marks: marks.map(|(f, &tracked)| Mark { x_px: f.x_px(), y_px: f.y_px(), tracked }).collect(),
     }

@@ -109,6 +109,8 @@ pub struct Scenario {
 pub struct PlanRecord {
     /// Names in physical order.
     pub kept: Vec<String>,
+    /// Why each of them stays, with numbers, for a person.
+    pub kept_reasons: Ordered<String>,
     /// In physical order.
     pub omitted: Vec<OmittedEffect>,
     /// Sum of all systematic bounds.

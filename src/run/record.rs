@@ -209,6 +209,7 @@ pub fn plan_record(plan: &PlanSummary, accuracy: f64) -> PlanRecord {
     });
     PlanRecord {
         kept: plan.kept.iter().map(|effect| effect.name.to_owned()).collect(),
+        kept_reasons: plan.kept.iter().map(|effect| (effect.name, effect.reason.clone())).collect(),
         omitted: omitted.collect(),
         bias_e: plan.bias_e,
         sigma_e: plan.sigma_e,

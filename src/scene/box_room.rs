@@ -26,8 +26,8 @@ const FURNITURE_M: [[[f32; 3]; 2]; 6] = [
     [[2.2, 0.75, 1.6], [2.6, 1.1, 2.0]],
 ];
 
-/// A lamp of 1.6 by 1.2 m, 2 cm below the ceiling, shining down.
-const LAMP_M: [[f32; 3]; 2] = [[-0.8, 2.98, -0.6], [0.8, 2.98, 0.6]];
+/// A luminous ceiling of 5 by 4 m, 2 cm below the ceiling proper, shining down: walls get light that is of the order of the floor's.
+const LAMP_M: [[f32; 3]; 2] = [[-2.5, 2.98, -2.0], [2.5, 2.98, 2.0]];
 
 /// Makes the room. Another seed gives other patterns on the same walls.
 pub fn box_room(seed: u64) -> Scene {
@@ -75,7 +75,7 @@ fn pattern(key: DrawKey, width: u32, height: u32) -> Vec<[u8; 3]> {
     let mut grey: Vec<i32> = Vec::with_capacity(index(width) * index(height));
     for y in 0..height {
         for x in 0..width {
-            let tile = 90 + 24 * (draw(key.with(2), u64::from(x / 64) << 32 | u64::from(y / 64), 5));
+            let tile = 150 + 22 * (draw(key.with(2), u64::from(x / 64) << 32 | u64::from(y / 64), 5));
             let noise = value_noise(key.with(3), x, y, 32) / 3 + value_noise(key.with(4), x, y, 8) / 6;
             grey.push(tile + noise - 64);
         }

@@ -10,10 +10,11 @@ const types = { ".html": "text/html", ".js": "text/javascript", ".css": "text/cs
 /** Serves a folder on loopback. */
 export async function serve(folder) {
   const server = createServer((request, response) => {
-    const path = normalize(new URL(request.url, "http://localhost").pathname);
+    const asked = normalize(new URL(request.url, "http://localhost").pathname);
+    const path = asked === "/" ? "/index.html" : asked;
     try {
-      const body = readFileSync(join(folder, path === "/" ? "index.html" : path));
-      response.writeHead(200, { "content-type": types[extname(path === "/" ? ".html" : path)] ?? "application/octet-stream" });
+      const body = readFileSync(join(folder, path));
+      response.writeHead(200, { "content-type": types[extname(path)] ?? "application/octet-stream" });
       response.end(body);
     } catch {
       response.writeHead(404).end();
@@ -68,7 +69,8 @@ export async function open(browser, address, width, height) {
   await send("Page.navigate", { url: address });
   const evaluate = async (expression) => {
     const answer = await send("Runtime.evaluate", { expression, awaitPromise: true, returnByValue: true });
-    if (answer.exceptionDetails) throw new Error(answer.exceptionDetails.text);
+    const failed = answer.exceptionDetails;
+    if (failed) throw new Error(failed.exception?.description ?? failed.text);
     return answer.result.value;
   };
   const until = async (expression, seconds) => {

@@ -32,6 +32,7 @@ illuminance_lux = ${(10 ** between(-1, 4)).toPrecision(6)}
 illuminant = "${pick("D65", "A", "E", "FL11", "LED-B3")}"
 [motion]
 kind = "${pick("sway", "still")}"
+offset_m = [0.0, 1.5, 0.3]
 [run]
 frames = 3
 samples_per_pixel = ${pick(1, 3, 4, 8)}
@@ -43,7 +44,7 @@ preset = "${pick("pinhole_90", "radtan_90")}"
 f_number = ${between(1.2, 8).toFixed(2)}
 pupil = "${pick("thin_lens", "aplanatic")}"
 [sensor]
-width = ${16 + 4 * Math.floor(random() * 60)}
+width = ${16 + 8 * Math.floor(random() * 30)}
 height = ${16 + Math.floor(random() * 200)}
 temperature_k = ${between(260, 350).toFixed(1)}
 [sensor.pixel]
@@ -57,7 +58,7 @@ cds = "${pick("none", "analog", "digital")}"
 [sensor.readout]
 shutter = "${pick("global", "rolling")}"
 hts = 20000
-exposure_us = ${between(1000, 10000).toFixed(1)}
+exposure_us = ${between(1000, 15000).toFixed(1)}
 [compute]
 threshold = ${5 + Math.floor(random() * 40)}
 [link]

@@ -119,6 +119,7 @@ fn plan() -> PlanRecord {
     };
     PlanRecord {
         kept: ["prnu", "photon_noise", "full_well", "read_noise", "column_offset"].map(str::to_owned).to_vec(),
+        kept_reasons: [("prnu", "1 % of 5000 e- is 50 e- between pixels".to_owned())].into_iter().collect(),
         omitted: vec![
             omitted("dark_current", 0.02, 0.14, "0.02 e- in 2 ms at 300 K"),
             omitted("storage_leakage", 0.000_12, 0.011, "0.00012 e- in at most 35.9 ms of storage at 300 K"),

@@ -1,6 +1,6 @@
 // The page: controls to scenario text, frames to the canvas. No physics and no numbers of its own.
 const $ = (id) => document.getElementById(id);
-const defaults = { lux: "2.5", exposure: "0.3", bits: "10", read: "100", threshold: "20", shutter: "global" };
+const defaults = { lux: "3", exposure: "0.8", bits: "10", read: "100", threshold: "20", shutter: "global" };
 const state = { ...defaults, ...Object.fromEntries(new URLSearchParams(location.hash.slice(1))) };
 const worker = new Worker("worker.js", { type: "module" });
 let serial = 0, busy = false, dirty = true, playing = false;
@@ -16,6 +16,7 @@ generator = "box"
 illuminance_lux = ${lux().toPrecision(4)}
 [motion]
 kind = "sway"
+offset_m = [0.0, 1.5, 0.3]
 [run]
 frames = 300
 [sensor]

@@ -16,6 +16,7 @@ pub struct Session {
 pub struct Step {
     frame: Frame,
     bits: u32,
+    black_level_dn: u32,
     summary: String,
 }
 
@@ -61,7 +62,8 @@ impl Session {
             "omitted": report.plan.omitted.iter().map(|effect| &effect.name).collect::<Vec<_>>(),
             "hashes": {"photons": photons, "codes": codes, "features": features, "energy": energy},
         });
-        Ok(Step { bits, summary: summary.to_string(), frame })
+        let black_level_dn = setup.sensor.parameters.adc.black_level_dn;
+        Ok(Step { bits, black_level_dn, summary: summary.to_string(), frame })
     }
 }
 
@@ -79,9 +81,9 @@ impl Step {
         self.frame.cameras[0].codes.size().height_px
     }
 
-    /// Codes brought to 8 bits, as red, green, blue and opacity.
+    /// Codes for a person's eye, as red, green, blue and opacity.
     pub fn pixels(&self) -> Vec<u8> {
-        let picture = sensel::compute::to_8_bits(&self.frame.cameras[0].codes, self.bits);
+        let picture = sensel::report::display_curve(&self.frame.cameras[0].codes, self.bits, self.black_level_dn);
         picture.values().iter().flat_map(|&value| [value, value, value, 255]).collect()
     }
 

@@ -6,8 +6,8 @@ use crate::report::record::Report;
 pub(super) fn header(report: &Report) -> String {
     let scenario = &report.scenario;
     let summary = format!(
-        "{} through {}, lit to {} lux ({}): {} frames in {}, {} of path.",
-        capitalised(&scenario.motion),
+        "The rig follows {} through {}, lit to {} lux ({}): {} frames in {}, {} of path.",
+        scenario.motion,
         scenario.scene,
         digits(scenario.illuminance_lux),
         scenario.illuminant,
@@ -46,9 +46,4 @@ fn chips(report: &Report) -> Vec<String> {
         render,
         format!("seed {}", report.seed),
     ]
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

@@ -14,7 +14,7 @@ pub(super) fn plan(report: &Report) -> String {
         digits(plan.bias_e),
         digits(plan.sigma_e)
     );
-    let kept: String = plan.kept.iter().map(|name| kept_row(name)).collect();
+    let kept: String = plan.kept.iter().map(|name| kept_row(name, plan.kept_reasons.get(name))).collect();
     let omitted: String = plan.omitted.iter().map(omitted_row).collect();
     let table = format!(
         "<div class=\"scroll\"><table><thead><tr><th scope=\"col\">effect</th><th scope=\"col\">decision</th>\
@@ -25,11 +25,13 @@ pub(super) fn plan(report: &Report) -> String {
     section("Effects: only what the scene calls for", &lead, &table)
 }
 
-fn kept_row(name: &str) -> String {
+fn kept_row(name: &str, reason: Option<&String>) -> String {
+    let reason = reason.map_or("simulated in every pixel", String::as_str);
     format!(
         "<tr><th scope=\"row\">{}</th><td class=\"kept\">kept</td><td class=\"num\">\u{2013}</td>\
-         <td class=\"num\">\u{2013}</td><td class=\"note\">simulated in every pixel</td></tr>",
-        escaped(&name.replace('_', " "))
+         <td class=\"num\">\u{2013}</td><td class=\"note\">{}</td></tr>",
+        escaped(&name.replace('_', " ")),
+        escaped(reason)
     )
 }
 
