@@ -175,7 +175,10 @@ struct Pixels {
     spread: Floats,
     /// The pixel's own shift in x, y and time, each in 0..1.
     shift: [Floats; 3],
-    seen: [bool; LANES],
+    /// How far rays go; below zero where the lens has no bearing.
+    t_max: Floats,
+    /// The lanes that have a bearing, and how many there are.
+    seen: ([usize; LANES], usize),
 }
 
 impl Kernel for Rows<'_> {
@@ -211,13 +214,21 @@ impl Rows<'_> {
     #[inline(always)]
     fn pixels(&self, first: usize, width: usize) -> Pixels {
         let zero = Floats::splat(0.0);
-        let mut pixels = Pixels { corners: [[zero; 3]; 4], spread: zero, shift: [zero; 3], seen: [false; LANES] };
+        let mut pixels = Pixels {
+            corners: [[zero; 3]; 4],
+            spread: zero,
+            shift: [zero; 3],
+            t_max: Floats::splat(-1.0),
+            seen: ([0; LANES], 0),
+        };
         for lane in 0..LANES {
             // Lanes beyond the last column or row repeat it.
             let x = (first + lane % COLUMNS).min(width - 1);
             let y = self.first + (lane / COLUMNS).min(self.count - 1);
             let Some(corners) = self.camera.corners(x, y) else { continue };
-            pixels.seen[lane] = true;
+            pixels.t_max.0[lane] = f32::MAX;
+            pixels.seen.0[pixels.seen.1] = lane;
+            pixels.seen.1 += 1;
             for (corner, bearing) in corners.iter().enumerate() {
                 for axis in 0..3 {
                     pixels.corners[corner][axis].0[lane] = bearing[axis];
@@ -249,7 +260,7 @@ impl Rows<'_> {
                 pixels,
                 filter,
                 bearing,
-                Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: Floats::splat(f32::MAX) },
+                Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max },
                 stack,
             );
             number += 1.0;
@@ -263,18 +274,11 @@ impl Rows<'_> {
     }
 
     #[inline(always)]
-    fn shade(&self, pixels: &Pixels, filter: f32, bearing: Vectors, mut packet: Packet, stack: &mut Stack) -> Floats {
-        for lane in 0..LANES {
-            if !pixels.seen[lane] {
-                packet.t_max.0[lane] = -1.0;
-            }
-        }
+    fn shade(&self, pixels: &Pixels, filter: f32, bearing: Vectors, packet: Packet, stack: &mut Stack) -> Floats {
         let hits = closest_inline(&self.scene.scene().bvh, &packet, stack);
         let mut photons = Floats::splat(0.0);
-        for lane in 0..LANES {
-            if !pixels.seen[lane] {
-                continue;
-            }
+        // A list whose length only the run knows: unrolled sixteen times, shading outgrows the instruction cache.
+        for &lane in &pixels.seen.0[..pixels.seen.1] {
             let exitance = if hits.triangle[lane] == MISS {
                 self.scene.sky_lux()
             } else {
