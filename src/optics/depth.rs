@@ -3,14 +3,14 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::camera::Camera;
-use super::motion::Parabola;
+use super::motion::{Parabola, Parabolas};
 use super::render::bilinear;
 use crate::num::f32_nearest;
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::Scene;
-use crate::scene::lanes::{F8, LANES};
-use crate::scene::tracer::{MISS, Packet, closest};
+use crate::scene::lanes::{Floats, LANES};
+use crate::scene::tracer::{MISS, Packet, Stack, closest};
 use crate::units::Span;
 
 /// z in metres of what the centre of each pixel sees from a still pose `world_from_body`; positive infinity where it sees
@@ -19,11 +19,13 @@ pub fn depth(scene: &Scene, camera: &Camera, world_from_body: &Pose) -> Plane<f3
     let mut plane = Plane::filled(camera.size, f32::INFINITY);
     let world_from_camera = world_from_body.then(&camera.body_from_camera);
     let still = Parabola::through(Span { start_s: 0.0, end_s: 0.0 }, &|_| world_from_camera);
-    let (width, half) = (plane.width_px(), F8::splat(f32_nearest(0.5)));
+    let still = Parabolas::of(&[still; LANES]);
+    let mut stack = Stack::new();
+    let (width, half) = (plane.width_px(), Floats::splat(f32_nearest(0.5)));
     for row in 0..plane.height_px() {
         for first in (0..width).step_by(LANES) {
-            let mut corners = [[F8::splat(0.0); 3]; 4];
-            let mut t_max = F8::splat(-1.0);
+            let mut corners = [[Floats::splat(0.0); 3]; 4];
+            let mut t_max = Floats::splat(-1.0);
             for lane in 0..LANES.min(width - first) {
                 let Some(bearings) = camera.corners(first + lane, row) else { continue };
                 t_max.0[lane] = f32::MAX;
@@ -34,8 +36,9 @@ pub fn depth(scene: &Scene, camera: &Camera, world_from_body: &Pose) -> Plane<f3
                 }
             }
             let bearing = bilinear(&corners, half, half);
-            let (origin_m, direction) = still.rays(bearing, F8::splat(0.0));
-            let hits = closest(&scene.bvh, &Packet { origin_m, direction, t_min: F8::splat(0.0), t_max });
+            let (origin_m, direction) = still.rays(bearing, Floats::splat(0.0));
+            let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max };
+            let hits = closest(&scene.bvh, &packet, &mut stack);
             for lane in 0..LANES.min(width - first) {
                 if hits.triangle[lane] != MISS {
                     plane.row_mut(row)[first + lane] = hits.t.0[lane] * bearing[2].0[lane];

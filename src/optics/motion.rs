@@ -5,7 +5,7 @@ use glam::DMat3;
 
 use crate::num::f32_nearest;
 use crate::pose::Pose;
-use crate::scene::lanes::{F8, V8};
+use crate::scene::lanes::{Floats, LANES, Vectors};
 use crate::units::Span;
 
 /// Numbers of a pose: nine of the rotation matrix by columns, three of the translation in metres.
@@ -40,22 +40,41 @@ impl Parabola {
         });
         Self { coefficients }
     }
+}
+
+/// One parabola a lane, side by side: neighbouring rows of a rolling shutter move differently.
+#[derive(Clone, Debug)]
+pub struct Parabolas {
+    coefficients: [[Floats; 3]; NUMBERS],
+}
+
+impl Parabolas {
+    /// Side by side.
+    pub fn of(lanes: &[Parabola; LANES]) -> Self {
+        let mut coefficients = [[Floats::splat(0.0); 3]; NUMBERS];
+        for (lane, parabola) in lanes.iter().enumerate() {
+            for (to, from) in coefficients.iter_mut().flatten().zip(parabola.coefficients.iter().flatten()) {
+                to.0[lane] = *from;
+            }
+        }
+        Self { coefficients }
+    }
 
     #[inline(always)]
-    fn at(&self, number: usize, share: F8) -> F8 {
+    fn at(&self, number: usize, share: Floats) -> Floats {
         let [a, b, c] = self.coefficients[number];
-        F8::splat(a) + share * (F8::splat(b) + share * F8::splat(c))
+        a + share * (b + share * c)
     }
 
     /// One coordinate of the turned bearings. A function, because closures are not inlined into dispatched kernels.
     #[inline(always)]
-    fn turned(&self, row: usize, bearing: V8, share: F8) -> F8 {
+    fn turned(&self, row: usize, bearing: Vectors, share: Floats) -> Floats {
         self.at(row, share) * bearing[0] + self.at(3 + row, share) * bearing[1] + self.at(6 + row, share) * bearing[2]
     }
 
-    /// Origins and directions in the world of eight bearings, each at its own share (0..1) of the span.
+    /// Origins and directions in the world of a packet's bearings, each at its own share (0..1) of the span.
     #[inline(always)]
-    pub fn rays(&self, bearing: V8, share: F8) -> (V8, V8) {
+    pub fn rays(&self, bearing: Vectors, share: Floats) -> (Vectors, Vectors) {
         let direction =
             [self.turned(0, bearing, share), self.turned(1, bearing, share), self.turned(2, bearing, share)];
         ([self.at(9, share), self.at(10, share), self.at(11, share)], direction)
@@ -74,11 +93,11 @@ mod tests {
             let pose = |t_s: f64| {
                 Pose::new(DQuat::from_axis_angle(DVec3::Y, angle_rad * t_s), DVec3::new(t_s, 0.0, t_s * t_s))
             };
-            let parabola = Parabola::through(Span { start_s: 0.0, end_s: 1.0 }, &pose);
+            let parabola = Parabolas::of(&[Parabola::through(Span { start_s: 0.0, end_s: 1.0 }, &pose); LANES]);
             for step in 0..=20 {
                 let share = f64::from(step) / 20.0;
-                let bearing = [F8::splat(0.6), F8::splat(0.0), F8::splat(0.8)];
-                let (origin, direction) = parabola.rays(bearing, F8::splat(f32_nearest(share)));
+                let bearing = [Floats::splat(0.6), Floats::splat(0.0), Floats::splat(0.8)];
+                let (origin, direction) = parabola.rays(bearing, Floats::splat(f32_nearest(share)));
                 let exact = pose(share).direction(DVec3::new(0.6, 0.0, 0.8));
                 // Each coordinate sums two entries times 0.6 and 0.8; f32 adds some ten roundings of 2^-24.
                 let bound = 1.4 * 0.0081 * angle_rad * angle_rad * angle_rad + 10.0 * 6e-8;

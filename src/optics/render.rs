@@ -2,19 +2,19 @@
 //!
 //! Every ray has its own place in the pixel and its own instant. Sample s of a pixel lies in the s-th stratum of the exposure and at
 //! the s-th point of a plane low-discrepancy sequence, both shifted by the pixel's own draw, so time and place are stratified together and
-//! neighbours err apart. Eight neighbours take the same stratum at the same time, which keeps their rays close together.
+//! neighbours err apart. The pixels of a small square take the same stratum at the same time, which keeps their rays close together.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::camera::Camera;
-use super::motion::Parabola;
+use super::motion::{Parabola, Parabolas};
 use crate::draw::DrawKey;
-use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, low_u32, u64_from};
+use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, low_u32, u64_from};
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::LitScene;
-use crate::scene::lanes::{F8, LANES, V8};
-use crate::scene::tracer::{MISS, Packet, closest_inline};
+use crate::scene::lanes::{Floats, LANES, Vectors};
+use crate::scene::tracer::{MISS, Packet, Stack, closest_inline};
 use crate::simd::{Kernel, dispatch};
 use crate::units::Span;
 
@@ -42,8 +42,10 @@ pub struct Sampling {
     pub key: DrawKey,
 }
 
-/// Rows of a unit of parallel work.
-const ROWS: usize = 4;
+/// Columns of the square of pixels that a packet covers.
+const COLUMNS: usize = 4;
+/// Rows of it, and of a unit of parallel work.
+const ROWS: usize = LANES / COLUMNS;
 
 /// Steps of the R2 sequence (powers of the inverse of the plastic number).
 const R2: [f32; 2] = [0.754_877_7, 0.569_840_3];
@@ -51,15 +53,21 @@ const R2: [f32; 2] = [0.754_877_7, 0.569_840_3];
 /// The prefilter of textures takes the pixel's width over this root of the samples: with more samples each stands for less.
 const FILTER_SHARE_MIN: f32 = 0.25;
 
-struct Row<'a> {
+/// Neighbouring rows. Lanes beyond the last row of the picture repeat it; their results are not written.
+struct Rows<'a> {
     scene: &'a LitScene,
     camera: &'a Camera,
     /// One for each stratum of time.
-    motion: &'a [Parabola],
-    /// Photons of each band per lux-equivalent, on the axis, over this row's exposure.
-    photons_per_lux: [f32; 3],
-    row: usize,
-    sampling: Sampling,
+    motion: &'a [Parabolas],
+    /// Photons of each band per lux-equivalent, on the axis, over each row's exposure.
+    photons_per_lux: [[f32; 3]; ROWS],
+    /// The first row, and how many there are.
+    first: usize,
+    count: usize,
+    /// Key of each row.
+    keys: [DrawKey; ROWS],
+    saturation_photons: f32,
+    /// Their pixels, row by row.
     photons: &'a mut [f32],
 }
 
@@ -79,20 +87,21 @@ pub fn render(
     assert!(samples_per_pixel > 0, "a render needs a sample");
     let per_lux_s = camera.photons_per_lux_s(scene.illuminant());
     let work = |first: usize, values: &mut [f32]| {
-        let mut ratios = Ratios::default();
-        let mut motion: Option<(Span, Vec<Parabola>)> = None;
-        for (offset, photons) in values.chunks_exact_mut(width).enumerate() {
-            let row = first + offset;
-            let span = shutter[row];
-            if motion.as_ref().is_none_or(|(known, _)| *known != span) {
-                motion = Some((span, strata(span, samples_per_pixel, camera, world_from_body)));
-            }
-            let (_, strata) = motion.as_ref().expect("set above");
-            let photons_per_lux = per_lux_s.map(|photons| f32_nearest(photons * span.length_s()));
-            let sampling = Sampling { key: sampling.key.with(u64_from(row)), ..sampling };
-            ratios.add(dispatch(Row { scene, camera, motion: strata, photons_per_lux, row, sampling, photons }));
-        }
-        ratios
+        let count = values.len() / width;
+        let row_of: [usize; ROWS] = std::array::from_fn(|row| first + row.min(count - 1));
+        let motion = strata(row_of.map(|row| shutter[row]), samples_per_pixel, camera, world_from_body);
+        let per_lux = |row: usize| per_lux_s.map(|photons| f32_nearest(photons * shutter[row].length_s()));
+        dispatch(Rows {
+            scene,
+            camera,
+            motion: &motion,
+            photons_per_lux: row_of.map(per_lux),
+            first,
+            count,
+            keys: row_of.map(|row| sampling.key.with(u64_from(row))),
+            saturation_photons: sampling.saturation_photons,
+            photons: values,
+        })
     };
     let ratios = over_rows(photons.values_mut(), width, &work);
     let mut all = Ratios::default();
@@ -138,38 +147,60 @@ fn over_rows(values: &mut [f32], width: usize, work: &(dyn Fn(usize, &mut [f32])
     }
 }
 
-fn strata(span: Span, samples: u32, camera: &Camera, world_from_body: &(dyn Fn(f64) -> Pose + Sync)) -> Vec<Parabola> {
+/// Motion over each stratum, by lane. Rows that are exposed together are asked for once.
+fn strata(
+    spans: [Span; ROWS],
+    samples: u32,
+    camera: &Camera,
+    world_from_body: &(dyn Fn(f64) -> Pose + Sync),
+) -> Vec<Parabolas> {
     let world_from_camera = |t_s: f64| world_from_body(t_s).then(&camera.body_from_camera);
-    let edge_s = |number: u32| span.start_s + span.length_s() * (f64::from(number) / f64::from(samples));
-    (0..samples)
-        .map(|s| Parabola::through(Span { start_s: edge_s(s), end_s: edge_s(s + 1) }, &world_from_camera))
-        .collect()
+    let stratum = |span: Span, number: u32| {
+        let edge_s = |number: u32| span.start_s + span.length_s() * (f64::from(number) / f64::from(samples));
+        Parabola::through(Span { start_s: edge_s(number), end_s: edge_s(number + 1) }, &world_from_camera)
+    };
+    let lanes = |number: u32| {
+        let mut known = [stratum(spans[0], number); ROWS];
+        for row in 1..ROWS {
+            known[row] = if spans[row] == spans[row - 1] { known[row - 1] } else { stratum(spans[row], number) };
+        }
+        Parabolas::of(&std::array::from_fn(|lane| known[lane / COLUMNS]))
+    };
+    (0..samples).map(lanes).collect()
 }
 
-/// Eight pixels next to each other.
+/// A square of pixels, row by row.
 struct Pixels {
-    corners: [V8; 4],
-    spread: F8,
+    corners: [Vectors; 4],
+    spread: Floats,
     /// The pixel's own shift in x, y and time, each in 0..1.
-    shift: [F8; 3],
-    seen: [bool; LANES],
+    shift: [Floats; 3],
+    /// How far rays go; below zero where the lens has no bearing.
+    t_max: Floats,
+    /// The lanes that have a bearing, and how many there are.
+    seen: ([usize; LANES], usize),
 }
 
-impl Kernel for Row<'_> {
+impl Kernel for Rows<'_> {
     type Output = Ratios;
 
     #[inline(always)]
     fn run(self) -> Ratios {
-        let width = self.photons.len();
+        let width = index(self.camera.size.width_px);
         let mut ratios = Ratios::default();
-        for first in (0..width).step_by(LANES) {
+        let mut stack = Stack::new();
+        let samples = f32_nearest(f64_from_usize(self.motion.len()));
+        for first in (0..width).step_by(COLUMNS) {
             let pixels = self.pixels(first, width);
-            let (sum, squares) = self.gather(&pixels);
-            let samples = f32_nearest(f64_from_usize(self.motion.len()));
-            for lane in 0..LANES.min(width - first) {
+            let (sum, squares) = self.gather(&pixels, &mut stack);
+            for lane in 0..LANES {
+                let (row, column) = (lane / COLUMNS, first + lane % COLUMNS);
+                if row >= self.count || column >= width {
+                    continue;
+                }
                 let mean = sum.0[lane] / samples;
-                self.photons[first + lane] = mean;
-                if mean > 0.0 && mean < self.sampling.saturation_photons && samples > 1.0 {
+                self.photons[row * width + column] = mean;
+                if mean > 0.0 && mean < self.saturation_photons && samples > 1.0 {
                     let sum = f64::from(squares.0[lane] / (samples * (samples - 1.0)) / mean);
                     ratios.add(Ratios { sum, pixels: 1 });
                 }
@@ -179,23 +210,32 @@ impl Kernel for Row<'_> {
     }
 }
 
-impl Row<'_> {
+impl Rows<'_> {
     #[inline(always)]
     fn pixels(&self, first: usize, width: usize) -> Pixels {
-        let zero = F8::splat(0.0);
-        let mut pixels = Pixels { corners: [[zero; 3]; 4], spread: zero, shift: [zero; 3], seen: [false; LANES] };
+        let zero = Floats::splat(0.0);
+        let mut pixels = Pixels {
+            corners: [[zero; 3]; 4],
+            spread: zero,
+            shift: [zero; 3],
+            t_max: Floats::splat(-1.0),
+            seen: ([0; LANES], 0),
+        };
         for lane in 0..LANES {
-            // Lanes beyond the last column repeat it; their results are not written.
-            let x = (first + lane).min(width - 1);
-            let Some(corners) = self.camera.corners(x, self.row) else { continue };
-            pixels.seen[lane] = true;
+            // Lanes beyond the last column or row repeat it.
+            let x = (first + lane % COLUMNS).min(width - 1);
+            let y = self.first + (lane / COLUMNS).min(self.count - 1);
+            let Some(corners) = self.camera.corners(x, y) else { continue };
+            pixels.t_max.0[lane] = f32::MAX;
+            pixels.seen.0[pixels.seen.1] = lane;
+            pixels.seen.1 += 1;
             for (corner, bearing) in corners.iter().enumerate() {
                 for axis in 0..3 {
                     pixels.corners[corner][axis].0[lane] = bearing[axis];
                 }
             }
-            pixels.spread.0[lane] = self.camera.spread(x, self.row);
-            let bits = self.sampling.key.with(u64_from(x)).0;
+            pixels.spread.0[lane] = self.camera.spread(x, y);
+            let bits = self.keys[lane / COLUMNS].with(u64_from(x)).0;
             for (number, shift) in pixels.shift.iter_mut().enumerate() {
                 let word = low_u32(bits >> (21 * number)) & 0x001F_FFFF;
                 shift.0[lane] = f32_from_u32(word) / 2_097_152.0;
@@ -206,8 +246,8 @@ impl Row<'_> {
 
     /// Sum of the samples' photons, and the sum of their squared distances from the mean.
     #[inline(always)]
-    fn gather(&self, pixels: &Pixels) -> (F8, F8) {
-        let (mut sum, mut mean, mut squares) = (F8::splat(0.0), F8::splat(0.0), F8::splat(0.0));
+    fn gather(&self, pixels: &Pixels, stack: &mut Stack) -> (Floats, Floats) {
+        let (mut sum, mut mean, mut squares) = (Floats::splat(0.0), Floats::splat(0.0), Floats::splat(0.0));
         let samples = f32_nearest(f64_from_usize(self.motion.len()));
         let filter = (1.0 / samples.sqrt()).max(FILTER_SHARE_MIN);
         let mut number = 0.0;
@@ -220,12 +260,13 @@ impl Row<'_> {
                 pixels,
                 filter,
                 bearing,
-                Packet { origin_m, direction, t_min: F8::splat(0.0), t_max: F8::splat(f32::MAX) },
+                Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max },
+                stack,
             );
             number += 1.0;
             // Welford's update: no cancellation for bright, quiet pixels.
             let apart = photons - mean;
-            mean = mean + apart * F8::splat(1.0 / number);
+            mean = mean + apart * Floats::splat(1.0 / number);
             squares = squares + apart * (photons - mean);
             sum = sum + photons;
         }
@@ -233,18 +274,11 @@ impl Row<'_> {
     }
 
     #[inline(always)]
-    fn shade(&self, pixels: &Pixels, filter: f32, bearing: V8, mut packet: Packet) -> F8 {
-        for lane in 0..LANES {
-            if !pixels.seen[lane] {
-                packet.t_max.0[lane] = -1.0;
-            }
-        }
-        let hits = closest_inline(&self.scene.scene().bvh, &packet);
-        let mut photons = F8::splat(0.0);
-        for lane in 0..LANES {
-            if !pixels.seen[lane] {
-                continue;
-            }
+    fn shade(&self, pixels: &Pixels, filter: f32, bearing: Vectors, packet: Packet, stack: &mut Stack) -> Floats {
+        let hits = closest_inline(&self.scene.scene().bvh, &packet, stack);
+        let mut photons = Floats::splat(0.0);
+        // A list whose length only the run knows: unrolled sixteen times, shading outgrows the instruction cache.
+        for &lane in &pixels.seen.0[..pixels.seen.1] {
             let exitance = if hits.triangle[lane] == MISS {
                 self.scene.sky_lux()
             } else {
@@ -254,7 +288,7 @@ impl Row<'_> {
                 self.scene.exitance_lux(hits.triangle[lane], [hits.u.0[lane], hits.v.0[lane]], direction, footprint_m)
             };
             let [r, g, b] = exitance;
-            let [per_r, per_g, per_b] = self.photons_per_lux;
+            let [per_r, per_g, per_b] = self.photons_per_lux[lane / COLUMNS];
             photons.0[lane] = (r * per_r + g * per_g + b * per_b) * self.camera.roll_off_at(bearing[2].0[lane]);
         }
         photons
@@ -263,7 +297,7 @@ impl Row<'_> {
 
 /// Numbers of 0..1 moved along, around the end.
 #[inline(always)]
-fn shifted(mut share: F8, by: f32) -> F8 {
+fn shifted(mut share: Floats, by: f32) -> Floats {
     for lane in 0..LANES {
         let moved = share.0[lane] + by;
         share.0[lane] = moved - moved.floor();
@@ -273,7 +307,7 @@ fn shifted(mut share: F8, by: f32) -> F8 {
 
 /// Bearings at shares x (to the right) and y (downwards) of pixels.
 #[inline(always)]
-pub(super) fn bilinear(corners: &[V8; 4], x: F8, y: F8) -> V8 {
+pub(super) fn bilinear(corners: &[Vectors; 4], x: Floats, y: Floats) -> Vectors {
     let mut bearing = corners[0];
     for axis in 0..3 {
         let above = corners[0][axis] + (corners[1][axis] - corners[0][axis]) * x;

@@ -17,14 +17,14 @@ use rays::{DARK, Gathered, SKY};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 2;
+pub const BAKE_VERSION: u32 = 3;
 
 /// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BakeSettings {
-    /// Cosine-weighted rays from each side of a sample on a grid. A multiple of 8.
+    /// Cosine-weighted rays from each side of a sample on a grid. A multiple of 16.
     pub grid_rays: usize,
-    /// The same for samples on vertices of small triangles. A multiple of 8.
+    /// The same for samples on vertices of small triangles. A multiple of 16.
     pub vertex_rays: usize,
     /// Points on lamps that samples on grids aim at.
     pub grid_lamp_rays: usize,

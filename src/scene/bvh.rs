@@ -26,7 +26,8 @@ const REINSERTION_SHARE: f32 = 0.15;
 /// Deepest tree that the tracer's stack can walk; far above what the builder makes of any real scene.
 pub const DEPTH_MAX: usize = 96;
 
-/// Two children with their boxes: one cache line and a half, read together.
+/// Two children with their boxes: a cache line and a third, read together. The first child is the one that lies lower along
+/// the axis on which their centres differ most.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Node {
@@ -36,6 +37,8 @@ pub struct Node {
     pub first: [u32; 2],
     /// Triangles of a leaf; 0 for an inner node.
     pub count: [u32; 2],
+    /// The axis that tells the children apart, 0 to 2.
+    pub axis: u32,
 }
 
 /// A triangle in leaf order.
@@ -121,15 +124,25 @@ fn leaves(tree: &Bvh2, triangles_m: &[[[f32; 3]; 3]]) -> Vec<Leaf> {
     tree.primitive_indices.iter().map(leaf).collect()
 }
 
-/// A box that no ray enters, for the second child of a tree of one leaf.
-const NOWHERE: [[f32; 3]; 2] = [[f32::MAX; 3], [f32::MIN; 3]];
+/// The axis on which the centres of two boxes differ most, and whether the second one is the lower there.
+fn order(boxes_m: &[[[f32; 3]; 2]; 2]) -> (u32, bool) {
+    let (mut axis, mut widest) = (0, 0.0_f32);
+    for candidate in 0..3 {
+        let [left, right] = boxes_m.map(|corners_m| corners_m[0][candidate] + corners_m[1][candidate]);
+        if (right - left).abs() > widest.abs() {
+            (axis, widest) = (u32_from(candidate), right - left);
+        }
+    }
+    (axis, widest < 0.0)
+}
 
 fn flatten(tree: &Bvh2) -> Vec<Node> {
     let corners = |node: &Bvh2Node| [node.aabb().min.to_array(), node.aabb().max.to_array()];
     let root = &tree.nodes[0];
     if root.is_leaf() {
-        let boxes_m = [corners(root), NOWHERE];
-        return vec![Node { boxes_m, first: [root.first_index, 0], count: [root.prim_count, 0] }];
+        // Both children are the one leaf: what is met twice is met once.
+        let boxes_m = [corners(root); 2];
+        return vec![Node { boxes_m, first: [root.first_index; 2], count: [root.prim_count; 2], axis: 0 }];
     }
     let mut nodes = Vec::with_capacity(tree.nodes.len() / 2 + 1);
     nodes.push(None);
@@ -137,15 +150,18 @@ fn flatten(tree: &Bvh2) -> Vec<Node> {
     let mut open = vec![(0_usize, 0_usize)];
     while let Some((source, place)) = open.pop() {
         let first = index(tree.nodes[source].first_index);
-        let mut flat = Node { boxes_m: [NOWHERE; 2], first: [0; 2], count: [0; 2] };
+        let boxes_m = [corners(&tree.nodes[first]), corners(&tree.nodes[first + 1])];
+        let (axis, swapped) = order(&boxes_m);
+        let mut flat = Node { boxes_m, first: [0; 2], count: [0; 2], axis };
         for child in 0..2 {
-            let node = &tree.nodes[first + child];
+            let source = first + if swapped { 1 - child } else { child };
+            let node = &tree.nodes[source];
             flat.boxes_m[child] = corners(node);
             flat.count[child] = node.prim_count;
             flat.first[child] = node.first_index;
             if !node.is_leaf() {
                 flat.first[child] = u32_from(nodes.len());
-                open.push((first + child, nodes.len()));
+                open.push((source, nodes.len()));
                 nodes.push(None);
             }
         }

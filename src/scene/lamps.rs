@@ -7,9 +7,9 @@
 
 use super::bvh::Bvh;
 use super::chance::{cosine_direction, frame, pair, turned};
-use super::lanes::{F8, LANES};
+use super::lanes::{Floats, LANES};
 use super::mesh::{Mesh, area_m2, unit_normal};
-use super::tracer::{MISS, Packet, closest};
+use super::tracer::{MISS, Packet, Stack, closest};
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_usize, index, u64_from};
 
@@ -95,10 +95,10 @@ fn shines_out(piece: &Piece, mesh: &Mesh, bvh: &Bvh) -> bool {
         [0, 1, 2].map(|axis| (piece.corners_m[0][axis] + piece.corners_m[1][axis] + piece.corners_m[2][axis]) / 3.0);
     let mut packet = Packet {
         origin_m: super::lanes::splat3(middle_m),
-        direction: [F8::splat(0.0); 3],
+        direction: [Floats::splat(0.0); 3],
         // A ray leaves the plane of its own piece at zero; a hundredth of the piece's size is beyond rounding.
-        t_min: F8::splat(f32_nearest(0.01 * piece.area_m2.sqrt())),
-        t_max: F8::splat(f32::MAX),
+        t_min: Floats::splat(f32_nearest(0.01 * piece.area_m2.sqrt())),
+        t_max: Floats::splat(f32::MAX),
     };
     for lane in 0..LANES {
         let local = cosine_direction(pair(DrawKey::root(3), u64_from(lane)));
@@ -107,7 +107,7 @@ fn shines_out(piece: &Piece, mesh: &Mesh, bvh: &Bvh) -> bool {
             packet.direction[axis].0[lane] = direction[axis];
         }
     }
-    let ends = closest(bvh, &packet).triangle;
+    let ends = closest(bvh, &packet, &mut Stack::new()).triangle;
     ends.into_iter().any(|end| end == MISS || !mesh.materials[index(mesh.material_of[index(end)])].is_emissive())
 }
 

@@ -1,4 +1,5 @@
-//! Eight numbers at a time, as plain arrays that the compiler turns into whatever registers the dispatched level has.
+//! Sixteen numbers at a time, as plain arrays that the compiler turns into whatever registers the dispatched level has: one of
+//! AVX-512, two of AVX2, four of SSE2, NEON or simd128.
 //!
 //! Enters and leaves: lanes of one packet of rays. Every operation is one IEEE operation a lane, so bits do not depend on
 //! the level.
@@ -8,24 +9,24 @@
 use std::ops::{Add, BitAnd, BitOr, Mul, Sub};
 
 /// Rays in a packet.
-pub const LANES: usize = 8;
+pub const LANES: usize = 16;
 
 /// One `f32` a lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(32))]
-pub struct F8(pub [f32; LANES]);
+#[repr(C, align(64))]
+pub struct Floats(pub [f32; LANES]);
 
 /// One truth a lane: all bits set or none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C, align(32))]
-pub struct M8(pub [u32; LANES]);
+#[repr(C, align(64))]
+pub struct Mask(pub [u32; LANES]);
 
 /// Three coordinates a lane.
-pub type V8 = [F8; 3];
+pub type Vectors = [Floats; 3];
 
 macro_rules! lanewise {
     ($trait:ident, $method:ident, $operator:tt) => {
-        impl $trait for F8 {
+        impl $trait for Floats {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -42,7 +43,7 @@ lanewise!(Add, add, +);
 lanewise!(Sub, sub, -);
 lanewise!(Mul, mul, *);
 
-impl F8 {
+impl Floats {
     /// The same number in every lane.
     #[inline(always)]
     pub fn splat(value: f32) -> Self {
@@ -71,36 +72,36 @@ impl F8 {
 
     /// Where this is at most the other.
     #[inline(always)]
-    pub fn at_most(self, other: Self) -> M8 {
+    pub fn at_most(self, other: Self) -> Mask {
         let mut out = [0; LANES];
         for lane in 0..LANES {
             out[lane] = if self.0[lane] <= other.0[lane] { u32::MAX } else { 0 };
         }
-        M8(out)
+        Mask(out)
     }
 
     /// Where this is below the other.
     #[inline(always)]
-    pub fn below(self, other: Self) -> M8 {
+    pub fn below(self, other: Self) -> Mask {
         let mut out = [0; LANES];
         for lane in 0..LANES {
             out[lane] = if self.0[lane] < other.0[lane] { u32::MAX } else { 0 };
         }
-        M8(out)
+        Mask(out)
     }
 
     /// Where the two are equal.
     #[inline(always)]
-    pub fn equal(self, other: Self) -> M8 {
+    pub fn equal(self, other: Self) -> Mask {
         let mut out = [0; LANES];
         for lane in 0..LANES {
             out[lane] = if self.0[lane] == other.0[lane] { u32::MAX } else { 0 };
         }
-        M8(out)
+        Mask(out)
     }
 }
 
-impl M8 {
+impl Mask {
     /// Whether any lane is set.
     #[inline(always)]
     pub fn any(self) -> bool {
@@ -113,12 +114,12 @@ impl M8 {
 
     /// The first where set, else the second.
     #[inline(always)]
-    pub fn select(self, set: F8, clear: F8) -> F8 {
+    pub fn select(self, set: Floats, clear: Floats) -> Floats {
         let mut out = [0.0; LANES];
         for lane in 0..LANES {
             out[lane] = if self.0[lane] != 0 { set.0[lane] } else { clear.0[lane] };
         }
-        F8(out)
+        Floats(out)
     }
 
     /// The first where set, else the second.
@@ -132,7 +133,7 @@ impl M8 {
     }
 }
 
-impl BitAnd for M8 {
+impl BitAnd for Mask {
     type Output = Self;
     #[inline(always)]
     fn bitand(self, other: Self) -> Self {
@@ -144,7 +145,7 @@ impl BitAnd for M8 {
     }
 }
 
-impl BitOr for M8 {
+impl BitOr for Mask {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {
@@ -158,30 +159,30 @@ impl BitOr for M8 {
 
 /// The same point in every lane.
 #[inline(always)]
-pub fn splat3(value: [f32; 3]) -> V8 {
-    [F8::splat(value[0]), F8::splat(value[1]), F8::splat(value[2])]
+pub fn splat3(value: [f32; 3]) -> Vectors {
+    [Floats::splat(value[0]), Floats::splat(value[1]), Floats::splat(value[2])]
 }
 
 /// Lane by lane difference.
 #[inline(always)]
-pub fn sub3(a: V8, b: V8) -> V8 {
+pub fn sub3(a: Vectors, b: Vectors) -> Vectors {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// Lane by lane sum.
 #[inline(always)]
-pub fn add3(a: V8, b: V8) -> V8 {
+pub fn add3(a: Vectors, b: Vectors) -> Vectors {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// Lane by lane scalar product.
 #[inline(always)]
-pub fn dot3(a: V8, b: V8) -> F8 {
+pub fn dot3(a: Vectors, b: Vectors) -> Floats {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Lane by lane vector product. Swapping the arguments negates every bit of the result exactly.
 #[inline(always)]
-pub fn cross3(a: V8, b: V8) -> V8 {
+pub fn cross3(a: Vectors, b: Vectors) -> Vectors {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -37,8 +37,8 @@ pub struct ExitanceBounds {
 pub struct LitScene {
     scene: Scene,
     illuminant: Illuminant,
-    /// Lux-equivalents; side 0, then side 1 of each sample.
-    irradiance_lux: Vec<[f32; 3]>,
+    /// Lux-equivalents, and a zero that fills the register; side 0, then side 1 of each sample.
+    irradiance_lux: Vec<[f32; 4]>,
     /// Lux-equivalents of each material's own light.
     emission_lux: Vec<[f32; 3]>,
     sky_lux: [f32; 3],
@@ -118,7 +118,12 @@ impl LitScene {
         let pi = std::f64::consts::PI;
         Self {
             illuminant,
-            irradiance_lux: bake.irradiance.iter().map(|&light| scaled(light, lux_per_unit)).collect(),
+            irradiance_lux: bake
+                .irradiance
+                .iter()
+                .map(|&light| scaled(light, lux_per_unit))
+                .map(|[r, g, b]| [r, g, b, 0.0])
+                .collect(),
             emission_lux: scene.mesh.materials.iter().map(|m| scaled(m.emission, pi * lux_per_unit)).collect(),
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
             scene,
@@ -151,17 +156,18 @@ impl LitScene {
         if back && !material.double_sided {
             return [0.0; 3];
         }
-        let mut light = [0.0_f32; 3];
+        let mut irradiance = [0.0_f32; 4];
         for (sample, weight) in shade.around(u, v) {
-            let irradiance = &self.irradiance_lux[2 * sample + usize::from(back)];
-            for band in 0..BANDS {
-                light[band] += irradiance[band] * weight;
+            let light = self.irradiance_lux[2 * sample + usize::from(back)];
+            for band in 0..4 {
+                irradiance[band] += light[band] * weight;
             }
         }
         let albedo = self.albedo(shade, [u, v], facing, footprint_m);
         let glow = &self.emission_lux[index(shade.material)];
+        let mut light = [0.0; 3];
         for band in 0..BANDS {
-            light[band] = light[band] * albedo[band] + glow[band];
+            light[band] = irradiance[band] * albedo[band] + glow[band];
         }
         light
     }

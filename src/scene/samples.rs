@@ -40,8 +40,9 @@ pub struct Sample {
     pub on_grid: bool,
 }
 
-/// What shading needs of a triangle, side by side in memory.
+/// What shading needs of a triangle, in one cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
 pub struct ShadeTriangle {
     /// Unit normal of the plane, on the side of the vertex normals.
     pub normal: [f32; 3],

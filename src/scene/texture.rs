@@ -22,8 +22,8 @@ pub enum Wrap {
 struct Level {
     width: u32,
     height: u32,
-    /// Linear red, green, blue, row-major, the top row first; 65,535 is 1.
-    texels: Vec<[u16; 3]>,
+    /// Linear red, green, blue and a zero that fills the word, row-major, the top row first; 65,535 is 1.
+    texels: Vec<[u16; 4]>,
 }
 
 /// A picture with its mip chain.
@@ -46,7 +46,11 @@ impl Texture {
     pub fn from_srgb(width: u32, height: u32, codes: &[[u8; 3]], wrap: [Wrap; 2]) -> Self {
         assert!(!codes.is_empty() && codes.len() == index(width) * index(height), "a picture needs its texels");
         let linear: Vec<u16> = (0..=u8::MAX).map(|code| quantised(linear_from_srgb(code) * f64::from(ONE))).collect();
-        let texels = codes.iter().map(|texel| texel.map(|code| linear[usize::from(code)])).collect();
+        let texels = codes
+            .iter()
+            .map(|texel| texel.map(|code| linear[usize::from(code)]))
+            .map(|[r, g, b]| [r, g, b, 0])
+            .collect();
         let mut levels = vec![Level { width, height, texels }];
         while let Some(next) = levels.last().and_then(halved) {
             levels.push(next);
@@ -80,35 +84,49 @@ impl Texture {
         let whole = i32_truncated_f32(level);
         let fine = usize::try_from(whole).unwrap_or(0);
         if fine >= last {
-            return self.bilinear(last, uv).map(|value| value / ONE);
+            return scaled(self.bilinear(last, uv));
         }
         let a = self.bilinear(fine, uv);
         let share = level - crate::num::f32_from_i32(whole);
         if share <= 0.0 {
-            return a.map(|value| value / ONE);
+            return scaled(a);
         }
         let b = self.bilinear(fine + 1, uv);
-        let mix = |band: usize| (a[band] + (b[band] - a[band]) * share) / ONE;
-        [mix(0), mix(1), mix(2)]
+        let mut mixed = a;
+        for band in 0..4 {
+            mixed[band] = a[band] + (b[band] - a[band]) * share;
+        }
+        scaled(mixed)
     }
 
+    /// Four bands, because four are one register and three are none.
     #[inline(always)]
-    fn bilinear(&self, level: usize, uv: [f32; 2]) -> [f32; 3] {
+    fn bilinear(&self, level: usize, uv: [f32; 2]) -> [f32; 4] {
         let level = &self.levels[level];
         let (x0, x1, fx) = place(uv[0], level.width, self.wrap[0]);
         let (y0, y1, fy) = place(uv[1], level.height, self.wrap[1]);
         let width = index(level.width);
         let (top, bottom) = (y0 * width, y1 * width);
-        let [a, b, c, d] = [top + x0, top + x1, bottom + x0, bottom + x1].map(|at| level.texels[at]);
-        let mut out = [0.0; 3];
-        for (band, value) in out.iter_mut().enumerate() {
-            let [a, b, c, d] = [a, b, c, d].map(|texel| f32::from(texel[band]));
+        let a = level.texels[top + x0];
+        let b = level.texels[top + x1];
+        let c = level.texels[bottom + x0];
+        let d = level.texels[bottom + x1];
+        let mut out = [0.0; 4];
+        for band in 0..4 {
+            let (a, b) = (f32::from(a[band]), f32::from(b[band]));
+            let (c, d) = (f32::from(c[band]), f32::from(d[band]));
             let above = a + (b - a) * fx;
             let below = c + (d - c) * fx;
-            *value = above + (below - above) * fy;
+            out[band] = above + (below - above) * fy;
         }
         out
     }
+}
+
+#[inline(always)]
+fn scaled(texel: [f32; 4]) -> [f32; 3] {
+    let [r, g, b, _] = texel.map(|value| value / ONE);
+    [r, g, b]
 }
 
 /// Rounds to the nearest 16-bit number, ties to even.
@@ -126,12 +144,12 @@ fn halved(fine: &Level) -> Option<Level> {
     let mut texels = Vec::with_capacity(index(width) * index(height));
     for y in 0..height {
         for x in 0..width {
-            let mut sum = [0_u32; 3];
+            let mut sum = [0_u32; 4];
             for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                 let from = (2 * x + dx).min(fine.width - 1);
                 let row = (2 * y + dy).min(fine.height - 1);
                 let texel = fine.texels[index(row) * index(fine.width) + index(from)];
-                for band in 0..3 {
+                for band in 0..4 {
                     sum[band] += u32::from(texel[band]);
                 }
             }
@@ -196,7 +214,8 @@ impl Texture {
         hasher.update(&level.width.to_le_bytes());
         hasher.update(&level.height.to_le_bytes());
         hasher.update(&u32_from(self.wrap[0] as usize * 3 + self.wrap[1] as usize).to_le_bytes());
-        let bytes: Vec<u8> = level.texels.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        let bytes: Vec<u8> =
+            level.texels.iter().flat_map(|texel| &texel[..3]).flat_map(|value| value.to_le_bytes()).collect();
         hasher.update(&bytes);
     }
 }

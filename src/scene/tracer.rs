@@ -1,4 +1,4 @@
-//! Rays against triangles, eight at a time. Enters: packets of rays. Leaves: the nearest hit of each, or whether anything
+//! Rays against triangles, sixteen at a time. Enters: packets of rays. Leaves: the nearest hit of each, or whether anything
 //! is in the way.
 //!
 //! Edge functions are Pluecker products relative to the ray's origin: for the two triangles at an edge they are exact
@@ -8,22 +8,22 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::bvh::{Bvh, DEPTH_MAX, Leaf, Node};
-use super::lanes::{F8, LANES, M8, V8, add3, cross3, dot3, splat3, sub3};
+use super::bvh::{Bvh, DEPTH_MAX, Leaf};
+use super::lanes::{Floats, LANES, Mask, Vectors, add3, cross3, dot3, splat3, sub3};
 use crate::num::index;
 use crate::simd::{Kernel, dispatch};
 
-/// Eight rays. A lane whose `t_max` is below its `t_min` is idle.
+/// Rays that walk together. A lane whose `t_max` is below its `t_min` is idle.
 #[derive(Clone, Copy, Debug)]
 pub struct Packet {
     /// Origins in metres.
-    pub origin_m: V8,
+    pub origin_m: Vectors,
     /// Directions; distances along them are in units of their length. Corners are closed for lengths up to 1.
-    pub direction: V8,
+    pub direction: Vectors,
     /// Least distance that counts.
-    pub t_min: F8,
+    pub t_min: Floats,
     /// Greatest distance that counts.
-    pub t_max: F8,
+    pub t_max: Floats,
 }
 
 /// No triangle.
@@ -33,13 +33,13 @@ pub const MISS: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hits {
     /// Distance in units of the direction's length; the packet's `t_max` where nothing was hit.
-    pub t: F8,
+    pub t: Floats,
     /// Triangle of the scene, or `MISS`.
     pub triangle: [u32; LANES],
     /// Weight of the second corner.
-    pub u: F8,
+    pub u: Floats,
     /// Weight of the third corner.
-    pub v: F8,
+    pub v: Floats,
 }
 
 /// A box grows by this share of its distances: each slab distance carries three roundings (2^-24 each, the reciprocal's
@@ -52,15 +52,18 @@ const DIRECTION_MIN: f32 = 1e-18;
 
 struct Prepared {
     packet: Packet,
-    inverse: V8,
-    /// Which axes most of the rays walk downwards; decides the order of children only.
+    inverse: Vectors,
+    /// Which axes the first ray walks downwards; decides the order of children.
     down: [bool; 3],
+    /// Whether all rays do as the first one.
+    alike: bool,
 }
 
 #[inline(always)]
 fn prepare(packet: Packet) -> Prepared {
-    let mut inverse = [F8::splat(0.0); 3];
+    let mut inverse = [Floats::splat(0.0); 3];
     let mut down = [false; 3];
+    let mut differing = 0;
     for axis in 0..3 {
         for lane in 0..LANES {
             let d = packet.direction[axis].0[lane];
@@ -68,46 +71,75 @@ fn prepare(packet: Packet) -> Prepared {
             inverse[axis].0[lane] = 1.0 / if d.abs() < DIRECTION_MIN { away } else { d };
         }
         down[axis] = packet.direction[axis].0[0] < 0.0;
+        for lane in 0..LANES {
+            differing |= u32::from((packet.direction[axis].0[lane] < 0.0) != down[axis]);
+        }
     }
-    Prepared { packet, inverse, down }
+    Prepared { packet, inverse, down, alike: differing == 0 }
 }
 
-/// Entry distance of each lane, and which lanes enter before their `t_max`.
+/// Entry distance of each lane, and which lanes enter before their `t_max`. Where all rays walk an axis the same way the nearer
+/// plane is known beforehand; rounding is monotone, so both ways give the same distances.
 #[inline(always)]
-fn slabs(ray: &Prepared, corners_m: &[[f32; 3]; 2], t_max: F8) -> (F8, M8) {
+fn slabs<const ALIKE: bool>(ray: &Prepared, corners_m: &[[f32; 3]; 2], t_max: Floats) -> (Floats, Mask) {
     let (mut near, mut far) = (ray.packet.t_min, t_max);
     for axis in 0..3 {
-        let a = (F8::splat(corners_m[0][axis]) - ray.packet.origin_m[axis]) * ray.inverse[axis];
-        let b = (F8::splat(corners_m[1][axis]) - ray.packet.origin_m[axis]) * ray.inverse[axis];
-        near = a.lesser(b).greater(near);
-        far = a.greater(b).lesser(far);
+        let down = ALIKE && ray.down[axis];
+        let (first, second) = (corners_m[usize::from(down)][axis], corners_m[usize::from(!down)][axis]);
+        let a = (Floats::splat(first) - ray.packet.origin_m[axis]) * ray.inverse[axis];
+        let b = (Floats::splat(second) - ray.packet.origin_m[axis]) * ray.inverse[axis];
+        if ALIKE {
+            near = a.greater(near);
+            far = b.lesser(far);
+        } else {
+            near = a.lesser(b).greater(near);
+            far = a.greater(b).lesser(far);
+        }
     }
-    (near, near.at_most(far * F8::splat(SLAB_GROWTH)))
+    (near, near.at_most(far * Floats::splat(SLAB_GROWTH)))
+}
+
+/// Edges of a triangle: from the first corner to the third, from the second to the first, from the third to the second. The
+/// neighbour at an edge has its exact negative.
+#[inline(always)]
+fn edges(leaf: &Leaf) -> [[f32; 3]; 3] {
+    let [a, b, c] = leaf.corners_m;
+    [difference(c, a), difference(a, b), difference(b, c)]
+}
+
+#[inline(always)]
+fn difference(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Distances and corner weights of the lanes that meet the triangle within their limits.
 #[inline(always)]
-fn meet(packet: &Packet, leaf: &Leaf, t_max: F8) -> Option<(M8, F8, F8, F8)> {
+fn meet(packet: &Packet, leaf: &Leaf, t_max: Floats) -> Option<(Mask, Floats, Floats, Floats)> {
+    let [ca, ab, bc] = edges(leaf);
     let [a, b, c] = leaf.corners_m.map(|corner| sub3(splat3(corner), packet.origin_m));
-    let (ca, ab, bc) = (sub3(c, a), sub3(a, b), sub3(b, c));
-    let weight_b = dot3(cross3(add3(c, a), ca), packet.direction);
-    let weight_c = dot3(cross3(add3(a, b), ab), packet.direction);
-    let weight_a = dot3(cross3(add3(b, c), bc), packet.direction);
-    let zero = F8::splat(0.0);
+    let weight_b = dot3(cross3(add3(c, a), splat3(ca)), packet.direction);
+    let weight_c = dot3(cross3(add3(a, b), splat3(ab)), packet.direction);
+    let weight_a = dot3(cross3(add3(b, c), splat3(bc)), packet.direction);
+    let zero = Floats::splat(0.0);
     let least = weight_a.lesser(weight_b).lesser(weight_c);
     let greatest = weight_a.greater(weight_b).greater(weight_c);
     let sum = weight_a + weight_b + weight_c;
     let strictly = zero.at_most(least) | greatest.at_most(zero);
     // Around a corner rounding may put the ray outside every triangle by turns, so each is wider by its slack, unless it is
     // seen so nearly edge-on that the slack would decide where it is met.
-    let (slack, minus) = (F8::splat(leaf.slack), F8::splat(-leaf.slack));
-    let (broad, minus_broad) = (F8::splat(4.0 * leaf.slack), F8::splat(-4.0 * leaf.slack));
+    let (slack, minus) = (Floats::splat(leaf.slack), Floats::splat(-leaf.slack));
+    let (broad, minus_broad) = (Floats::splat(4.0 * leaf.slack), Floats::splat(-4.0 * leaf.slack));
     let loosely = (minus.at_most(least) & broad.at_most(sum)) | (greatest.at_most(slack) & sum.at_most(minus_broad));
     let inside = strictly | loosely;
     if !inside.any() {
         return None;
     }
-    let normal = cross3(ab, ca);
+    let normal = splat3(cross(ab, ca));
     let slope = dot3(normal, packet.direction);
     let height = dot3(normal, a);
     let mut t = zero;
@@ -121,25 +153,32 @@ fn meet(packet: &Packet, leaf: &Leaf, t_max: F8) -> Option<(M8, F8, F8, F8)> {
     within.any().then_some((within, t, weight_b * share, weight_c * share))
 }
 
-/// Which child to walk first: the one that lies nearer along the axis on which the children's centres differ most.
-#[inline(always)]
-fn near_child(node: &Node, down: &[bool; 3]) -> usize {
-    let mut widest = 0.0;
-    let mut second_first = false;
-    for axis in 0..3 {
-        let [left, right] = node.boxes_m.map(|corners_m| corners_m[0][axis] + corners_m[1][axis]);
-        let apart = right - left;
-        if apart.abs() > widest {
-            widest = apart.abs();
-            second_first = (apart < 0.0) != down[axis];
-        }
+/// What is still to be walked. One serves many packets, because clearing it costs more than a short walk.
+pub struct Stack {
+    /// First node or triangle, count of triangles.
+    places: [(u32, u32); DEPTH_MAX],
+    /// Where each ray enters.
+    entries: [Floats; DEPTH_MAX],
+}
+
+impl Stack {
+    /// An empty one.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self { places: [(0, 0); DEPTH_MAX], entries: [Floats::splat(0.0); DEPTH_MAX] }
     }
-    usize::from(second_first)
+}
+
+impl Default for Stack {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 struct Walk<'a, const ANY: bool> {
     bvh: &'a Bvh,
     packet: &'a Packet,
+    stack: &'a mut Stack,
 }
 
 impl<const ANY: bool> Kernel for Walk<'_, ANY> {
@@ -147,40 +186,69 @@ impl<const ANY: bool> Kernel for Walk<'_, ANY> {
 
     #[inline(always)]
     fn run(self) -> Hits {
-        walk::<ANY>(self.bvh, self.packet)
+        walk::<ANY>(self.bvh, self.packet, self.stack)
     }
 }
 
 #[inline(always)]
-fn walk<const ANY: bool>(bvh: &Bvh, packet: &Packet) -> Hits {
+fn walk<const ANY: bool>(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
     let ray = prepare(*packet);
-    let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: F8::splat(0.0), v: F8::splat(0.0) };
-    let mut stack = [(0_u32, 0_u32, packet.t_min); DEPTH_MAX];
-    let mut depth = 1;
-    while depth > 0 {
-        depth -= 1;
-        let (first, count, entry) = stack[depth];
-        if !entry.at_most(hits.t).any() {
-            continue;
-        }
-        if count > 0 {
-            for leaf in &bvh.leaves[index(first)..index(first + count)] {
-                take::<ANY>(&ray.packet, leaf, &mut hits);
-            }
-            continue;
-        }
-        let node = &bvh.nodes[index(first)];
-        let near = near_child(node, &ray.down);
-        for child in [1 - near, near] {
-            let (entry, enters) = slabs(&ray, &node.boxes_m[child], hits.t);
-            if enters.any() {
-                // Idle and missing lanes must not keep a subtree alive: their entry lies beyond every limit.
-                stack[depth] = (node.first[child], node.count[child], enters.select(entry, F8::splat(f32::MAX)));
-                depth += 1;
-            }
-        }
+    let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: Floats::splat(0.0), v: Floats::splat(0.0) };
+    if ray.alike {
+        walk_down::<ANY, true>(bvh, &ray, stack, &mut hits);
+    } else {
+        walk_down::<ANY, false>(bvh, &ray, stack, &mut hits);
     }
     hits
+}
+
+#[inline(always)]
+fn walk_down<const ANY: bool, const ALIKE: bool>(bvh: &Bvh, ray: &Prepared, stack: &mut Stack, hits: &mut Hits) {
+    let mut depth = 0;
+    let (mut first, mut count) = (0_u32, 0_u32);
+    loop {
+        if count == 0 {
+            let node = &bvh.nodes[index(first)];
+            let near = usize::from(ray.down[index(node.axis)]);
+            let far = 1 - near;
+            let (_, near_enters) = slabs::<ALIKE>(ray, &node.boxes_m[near], hits.t);
+            let (far_entry, far_enters) = slabs::<ALIKE>(ray, &node.boxes_m[far], hits.t);
+            let far_place = (node.first[far], node.count[far]);
+            match (near_enters.any(), far_enters.any()) {
+                (true, true) => {
+                    // Idle and missing lanes must not keep a subtree alive: their entry lies beyond every limit.
+                    stack.places[depth] = far_place;
+                    stack.entries[depth] = far_enters.select(far_entry, Floats::splat(f32::MAX));
+                    depth += 1;
+                    (first, count) = (node.first[near], node.count[near]);
+                    continue;
+                }
+                (true, false) => {
+                    (first, count) = (node.first[near], node.count[near]);
+                    continue;
+                }
+                (false, true) => {
+                    (first, count) = far_place;
+                    continue;
+                }
+                (false, false) => {}
+            }
+        } else {
+            for leaf in &bvh.leaves[index(first)..index(first + count)] {
+                take::<ANY>(&ray.packet, leaf, hits);
+            }
+        }
+        loop {
+            if depth == 0 {
+                return;
+            }
+            depth -= 1;
+            if stack.entries[depth].at_most(hits.t).any() {
+                break;
+            }
+        }
+        (first, count) = stack.places[depth];
+    }
 }
 
 #[inline(always)]
@@ -190,9 +258,9 @@ fn take<const ANY: bool>(packet: &Packet, leaf: &Leaf, hits: &mut Hits) {
     for lane in 0..LANES {
         lower[lane] = if leaf.triangle < hits.triangle[lane] { u32::MAX } else { 0 };
     }
-    let wins = within & (t.below(hits.t) | (t.equal(hits.t) & M8(lower)));
+    let wins = within & (t.below(hits.t) | (t.equal(hits.t) & Mask(lower)));
     // A shadow ray is done with its first hit, so its lane falls idle.
-    hits.t = wins.select(if ANY { F8::splat(f32::MIN) } else { t }, hits.t);
+    hits.t = wins.select(if ANY { Floats::splat(f32::MIN) } else { t }, hits.t);
     hits.triangle = wins.select_u32([leaf.triangle; LANES], hits.triangle);
     hits.u = wins.select(u, hits.u);
     hits.v = wins.select(v, hits.v);
@@ -200,18 +268,18 @@ fn take<const ANY: bool>(packet: &Packet, leaf: &Leaf, hits: &mut Hits) {
 
 /// The nearest hit of each ray, for kernels that are dispatched themselves.
 #[inline(always)]
-pub fn closest_inline(bvh: &Bvh, packet: &Packet) -> Hits {
-    walk::<false>(bvh, packet)
+pub fn closest_inline(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
+    walk::<false>(bvh, packet, stack)
 }
 
 /// The nearest hit of each ray.
-pub fn closest(bvh: &Bvh, packet: &Packet) -> Hits {
-    dispatch(Walk::<false> { bvh, packet })
+pub fn closest(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
+    dispatch(Walk::<false> { bvh, packet, stack })
 }
 
 /// Whether each ray meets anything between its limits.
-pub fn blocked(bvh: &Bvh, packet: &Packet) -> [bool; LANES] {
-    dispatch(Walk::<true> { bvh, packet }).triangle.map(|triangle| triangle != MISS)
+pub fn blocked(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> [bool; LANES] {
+    dispatch(Walk::<true> { bvh, packet, stack }).triangle.map(|triangle| triangle != MISS)
 }
 
 #[cfg(test)]
@@ -226,7 +294,7 @@ mod tests {
     fn closest_by_trying_all(bvh: &Bvh, packet: &Packet) -> Hits {
         let mut leaves = bvh.leaves.clone();
         leaves.sort_by_key(|leaf| leaf.triangle);
-        let nothing = F8::splat(0.0);
+        let nothing = Floats::splat(0.0);
         let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: nothing, v: nothing };
         for leaf in &leaves {
             take::<false>(packet, leaf, &mut hits);
@@ -239,8 +307,9 @@ mod tests {
     }
 
     fn random_packet(key: DrawKey) -> Packet {
-        let zero = F8::splat(0.0);
-        let mut packet = Packet { origin_m: [zero; 3], direction: [zero; 3], t_min: zero, t_max: F8::splat(f32::MAX) };
+        let zero = Floats::splat(0.0);
+        let mut packet =
+            Packet { origin_m: [zero; 3], direction: [zero; 3], t_min: zero, t_max: Floats::splat(f32::MAX) };
         for lane in 0..LANES {
             for axis in 0..3 {
                 let [a, b] = pair(key, u64_from(lane * 3 + axis));
@@ -255,15 +324,15 @@ mod tests {
     fn the_tree_finds_what_trying_all_triangles_finds_bit_for_bit() {
         let scene = box_room(3);
         let mut hit = 0;
-        for case in 0..500 {
+        for case in 0..250 {
             let mut packet = random_packet(DrawKey::root(11).with(case));
             if case % 3 == 0 {
                 // Directions along an axis, and through it exactly: the hard case of slabs.
-                packet.direction[usize::try_from(case % 9 / 3).unwrap()] = F8::splat(0.0);
+                packet.direction[usize::try_from(case % 9 / 3).unwrap()] = Floats::splat(0.0);
             }
-            let fast = closest(&scene.bvh, &packet);
+            let fast = closest(&scene.bvh, &packet, &mut Stack::new());
             assert_eq!(fast, closest_by_trying_all(&scene.bvh, &packet), "case {case}");
-            let any = blocked(&scene.bvh, &packet);
+            let any = blocked(&scene.bvh, &packet, &mut Stack::new());
             for lane in 0..LANES {
                 assert_eq!(any[lane], fast.triangle[lane] != MISS, "case {case} lane {lane}");
                 hit += usize::from(any[lane]);
@@ -277,13 +346,13 @@ mod tests {
         let scene = box_room(3);
         let corners: Vec<[f32; 3]> = scene.mesh.vertices.iter().map(|vertex| vertex.position_m).collect();
         let mut tried = 0;
-        for case in 0..4_000_u64 {
+        for case in 0..2_000_u64 {
             let mut packet = random_packet(DrawKey::root(12).with(case));
             for lane in 0..LANES {
                 // At a point of an edge of some face, or (weight 0) exactly at a vertex of the room.
                 let number = (index(u32::try_from(case).unwrap()) * LANES + lane) % 24;
                 let next = number / 4 * 4 + (number + 1) % 4;
-                let weight = if case % 5 == 0 { 0.0 } else { f64_from_usize(lane) / 7.0 };
+                let weight = if case % 5 == 0 { 0.0 } else { f64_from_usize(lane) / f64_from_usize(LANES - 1) };
                 let toward: [f32; 3] = std::array::from_fn(|axis| {
                     let at = between(f64::from(corners[number][axis]), f64::from(corners[next][axis]), weight);
                     at - packet.origin_m[axis].0[lane]
@@ -293,7 +362,7 @@ mod tests {
                     packet.direction[axis].0[lane] = direction[axis];
                 }
             }
-            let hits = closest(&scene.bvh, &packet);
+            let hits = closest(&scene.bvh, &packet, &mut Stack::new());
             assert!(!hits.triangle.contains(&MISS), "case {case}: {hits:?}");
             tried += LANES;
         }
@@ -304,9 +373,26 @@ mod tests {
     fn of_equal_hits_the_lowest_triangle_wins() {
         let wall = [[-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0]];
         let bvh = Bvh::build(&[[[5.0, 5.0, 5.0], [6.0, 5.0, 5.0], [5.0, 6.0, 5.0]], wall, wall, wall]);
-        let zero = F8::splat(0.0);
-        let direction = [zero, zero, F8::splat(1.0)];
-        let packet = Packet { origin_m: [zero; 3], direction, t_min: zero, t_max: F8::splat(2.0) };
-        assert_eq!(closest(&bvh, &packet).triangle, [1; LANES]);
+        let zero = Floats::splat(0.0);
+        let direction = [zero, zero, Floats::splat(1.0)];
+        let packet = Packet { origin_m: [zero; 3], direction, t_min: zero, t_max: Floats::splat(2.0) };
+        assert_eq!(closest(&bvh, &packet, &mut Stack::new()).triangle, [1; LANES]);
+    }
+
+    #[test]
+    fn a_tree_of_one_triangle_is_walked_to_its_end() {
+        let bvh = Bvh::build(&[[[-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0]]]);
+        let zero = Floats::splat(0.0);
+        let mut packet = Packet {
+            origin_m: [zero; 3],
+            direction: [zero, zero, Floats::splat(1.0)],
+            t_min: zero,
+            t_max: Floats::splat(f32::MAX),
+        };
+        packet.direction[2].0[3] = -1.0;
+        let hits = closest(&bvh, &packet, &mut Stack::new());
+        for lane in 0..LANES {
+            assert_eq!(hits.triangle[lane], if lane == 3 { MISS } else { 0 }, "lane {lane}");
+        }
     }
 }

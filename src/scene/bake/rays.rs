@@ -5,9 +5,9 @@
 use super::super::Scene;
 use super::super::chance::{cosine_direction, frame, pair, turned};
 use super::super::lamps::LampPoint;
-use super::super::lanes::{F8, LANES};
+use super::super::lanes::{Floats, LANES};
 use super::super::mesh::{dot, sub};
-use super::super::tracer::{MISS, Packet, blocked, closest};
+use super::super::tracer::{MISS, Packet, Stack, blocked, closest};
 use super::BakeSettings;
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from, u64_from};
@@ -71,6 +71,7 @@ pub fn gather(scene: &Scene, aims: &[Aims; 2], number: usize) -> Gathered {
 /// Light that lamps send straight to both sides of a place.
 pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], points: &[LampPoint]) -> [[f64; 3]; 2] {
     let mut light = [[0.0; 3]; 2];
+    let mut stack = Stack::new();
     let mut packet = idle();
     let mut waiting: [(usize, [f64; 3]); LANES] = [(0, [0.0; 3]); LANES];
     let mut lanes = 0;
@@ -87,7 +88,7 @@ pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], points: &[Lam
             lanes += 1;
         }
         if lanes == LANES || (number + 1 == points.len() && lanes > 0) {
-            let shadowed = blocked(&scene.bvh, &packet);
+            let shadowed = blocked(&scene.bvh, &packet, &mut stack);
             for lane in (0..lanes).filter(|&lane| !shadowed[lane]) {
                 let (side, sent) = waiting[lane];
                 for band in 0..3 {
@@ -118,12 +119,13 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
     let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * LIFT_M);
     let sides = frame(normal);
     let mut seen = [0.0; 3];
-    for eight in fan.chunks_exact(LANES) {
+    let mut stack = Stack::new();
+    for directions in fan.chunks_exact(LANES) {
         let mut packet = idle();
-        for (lane, &local) in eight.iter().enumerate() {
+        for (lane, &local) in directions.iter().enumerate() {
             set_ray(&mut packet, lane, origin, turned(local, &sides, normal), f32::MAX);
         }
-        let hits = closest(&scene.bvh, &packet);
+        let hits = closest(&scene.bvh, &packet, &mut stack);
         for lane in 0..LANES {
             let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
             let (place, light) = scene.bounce_place(hits.triangle[lane], hits.u.0[lane], hits.v.0[lane], direction);
@@ -143,20 +145,23 @@ pub fn fan(rays: usize) -> Vec<[f32; 3]> {
     let (rings, sectors) = strata(rays);
     let key = DrawKey::root(BOUNCE_DRAWS);
     let direction = |ray: usize| {
-        // A packet is two rings by four neighbouring sectors, so that its rays stay close together.
+        // A packet is a few rings by four neighbouring sectors, so that its rays stay close together.
         let (block, lane) = (ray / LANES, ray % LANES);
-        let ring = 2 * (block / (sectors / 4)) + lane / 4;
+        let ring = PACKET_RINGS * (block / (sectors / 4)) + lane / 4;
         let sector = 4 * (block % (sectors / 4)) + lane % 4;
-        let [a, b] = pair(key, u64_from(ray));
+        let [a, b] = pair(key, u64_from(ring * sectors + sector));
         let ring = (f64_from_usize(ring) + a) / f64_from_usize(rings);
         cosine_direction([ring, (f64_from_usize(sector) + b) / f64_from_usize(sectors)])
     };
     (0..rays).map(direction).collect()
 }
 
-/// Rings and sectors whose product is the count: sectors a multiple of 4, rings even.
+/// Rings of a packet of bounces.
+const PACKET_RINGS: usize = LANES / 4;
+
+/// Rings and sectors whose product is the count: sectors a multiple of 4, rings one of `PACKET_RINGS`.
 fn strata(rays: usize) -> (usize, usize) {
-    let mut rings = 2;
+    let mut rings = PACKET_RINGS;
     while 4 * rings * rings <= rays && rays.is_multiple_of(rings * 8) {
         rings *= 2;
     }
@@ -164,8 +169,8 @@ fn strata(rays: usize) -> (usize, usize) {
 }
 
 fn idle() -> Packet {
-    let zero = F8::splat(0.0);
-    Packet { origin_m: [zero; 3], direction: [F8::splat(1.0), zero, zero], t_min: zero, t_max: F8::splat(-1.0) }
+    let zero = Floats::splat(0.0);
+    Packet { origin_m: [zero; 3], direction: [Floats::splat(1.0), zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }
 }
 
 fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 3], t_max: f32) {
