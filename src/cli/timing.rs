@@ -13,9 +13,9 @@ pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error>
     let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
     let resolved = &located.resolved;
     let sensor = SensorSetup::new(resolved)?;
-    let timing = run::timing_record(&sensor)?;
-    let readout = &resolved.scenario.sensor.readout;
     let expected_features = u64::from(resolved.scenario.compute.top_k);
+    let timing = run::timing_record(&sensor, expected_features)?;
+    let readout = &resolved.scenario.sensor.readout;
     let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, expected_features)?;
     let utilisation = sensor.link.mean_utilisation(&traffic, sensor.schedule.frame_time_s());
     let burst = sensor.link.burst_utilisation(

@@ -140,93 +140,74 @@ impl Scenario {
     /// Values out of range, unknown names.
     pub fn pixel(&self) -> Result<PixelParams, Error> {
         let pixel = &self.sensor.pixel;
-        let ranged = |name: &str, value: f64, low: f64, high: f64| {
-            within(&format!("sensor.pixel.{name}"), value, low..=high, &format!("{low} to {high}"))
-        };
-        let types = [("3T", PixelType::T3), ("4T", PixelType::T4), ("5T", PixelType::T5), ("6T", PixelType::T6)];
-        let ktc_noise_uv = pixel.ktc_noise_uv.map(|uv| ranged("ktc_noise_uv", uv, 0.0, 1e5)).transpose()?;
-        Ok(PixelParams {
+        let types = PixelType::ALL.map(|pixel_type| (pixel_type.name(), pixel_type));
+        let params = PixelParams {
             pixel_type: one_of("sensor.pixel.type", &pixel.kind, &types)?,
-            double_sampling: self.cds()? != Cds::None,
-            pitch_um: ranged("pitch_um", pixel.pitch_um, 0.5, 50.0)?,
-            quantum_efficiency: ranged("quantum_efficiency", pixel.quantum_efficiency, 0.0, 1.0)?,
-            fill_factor: ranged("fill_factor", pixel.fill_factor, 1e-6, 1.0)?,
-            conversion_gain_uv_per_e: ranged("conversion_gain_uv_per_e", pixel.conversion_gain_uv_per_e, 0.1, 1000.0)?,
-            full_well_e: ranged("full_well_e", pixel.full_well_e, 1.0, 1e7)?,
-            dark_current_e_per_s: ranged("dark_current_e_per_s", pixel.dark_current_e_per_s, 0.0, 1e9)?,
-            dark_doubling_k: ranged("dark_doubling_k", pixel.dark_doubling_k, 4.0, 20.0)?,
-            temperature_k: within("sensor.temperature_k", self.sensor.temperature_k, 200.0..=400.0, "200 to 400")?,
-            read_noise_uv: ranged("read_noise_uv", pixel.read_noise_uv, 0.0, 1e5)?,
-            ktc_noise_uv,
-            prnu: ranged("prnu", pixel.prnu, 0.0, 0.5)?,
-            dsnu_e: ranged("dsnu_e", pixel.dsnu_e, 0.0, 1e6)?,
-        })
+            double_sampling: self.cds()?.is_double(),
+            pitch_um: pixel.pitch_um,
+            quantum_efficiency: pixel.quantum_efficiency,
+            fill_factor: pixel.fill_factor,
+            conversion_gain_uv_per_e: pixel.conversion_gain_uv_per_e,
+            full_well_e: pixel.full_well_e,
+            dark_current_e_per_s: pixel.dark_current_e_per_s,
+            dark_doubling_k: pixel.dark_doubling_k,
+            temperature_k: self.sensor.temperature_k,
+            read_noise_uv: pixel.read_noise_uv,
+            ktc_noise_uv: pixel.ktc_noise_uv,
+            prnu: pixel.prnu,
+            dsnu_e: pixel.dsnu_e,
+        };
+        params.check()?;
+        Ok(params)
     }
 
     fn cds(&self) -> Result<Cds, Error> {
-        let names = [("none", Cds::None), ("analog", Cds::Analog), ("digital", Cds::Digital)];
-        one_of("sensor.adc.cds", &self.sensor.adc.cds, &names)
+        one_of("sensor.adc.cds", &self.sensor.adc.cds, &Cds::ALL.map(|cds| (cds.name(), cds)))
     }
 
     /// Column converters.
     ///
     /// # Errors
-    /// Values out of range, unknown names, a black level that is no code.
+    /// Values out of range, unknown names, a black level that is no code below the greatest.
     pub fn adc(&self) -> Result<AdcParams, Error> {
         let adc = &self.sensor.adc;
-        let ranged = |name: &str, value: f64, low: f64, high: f64| {
-            within(&format!("sensor.adc.{name}"), value, low..=high, &format!("{low} to {high}"))
-        };
-        let bits = within("sensor.adc.bits", adc.bits, 1..=16, "1 to 16")?;
-        let code_max = (1_u32 << bits) - 1;
-        within("sensor.adc.black_level_dn", adc.black_level_dn, 0..code_max, &format!("0 to {}", code_max - 1))?;
-        Ok(AdcParams {
-            bits,
-            clock_hz: within("sensor.adc.clock_hz", adc.clock_hz, 1_000..=100_000_000_000, "1 kHz to 100 GHz")?,
-            full_scale_uv: ranged("full_scale_uv", adc.full_scale_uv, 1.0, 1e7)?,
-            gain: ranged("gain", adc.gain, 0.01, 1000.0)?,
+        let params = AdcParams {
+            bits: adc.bits,
+            clock_hz: adc.clock_hz,
+            full_scale_uv: adc.full_scale_uv,
+            gain: adc.gain,
             black_level_dn: adc.black_level_dn,
-            column_offset_uv: ranged("column_offset_uv", adc.column_offset_uv, 0.0, 1e6)?,
-            column_offset_residual_uv: ranged("column_offset_residual_uv", adc.column_offset_residual_uv, 0.0, 1e6)?,
-            column_gain_sigma: ranged("column_gain_sigma", adc.column_gain_sigma, 0.0, 0.5)?,
-            reset_counts: within("sensor.adc.reset_counts", adc.reset_counts, 0..=65_536, "0 to 65,536")?,
-            settle_reset_us: ranged("settle_reset_us", adc.settle_reset_us, 0.0, 1e6)?,
-            settle_signal_us: ranged("settle_signal_us", adc.settle_signal_us, 0.0, 1e6)?,
+            column_offset_uv: adc.column_offset_uv,
+            column_offset_residual_uv: adc.column_offset_residual_uv,
+            column_gain_sigma: adc.column_gain_sigma,
+            reset_counts: adc.reset_counts,
+            settle_reset_us: adc.settle_reset_us,
+            settle_signal_us: adc.settle_signal_us,
             cds: self.cds()?,
-            ramp: one_of("sensor.adc.ramp", &adc.ramp, &[("linear", Ramp::Linear)])?,
-        })
+            ramp: one_of("sensor.adc.ramp", &adc.ramp, &[(Ramp::Linear.name(), Ramp::Linear)])?,
+        };
+        params.check()?;
+        let code_max = params.code_max();
+        let would_do = format!("0 to {}", code_max - 1);
+        within("sensor.adc.black_level_dn", adc.black_level_dn, 0..code_max, &would_do)?;
+        Ok(params)
     }
 
     /// Sequencer.
     ///
     /// # Errors
-    /// Values out of range, unknown names; relations between times are checked by `readout::Schedule`.
+    /// Unknown names; ranges and relations between times are checked by `readout::Schedule`.
     pub fn readout(&self) -> Result<ReadoutParams, Error> {
         let readout = &self.sensor.readout;
-        let shutters = [("global", Shutter::Global), ("rolling", Shutter::Rolling)];
+        let shutters = Shutter::ALL.map(|shutter| (shutter.name(), shutter));
         one_of("sensor.readout.exposure", &readout.exposure, &[("fixed", ())])?;
         Ok(ReadoutParams {
             shutter: one_of("sensor.readout.shutter", &readout.shutter, &shutters)?,
-            hts: within("sensor.readout.hts", readout.hts, 1..=1_000_000, "1 to 1,000,000")?,
-            vts: within("sensor.readout.vts", readout.vts, 1..=1_000_000, "1 to 1,000,000")?,
-            pixel_rate_hz: within(
-                "sensor.readout.pixel_rate_hz",
-                readout.pixel_rate_hz,
-                1_000..=100_000_000_000,
-                "1 kHz to 100 GHz",
-            )?,
-            exposure_us: within(
-                "sensor.readout.exposure_us",
-                readout.exposure_us,
-                0.001..=1e8,
-                "0.001 to 100,000,000",
-            )?,
-            exposure_margin_lines: within(
-                "sensor.readout.exposure_margin_lines",
-                readout.exposure_margin_lines,
-                0..=10_000,
-                "0 to 10,000",
-            )?,
+            hts: readout.hts,
+            vts: readout.vts,
+            pixel_rate_hz: readout.pixel_rate_hz,
+            exposure_us: readout.exposure_us,
+            exposure_margin_lines: readout.exposure_margin_lines,
         })
     }
 

@@ -63,6 +63,12 @@ impl LinkParams {
         Ok(traffic)
     }
 
+    /// `byte_clk` clocks from a frame's last row to its last byte: feature packets, full but for the last, and frame end.
+    pub fn tail_time(&self, features: u64) -> Clocks {
+        let packets = if self.mode.sends_features() { self.feature_packets_time(features) } else { 0 };
+        Clocks(packets + self.short_packet_time().0)
+    }
+
     /// Packets are full but for the last.
     fn feature_packets_time(&self, features: u64) -> u64 {
         let most = u64_from(records::FEATURES_PER_PACKET_MAX);

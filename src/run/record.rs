@@ -4,7 +4,7 @@ use super::session::{FrameNotes, STAGES, Session};
 use super::setup::{PlanSummary, Setup};
 use crate::adc::AdcParams;
 use crate::error::Error;
-use crate::num::{f64_from_u64, f64_from_usize, u32_from};
+use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::pose::TimedPose;
 use crate::readout::Shutter;
 use crate::report::record::{
@@ -98,7 +98,7 @@ impl Session {
     }
 
     fn timing(&self) -> Result<Timing, Error> {
-        timing_record(&self.setup.sensor)
+        timing_record(&self.setup.sensor, self.mean_features())
     }
 
     fn bandwidth(&self) -> Bandwidth {
@@ -106,9 +106,8 @@ impl Session {
         let frames = f64_from_usize(self.notes.len());
         let cameras = f64_from_usize(self.setup.cameras.len());
         let frame_time_s = sensor.schedule.frame_time_s();
-        let mean_features = self.totals.feature_count / (self.notes.len() * self.setup.cameras.len()) as u64;
         // The packets were made with these numbers, so they have a traffic.
-        let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, mean_features).ok();
+        let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, self.mean_features()).ok();
         let raw_bits = f64_from_usize(sensor.size.pixel_count()) * f64::from(sensor.parameters.adc.bits);
         let container_bits = traffic.as_ref().map_or(0.0, |traffic| f64_from_u64(traffic.container_bits));
         let feature_bits = self.feature_bits();
@@ -126,6 +125,11 @@ impl Session {
                 .burst_utilisation(sensor.size.width_px, sensor.parameters.adc.bits, sensor.schedule.line_time_s())
                 .unwrap_or(0.0),
         }
+    }
+
+    /// Features of a camera's frame, mean over the run, rounded down.
+    fn mean_features(&self) -> u64 {
+        self.totals.feature_count / u64_from(self.notes.len() * self.setup.cameras.len())
     }
 
     /// Payload bits of all feature packets of the run.
@@ -217,11 +221,11 @@ pub fn plan_record(plan: &PlanSummary, accuracy: f64) -> PlanRecord {
     }
 }
 
-/// Clocks and times of a sensor, with the diagrams of a line and of a frame.
+/// Clocks and times of a sensor that sends so many features a frame, with the diagrams of a line and of a frame.
 ///
 /// # Errors
 /// A row that its link cannot carry.
-pub fn timing_record(sensor: &super::setup::SensorSetup) -> Result<Timing, Error> {
+pub fn timing_record(sensor: &super::setup::SensorSetup, features: u64) -> Result<Timing, Error> {
     let schedule = &sensor.schedule;
     let us = |seconds: f64| 1e6 * seconds;
     let (start, end) = (FrameIndex(0), RowIndex(sensor.size.height_px - 1));
@@ -245,7 +249,7 @@ pub fn timing_record(sensor: &super::setup::SensorSetup) -> Result<Timing, Error
         line_time_us: us(schedule.line_time_s()),
         frame_time_us: us(schedule.frame_time_s()),
         fps: schedule.fps(),
-        latency_us: us(latency_s(sensor, packet_s)),
+        latency_us: us(latency_s(sensor, packet_s, features)),
         clocks_per_frame: schedule.frame_clk().0,
         line,
         frame,
@@ -272,11 +276,12 @@ fn conversion_phases(adc: &AdcParams) -> Vec<Phase> {
     phases
 }
 
-/// From the middle of the exposure to the frame's last byte: the last row is converted during its line and sent during the next.
-fn latency_s(sensor: &super::setup::SensorSetup, packet_s: f64) -> f64 {
+/// From the middle of the exposure to the frame's last byte: the last row is converted during its line and sent during the next;
+/// feature packets follow the rows. The extractor's own pipeline delay is not in it: its clocked form comes later.
+fn latency_s(sensor: &super::setup::SensorSetup, packet_s: f64, features: u64) -> f64 {
     let first = FrameIndex(0);
     let last = sensor.schedule.readout(first, RowIndex(sensor.size.height_px - 1));
-    last.end_s + packet_s - sensor.schedule.t_frame(first)
+    last.end_s + packet_s + sensor.link.seconds(sensor.link.tail_time(features)) - sensor.schedule.t_frame(first)
 }
 
 impl Setup {
