@@ -1,3 +1,5 @@
+//! Folders written are read back; the layouts of real data sets are understood.
+
 use std::fs;
 use std::path::Path;
 
