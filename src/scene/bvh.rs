@@ -17,9 +17,8 @@ use crate::num::{index, u32_from};
 /// Triangles that a leaf may hold.
 const LEAF_TRIANGLES_MAX: u32 = 4;
 
-/// Cost of a step to a node (two boxes) in units of a triangle test, as the collapse of leaves weighs them: 30 against 100
-/// operations of a packet, and a branch that is hard to foresee in each.
-const BOX_COST: f32 = 0.5;
+/// Cost of a box test in units of a triangle test, as the collapse of leaves weighs them.
+const BOX_COST: f32 = 1.5;
 
 /// Share of nodes that the optimiser tries to reinsert in each pass.
 const REINSERTION_SHARE: f32 = 0.15;
