@@ -28,8 +28,8 @@
 //!
 //! The modules stand in the order in which light becomes a pose; a stage uses only the ones before it.
 
-pub mod units;
 pub mod num;
+pub mod units;
 pub mod plane;
 pub mod pose;
 pub mod error;

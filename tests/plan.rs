@@ -156,7 +156,8 @@ impl Differences {
     }
 }
 
-/// 60 sensors, up to 8 bands of signal, both ends of each: about 900 pairs of comparisons at 4 standard errors would give one false alarm in
+/// 60 sensors, up to 8 bands of signal, both ends of each: about 900 pairs of comparisons at 4 standard errors would give
+/// one false alarm in
 /// 17 if every bound were met with equality; the seed is fixed, so it does not come and go. Rounding to 24 bits in two units
 /// may move a value by 2^-22 of itself.
 #[test]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Modules in the data's order; each may use only those before it.
 const ORDER: &[&str] = &[
-    "units", "num", "plane", "pose", "error", "simd", "draw", "events", "facts", "fidelity", "effect", "scene",
+    "num", "units", "plane", "pose", "error", "simd", "draw", "events", "facts", "fidelity", "effect", "scene",
     "optics", "pixel", "adc", "readout", "compute", "link", "energy", "tracker", "report", "effects", "config", "run",
     "files",
 ];

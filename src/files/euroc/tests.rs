@@ -1,3 +1,5 @@
+//! An EuRoC folder that was written reads back, and a broken one is refused with its file and line.
+
 use std::fs;
 use std::path::Path;
 
