@@ -156,7 +156,8 @@ impl Differences {
     }
 }
 
-/// 60 sensors, up to 8 bands of signal, both ends of each: about 900 pairs of comparisons at 4 standard errors would give one false alarm in
+/// 60 sensors, up to 8 bands of signal, both ends of each: about 900 pairs of comparisons at 4 standard errors would give
+/// one false alarm in
 /// 17 if every bound were met with equality; the seed is fixed, so it does not come and go. Rounding to 24 bits in two units
 /// may move a value by 2^-22 of itself.
 #[test]
@@ -178,7 +179,7 @@ fn what_the_plan_leaves_out_stays_within_its_bound() {
             for signal_e in [region.facts.signal_e_min, region.facts.signal_e_max] {
                 let photons = sensel::num::f32_nearest(signal_e / efficiency);
                 let found = Differences::of(&case.electrons(&full, photons), &case.electrons(&planned, photons));
-                let rounding_e = signal_e * 2.0_f64.powi(-22);
+                let rounding_e = signal_e / 4_194_304.0;
                 let said = format!("left out {omitted:?} at {signal_e} e-, bound {bound:?}; {}", case.words);
                 assert!(
                     found.mean.abs() <= bound.bias_e + 4.0 * found.mean_se + rounding_e,

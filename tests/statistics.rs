@@ -52,7 +52,8 @@ fn reference_tails(mean_e: f64) -> impl Fn(f64) -> (f64, f64) {
 }
 
 /// The quantile is k when P(N <= k - 1) < U <= P(N <= k). Log-gamma loses about k ln k ulps, so the reference is good to
-/// 1e-15 mean ln(mean) relative; draws whose U lies within that of a step are counted apart and must be few: 2 slack / pmf of them, 2e-4 of the draws at the
+/// 1e-15 mean ln(mean) relative; draws whose U lies within that of a step are counted apart and must be few: 2 slack / pmf
+/// of them, 2e-4 of the draws at the
 /// brightest means.
 #[test]
 fn poisson_counts_are_the_exact_quantiles_of_their_uniforms() {

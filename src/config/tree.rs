@@ -80,9 +80,11 @@ impl Tree {
 
     /// Lays another layer over this one.
     pub fn merge(&mut self, above: Self) {
+        // A value that replaces a table takes the places of what stood in it; a table that is laid over a table does not.
+        let replaced = |path: &&String| above.get(path).is_some_and(|value| !value.is_table());
+        let replaced: Vec<String> = above.origins.keys().filter(replaced).cloned().collect();
         merge_tables(&mut self.values, above.values);
-        // A value that replaces a table (or the other way round) takes the places of what it replaced with it.
-        for path in above.origins.keys() {
+        for path in &replaced {
             let inside = format!("{path}.");
             self.origins.retain(|old, _| !old.starts_with(&inside));
         }

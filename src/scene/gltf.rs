@@ -1,9 +1,10 @@
 //! glTF binary files. Enters: the bytes of a `.glb`. Leaves: a scene, or why not.
 //!
 //! Read: nested nodes, triangle primitives, positions, normals, the first texture coordinates, base colour with texture,
-//! emission, sidedness, embedded PNG and JPEG, cameras. Left out, and why it does no harm: metallic and roughness act as diffuse (see `scene`);
-//! transparent materials (alpha below a half, or marked dielectric) are dropped, so light passes; animation, skins and
-//! emissive textures are ignored. A file may be hostile: every offset, count and index is checked before it is used.
+//! emission, sidedness, embedded PNG and JPEG, cameras. Left out, and why it does no harm: metallic and roughness act as
+//! diffuse (see `scene`); transparent materials (alpha below a half, or marked dielectric) are dropped, so light passes;
+//! animation, skins and emissive textures are ignored. A file may be hostile: every offset, count and index is checked
+//! before it is used.
 
 mod accessor;
 mod material;

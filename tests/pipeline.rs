@@ -1,0 +1,155 @@
+//! The whole way on small pictures: what a run writes agrees with itself, with the packets it sent, and with the sensor's
+//! equations.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{SMALL, Scratch, nulls, run_box, sensel};
+use sensel::files::euroc::EurocReader;
+use sensel::files::picture;
+use sensel::link;
+use sensel::pose::{TimedPose, parse_tum};
+use sensel::units::CameraIndex;
+use serde_json::Value;
+
+const FRAMES: u32 = 4;
+
+/// Keys of DESIGN section 8.
+const KEYS: &[&str] = &[
+    "version seed config_hash",
+    "plan.kept plan.omitted plan.bias_e plan.sigma_e",
+    "timing.line_time_us timing.frame_time_us timing.fps timing.latency_us timing.clocks_per_frame",
+    "bandwidth.raw_bits_per_frame bandwidth.feature_bits_per_frame bandwidth.link_bits_per_s bandwidth.reduction",
+    "energy.blocks energy.total_pj_per_frame energy.power_mw energy.pj_per_pixel features.median_tracked",
+    "tracking.ate_m tracking.rpe_m tracking.jitter_frame_m tracking.jitter_d2_m tracking.prediction_error_m",
+    "tracking.innovation_px tracking.tracked_fraction tracking.ms_per_frame",
+    "hashes.photons hashes.codes hashes.features hashes.energy cost.render.ms_per_frame cost.tracker.ms_per_frame",
+];
+
+fn at<'a>(report: &'a Value, path: &str) -> Option<&'a Value> {
+    path.split('.').try_fold(report, |value, key| value.get(key))
+}
+
+fn decoded(folder: &Scratch, camera: usize) -> Vec<link::Received> {
+    let bytes = std::fs::read(folder.path().join(format!("out/cam{camera}.csi2"))).unwrap();
+    let decoded = link::decode(&bytes);
+    assert_eq!((decoded.counts.bytes_skipped, decoded.counts.cut_short, decoded.counts.frames_damaged), (0, 0, 0));
+    decoded.frames
+}
+
+fn same_poses(left: &[TimedPose], right: &[TimedPose]) {
+    assert_eq!(left.len(), right.len());
+    for (left, right) in left.iter().zip(right) {
+        // Both files carry nine decimals or more.
+        let apart_m = (left.world_from_body.translation_m - right.world_from_body.translation_m).length();
+        let turn = left.world_from_body.rotation.dot(right.world_from_body.rotation).abs();
+        assert!(apart_m < 2e-9 && 1.0 - turn < 2e-9 && (left.t_s - right.t_s).abs() < 2e-9, "{left:?} {right:?}");
+    }
+}
+
+#[test]
+fn a_run_writes_files_that_agree_with_each_other() {
+    let folder = Scratch::new("pipeline");
+    let report = run_box(&folder.join("out"), FRAMES, &["--keep", "packets,codes,features,depth"]);
+    for key in KEYS.iter().flat_map(|line| line.split(' ')) {
+        assert!(at(&report, key).is_some(), "{key} is missing");
+    }
+    let mut found = Vec::new();
+    nulls(&report, "", &mut found);
+    for path in &found {
+        assert!(report["not_measurable"][path].is_string(), "{path} is null without a reason");
+    }
+    assert!(found.contains(&"tracking.rpe_m".to_owned()), "four frames are no second: {found:?}");
+    assert_eq!(report["tracking"]["tracked_fraction"], 1.0);
+
+    let reader = EurocReader::open(&folder.path().join("out")).unwrap();
+    let mut packet_bytes = 0;
+    for (camera, camera_index) in [(0, CameraIndex(0)), (1, CameraIndex(1))] {
+        packet_bytes += std::fs::metadata(folder.path().join(format!("out/cam{camera}.csi2"))).unwrap().len();
+        let frames = decoded(&folder, camera);
+        assert_eq!(frames.len(), 4);
+        for (index, (frame, entry)) in frames.iter().zip(&reader.cameras()[camera].frames).enumerate() {
+            let kept = |stage: &str, end: &str| {
+                folder.path().join(format!("out/{stage}/cam{camera}/{}.{end}", entry.timestamp_ns))
+            };
+            let (codes, _) = picture::read_grey(&kept("codes", "png")).unwrap();
+            assert!(frame.picture.as_ref() == Some(&codes), "codes of camera {camera}, frame {index}");
+            assert_eq!(frame.metadata.unwrap().timestamp_ns, entry.timestamp_ns);
+            let table = std::fs::read_to_string(kept("features", "csv")).unwrap();
+            let mut lines = table.lines();
+            assert_eq!(lines.next(), Some("x,y,score,angle,octave,descriptor"));
+            assert!(frame.features.len() > 100, "{} features", frame.features.len());
+            for feature in &frame.features {
+                let descriptor: String = feature.descriptor.iter().map(|byte| format!("{byte:02x}")).collect();
+                let (x, y) = (feature.x_px(), feature.y_px());
+                let row = format!("{x},{y},{},{},{},{descriptor}", feature.score, feature.angle, feature.octave);
+                assert_eq!(lines.next(), Some(row.as_str()));
+            }
+            assert_eq!(lines.next(), None, "no feature more than the packets held");
+            // Eight bits are what EuRoC's pictures have: the codes' upper ones.
+            let shown = reader.load(camera_index, index).unwrap();
+            let upper = codes.values().iter().map(|code| code >> 2);
+            assert!(shown.bits == 8 && shown.values_dn.values().iter().copied().eq(upper), "frame {index}");
+        }
+    }
+    let sent_bits = report["bandwidth"]["link_bits_per_s"].as_f64().unwrap()
+        * report["timing"]["frame_time_us"].as_f64().unwrap()
+        * f64::from(FRAMES)
+        * 1e-6;
+    let kept_bits = f64::from(u32::try_from(8 * packet_bytes).unwrap());
+    assert!((sent_bits / kept_bits - 1.0).abs() < 1e-9, "{sent_bits} bits reported, {kept_bits} bits kept");
+
+    let truth = parse_tum(&std::fs::read_to_string(folder.path().join("out/trajectory_gt.tum")).unwrap()).unwrap();
+    assert_eq!(truth.len(), 4);
+    same_poses(reader.ground_truth().unwrap(), &truth);
+
+    let out = folder.join("again.tum");
+    let tracked = sensel(&["track", &folder.join("out"), "--out", &out, "--json"]).json();
+    assert_eq!((&tracked["frames"], &tracked["tracked"]), (&4.into(), &4.into()));
+    assert_eq!(parse_tum(&std::fs::read_to_string(out).unwrap()).unwrap().len(), 4);
+}
+
+/// A flat target of known light through an ideal chain: photons of the render's own count (its plane is tested in optics) are not
+/// needed, because light is proportional to lux: with twice the light the mean code above black doubles. The absolute
+/// level: E = pi L T / (1 + 4 N^2) with L = rho lux / pi, 10,880 photons per lux s um^2 of D65, QE 0.6 and fill factor 0.9,
+/// 10 uV/e-, 110 mV over 1024 codes.
+#[test]
+fn a_flat_target_gives_the_code_that_its_light_calls_for() {
+    let folder = Scratch::new("flat");
+    let file = folder.join("flat.toml");
+    std::fs::write(&file, "[scene]\ntarget = \"flat\"\n[optics]\nroll_off = \"none\"\n").unwrap();
+    for lux in [100.0, 400.0] {
+        let light = format!("scene.illuminance_lux={lux:.1}");
+        let more = ["--set", &light, "--frames", "2", "--out", &folder.join("out"), "--json"];
+        let report = sensel(&[&["run", &file][..], &SMALL, &more].concat()).json();
+        let exposure_s = report["scenario"]["exposure_us"].as_f64().unwrap() * 1e-6;
+        let photons = 10_880.0 * 9.0 * lux * exposure_s * 0.18 * 0.9 / (1.0 + 4.0 * 4.0);
+        let signal_e = photons * 0.6 * 0.9;
+        let expected = 64.0 + signal_e * 10.0 / (110_000.0 / 1024.0);
+        let mean = report["frames"][0]["mean_code_dn"].as_f64().unwrap();
+        // Codes are counted from the edge below: the mean lies half a step under the value. Means over 320 columns whose
+        // offsets (2 e-) and gains (0.1 %) are one draw of a die, over 76,800 pixels with PRNU 1 %, read noise 10 e- and
+        // shot noise; two cameras share the die's numbers at worst.
+        let pixels = 76_800.0_f64;
+        let columns_e = (4.0 + (1e-3 * signal_e) * (1e-3 * signal_e)) / 320.0;
+        let own_e = (signal_e + 100.0 + (0.01 * signal_e) * (0.01 * signal_e)) / pixels;
+        let se_dn = (columns_e + own_e).sqrt() * 10.0 / (110_000.0 / 1024.0);
+        // The luminous constant is stated to four digits.
+        let constant_dn = (expected - 64.0) * 5e-5;
+        let error_dn = mean - (expected - 0.5);
+        assert!(error_dn.abs() < 4.0 * se_dn + constant_dn, "{lux} lux: {mean} DN for {expected} - 0.5, SE {se_dn}");
+    }
+}
+
+/// The bytes of one small run. They may change only with a change that is meant to change them; it is a breaking change for
+/// everybody who compares runs, so it says so in CHANGELOG.md, and the new hashes are written from this test's own message.
+#[test]
+fn the_bytes_of_a_small_run_stay_what_they_are() {
+    let folder = Scratch::new("golden");
+    let report = run_box(&folder.join("out"), 2, &["--seed", "42"]);
+    let golden: Value = serde_json::from_str(include_str!("golden/box_hashes.json")).unwrap();
+    for stage in ["photons", "codes", "features", "energy"] {
+        assert_eq!(report["hashes"][stage], golden[stage], "{stage}; all of them now: {}", report["hashes"]);
+    }
+}
