@@ -16,11 +16,3 @@ pub use params::{AdcParams, Cds, Ramp};
 
 #[cfg(test)]
 pub(crate) use params::tests as params_tests;
-
-use crate::effect::Effect;
-
-/// The converter's effects that the parameters leave possible, in physical order: the column's amplifier before its
-/// comparator.
-pub fn effects(params: &AdcParams) -> Vec<Box<dyn Effect>> {
-    [ColumnGain::from_params(params), ColumnOffset::from_params(params)].into_iter().flatten().collect()
-}

@@ -26,22 +26,7 @@ pub use read_noise::ReadNoise;
 pub use row::{add_scaled, add_to_all, scale_all, scale_by_pattern};
 pub use shot_noise::ShotNoise;
 
-use crate::effect::Effect;
 use crate::num::f32_nearest;
-
-/// The pixel's effects that the parameters leave possible, in physical order.
-pub fn effects(params: &PixelParams) -> Vec<Box<dyn Effect>> {
-    let all = [
-        Prnu::from_params(params),
-        ShotNoise::from_params(params),
-        DarkCurrent::from_params(params),
-        Dsnu::from_params(params),
-        FullWell::from_params(params),
-        KtcNoise::from_params(params),
-        ReadNoise::from_params(params),
-    ];
-    all.into_iter().flatten().collect()
-}
 
 /// Turns mean photons on the pixel into mean photoelectrons, in place: quantum efficiency times fill factor.
 pub fn photons_to_mean_electrons(params: &PixelParams, values: &mut [f32]) {
@@ -58,11 +43,25 @@ mod tests {
     use super::params::tests::paper_pixel;
     use super::*;
     use crate::draw::RowPlace;
-    use crate::effect::RowPass;
+    use crate::effect::{Effect, RowPass};
     use crate::facts::Facts;
     use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
     const WIDTH: usize = 40_000;
+
+    /// The pixel's effects that the parameters leave possible, in physical order.
+    fn effects(params: &PixelParams) -> Vec<Box<dyn Effect>> {
+        let all = [
+            Prnu::from_params(params),
+            ShotNoise::from_params(params),
+            DarkCurrent::from_params(params),
+            Dsnu::from_params(params),
+            FullWell::from_params(params),
+            KtcNoise::from_params(params),
+            ReadNoise::from_params(params),
+        ];
+        all.into_iter().flatten().collect()
+    }
 
     /// Mean and variance of a row of equal values after one effect.
     fn after(effect: &dyn Effect, value: f32, exposure_s: f64) -> (f64, f64) {

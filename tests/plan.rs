@@ -5,7 +5,6 @@
 
 use std::collections::BTreeMap;
 
-use sensel::adc::Converter;
 use sensel::config::Resolved;
 use sensel::draw::{DrawKey, fill_uniforms};
 use sensel::effect::{Effect, Omission};
@@ -104,17 +103,7 @@ impl Case {
     }
 
     fn chain(&self, effects: Vec<Box<dyn Effect>>) -> Chain {
-        let pixel = &self.parameters.pixel;
-        Chain {
-            effects,
-            electrons_per_photon: sensel::num::f32_nearest(pixel.quantum_efficiency * pixel.fill_factor),
-            conversion_gain_uv_per_e: sensel::num::f32_nearest(pixel.conversion_gain_uv_per_e),
-            converter: Converter::new(&self.parameters.adc),
-            adc: self.parameters.adc.clone(),
-            pixel_type: pixel.pixel_type,
-            seed: 5,
-            die_seed: 6,
-        }
+        Chain::new(self.parameters.clone(), effects, 5, 6)
     }
 
     /// All pixels of a flat picture, in electrons.

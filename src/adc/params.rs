@@ -107,7 +107,7 @@ impl AdcParams {
     pub fn check(&self) -> Result<(), Error> {
         within("sensor.adc.bits", self.bits.into(), 1.0, 16.0)?;
         if !(1_000..=100_000_000_000).contains(&self.clock_hz) {
-            return Err(Error::key("sensor.adc.clock_hz", self.clock_hz, "must be from 1e3 to 1e11"));
+            return Err(Error::key("sensor.adc.clock_hz", self.clock_hz, "out of range; 1 kHz to 100 GHz would do"));
         }
         above("sensor.adc.gain", self.gain, 0.0, 1000.0)?;
         let least_uv = self.gain * 100.0;

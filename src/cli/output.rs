@@ -175,7 +175,7 @@ impl Output {
         let end_s = truth.last().map_or(0.0, |last| last.t_s);
         let mut readings: Vec<ImuSample> = Vec::new();
         if session.setup().resolved.scenario.rig.imu == "mems_phone" {
-            let key = DrawKey::root(session.setup().chain.seed).with(IMU_NUMBER);
+            let key = DrawKey::root(session.setup().resolved.scenario.seed).with(IMU_NUMBER);
             let span = Span { start_s: 0.0, end_s };
             readings = imu::samples(motion, span, &MEMS_PHONE, GRAVITY_IN_WORLD_M_PER_S2, key).map_err(failed)?;
         }

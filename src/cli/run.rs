@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use sensel::error::Error;
 use sensel::files::cache::Cache;
+use sensel::files::folder::OutputFolder;
 use sensel::report::Report;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
 
@@ -98,6 +99,8 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     let name = located.name.clone();
     let keep = super::output::Keep::parse(&arguments.keep)?;
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
+    sensel::run::SensorSetup::new(&located.resolved)?;
+    OutputFolder::check(&target)?;
     let setup = prepare(located, shared)?;
     let prepared_s = watch.now_s();
 

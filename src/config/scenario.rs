@@ -127,7 +127,7 @@ sections! {
         width: u32,
         /// Rows, 16 to 4096.
         height: u32,
-        /// Of the die, 200 to 400.
+        /// Of the die, 150 to 450.
         temperature_k: f64,
         /// Photodiode to column line.
         pixel: Pixel,
@@ -140,25 +140,25 @@ sections! {
     Pixel {
         /// "3T", "4T", "5T", "6T".
         kind as "type": String,
-        /// 0.5 to 50.
+        /// Above 0 to 100.
         pitch_um: f64,
         /// Photoelectrons a photon that meets the photodiode, 0 to 1.
         quantum_efficiency: f64,
         /// Share of the pixel that collects light, above 0, to 1.
         fill_factor: f64,
-        /// At the column, source follower included, 0.1 to 1000.
+        /// At the column, source follower included, above 0 to 1000.
         conversion_gain_uv_per_e: f64,
-        /// 1 to 10,000,000.
+        /// 1 to 1e9.
         full_well_e: f64,
         /// At 300 K, 0 or more.
         dark_current_e_per_s: f64,
-        /// Step of temperature over which dark current doubles, 4 to 20.
+        /// Step of temperature over which dark current doubles, above 0 to 100.
         dark_doubling_k: f64,
         /// After CDS, at the ADC's input, 0 or more.
         read_noise_uv: f64,
         /// Overrides sqrt(A k T g / q).
         ktc_noise_uv: Option<f64>,
-        /// Standard deviation of the response over pixels, 0 to 0.5.
+        /// Standard deviation of the response over pixels, 0 to 0.15.
         prnu: f64,
         /// Standard deviation of the dark signal over pixels, 0 or more.
         dsnu_e: f64,
@@ -169,9 +169,9 @@ sections! {
         bits: u32,
         /// Of the ramp's counter.
         clock_hz: u64,
-        /// Span of the ramp at gain 1.
+        /// Span of the ramp at gain 1; over the gain 100 uV to 10 V.
         full_scale_uv: f64,
-        /// A gain of 2 halves the ramp's span.
+        /// A gain of 2 halves the ramp's span; above 0 to 1000.
         gain: f64,
         /// Pedestal, below the greatest code.
         black_level_dn: u32,
@@ -179,7 +179,7 @@ sections! {
         column_offset_uv: f64,
         /// Standard deviation over columns that CDS leaves.
         column_offset_residual_uv: f64,
-        /// Standard deviation of the gain over columns.
+        /// Standard deviation of the gain over columns, 0 to 0.15.
         column_gain_sigma: f64,
         /// Clocks of the reset conversion.
         reset_counts: u32,

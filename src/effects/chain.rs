@@ -1,11 +1,12 @@
 //! Runs the chosen effects over rows: one pass an effect over a row buffer that stays in L1, no question asked in a pixel loop.
 
-use crate::adc::{self, AdcParams, Converter};
+use super::Parameters;
+use crate::adc::{self, Converter};
 use crate::draw::RowPlace;
 use crate::effect::{Domain, Effect, RowPass};
 use crate::events::Events;
 use crate::num::u32_from;
-use crate::pixel::PixelType;
+use crate::pixel;
 use crate::plane::Plane;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
@@ -24,21 +25,15 @@ pub struct RowTimes {
 /// Everything between photons and codes of one sensor.
 pub struct Chain {
     /// Chosen effects in physical order.
-    pub effects: Vec<Box<dyn Effect>>,
-    /// Photoelectrons a photon: quantum efficiency times fill factor.
-    pub electrons_per_photon: f32,
-    /// Microvolts at the column an electron.
-    pub conversion_gain_uv_per_e: f32,
+    effects: Vec<Box<dyn Effect>>,
+    /// What pixel and converters are set to.
+    parameters: Parameters,
     /// Closed form of the column converters.
-    pub converter: Converter,
-    /// What the converters are set to; their events depend on it.
-    pub adc: AdcParams,
-    /// Decides which events a row's readout takes.
-    pub pixel_type: PixelType,
+    converter: Converter,
     /// Seed of the run.
-    pub seed: u64,
+    seed: u64,
     /// Seed of the die.
-    pub die_seed: u64,
+    die_seed: u64,
 }
 
 /// Which frame is captured.
@@ -51,6 +46,12 @@ pub struct Capture {
 }
 
 impl Chain {
+    /// A sensor with these effects, which must stand in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
+    pub fn new(parameters: Parameters, effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
+        assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects stand in physical order");
+        Self { effects, converter: Converter::new(&parameters.adc), parameters, seed, die_seed }
+    }
+
     /// Codes of one frame from its mean photons, and the events of its conversion. `times` holds one entry a row.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture, times: &[RowTimes]) -> (Plane<u16>, Events) {
         assert!(times.len() == photons.height_px(), "every row has its times");
@@ -62,7 +63,7 @@ impl Chain {
             for (offset, row_codes) in rows.chunks_exact_mut(width).enumerate() {
                 let row = index * ROWS_PER_CHUNK + offset;
                 self.capture_row(photons.row(row), capture, row, times[row], &mut buffers, row_codes);
-                adc::count_row(&self.adc, self.pixel_type, row_codes, &mut events);
+                adc::count_row(&self.parameters.adc, self.parameters.pixel.pixel_type, row_codes, &mut events);
             }
             events
         };
@@ -95,9 +96,8 @@ impl Chain {
     }
 
     fn sense_row(&self, photons: &[f32], capture: Capture, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
-        for (value, photons) in buffers.values.iter_mut().zip(photons) {
-            *value = photons * self.electrons_per_photon;
-        }
+        buffers.values.copy_from_slice(photons);
+        pixel::photons_to_mean_electrons(&self.parameters.pixel, &mut buffers.values);
         let mut pass = RowPass {
             place: RowPlace {
                 seed: self.seed,
@@ -117,9 +117,7 @@ impl Chain {
         for effect in &self.effects[..charge_effects] {
             effect.apply(&mut pass);
         }
-        for value in pass.values.iter_mut() {
-            *value *= self.conversion_gain_uv_per_e;
-        }
+        pixel::electrons_to_microvolts(&self.parameters.pixel, pass.values);
         for effect in &self.effects[charge_effects..] {
             effect.apply(&mut pass);
         }

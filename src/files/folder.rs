@@ -40,6 +40,14 @@ impl OutputFolder {
         Ok(folder)
     }
 
+    /// Whether `target` could be made or replaced, before long work is done for it.
+    ///
+    /// # Errors
+    /// As [`OutputFolder::create`]; nothing is left behind.
+    pub fn check(target: &Path) -> Result<(), Error> {
+        Self::create(target).map(drop)
+    }
+
     /// Where to write.
     pub fn path(&self) -> &Path {
         &self.beside

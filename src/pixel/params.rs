@@ -140,7 +140,7 @@ pub(crate) fn within(key: &str, value: f64, least: f64, most: f64) -> Result<(),
     if value >= least && value <= most {
         return Ok(());
     }
-    Err(Error::key(key, value, format!("must be from {least} to {most}")))
+    Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
 }
 
 /// Refuses a value that is not above `least` and at most `most`, NaN included.
@@ -148,7 +148,7 @@ pub(crate) fn above(key: &str, value: f64, least: f64, most: f64) -> Result<(), 
     if value > least && value <= most {
         return Ok(());
     }
-    Err(Error::key(key, value, format!("must be above {least} and at most {most}")))
+    Err(Error::key(key, value, format!("out of range; above {least} to {most} would do")))
 }
 
 #[cfg(test)]

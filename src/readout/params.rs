@@ -56,14 +56,18 @@ impl ReadoutParams {
     pub fn check(&self) -> Result<(), Error> {
         for (key, value) in [("sensor.readout.hts", self.hts), ("sensor.readout.vts", self.vts)] {
             if !(1..=1 << 24).contains(&value) {
-                return Err(Error::key(key, value, "must be from 1 to 16777216"));
+                return Err(Error::key(key, value, "out of range; 1 to 16777216 would do"));
             }
         }
         if !(1_000..=100_000_000_000).contains(&self.pixel_rate_hz) {
-            return Err(Error::key("sensor.readout.pixel_rate_hz", self.pixel_rate_hz, "must be from 1e3 to 1e11"));
+            return Err(Error::key(
+                "sensor.readout.pixel_rate_hz",
+                self.pixel_rate_hz,
+                "out of range; 1 kHz to 100 GHz would do",
+            ));
         }
         if self.exposure_margin_lines >= self.vts {
-            let reason = format!("must be below sensor.readout.vts = {}", self.vts);
+            let reason = format!("out of range; less than sensor.readout.vts = {} would do", self.vts);
             return Err(Error::key("sensor.readout.exposure_margin_lines", self.exposure_margin_lines, reason));
         }
         above("sensor.readout.exposure_us", self.exposure_us, 0.0, 1e9)

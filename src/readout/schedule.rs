@@ -28,7 +28,7 @@ impl Schedule {
         params.check()?;
         if size.width_px == 0 || size.height_px == 0 {
             let (key, value) = if size.width_px == 0 { ("sensor.width", 0) } else { ("sensor.height", 0) };
-            return Err(Error::key(key, value, "must be at least 1"));
+            return Err(Error::key(key, value, "out of range; 1 or more would do"));
         }
         check_line(size, params, adc, packet_s)?;
         if params.vts < size.height_px {
@@ -40,8 +40,9 @@ impl Schedule {
         let exposure_lines = u32_truncated((params.exposure_us / line_us).round_ties_even()).max(1);
         if exposure_lines > exposure_lines_max {
             let most_us = f64::from(exposure_lines_max) * line_us;
-            let reason =
-                format!("must be at most {most_us:.3} (vts - margin = {exposure_lines_max} lines), or vts greater");
+            let reason = format!(
+                "too long; at most {most_us:.3} (vts - margin = {exposure_lines_max} lines) or a greater vts would do"
+            );
             return Err(Error::key("sensor.readout.exposure_us", params.exposure_us, reason));
         }
         Ok(Self {

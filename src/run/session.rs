@@ -148,8 +148,10 @@ impl Session {
         let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
         let mut exposures = Vec::with_capacity(setup.cameras.len());
         for (camera_index, camera) in setup.cameras.iter().enumerate() {
-            let key =
-                DrawKey::root(setup.chain.seed).with(RENDER_NUMBER).with(u64_from(camera_index)).with(frame.0.into());
+            let key = DrawKey::root(setup.resolved.scenario.seed)
+                .with(RENDER_NUMBER)
+                .with(u64_from(camera_index))
+                .with(frame.0.into());
             let sampling = Sampling {
                 samples_per_pixel: setup.fidelity.samples_per_pixel,
                 saturation_photons: f32_nearest(setup.sensor.saturation_photons()),

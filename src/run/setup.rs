@@ -6,7 +6,6 @@ use glam::{DQuat, DVec3};
 use super::assets::{Assets, Progress};
 use super::light::lit_scene;
 use super::motion::placed_motion;
-use crate::adc::Converter;
 use crate::compute::ExtractorParams;
 use crate::config::Resolved;
 use crate::effects::chain::Chain;
@@ -167,16 +166,7 @@ impl Setup {
             cost_ns_per_px: plan.cost_ns_per_px,
             signal_e: [light.photons_min * efficiency, light.photons_max * efficiency],
         };
-        let chain = Chain {
-            effects: plan.effects,
-            electrons_per_photon: crate::num::f32_nearest(efficiency),
-            conversion_gain_uv_per_e: crate::num::f32_nearest(pixel.conversion_gain_uv_per_e),
-            converter: Converter::new(&sensor.parameters.adc),
-            adc: sensor.parameters.adc.clone(),
-            pixel_type: pixel.pixel_type,
-            seed: scenario.seed,
-            die_seed: scenario.sensor.die,
-        };
+        let chain = Chain::new(sensor.parameters.clone(), plan.effects, scenario.seed, scenario.sensor.die);
         Ok(Parts { fidelity, frames, sensor, scene, motion, cameras, plan: summary, chain, tracker })
     }
 
