@@ -14,6 +14,7 @@ macro_rules! outln {
 
 mod args;
 mod features;
+mod interrupt;
 mod listing;
 mod output;
 mod place;

@@ -44,6 +44,9 @@ pub enum Error {
         /// The operating system's word.
         source: std::io::Error,
     },
+    /// The user stopped the program; nothing was left behind.
+    #[error("stopped; nothing was written")]
+    Interrupted,
     /// The run itself failed.
     #[error("{0}")]
     Run(String),
@@ -58,11 +61,12 @@ fn place(file: &str, line: &usize) -> String {
 }
 
 impl Error {
-    /// 1 the run failed, 2 usage or configuration, 4 input/output (DESIGN: exit codes).
+    /// 1 the run failed, 2 usage or configuration, 4 input/output, 130 stopped by the user (DESIGN: exit codes).
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Config { .. } | Self::Content { .. } | Self::Unknown { .. } => 2,
             Self::Io { .. } => 4,
+            Self::Interrupted => 130,
             Self::Run(_) => 1,
         }
     }

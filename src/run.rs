@@ -10,6 +10,6 @@ pub mod session;
 pub mod setup;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
-pub use record::timing_record;
+pub use record::{burst_utilisation, timing_record};
 pub use session::{CameraFrame, Frame, Session};
 pub use setup::{SensorSetup, Setup};

@@ -288,7 +288,11 @@ impl Tracker {
         }
         let baseline = calibrations[0].body_from_camera.translation_m - calibrations[1].body_from_camera.translation_m;
         if baseline.length() <= 1e-3 || !baseline.is_finite() {
-            return Err(Error::key("rig.baseline_m", baseline.length(), "must be above 0.001 for depth"));
+            return Err(Error::key(
+                "rig.baseline_mm",
+                1e3 * baseline.length(),
+                "too short for depth; above 1 would do",
+            ));
         }
         let cameras = calibrations.into_iter().map(RigCamera::new).collect();
         Ok(Self {

@@ -46,8 +46,7 @@ fn the_standard_decoder_reads_every_kept_packet() {
         [(6, "raw6"), (7, "raw7"), (8, "raw8"), (10, "raw10"), (12, "raw12"), (14, "raw14"), (16, "raw16")]
     {
         let out = scratch(&format!("packets{bits}"));
-        let (set_bits, black) =
-            (format!("sensor.adc.bits={bits}"), format!("sensor.adc.black_level_dn={}", (1 << bits) / 16));
+        let set_bits = format!("sensor.adc.bits={bits}");
         let clock = "sensor.adc.clock_hz=8000000000";
         sensel(&[
             "run",
@@ -59,8 +58,6 @@ fn the_standard_decoder_reads_every_kept_packet() {
             "--quiet",
             "--set",
             &set_bits,
-            "--set",
-            &black,
             "--set",
             clock,
             "--set",

@@ -38,9 +38,22 @@ pub fn presets(shared: &Shared) -> Result<(), Error> {
 
 /// `sensel schema`.
 pub fn schema() -> Result<(), Error> {
-    let schema = schemars::schema_for!(Scenario);
-    print_json(&serde_json::to_value(schema).expect("a schema has a JSON form"));
+    let mut schema = serde_json::to_value(schemars::schema_for!(Scenario)).expect("a schema has a JSON form");
+    require_nothing(&mut schema);
+    print_json(&schema);
     Ok(())
+}
+
+/// A scenario may leave out every key, because presets and defaults fill it.
+fn require_nothing(schema: &mut serde_json::Value) {
+    match schema {
+        serde_json::Value::Object(fields) => {
+            fields.remove("required");
+            fields.values_mut().for_each(require_nothing);
+        }
+        serde_json::Value::Array(items) => items.iter_mut().for_each(require_nothing),
+        _ => {}
+    }
 }
 
 /// `sensel config show`.

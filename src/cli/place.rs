@@ -10,6 +10,10 @@ use super::args::Shared;
 /// The scenario that runs when none is named.
 pub const DEFAULT_SCENARIO: &str = "bathroom";
 
+/// The scenario that needs no files; it comes with the program.
+const BOX_SCENARIO: &str = "box";
+const BOX_TEXT: &str = include_str!("../../scenes/box/scene.toml");
+
 /// A scenario is written by hand; what is longer than this is another file named by mistake.
 const SCENARIO_BYTES_MAX: u64 = 1 << 20;
 
@@ -25,9 +29,18 @@ pub struct Located {
 
 /// Finds and reads a scenario and lays the command line's words over it.
 pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Result<Located, Error> {
-    let asked = scenario.unwrap_or(DEFAULT_SCENARIO);
-    let file = find(asked, shared)?;
-    let text = sensel::files::read_text(&file, SCENARIO_BYTES_MAX)?;
+    let (file, text) = match (find(scenario.unwrap_or(DEFAULT_SCENARIO), shared), scenario) {
+        (Ok(file), _) => {
+            let text = sensel::files::read_text(&file, SCENARIO_BYTES_MAX)?;
+            (file, text)
+        }
+        (Err(_), Some(BOX_SCENARIO)) => (PathBuf::from("box.toml"), BOX_TEXT.to_owned()),
+        (Err(_), None) => {
+            eprintln!("sensel: the scene '{DEFAULT_SCENARIO}' is not here; running the generated '{BOX_SCENARIO}'");
+            (PathBuf::from("box.toml"), BOX_TEXT.to_owned())
+        }
+        (Err(error), Some(_)) => return Err(error),
+    };
     let mut assignments = more.to_vec();
     if let Some(seed) = shared.seed {
         assignments.push(format!("seed={seed}"));
@@ -90,15 +103,27 @@ fn scene_folders(shared: &Shared) -> Vec<PathBuf> {
     folders
 }
 
-/// Names of the scenarios that can be asked for by name, sorted.
-pub fn known_scenes(shared: &Shared) -> Vec<String> {
-    let mut names: Vec<String> = scene_folders(shared)
+/// Folders of the scenarios that can be asked for by name, sorted.
+pub fn folders_of_known_scenes(shared: &Shared) -> Vec<PathBuf> {
+    let mut folders: Vec<PathBuf> = scene_folders(shared)
         .iter()
         .filter_map(|folder| std::fs::read_dir(folder).ok())
         .flat_map(|entries| entries.filter_map(Result::ok))
-        .filter(|entry| entry.path().join("scene.toml").is_file())
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .map(|entry| entry.path())
+        .filter(|folder| folder.join("scene.toml").is_file())
         .collect();
+    folders.sort();
+    folders
+}
+
+/// Names of the scenarios that can be asked for by name, sorted. The generated box is always there.
+pub fn known_scenes(shared: &Shared) -> Vec<String> {
+    let mut names: Vec<String> = folders_of_known_scenes(shared)
+        .iter()
+        .filter_map(|folder| folder.file_name())
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect();
+    names.push(BOX_SCENARIO.to_owned());
     names.sort();
     names.dedup();
     names

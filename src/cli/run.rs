@@ -1,6 +1,7 @@
 //! `sensel run`: the whole way, and everything it writes.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use sensel::error::Error;
@@ -10,6 +11,7 @@ use sensel::report::Report;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
 
 use super::args::{RunArguments, Shared};
+use super::interrupt;
 use super::output::Output;
 use super::place::{self, Located};
 use super::progress;
@@ -28,14 +30,17 @@ impl Stopwatch for Wall {
 
 /// Files of one folder, and the user's cache.
 pub struct FolderAssets {
-    folder: PathBuf,
+    folders: Vec<PathBuf>,
     cache: Option<Cache>,
 }
 
 impl FolderAssets {
-    /// Files of a scenario's folder; the cache is left out where there is no place for it.
+    /// Files of a scenario's folder, and of the known scenes' folders after it, so that the effective configuration that a run
+    /// wrote finds its scene again. The cache is left out where there is no place for it.
     pub fn new(folder: &Path, shared: &Shared) -> Self {
-        Self { folder: folder.to_path_buf(), cache: Cache::open(shared.cache.as_deref(), CACHE_BYTES).ok() }
+        let mut folders = vec![folder.to_path_buf()];
+        folders.extend(place::folders_of_known_scenes(shared));
+        Self { folders, cache: Cache::open(shared.cache.as_deref(), CACHE_BYTES).ok() }
     }
 }
 
@@ -47,7 +52,8 @@ impl Assets for FolderAssets {
             let reason = "leads out of the scenario's folder; a name within it would do".to_owned();
             return Err(Error::Content { file: name.to_owned(), reason });
         }
-        let path = self.folder.join(relative);
+        let found = self.folders.iter().map(|folder| folder.join(relative)).find(|path| path.is_file());
+        let path = found.unwrap_or_else(|| self.folders[0].join(relative));
         std::fs::read(&path).map_err(|source| match source.kind() {
             std::io::ErrorKind::NotFound => Error::Content {
                 file: path.display().to_string(),
@@ -78,15 +84,16 @@ pub fn located(arguments: &RunArguments, shared: &Shared) -> Result<Located, Err
 }
 
 /// Uses as many threads as the scenario says, for the whole program.
-pub fn use_threads(threads: u32) {
+fn use_threads(threads: u32) -> Result<(), Error> {
     let threads = usize::try_from(threads).unwrap_or(0);
-    // Fails only when a pool exists already, and then that one is used.
-    let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    let made = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    made.map_err(|error| Error::Run(format!("{threads} threads: {error}")))
 }
 
 /// Everything checked and lit, ready for the first frame.
 pub fn prepare(located: Located, shared: &Shared) -> Result<Setup, Error> {
-    use_threads(located.resolved.scenario.run.threads);
+    let resolved = &located.resolved;
+    use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
     let assets = FolderAssets::new(&located.folder, shared);
     let bar = progress::Baking::new(shared.quiet);
     Setup::new(located.resolved, &assets, &bar)
@@ -108,7 +115,11 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     let mut session = Session::new(setup)?;
     let frames = session.setup().frames;
     let bar = progress::bar("frames", u64::from(frames), shared.quiet);
+    let interrupted = interrupt::watch();
     for _ in 0..frames {
+        if interrupted.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
         let frame = session.step(&watch)?;
         output.frame(&session, &frame)?;
         bar.inc(1);

@@ -18,11 +18,7 @@ pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error>
     let readout = &resolved.scenario.sensor.readout;
     let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, expected_features)?;
     let utilisation = sensor.link.mean_utilisation(&traffic, sensor.schedule.frame_time_s());
-    let burst = sensor.link.burst_utilisation(
-        sensor.size.width_px,
-        sensor.parameters.adc.bits,
-        sensor.schedule.line_time_s(),
-    )?;
+    let burst = run::burst_utilisation(&sensor)?;
     let exposure_us = 1e6 * sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s();
     if shared.json {
         listing::print_json(&json!({

@@ -1,6 +1,6 @@
 //! `sensel track`: the tracker alone, on the pictures of an EuRoC folder, real or simulated.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sensel::compute::{self, Feature};
 use sensel::config::Resolved;
@@ -27,7 +27,14 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
         let reason = format!("holds {} camera(s); the tracker takes two", reader.cameras().len());
         return Err(Error::Content { file: arguments.folder.display().to_string(), reason });
     };
-    let resolved = Resolved::from_layers("command line", "", &shared.set)?;
+    // A folder that a run wrote brings its own configuration; any other takes the defaults.
+    let own = arguments.folder.join("config.toml");
+    let (layer, text) = match std::fs::read_to_string(&own) {
+        Ok(text) => (own.display().to_string(), text),
+        Err(_) => ("command line".to_owned(), String::new()),
+    };
+    let resolved = Resolved::from_layers(&layer, &text, &shared.set)?;
+    let out = output_file(shared)?;
     let extractor = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
     let params =
         TrackerParams { seed: shared.seed.unwrap_or(resolved.scenario.seed), ..resolved.scenario.tracker_params()? };
@@ -57,10 +64,22 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let out = shared.out.clone().unwrap_or_else(|| Path::new("trajectory_est.tum").to_path_buf());
     std::fs::write(&out, format_tum(&poses)).map_err(|source| place::io(&out, source))?;
     say(&reader, &poses, pairs.len(), &out, shared);
     Ok(())
+}
+
+/// Where the trajectory goes. Without `--out` an existing file is not replaced.
+fn output_file(shared: &Shared) -> Result<PathBuf, Error> {
+    let default = PathBuf::from("trajectory_est.tum");
+    match &shared.out {
+        Some(file) => Ok(file.clone()),
+        None if default.exists() => {
+            let reason = "exists already; --out FILE would do".to_owned();
+            Err(Error::Content { file: default.display().to_string(), reason })
+        }
+        None => Ok(default),
+    }
 }
 
 fn say(reader: &EurocReader, poses: &[TimedPose], frames: usize, out: &Path, shared: &Shared) {

@@ -69,6 +69,14 @@ impl Scenario {
         Ok(Fidelity { rung, samples_per_pixel: samples, accuracy })
     }
 
+    /// Threads of the run; 0: as many as cores.
+    ///
+    /// # Errors
+    /// Over 1024.
+    pub fn threads(&self) -> Result<u32, Error> {
+        within("run.threads", self.run.threads, 0..=1024, "0 (all cores) to 1024")
+    }
+
     /// Frames of the run.
     ///
     /// # Errors
@@ -113,8 +121,12 @@ impl Scenario {
         let (right, bottom) = (f64::from(size.width_px) - 0.5, f64::from(size.height_px) - 0.5);
         let corners = [(-0.5, -0.5), (right, -0.5), (-0.5, bottom), (right, bottom)];
         if corners.iter().any(|&(x, y)| lens.unproject(glam::DVec2::new(x, y)).is_none()) {
-            let reason = "this distortion folds over inside the picture; a k1 nearer to 0 would do";
-            return Err(Error::key("optics.k1", optics.k1, reason));
+            let terms = [("k1", optics.k1), ("k2", optics.k2), ("p1", optics.p1), ("p2", optics.p2)];
+            let (name, value) = terms
+                .into_iter()
+                .fold(("k1", 0.0_f64), |most, term| if term.1.abs() > most.1.abs() { term } else { most });
+            let reason = "the distortion folds over inside the picture; a value nearer to 0 would do";
+            return Err(Error::key(&format!("optics.{name}"), value, reason));
         }
         Ok(lens)
     }
@@ -176,7 +188,7 @@ impl Scenario {
             clock_hz: adc.clock_hz,
             full_scale_uv: adc.full_scale_uv,
             gain: adc.gain,
-            black_level_dn: adc.black_level_dn,
+            black_level_dn: adc.black_level_dn.unwrap_or((1 << adc.bits.min(16)) / 16),
             column_offset_uv: adc.column_offset_uv,
             column_offset_residual_uv: adc.column_offset_residual_uv,
             column_gain_sigma: adc.column_gain_sigma,
@@ -189,7 +201,7 @@ impl Scenario {
         params.check()?;
         let code_max = params.code_max();
         let would_do = format!("0 to {}", code_max - 1);
-        within("sensor.adc.black_level_dn", adc.black_level_dn, 0..code_max, &would_do)?;
+        within("sensor.adc.black_level_dn", params.black_level_dn, 0..code_max, &would_do)?;
         Ok(params)
     }
 
@@ -252,6 +264,10 @@ impl Scenario {
     /// A window out of range.
     pub fn tracker_params(&self) -> Result<TrackerParams, Error> {
         let window = within("tracker.window", self.tracker.window, 2..=50, "2 to 50")?;
+        if self.tracker.rolling_shutter && self.readout()?.shutter == Shutter::Rolling {
+            let reason = "correcting for the rows' own times comes with a later version; false would do";
+            return Err(Error::key("tracker.rolling_shutter", true, reason));
+        }
         Ok(TrackerParams { window, ..TrackerParams::room(self.seed) })
     }
 

@@ -173,8 +173,8 @@ sections! {
         full_scale_uv: f64,
         /// A gain of 2 halves the ramp's span; above 0 to 1000.
         gain: f64,
-        /// Pedestal, below the greatest code.
-        black_level_dn: u32,
+        /// Pedestal, below the greatest code; not written: a sixteenth of the codes, at any depth.
+        black_level_dn: Option<u32>,
         /// Standard deviation over columns, before CDS.
         column_offset_uv: f64,
         /// Standard deviation over columns that CDS leaves.
@@ -237,7 +237,7 @@ sections! {
     Tracker {
         /// Keyframes refined together, 2 to 50.
         window: u32,
-        /// Whether rows' own times are used; has no effect under a global shutter.
+        /// Whether rows' own times are used. Comes with a later version: true is refused under a rolling shutter.
         rolling_shutter: bool,
     }
     /// Constants of energy.

@@ -49,7 +49,11 @@ pub fn regions(
     pixels: f64,
 ) -> Vec<Region> {
     let efficiency = parameters.pixel.quantum_efficiency * parameters.pixel.fill_factor;
-    let (low_e, high_e) = (light.photons_min * efficiency, light.photons_max * efficiency);
+    // Beyond twice what a pixel and its converter hold, more light changes nothing: the slope of everything after is 0.
+    let held_e =
+        crate::num::greater(parameters.pixel.full_well_e, f64::from(parameters.adc.code_max()) * lsb_e(parameters));
+    let most_e = crate::num::lesser(light.photons_max * efficiency, 2.0 * held_e);
+    let (low_e, high_e) = (crate::num::lesser(light.photons_min * efficiency, most_e), most_e);
     let dark_e = dark_sigma_e(parameters);
     let step_e = lsb_e(parameters);
     let start_e = crate::num::greater(low_e, SIGNAL_E_FLOOR);

@@ -120,6 +120,13 @@ impl Technology {
         Ok(Self { name, title, node_nm, core_voltage_v, rule, events, static_powers })
     }
 
+    /// The same without the static power of a block that a design leaves out.
+    #[must_use]
+    pub fn without(mut self, block: Block) -> Self {
+        self.static_powers[block as usize].power_mw = 0.0;
+        self
+    }
+
     /// The constant of an event.
     pub fn event(&self, event: Event) -> &EventEnergy {
         &self.events[event as usize]

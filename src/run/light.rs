@@ -8,8 +8,7 @@ use crate::config::check::within;
 use crate::error::Error;
 use crate::scene::{Bake, BakeSettings, LitScene, Scene, box_room, target};
 
-/// Side of the cube around which a flat target stands, and the box room's keyed texture: not the run's seed, so that two runs
-/// with different seeds look at the same room.
+/// The box room's textures: not the run's seed, so that two runs with different seeds look at the same room.
 const BOX_ROOM_SEED: u64 = 1;
 
 /// Loads or generates the scene, bakes or loads its light, and scales it to the scenario's lux at `start_m`.

@@ -1,12 +1,11 @@
 //! The report of a run: every figure computed from what the run counted, sent and tracked.
 
 use super::session::{FrameNotes, STAGES, Session};
-use super::setup::{PlanSummary, Setup};
+use super::setup::PlanSummary;
 use crate::adc::AdcParams;
 use crate::error::Error;
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::pose::TimedPose;
-use crate::readout::Shutter;
 use crate::report::record::{
     Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase, PlanRecord, Scenario, StageCost,
     Timing,
@@ -46,7 +45,7 @@ impl Session {
             report.not_measurable.insert("scenario.render_variance_ratio".to_owned(), reason);
         }
         if report.bandwidth.reduction.is_none() {
-            let reason = "no feature left the sensor".to_owned();
+            let reason = "no feature was sent".to_owned();
             report.not_measurable.insert("bandwidth.reduction".to_owned(), reason);
         }
         self.set_costs(&mut report);
@@ -116,14 +115,11 @@ impl Session {
             container_bits_per_frame: container_bits * cameras,
             feature_bits_per_frame: feature_bits / frames,
             link_bits_per_s: 8.0 * f64_from_u64(self.totals.link_bytes) / (frames * frame_time_s),
-            reduction: (feature_bits > 0.0).then(|| raw_bits * cameras * frames / feature_bits),
+            reduction: (self.totals.feature_count > 0).then(|| raw_bits * cameras * frames / feature_bits),
             link_utilisation: traffic
                 .as_ref()
                 .map_or(0.0, |traffic| sensor.link.mean_utilisation(traffic, frame_time_s)),
-            link_utilisation_burst: sensor
-                .link
-                .burst_utilisation(sensor.size.width_px, sensor.parameters.adc.bits, sensor.schedule.line_time_s())
-                .unwrap_or(0.0),
+            link_utilisation_burst: burst_utilisation(sensor).unwrap_or(0.0),
         }
     }
 
@@ -134,13 +130,15 @@ impl Session {
 
     /// Payload bits of all feature packets of the run.
     fn feature_bits(&self) -> f64 {
+        let found = self.notes.iter().flat_map(|note| &note.found);
+        f64_from_u64(found.map(|&found| self.feature_bits_of(crate::num::index(found))).sum())
+    }
+
+    /// Payload bits of the feature packets of one camera's frame with so many features; 0 where features are not sent.
+    pub fn feature_bits_of(&self, features: usize) -> u64 {
         let sensor = &self.setup.sensor;
-        let mut bits = 0;
-        for found in self.notes.iter().flat_map(|note| &note.found) {
-            let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, u64::from(*found));
-            bits += traffic.map_or(0, |traffic| traffic.feature_bits);
-        }
-        f64_from_u64(bits)
+        let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, u64_from(features));
+        traffic.map_or(0, |traffic| traffic.feature_bits)
     }
 
     fn link(&self) -> LinkRecord {
@@ -201,6 +199,18 @@ fn frame_record(note: &FrameNotes) -> FrameRecord {
         estimate_m: None,
         error_m: None,
     }
+}
+
+/// Share of a line's time in which its row's packet holds the link; 0 where rows are not sent.
+///
+/// # Errors
+/// A row that its link cannot carry.
+pub fn burst_utilisation(sensor: &super::setup::SensorSetup) -> Result<f64, Error> {
+    if !sensor.link.mode.sends_codes() {
+        return Ok(0.0);
+    }
+    let bits = sensor.parameters.adc.bits;
+    sensor.link.burst_utilisation(sensor.size.width_px, bits, sensor.schedule.line_time_s())
 }
 
 /// The plan as the report and the verb `plan` show it.
@@ -282,14 +292,4 @@ fn latency_s(sensor: &super::setup::SensorSetup, packet_s: f64, features: u64) -
     let first = FrameIndex(0);
     let last = sensor.schedule.readout(first, RowIndex(sensor.size.height_px - 1));
     last.end_s + packet_s + sensor.link.seconds(sensor.link.tail_time(features)) - sensor.schedule.t_frame(first)
-}
-
-impl Setup {
-    /// Whether rows are exposed at one time, in the configuration's word.
-    pub fn shutter_name(&self) -> &'static str {
-        match self.sensor.schedule.shutter() {
-            Shutter::Global => "global",
-            Shutter::Rolling => "rolling",
-        }
-    }
 }

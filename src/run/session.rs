@@ -2,7 +2,7 @@
 
 use super::assets::Stopwatch;
 use super::hashes::StageHashes;
-use super::setup::Setup;
+use super::setup::{FrameOnLink, Setup};
 use crate::compute::{self, Feature};
 use crate::draw::DrawKey;
 use crate::effects::chain::{Capture, RowTimes};
@@ -88,8 +88,12 @@ impl Session {
     /// A calibration that the tracker refuses.
     pub fn new(setup: Setup) -> Result<Self, Error> {
         // A single camera has no scale of its own: its packets are made and decoded, and nothing is tracked.
-        let tracks = setup.cameras.len() == 2 && setup.sensor.link.mode.sends_features();
-        let tracker = if tracks { Some(Tracker::new(setup.calibration(), setup.tracker)?) } else { None };
+        let tracker = if setup.cameras.len() == 2 {
+            let made = Tracker::new(setup.calibration(), setup.tracker);
+            Some(made.map_err(|error| setup.resolved.tree.locate(error))?)
+        } else {
+            None
+        };
         Ok(Self { setup, tracker, notes: Vec::new(), totals: Totals::default() })
     }
 
@@ -109,11 +113,14 @@ impl Session {
         self.totals.stage_s[0] += lap.next_s();
         let codes = self.capture(frame, &exposures);
         self.totals.stage_s[1] += lap.next_s();
-        let features = self.extract(&codes);
+        let on_sensor = self.setup.sensor.link.mode.sends_features();
+        let features = if on_sensor { self.extract(&codes) } else { vec![Vec::new(); codes.len()] };
         self.totals.stage_s[2] += lap.next_s();
         let packets = self.send(frame, &codes, &features)?;
         self.totals.stage_s[3] += lap.next_s();
         let input = self.receive(&packets)?;
+        // Without features on the link, those of the host's own extractor stand in their place.
+        let features = if on_sensor { features } else { input.features.clone() };
         self.totals.stage_s[4] += lap.next_s();
         let tracked = self.tracker.as_mut().map(|tracker| tracker.track(&input));
         self.totals.stage_s[5] += lap.next_s();
@@ -227,6 +234,9 @@ impl Session {
                 bits: sensor.parameters.adc.bits,
                 features: Some(features),
             };
+            // A list without a bound (`top_k = 0`) can outgrow the frame only here.
+            let on_link = FrameOnLink { size: sensor.size, bits: out.bits, features: u64_from(features.len()) };
+            on_link.check(&sensor.link, schedule, self.setup.resolved.scenario.sensor.readout.vts)?;
             let bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
             self.totals.link_bytes += u64_from(bytes.len());
             packets.push(bytes);
@@ -244,7 +254,15 @@ impl Session {
             let received = received.ok_or_else(|| Error::Run("the host received no frame".to_owned()))?;
             let metadata = received.metadata.ok_or_else(|| Error::Run("the host received no metadata".to_owned()))?;
             input.t_s = f64_from_u64(metadata.timestamp_ns) * 1e-9;
-            input.features.push(received.features);
+            let features = if self.setup.sensor.link.mode.sends_features() {
+                received.features
+            } else {
+                // The host runs the same extractor on the picture it received; none of it is the sensor's energy.
+                let picture = received.picture.ok_or_else(|| Error::Run("the host received no picture".to_owned()))?;
+                let bits = self.setup.sensor.parameters.adc.bits;
+                compute::extract(&picture, bits, &self.setup.sensor.extractor, &mut Events::default())
+            };
+            input.features.push(features);
         }
         Ok(input)
     }

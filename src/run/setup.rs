@@ -14,9 +14,10 @@ use crate::effects::regions::{self, LightBounds};
 use crate::effects::{self, Parameters};
 use crate::energy::Technology;
 use crate::error::Error;
+use crate::events::Block;
 use crate::fidelity::Fidelity;
 use crate::link::LinkParams;
-use crate::num::f64_from_usize;
+use crate::num::{f64_from_u64, f64_from_usize};
 use crate::optics::{self, Camera};
 use crate::pose::Pose;
 use crate::readout::{Schedule, Shutter};
@@ -112,9 +113,14 @@ impl SensorSetup {
             0.0
         };
         let schedule = Schedule::new(size, &scenario.readout()?, &parameters.adc, packet_time_s)?;
+        let extractor = scenario.extractor()?;
+        let sensor_frame =
+            FrameOnLink { size, bits: parameters.adc.bits, features: extractor.top_k.unwrap_or(0).into() };
+        sensor_frame.check(&link, &schedule, scenario.sensor.readout.vts)?;
         let technology = Technology::by_name(&scenario.energy.technology)
             .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
-        Ok(Self { size, parameters, schedule, link, extractor: scenario.extractor()?, technology })
+        let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };
+        Ok(Self { size, parameters, schedule, link, extractor, technology })
     }
 }
 
@@ -183,6 +189,37 @@ impl Setup {
     /// Whether rows are exposed one after the other.
     pub fn is_rolling(&self) -> bool {
         self.sensor.schedule.shutter() == Shutter::Rolling
+    }
+}
+
+/// What one frame puts on the link.
+pub(super) struct FrameOnLink {
+    pub size: Size,
+    pub bits: u32,
+    pub features: u64,
+}
+
+impl FrameOnLink {
+    /// Whether rows, features and the packets around them pass within a frame's time.
+    ///
+    /// # Errors
+    /// They do not; the error names the frame length that would do.
+    pub fn check(&self, link: &LinkParams, schedule: &Schedule, vts: u32) -> Result<(), Error> {
+        let busy = link.traffic(self.size, self.bits, self.features)?.busy;
+        let rows = if link.mode.sends_codes() { u64::from(self.size.height_px) } else { 0 };
+        let row_time_s =
+            if rows > 0 { link.seconds(link.line_packet_time(self.size.width_px, self.bits)?) } else { 0.0 };
+        // Rows leave one a line; everything else needs the lines that are left.
+        let rest_s = link.seconds(busy) - f64_from_u64(rows) * row_time_s;
+        let lines = f64_from_u64(rows) + (rest_s / schedule.line_time_s()).ceil();
+        if lines <= f64::from(vts) {
+            return Ok(());
+        }
+        let reason = format!(
+            "rows and {} features a frame need {lines:.0} lines on this link; vts = {lines:.0}, fewer features or a faster link would do",
+            self.features
+        );
+        Err(Error::key("sensor.readout.vts", vts, reason))
     }
 }
 

@@ -53,7 +53,6 @@ conversion_gain_uv_per_e = ${between(5, 150).toFixed(2)}
 dark_current_e_per_s = ${(10 ** between(0, 5)).toFixed(1)}
 [sensor.adc]
 bits = ${bits}
-black_level_dn = ${Math.floor(2 ** bits / 16)}
 cds = "${pick("none", "analog", "digital")}"
 [sensor.readout]
 shutter = "${pick("global", "rolling")}"

@@ -9,7 +9,7 @@ const lux = () => 10 ** Number(state.lux);
 const exposureUs = () => Math.round(10 ** Number(state.exposure) * 1000);
 const significant = (value) => Number(value.toPrecision(3)).toLocaleString("en");
 
-function scenario() {
+function scenario(shown = 300) {
   return `# Made by the browser page of sensel.
 [scene]
 generator = "box"
@@ -17,8 +17,10 @@ illuminance_lux = ${lux().toPrecision(4)}
 [motion]
 kind = "sway"
 offset_m = [0.0, 1.5, 0.3]
+[rig]
+baseline_mm = 0.0
 [run]
-frames = 300
+frames = ${shown}
 [sensor]
 width = 320
 height = 240
@@ -26,7 +28,6 @@ height = 240
 read_noise_uv = ${Number(state.read).toFixed(1)}
 [sensor.adc]
 bits = ${state.bits}
-black_level_dn = ${Math.floor(2 ** Number(state.bits) / 16)}
 [sensor.readout]
 exposure_us = ${exposureUs().toFixed(1)}
 shutter = "${state.shutter}"
@@ -121,7 +122,7 @@ $("play").addEventListener("click", () => {
 });
 $("save").addEventListener("click", () => {
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([scenario()], { type: "application/toml" }));
+  link.href = URL.createObjectURL(new Blob([scenario(1 + Number(document.body.dataset.frame ?? 0))], { type: "application/toml" }));
   link.download = "page.toml";
   link.click();
 });

@@ -45,7 +45,8 @@ impl Session {
     pub fn step(&mut self) -> Result<Step, JsError> {
         let frame = self.run.step(&NoClock).map_err(|error| failed(&error))?;
         let setup = self.run.setup();
-        let report = self.run.report("page").map_err(|error| failed(&error))?;
+        let account = self.run.energy();
+        let cameras = sensel::num::f64_from_usize(setup.cameras.len());
         let [photons, codes, features, energy] = self.run.hashes();
         let camera = &frame.cameras[0];
         let codes_sum: u64 = camera.codes.values().iter().map(|&code| u64::from(code)).sum();
@@ -56,10 +57,10 @@ impl Session {
             "features": camera.features.len(),
             "mean_code_dn": sensel::num::f64_from_u64(codes_sum) / pixels,
             "raw_bits": pixels * f64::from(bits),
-            "feature_bits": report.bandwidth.feature_bits_per_frame / f64::from(report.scenario.cameras),
-            "energy_uj": report.energy.total_pj_per_frame * 1e-6,
-            "kept": report.plan.kept,
-            "omitted": report.plan.omitted.iter().map(|effect| &effect.name).collect::<Vec<_>>(),
+            "feature_bits": self.run.feature_bits_of(camera.features.len()),
+            "energy_uj": account.total_pj_per_frame() * 1e-6 / cameras,
+            "kept": setup.plan.kept.iter().map(|effect| effect.name).collect::<Vec<_>>(),
+            "omitted": setup.plan.omitted.iter().map(|effect| effect.name).collect::<Vec<_>>(),
             "hashes": {"photons": photons, "codes": codes, "features": features, "energy": energy},
         });
         let black_level_dn = setup.sensor.parameters.adc.black_level_dn;

@@ -35,7 +35,10 @@ fn pose_tiles(report: &Report) -> String {
         Tile {
             name: "Jitter, frame to frame",
             value: metres(tracking.jitter_frame_m),
-            meaning: format!("RMS error of one frame\u{2019}s motion. Second-difference sigma: {d2}."),
+            meaning: format!(
+                "RMS error of one frame\u{2019}s motion. Second-difference sigma: {d2}.{}",
+                render_share(report)
+            ),
         },
         Tile {
             name: "Drift over one second (RPE)",
@@ -106,4 +109,15 @@ fn tile(tile: &Tile) -> String {
         escaped(tile.name),
         escaped(&tile.meaning)
     )
+}
+
+/// Says so where the renderer's own noise stands above the photons', because then it stands in every error of the pose as well.
+fn render_share(report: &Report) -> String {
+    match report.scenario.render_variance_ratio {
+        Some(ratio) if ratio > 1.0 => format!(
+            " The render\u{2019}s variance is {} times the photons\u{2019}: much of this is the renderer\u{2019}s; more samples a pixel would show the sensor.",
+            digits(ratio)
+        ),
+        _ => String::new(),
+    }
 }
