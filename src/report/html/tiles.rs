@@ -115,7 +115,8 @@ fn tile(tile: &Tile) -> String {
 fn render_share(report: &Report) -> String {
     match report.scenario.render_variance_ratio {
         Some(ratio) if ratio > 1.0 => format!(
-            " The render\u{2019}s variance is {} times the photons\u{2019}: much of this is the renderer\u{2019}s; more samples a pixel would show the sensor.",
+            " The render\u{2019}s variance is {} times the photons\u{2019}: much of this is the renderer\u{2019}s; \
+             more samples a pixel would show the sensor.",
             digits(ratio)
         ),
         _ => String::new(),
