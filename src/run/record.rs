@@ -115,7 +115,8 @@ impl Session {
             container_bits_per_frame: container_bits * cameras,
             feature_bits_per_frame: feature_bits / frames,
             link_bits_per_s: 8.0 * f64_from_u64(self.totals.link_bytes) / (frames * frame_time_s),
-            reduction: (self.totals.feature_count > 0).then(|| raw_bits * cameras * frames / feature_bits),
+            reduction: (self.totals.feature_count > 0 && feature_bits > 0.0)
+                .then(|| raw_bits * cameras * frames / feature_bits),
             link_utilisation: traffic
                 .as_ref()
                 .map_or(0.0, |traffic| sensor.link.mean_utilisation(traffic, frame_time_s)),
