@@ -75,7 +75,8 @@ export async function open(browser, address, width, height) {
   };
   const until = async (expression, seconds) => {
     for (const end = Date.now() + 1000 * seconds; Date.now() < end;) {
-      if (await evaluate(expression)) return true;
+      // While the page is still on its way there is nothing to ask.
+      if (await evaluate(expression).catch(() => false)) return true;
       await new Promise((done) => setTimeout(done, 50));
     }
     return false;
