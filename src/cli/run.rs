@@ -176,6 +176,7 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     outln!("  render noise  {} of photon variance", figure(scenario.render_variance_ratio, 1.0, "times"));
     outln!("  took          {seconds:.1} s");
     outln!("report: {}", target.join("report.html").display());
-    let tracked = report.frames.iter().filter(|frame| frame.error_m.is_some()).count();
-    outln!("{} frames, {tracked} tracked, {} lost", scenario.frames, report.frames.len() - tracked);
+    // Frames with a pose; errors need three of them, poses do not.
+    let tracked = sensel::num::u64_half_even(tracking.tracked_fraction * f64::from(scenario.frames));
+    outln!("{} frames, {tracked} tracked, {} lost", scenario.frames, u64::from(scenario.frames) - tracked);
 }
