@@ -6,11 +6,11 @@
 #![allow(clippy::cast_possible_truncation, missing_docs)]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use sensel::adc::{AdcParams, Cds, Converter, Ramp};
+use sensel::adc::Converter;
+use sensel::config::Resolved;
 use sensel::draw::{DrawKey, fill_uniforms, normals, poisson};
 use sensel::effects::chain::{Capture, Chain, RowTimes};
 use sensel::effects::{self, Parameters};
-use sensel::pixel::{PixelParams, PixelType};
 use sensel::plane::Plane;
 use sensel::simd::{self, Level};
 use sensel::units::{CameraIndex, FrameIndex, Size};
@@ -18,41 +18,22 @@ use sensel::units::{CameraIndex, FrameIndex, Size};
 const WIDTH: usize = 640;
 const HEIGHT: u32 = 480;
 
-fn pixel_params() -> PixelParams {
-    PixelParams {
-        pixel_type: PixelType::T6,
-        pitch_um: 3.0,
-        quantum_efficiency: 0.6,
-        fill_factor: 1.0,
-        conversion_gain_uv_per_e: 10.0,
-        full_well_e: 11_000.0,
-        dark_current_e_per_s: 100.0,
-        dark_doubling_k: 8.0,
-        temperature_k: 300.0,
-        read_noise_uv: 40.0,
-        ktc_noise_uv: None,
-        prnu: 0.01,
-        dsnu_e: 3.0,
-        double_sampling: true,
-    }
-}
-
-fn adc_params() -> AdcParams {
-    AdcParams {
-        bits: 10,
-        clock_hz: 480_000_000,
-        full_scale_uv: 110_000.0 * 1024.0 / 959.0,
-        gain: 1.0,
-        black_level_dn: 64,
-        column_offset_uv: 200.0,
-        column_offset_residual_uv: 20.0,
-        column_gain_sigma: 0.0,
-        reset_counts: 128,
-        settle_reset_us: 2.0,
-        settle_signal_us: 3.0,
-        cds: Cds::Digital,
-        ramp: Ramp::Linear,
-    }
+/// The peers' job as a configuration; what is not named is the default sensor's.
+fn parameters() -> Parameters {
+    let assignments = [
+        "scene.generator=box",
+        "sensor.pixel.fill_factor=1.0",
+        "sensor.pixel.full_well_e=11000.0",
+        "sensor.pixel.dark_current_e_per_s=100.0",
+        "sensor.pixel.read_noise_uv=40.0",
+        "sensor.pixel.dsnu_e=3.0",
+        "sensor.adc.full_scale_uv=117455.0",
+        "sensor.adc.column_gain_sigma=0.0",
+        "sensor.adc.cds=analog",
+    ];
+    let resolved = Resolved::from_layers("bench", "", &assignments.map(str::to_owned)).expect("the keys are known");
+    let scenario = &resolved.scenario;
+    Parameters { pixel: scenario.pixel().expect("in range"), adc: scenario.adc().expect("in range") }
 }
 
 struct Sensor {
@@ -63,20 +44,20 @@ struct Sensor {
 
 impl Sensor {
     fn new(photons_max: f32) -> Self {
-        let parameters = Parameters { pixel: pixel_params(), adc: adc_params() };
+        let parameters = parameters();
         let effects = effects::build_all(&parameters);
         let row = (0..WIDTH).map(|column| photons_max * column as f32 / (WIDTH - 1) as f32);
         let size = Size { width_px: WIDTH as u32, height_px: HEIGHT };
         let photons = Plane::from_values(size, row.cycle().take(size.pixel_count()).collect());
-        let times = vec![RowTimes { exposure_s: 0.01, storage_s: 0.001 }; HEIGHT as usize];
+        let times = vec![RowTimes { exposure_s: 0.01, storage_s: 0.001, readout_s: 0.0 }; HEIGHT as usize];
         Self { chain: Chain::new(parameters, effects, 1, 2), photons, times }
     }
 
     fn frame(&self, frame: u32) -> u16 {
-        let capture = Capture { camera: CameraIndex(0), frame: FrameIndex(frame) };
-        let (codes, events) = self.chain.capture(&self.photons, capture, &self.times);
-        std::hint::black_box(events);
-        codes.at(320, 240)
+        let capture = Capture::single(CameraIndex(0), FrameIndex(frame));
+        let captured = self.chain.capture(&self.photons, capture, &self.times);
+        std::hint::black_box(captured.events);
+        captured.codes.at(320, 240)
     }
 }
 
@@ -124,10 +105,10 @@ fn parts(criterion: &mut Criterion) {
         });
     }
     let volts: Vec<f32> = (0..WIDTH).map(|column| column as f32 * 200.0).collect();
-    let converter = Converter::new(&adc_params());
+    let converter = Converter::new(&parameters().adc);
     let mut codes = vec![0; WIDTH];
     group.bench_function("convert_row", |bencher| {
-        bencher.iter(|| converter.convert_row(&volts, &mut codes));
+        bencher.iter(|| converter.convert_row(&volts, &[], &mut codes));
     });
     group.finish();
 }

@@ -12,7 +12,7 @@ pub use column_gain::ColumnGain;
 pub use column_offset::ColumnOffset;
 pub use convert::Converter;
 pub use event_counts::count_row;
-pub use params::{AdcParams, Cds, Ramp};
+pub use params::{AdcParams, Cds, Counter, Counting, Ramp};
 
 #[cfg(test)]
 pub(crate) use params::tests as params_tests;

@@ -2,6 +2,7 @@
 
 use crate::draw::{DrawKey, EffectNumber, RowPlace};
 use crate::facts::Facts;
+use crate::plane::Plane;
 
 /// What leaving an effect out can change in one pixel, referred to its input in electrons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,14 +29,18 @@ impl Omission {
     }
 }
 
-/// What a row holds when an effect meets it; effects run in this order.
+/// What an effect meets; effects run in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Domain {
-    /// Mean photoelectrons, before any draw.
+    /// A row of mean photoelectrons, before any draw.
     MeanElectrons,
-    /// Electrons in the pixel.
+    /// A row of electrons in the pixel.
     Electrons,
-    /// Microvolts at the ADC's input; a brighter pixel is a greater value.
+    /// The electrons of the whole array at the end of the exposure: where neighbours or the frame before matter.
+    ArrayElectrons,
+    /// A row of electrons as they reach the sense node.
+    SensedElectrons,
+    /// A row of microvolts at the ADC's input; a brighter pixel is a greater value.
     Microvolts,
 }
 
@@ -49,8 +54,13 @@ pub struct RowPass<'a> {
     pub exposure_s: f64,
     /// Wait between the end of the exposure and this row's readout, in seconds.
     pub storage_s: f64,
-    /// The row's values in the unit of the effect's domain, one a column.
+    /// When the row's samples are converted, in seconds of run time.
+    pub readout_s: f64,
+    /// The row's values in the unit of the effect's domain, one a column: in microvolts, the signal sample.
     pub values: &'a mut [f32],
+    /// The reset sample in microvolts, one a column, where it is converted apart (digital CDS); empty otherwise. Touched in the
+    /// domain of microvolts only.
+    pub reset: &'a mut [f32],
     /// Room for uniforms, as long as the row.
     pub uniforms: &'a mut [u32],
     /// Room for draws, as long as the row.
@@ -61,6 +71,11 @@ impl RowPass<'_> {
     /// Key of an effect's draws that differ from frame to frame.
     pub fn temporal_key(&self, effect: EffectNumber) -> DrawKey {
         DrawKey::of_row(effect, self.place)
+    }
+
+    /// Key of an effect's draws in the reset sample, apart from those in the signal sample.
+    pub fn reset_key(&self, effect: EffectNumber) -> DrawKey {
+        self.temporal_key(effect).with(RESET_SAMPLE)
     }
 
     /// Key of an effect's pattern in this row: part of the die, equal in all frames.
@@ -74,6 +89,21 @@ impl RowPass<'_> {
         let (frame, row) = (crate::units::FrameIndex(0), crate::units::RowIndex(0));
         DrawKey::of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, row, ..self.place })
     }
+}
+
+/// Field of the key of draws in the reset sample.
+const RESET_SAMPLE: u64 = 1;
+
+/// The whole array at the end of an exposure.
+pub struct ArrayPass<'a> {
+    /// Where the frame belongs: camera, frame and slot; the row is 0.
+    pub place: RowPlace,
+    /// Seed of the die.
+    pub die_seed: u64,
+    /// Electrons of each pixel.
+    pub charge_e: &'a mut Plane<f32>,
+    /// Electrons that the frame before left at this point; none in the first frame.
+    pub before_e: Option<&'a Plane<f32>>,
 }
 
 /// An effect with its parameters, ready to run.
@@ -96,6 +126,17 @@ pub trait Effect: Send + Sync {
     /// Why it matters or not here, with numbers, for a person ("0.00012 e- at 12 us and 300 K").
     fn reason(&self, facts: &Facts) -> String;
 
-    /// Applies the effect to one row in L1. Called once a row, so dispatch stays out of the pixel loop.
+    /// Applies the effect to one row in L1. Called once a row, so dispatch stays out of the pixel loop. Never called for
+    /// `Domain::ArrayElectrons`.
     fn apply(&self, row: &mut RowPass<'_>);
+
+    /// Applies an effect of `Domain::ArrayElectrons` to the whole array. Never called for others.
+    fn apply_to_array(&self, _array: &mut ArrayPass<'_>) {
+        unreachable!("{} acts on rows", self.name())
+    }
+
+    /// Whether the effect needs the frame before this one.
+    fn needs_frame_before(&self) -> bool {
+        false
+    }
 }

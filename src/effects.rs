@@ -58,12 +58,12 @@ pub const ALL: &[Entry] = &[
     Entry {
         name: "ktc_noise",
         summary: "reset noise that double sampling does not remove",
-        build: |parameters| pixel::KtcNoise::from_params(&parameters.pixel),
+        build: |parameters| pixel::ktc_noise(&parameters.pixel, parameters.adc.cds.samples()),
     },
     Entry {
         name: "read_noise",
         summary: "source follower and column noise after double sampling",
-        build: |parameters| pixel::ReadNoise::from_params(&parameters.pixel),
+        build: |parameters| pixel::read_noise(&parameters.pixel, parameters.adc.cds.samples()),
     },
     Entry {
         name: "column_gain",

@@ -12,18 +12,20 @@ mod pattern;
 mod prnu;
 mod read_noise;
 mod row;
+mod sample_noise;
 mod shot_noise;
 
 pub use dark_current::DarkCurrent;
 pub use dsnu::Dsnu;
 pub use full_well::FullWell;
-pub use ktc_noise::KtcNoise;
+pub use ktc_noise::{ktc_noise, ktc_sigmas};
 pub use params::{PixelParams, PixelType};
 pub(crate) use params::{above, within};
 pub use pattern::Pattern;
 pub use prnu::Prnu;
-pub use read_noise::ReadNoise;
+pub use read_noise::read_noise;
 pub use row::{add_scaled, add_to_all, scale_all, scale_by_pattern};
+pub use sample_noise::{SampleNoise, SampleSigmas, Samples};
 pub use shot_noise::ShotNoise;
 
 use crate::num::f32_nearest;
@@ -57,8 +59,8 @@ mod tests {
             DarkCurrent::from_params(params),
             Dsnu::from_params(params),
             FullWell::from_params(params),
-            KtcNoise::from_params(params),
-            ReadNoise::from_params(params),
+            ktc_noise(params, Samples::Difference),
+            read_noise(params, Samples::Difference),
         ];
         all.into_iter().flatten().collect()
     }
@@ -74,7 +76,9 @@ mod tests {
             die_seed: 2,
             exposure_s,
             storage_s: 0.0,
+            readout_s: 0.0,
             values: values_mut,
+            reset: &mut [],
             uniforms,
             draws,
         });
@@ -129,7 +133,9 @@ mod tests {
                 die_seed: 2,
                 exposure_s: 0.0,
                 storage_s: 0.0,
+                readout_s: 0.0,
                 values: values_mut,
+                reset: &mut [],
                 uniforms,
                 draws,
             });

@@ -5,10 +5,11 @@
 
 use std::collections::BTreeMap;
 
+use sensel::adc::Cds;
 use sensel::config::Resolved;
 use sensel::draw::{DrawKey, fill_uniforms};
 use sensel::effect::{Effect, Omission};
-use sensel::effects::chain::{Capture, Chain, RowTimes};
+use sensel::effects::chain::{Capture, Chain, RowSamples, RowTimes};
 use sensel::effects::plan::{Choice, Plan, Region, plan};
 use sensel::effects::regions::{LightBounds, regions};
 use sensel::effects::{self, Parameters};
@@ -88,7 +89,7 @@ fn case(number: u64) -> Case {
     let photons_max = 57.6 * lux * exposure_s / 0.01;
     let light = LightBounds { photons_min: 0.02 * photons_max, photons_max };
     let words = format!("case {number} of seed {SEED}: {lux:.2} lux, {exposure_s:.2e} s, {}", assignments.join(" "));
-    Case { parameters, times: RowTimes { exposure_s, storage_s }, light, accuracy, words }
+    Case { parameters, times: RowTimes { exposure_s, storage_s, readout_s: 0.0 }, light, accuracy, words }
 }
 
 impl Case {
@@ -108,12 +109,22 @@ impl Case {
 
     /// All pixels of a flat picture, in electrons.
     fn electrons(&self, chain: &Chain, photons: f32) -> Vec<f64> {
-        let capture = Capture { camera: CameraIndex(0), frame: FrameIndex(3) };
+        let capture = Capture::single(CameraIndex(0), FrameIndex(3));
         let row = vec![photons; WIDTH];
         let gain = self.parameters.pixel.conversion_gain_uv_per_e;
-        let rows = (0..ROWS).flat_map(|index| chain.row_microvolts(&row, capture, RowIndex(index), self.times));
-        rows.map(|uv| f64::from(uv) / gain).collect()
+        let rows =
+            (0..ROWS).flat_map(|index| difference_uv(&chain.row_samples(&row, capture, RowIndex(index), self.times)));
+        rows.map(|uv| uv / gain).collect()
     }
+}
+
+/// What the converters subtract: the signal, less the reset where that is converted apart.
+fn difference_uv(samples: &RowSamples) -> Vec<f64> {
+    let mut difference_uv: Vec<f64> = samples.signal_uv.iter().map(|&uv| f64::from(uv)).collect();
+    for (difference_uv, &reset_uv) in difference_uv.iter_mut().zip(&samples.reset_uv) {
+        *difference_uv -= f64::from(reset_uv);
+    }
+    difference_uv
 }
 
 /// Mean, variance and the variance's standard error of the differences. Column effects draw once a column, so rows count as one.
@@ -229,12 +240,15 @@ fn an_effect_that_is_left_out_moves_no_other_effects_draws() {
     for mut case in (0..CONFIGS).map(case) {
         case.parameters.pixel.conversion_gain_uv_per_e = 1.0;
         case.parameters.pixel.full_well_e = 1e7;
+        if case.parameters.adc.cds == Cds::Digital {
+            case.parameters.adc.cds = Cds::Analog; // Two samples have two offsets, which are two additions.
+        }
         let of = |names: &[&str]| {
             let mut chosen = effects::build_all(&case.parameters);
             chosen.retain(|effect| names.contains(&effect.name()));
             let chain = case.chain(chosen);
-            let capture = Capture { camera: CameraIndex(1), frame: FrameIndex(2) };
-            chain.row_microvolts(&[0.0; 512], capture, RowIndex(9), case.times)
+            let capture = Capture::single(CameraIndex(1), FrameIndex(2));
+            chain.row_samples(&[0.0; 512], capture, RowIndex(9), case.times).signal_uv
         };
         let present: Vec<&str> = effects::build_all(&case.parameters).iter().map(|effect| effect.name()).collect();
         let here: Vec<&str> = additive.into_iter().filter(|name| present.contains(name)).collect();

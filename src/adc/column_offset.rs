@@ -1,19 +1,22 @@
 //! Column offsets. Enters: microvolts. Leaves: microvolts with each column's own offset added.
 //!
-//! Model: a normal offset for each column of the die (comparator and amplifier), equal in all rows and frames; double sampling
-//! leaves `column_offset_residual_uv` of it, no double sampling all of `column_offset_uv`.
+//! Model: a normal offset for each column of the die (comparator and amplifier), equal in all rows and frames. A signal alone
+//! carries all of `column_offset_uv`; a difference carries `column_offset_residual_uv`. Where both samples are converted, both
+//! carry the offset, and the signal what the difference leaves of it besides.
 
 use super::AdcParams;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::f32_nearest;
-use crate::pixel::{Pattern, add_scaled};
+use crate::pixel::{Pattern, Samples, add_scaled};
 
 /// Mismatch of the columns' offsets, as far as sampling leaves it.
 pub struct ColumnOffset {
-    sigma_uv: f64,
-    pattern: Pattern,
+    both_uv: f64,
+    signal_uv: f64,
+    common: Pattern,
+    residual: Pattern,
 }
 
 impl ColumnOffset {
@@ -22,8 +25,13 @@ impl ColumnOffset {
 
     /// `None` where no offset is left.
     pub fn from_params(params: &AdcParams) -> Option<Box<dyn Effect>> {
-        let sigma_uv = if params.cds.is_double() { params.column_offset_residual_uv } else { params.column_offset_uv };
-        (sigma_uv > 0.0).then(|| Box::new(Self { sigma_uv, pattern: Pattern::default() }) as Box<dyn Effect>)
+        let (both_uv, signal_uv) = match params.cds.samples() {
+            Samples::Signal => (0.0, params.column_offset_uv),
+            Samples::Difference => (0.0, params.column_offset_residual_uv),
+            Samples::Both => (params.column_offset_uv, params.column_offset_residual_uv),
+        };
+        let effect = Self { both_uv, signal_uv, common: Pattern::default(), residual: Pattern::default() };
+        (both_uv > 0.0 || signal_uv > 0.0).then(|| Box::new(effect) as Box<dyn Effect>)
     }
 }
 
@@ -41,21 +49,33 @@ impl Effect for ColumnOffset {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        0.2
+        if self.both_uv > 0.0 { 0.6 } else { 0.2 }
     }
 
+    /// The bound is before quantisation, so what both samples share cancels in it.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        let sigma_e = self.sigma_uv / facts.conversion_gain_uv_per_e;
+        let sigma_e = self.signal_uv / facts.conversion_gain_uv_per_e;
         Some(Omission { bias_e: 0.0, variance_e2: sigma_e * sigma_e })
     }
 
     fn reason(&self, facts: &Facts) -> String {
-        let sigma_e = self.sigma_uv / facts.conversion_gain_uv_per_e;
-        format!("{:.1} uV is {sigma_e:.2} e- between columns", self.sigma_uv)
+        let sigma_e = self.signal_uv / facts.conversion_gain_uv_per_e;
+        format!("{:.1} uV is {sigma_e:.2} e- between columns", self.signal_uv)
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        let pattern = self.pattern.normals(row.column_key(Self::NUMBER), row.uniforms);
-        add_scaled(row.values, &pattern, f32_nearest(self.sigma_uv));
+        let key = row.column_key(Self::NUMBER);
+        if self.signal_uv > 0.0 {
+            let pattern = self.residual.normals(key, row.uniforms);
+            add_scaled(row.values, &pattern, f32_nearest(self.signal_uv));
+        }
+        if self.both_uv > 0.0 && !row.reset.is_empty() {
+            let pattern = self.common.normals(key.with(COMMON), row.uniforms);
+            add_scaled(row.values, &pattern, f32_nearest(self.both_uv));
+            add_scaled(row.reset, &pattern, f32_nearest(self.both_uv));
+        }
     }
 }
+
+/// Field of the key of the offset that both samples carry.
+const COMMON: u64 = 1;

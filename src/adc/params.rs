@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::num::{f64_from_i64, i64_half_even};
-use crate::pixel::{above, within};
+use crate::pixel::{Samples, above, within};
 use crate::units::Clocks;
 
 /// Correlated double sampling: how the reset level is taken off the signal.
@@ -38,12 +38,18 @@ impl Cds {
         })
     }
 
+    /// What is sampled and what is converted.
+    pub fn samples(self) -> Samples {
+        match self {
+            Self::None => Samples::Signal,
+            Self::Analog => Samples::Difference,
+            Self::Digital => Samples::Both,
+        }
+    }
+
     /// Whether reset and signal are both sampled.
     pub fn is_double(self) -> bool {
-        match self {
-            Self::None => false,
-            Self::Analog | Self::Digital => true,
-        }
+        self.samples().is_double()
     }
 }
 
@@ -52,22 +58,67 @@ impl Cds {
 pub enum Ramp {
     /// Equal steps.
     Linear,
+    /// Straight between given points.
+    Piecewise,
+    /// Every edge given.
+    Table,
 }
 
 impl Ramp {
+    /// All shapes.
+    pub const ALL: [Self; 3] = [Self::Linear, Self::Piecewise, Self::Table];
+
     /// The name in configs and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Linear => "linear",
+            Self::Piecewise => "piecewise",
+            Self::Table => "table",
         }
     }
+}
 
-    /// The shape of this name.
-    pub fn from_name(name: &str) -> Result<Self, Error> {
-        if name == Self::Linear.name() {
-            return Ok(Self::Linear);
+/// Code of the counters: what flips when they step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Counter {
+    /// Weighted bits; a step flips two of them on average.
+    Binary,
+    /// One bit a step.
+    Gray,
+}
+
+impl Counter {
+    /// All codes.
+    pub const ALL: [Self; 2] = [Self::Binary, Self::Gray];
+
+    /// The name in configs and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Binary => "binary",
+            Self::Gray => "gray",
         }
-        Err(Error::Unknown { what: "ramp", name: name.to_owned(), known: Self::Linear.name().to_owned() })
+    }
+}
+
+/// Where a column's count is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Counting {
+    /// A counter in each column runs down with the reset ramp and up with the signal's.
+    UpDown,
+    /// One counter serves all columns, each of which latches it at its crossings and subtracts.
+    Latch,
+}
+
+impl Counting {
+    /// Both ways.
+    pub const ALL: [Self; 2] = [Self::UpDown, Self::Latch];
+
+    /// The name in configs and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::UpDown => "up_down",
+            Self::Latch => "latch",
+        }
     }
 }
 
@@ -100,6 +151,54 @@ pub struct AdcParams {
     pub cds: Cds,
     /// Shape of the ramp.
     pub ramp: Ramp,
+    /// Of a piecewise ramp: [share of the counts, share of the span], both rising from above 0 to below 1; at most 64.
+    pub ramp_points: Vec<[f64; 2]>,
+    /// Of a table ramp: level of each edge 1 to 2^bits - 1 in uV at gain 1, not falling.
+    pub ramp_table_uv: Vec<f64>,
+    /// Greatest deviation of the ramp from its shape in LSB, in the middle of a bow, -64 to 64.
+    pub ramp_inl_lsb: f64,
+    /// Time constant of the ramp's start in adc_clk clocks, 0 to 1e4: the ramp lags by 1 - exp(-k / constant) of it.
+    pub ramp_settling_clk: f64,
+    /// Noise of the ramp in uV, one draw a conversion, shared by the row's columns, 0 to 1e6.
+    pub ramp_noise_uv: f64,
+    /// Jitter of adc_clk against the ramp in ps, one draw a conversion and column, 0 to 1e6.
+    pub ramp_jitter_ps: f64,
+    /// Amplitude of the supply's ripple at the ADC's input in uV, rejection included, 0 to 1e6.
+    pub supply_ripple_uv: f64,
+    /// Frequency of that ripple in Hz, 1 to 1e9.
+    pub supply_ripple_hz: f64,
+    /// Noise of the comparator in uV, one draw a conversion and column, besides the read noise, 0 to 1e6.
+    pub comparator_noise_uv: f64,
+    /// Clocks between the ramp's crossing and the comparator's edge, 0 to 1000.
+    pub comparator_delay_clk: u32,
+    /// Sigma of that delay over the columns of the die in clocks, 0 to 100.
+    pub comparator_delay_sigma_clk: f64,
+    /// Step on the shared ramp, in uV, when a comparator flips, -1e4 to 1e4.
+    pub kickback_uv: f64,
+    /// Clocks in which that step decays to a half, 1 to 1024.
+    pub kickback_decay_clk: u32,
+    /// Noise that all columns of a row share in uV, one draw a row and frame, 0 to 1e6.
+    pub row_noise_uv: f64,
+    /// Sigma of the rows' offsets over the die in uV, 0 to 1e6.
+    pub row_offset_uv: f64,
+    /// Noise that all rows of a column share in uV, one draw a column and frame, 0 to 1e6.
+    pub column_noise_uv: f64,
+    /// Load of a column line in pF, 0.01 to 100.
+    pub column_capacitance_pf: f64,
+    /// Bias current of a column's source follower in uA, 0 to 1000; 0: it settles in any time.
+    pub column_bias_ua: f64,
+    /// Overdrive of the source follower in V, 0.01 to 2: its transconductance is 2 bias / overdrive.
+    pub column_overdrive_v: f64,
+    /// Code of the counters.
+    pub counter: Counter,
+    /// Where the counting is done.
+    pub counting: Counting,
+    /// Columns that share one converter, 1 to 64: a row takes as many conversions.
+    pub columns_per_adc: u32,
+    /// Width of a converter's layout in um, 0 to 1000; 0: not checked against the pixel pitch.
+    pub pitch_um: f64,
+    /// Sides of the array that carry converters, 1 or 2.
+    pub sides: u32,
 }
 
 impl AdcParams {
@@ -119,7 +218,33 @@ impl AdcParams {
         within("sensor.adc.column_gain_sigma", self.column_gain_sigma, 0.0, 0.15)?;
         within("sensor.adc.reset_counts", self.reset_counts.into(), 0.0, 65_536.0)?;
         within("sensor.adc.settle_reset_us", self.settle_reset_us, 0.0, 1e6)?;
-        within("sensor.adc.settle_signal_us", self.settle_signal_us, 0.0, 1e6)
+        within("sensor.adc.settle_signal_us", self.settle_signal_us, 0.0, 1e6)?;
+        self.check_rarer()
+    }
+
+    /// The same for what most converters leave at zero.
+    fn check_rarer(&self) -> Result<(), Error> {
+        within("sensor.adc.ramp_inl_lsb", self.ramp_inl_lsb, -64.0, 64.0)?;
+        within("sensor.adc.ramp_settling_clk", self.ramp_settling_clk, 0.0, 10000.0)?;
+        within("sensor.adc.ramp_noise_uv", self.ramp_noise_uv, 0.0, 1000000.0)?;
+        within("sensor.adc.ramp_jitter_ps", self.ramp_jitter_ps, 0.0, 1000000.0)?;
+        within("sensor.adc.supply_ripple_uv", self.supply_ripple_uv, 0.0, 1000000.0)?;
+        within("sensor.adc.supply_ripple_hz", self.supply_ripple_hz, 1.0, 1000000000.0)?;
+        within("sensor.adc.comparator_noise_uv", self.comparator_noise_uv, 0.0, 1000000.0)?;
+        within("sensor.adc.comparator_delay_clk", self.comparator_delay_clk.into(), 0.0, 1000.0)?;
+        within("sensor.adc.comparator_delay_sigma_clk", self.comparator_delay_sigma_clk, 0.0, 100.0)?;
+        within("sensor.adc.kickback_uv", self.kickback_uv, -10000.0, 10000.0)?;
+        within("sensor.adc.kickback_decay_clk", self.kickback_decay_clk.into(), 1.0, 1024.0)?;
+        within("sensor.adc.row_noise_uv", self.row_noise_uv, 0.0, 1000000.0)?;
+        within("sensor.adc.row_offset_uv", self.row_offset_uv, 0.0, 1000000.0)?;
+        within("sensor.adc.column_noise_uv", self.column_noise_uv, 0.0, 1000000.0)?;
+        within("sensor.adc.column_capacitance_pf", self.column_capacitance_pf, 0.01, 100.0)?;
+        within("sensor.adc.column_bias_ua", self.column_bias_ua, 0.0, 1000.0)?;
+        within("sensor.adc.column_overdrive_v", self.column_overdrive_v, 0.01, 2.0)?;
+        within("sensor.adc.columns_per_adc", self.columns_per_adc.into(), 1.0, 64.0)?;
+        within("sensor.adc.pitch_um", self.pitch_um, 0.0, 1000.0)?;
+        within("sensor.adc.sides", self.sides.into(), 1.0, 2.0)?;
+        Ok(())
     }
 
     /// Greatest code, 2^bits - 1.
@@ -151,6 +276,16 @@ impl AdcParams {
         }
     }
 
+    /// Edges of the ramp that stand below a column without signal: the level at which the reset conversion finds it. A converted
+    /// difference stands at the black level; where both samples are converted, in the middle of the reset ramp, or lower where the
+    /// black level is lower, so that the signal's ramp ends beyond the greatest code.
+    pub fn pedestal_lsb(&self) -> u32 {
+        match self.cds {
+            Cds::None | Cds::Analog => self.black_level_dn,
+            Cds::Digital => self.black_level_dn.min(self.reset_counts / 2),
+        }
+    }
+
     /// `adc_clk` clocks in which the ramp runs for a row.
     pub fn ramp_clk(&self) -> Clocks {
         Clocks(u64::from(self.reset_counts_used()) + (1 << self.bits))
@@ -177,6 +312,30 @@ pub(crate) mod tests {
             settle_signal_us: 3.0,
             cds: Cds::Digital,
             ramp: Ramp::Linear,
+            ramp_points: Vec::new(),
+            ramp_table_uv: Vec::new(),
+            ramp_inl_lsb: 0.0,
+            ramp_settling_clk: 0.0,
+            ramp_noise_uv: 0.0,
+            ramp_jitter_ps: 0.0,
+            supply_ripple_uv: 0.0,
+            supply_ripple_hz: 100000.0,
+            comparator_noise_uv: 0.0,
+            comparator_delay_clk: 0,
+            comparator_delay_sigma_clk: 0.0,
+            kickback_uv: 0.0,
+            kickback_decay_clk: 4,
+            row_noise_uv: 0.0,
+            row_offset_uv: 0.0,
+            column_noise_uv: 0.0,
+            column_capacitance_pf: 1.0,
+            column_bias_ua: 0.0,
+            column_overdrive_v: 0.2,
+            counter: Counter::Binary,
+            counting: Counting::UpDown,
+            columns_per_adc: 1,
+            pitch_um: 0.0,
+            sides: 1,
         }
     }
 

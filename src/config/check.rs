@@ -6,7 +6,7 @@ use std::ops::RangeBounds;
 use glam::{DQuat, DVec3};
 
 use super::scenario::Scenario;
-use crate::adc::{AdcParams, Cds, Ramp};
+use crate::adc::{AdcParams, Cds, Counter, Counting, Ramp};
 use crate::compute::ExtractorParams;
 use crate::effects::plan::Choice;
 use crate::error::Error;
@@ -155,7 +155,6 @@ impl Scenario {
         let types = PixelType::ALL.map(|pixel_type| (pixel_type.name(), pixel_type));
         let params = PixelParams {
             pixel_type: one_of("sensor.pixel.type", &pixel.kind, &types)?,
-            double_sampling: self.cds()?.is_double(),
             pitch_um: pixel.pitch_um,
             quantum_efficiency: pixel.quantum_efficiency,
             fill_factor: pixel.fill_factor,
@@ -168,6 +167,25 @@ impl Scenario {
             ktc_noise_uv: pixel.ktc_noise_uv,
             prnu: pixel.prnu,
             dsnu_e: pixel.dsnu_e,
+            dcnu: pixel.dcnu,
+            storage_dark_e_per_s: pixel.storage_dark_e_per_s,
+            storage_leakage_per_s: pixel.storage_leakage_per_s,
+            parasitic_light: pixel.parasitic_light,
+            rts_ppm: pixel.rts_ppm,
+            rts_amplitude_uv: pixel.rts_amplitude_uv,
+            rts_rate_hz: pixel.rts_rate_hz,
+            flicker_uv_per_rthz: pixel.flicker_uv_per_rthz,
+            follower_bandwidth_hz: pixel.follower_bandwidth_hz,
+            gain_compression: pixel.gain_compression,
+            blooming: pixel.blooming,
+            image_lag: pixel.image_lag,
+            hot_ppm: pixel.hot_ppm,
+            hot_dark_e_per_s: pixel.hot_dark_e_per_s,
+            dead_ppm: pixel.dead_ppm,
+            stuck_ppm: pixel.stuck_ppm,
+            defect_cluster_share: pixel.defect_cluster_share,
+            low_conversion_gain_uv_per_e: pixel.low_conversion_gain_uv_per_e,
+            overflow_capacity_e: pixel.overflow_capacity_e,
         };
         params.check()?;
         Ok(params)
@@ -196,7 +214,35 @@ impl Scenario {
             settle_reset_us: adc.settle_reset_us,
             settle_signal_us: adc.settle_signal_us,
             cds: self.cds()?,
-            ramp: one_of("sensor.adc.ramp", &adc.ramp, &[(Ramp::Linear.name(), Ramp::Linear)])?,
+            ramp: one_of("sensor.adc.ramp", &adc.ramp, &Ramp::ALL.map(|ramp| (ramp.name(), ramp)))?,
+            counter: one_of(
+                "sensor.adc.counter",
+                &adc.counter,
+                &Counter::ALL.map(|counter| (counter.name(), counter)),
+            )?,
+            counting: one_of("sensor.adc.counting", &adc.counting, &Counting::ALL.map(|kind| (kind.name(), kind)))?,
+            ramp_points: adc.ramp_points.clone(),
+            ramp_table_uv: adc.ramp_table_uv.clone(),
+            ramp_inl_lsb: adc.ramp_inl_lsb,
+            ramp_settling_clk: adc.ramp_settling_clk,
+            ramp_noise_uv: adc.ramp_noise_uv,
+            ramp_jitter_ps: adc.ramp_jitter_ps,
+            supply_ripple_uv: adc.supply_ripple_uv,
+            supply_ripple_hz: adc.supply_ripple_hz,
+            comparator_noise_uv: adc.comparator_noise_uv,
+            comparator_delay_clk: adc.comparator_delay_clk,
+            comparator_delay_sigma_clk: adc.comparator_delay_sigma_clk,
+            kickback_uv: adc.kickback_uv,
+            kickback_decay_clk: adc.kickback_decay_clk,
+            row_noise_uv: adc.row_noise_uv,
+            row_offset_uv: adc.row_offset_uv,
+            column_noise_uv: adc.column_noise_uv,
+            column_capacitance_pf: adc.column_capacitance_pf,
+            column_bias_ua: adc.column_bias_ua,
+            column_overdrive_v: adc.column_overdrive_v,
+            columns_per_adc: adc.columns_per_adc,
+            pitch_um: adc.pitch_um,
+            sides: adc.sides,
         };
         params.check()?;
         let code_max = params.code_max();

@@ -1,12 +1,15 @@
-//! Runs the chosen effects over rows: one pass an effect over a row buffer that stays in L1, no question asked in a pixel loop.
+//! Runs the chosen effects over a frame: one pass an effect over a row buffer that stays in L1, no question asked in a pixel loop.
+//!
+//! Rows are independent but for the effects of `Domain::ArrayElectrons`: only where one of these is chosen, the electrons of the
+//! whole array are held between two sweeps over the rows.
 
 use super::Parameters;
 use crate::adc::{self, Converter};
 use crate::draw::RowPlace;
-use crate::effect::{Domain, Effect, RowPass};
+use crate::effect::{ArrayPass, Domain, Effect, RowPass};
 use crate::events::Events;
 use crate::num::u32_from;
-use crate::pixel;
+use crate::pixel::{self, Samples};
 use crate::plane::Plane;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
@@ -20,6 +23,8 @@ pub struct RowTimes {
     pub exposure_s: f64,
     /// From the exposure's end to the row's readout, in seconds.
     pub storage_s: f64,
+    /// When the row's samples are converted, in seconds of run time.
+    pub readout_s: f64,
 }
 
 /// Everything between photons and codes of one sensor.
@@ -36,13 +41,42 @@ pub struct Chain {
     die_seed: u64,
 }
 
-/// Which frame is captured.
+/// Which exposure is captured.
 #[derive(Clone, Copy, Debug)]
-pub struct Capture {
+pub struct Capture<'a> {
     /// Camera of the rig.
     pub camera: CameraIndex,
     /// Frame of the run.
     pub frame: FrameIndex,
+    /// Exposure within the frame; 0 for single exposures.
+    pub slot: u32,
+    /// Electrons of the array in the frame before, as `Captured::charge_e` gave them; none in the first frame.
+    pub before_e: Option<&'a Plane<f32>>,
+}
+
+impl Capture<'static> {
+    /// The only exposure of a frame that nothing stands before.
+    pub fn single(camera: CameraIndex, frame: FrameIndex) -> Self {
+        Self { camera, frame, slot: 0, before_e: None }
+    }
+}
+
+/// What a capture gives.
+pub struct Captured {
+    /// Codes in LSB.
+    pub codes: Plane<u16>,
+    /// Events of reset, transfer, conversion and readout.
+    pub events: Events,
+    /// Electrons of the array at the end of the exposure, where the next frame needs them.
+    pub charge_e: Option<Plane<f32>>,
+}
+
+/// The samples of one row in microvolts at the converters' inputs.
+pub struct RowSamples {
+    /// Signal, above the dark level.
+    pub signal_uv: Vec<f32>,
+    /// Reset, about 0; empty where it is not converted apart.
+    pub reset_uv: Vec<f32>,
 }
 
 impl Chain {
@@ -52,17 +86,23 @@ impl Chain {
         Self { effects, converter: Converter::new(&parameters.adc), parameters, seed, die_seed }
     }
 
-    /// Codes of one frame from its mean photons, and the events of its conversion. `times` holds one entry a row.
-    pub fn capture(&self, photons: &Plane<f32>, capture: Capture, times: &[RowTimes]) -> (Plane<u16>, Events) {
+    /// Codes of one exposure from its mean photons, and the events of its conversion. `times` holds one entry a row.
+    pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         assert!(times.len() == photons.height_px(), "every row has its times");
+        let charge_e = self.has_array_effects().then(|| self.array_electrons(photons, capture, times));
         let mut codes = Plane::filled(photons.size(), 0_u16);
         let width = photons.width_px();
         let chunk = |(index, rows): (usize, &mut [u16])| {
-            let mut buffers = RowBuffers::new(width);
+            let mut buffers = RowBuffers::new(width, self.samples());
             let mut events = Events::default();
             for (offset, row_codes) in rows.chunks_exact_mut(width).enumerate() {
                 let row = index * ROWS_PER_CHUNK + offset;
-                self.capture_row(photons.row(row), capture, row, times[row], &mut buffers, row_codes);
+                match &charge_e {
+                    Some(charge_e) => buffers.values.copy_from_slice(charge_e.row(row)),
+                    None => self.gather(photons.row(row), capture, row, times[row], &mut buffers),
+                }
+                self.sense(capture, row, times[row], &mut buffers);
+                self.converter.convert_row(&buffers.values, &buffers.reset, row_codes);
                 adc::count_row(&self.parameters.adc, self.parameters.pixel.pixel_type, row_codes, &mut events);
             }
             events
@@ -72,53 +112,89 @@ impl Chain {
         for part in &chunks {
             events.merge(part);
         }
-        (codes, events)
+        let charge_e = charge_e.filter(|_| self.effects.iter().any(|effect| effect.needs_frame_before()));
+        Captured { codes, events, charge_e }
     }
 
-    fn capture_row(
-        &self,
-        photons: &[f32],
-        capture: Capture,
-        row: usize,
-        times: RowTimes,
-        buffers: &mut RowBuffers,
-        codes: &mut [u16],
-    ) {
-        self.sense_row(photons, capture, row, times, buffers);
-        self.converter.convert_row(&buffers.values, codes);
+    /// Samples of one row at the converters' inputs, before quantisation: where the plan's bounds hold. Effects of the whole
+    /// array see this row alone, as if all rows were like it.
+    pub fn row_samples(&self, photons: &[f32], capture: Capture<'_>, row: RowIndex, times: RowTimes) -> RowSamples {
+        let mut buffers = RowBuffers::new(photons.len(), self.samples());
+        let row = crate::num::index(row.0);
+        self.gather(photons, capture, row, times, &mut buffers);
+        if self.has_array_effects() {
+            let size = crate::units::Size { width_px: u32_from(photons.len()), height_px: 1 };
+            let mut charge_e = Plane::from_values(size, buffers.values);
+            self.act_on_array(&mut charge_e, capture);
+            buffers.values = charge_e.values().to_vec();
+        }
+        self.sense(capture, row, times, &mut buffers);
+        RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
     }
 
-    /// Microvolts at the converters' inputs of one row, before quantisation: where the plan's bounds hold.
-    pub fn row_microvolts(&self, photons: &[f32], capture: Capture, row: RowIndex, times: RowTimes) -> Vec<f32> {
-        let mut buffers = RowBuffers::new(photons.len());
-        self.sense_row(photons, capture, crate::num::index(row.0), times, &mut buffers);
-        buffers.values
+    fn samples(&self) -> Samples {
+        self.parameters.adc.cds.samples()
     }
 
-    fn sense_row(&self, photons: &[f32], capture: Capture, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
+    fn effects_of(&self, domains: std::ops::RangeInclusive<Domain>) -> &[Box<dyn Effect>] {
+        let start = self.effects.partition_point(|effect| effect.domain() < *domains.start());
+        let end = self.effects.partition_point(|effect| effect.domain() <= *domains.end());
+        &self.effects[start..end]
+    }
+
+    fn has_array_effects(&self) -> bool {
+        !self.effects_of(Domain::ArrayElectrons..=Domain::ArrayElectrons).is_empty()
+    }
+
+    /// Electrons of all rows, after the effects of the whole array.
+    fn array_electrons(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Plane<f32> {
+        let mut charge_e = Plane::filled(photons.size(), 0.0_f32);
+        let width = photons.width_px();
+        let chunk = |(index, rows): (usize, &mut [f32])| {
+            let mut buffers = RowBuffers::new(width, Samples::Signal);
+            for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
+                let row = index * ROWS_PER_CHUNK + offset;
+                self.gather(photons.row(row), capture, row, times[row], &mut buffers);
+                row_e.copy_from_slice(&buffers.values);
+            }
+        };
+        map_chunks(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk);
+        self.act_on_array(&mut charge_e, capture);
+        charge_e
+    }
+
+    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) {
+        let place = self.place(capture, 0);
+        let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e: capture.before_e };
+        for effect in self.effects_of(Domain::ArrayElectrons..=Domain::ArrayElectrons) {
+            effect.apply_to_array(&mut pass);
+        }
+    }
+
+    fn place(&self, capture: Capture<'_>, row: usize) -> RowPlace {
+        let Capture { camera, frame, slot, .. } = capture;
+        RowPlace { seed: self.seed, camera, frame, slot, row: RowIndex(u32_from(row)) }
+    }
+
+    /// From photons to the electrons that a row's pixels gather.
+    fn gather(&self, photons: &[f32], capture: Capture<'_>, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
         buffers.values.copy_from_slice(photons);
         pixel::photons_to_mean_electrons(&self.parameters.pixel, &mut buffers.values);
-        let mut pass = RowPass {
-            place: RowPlace {
-                seed: self.seed,
-                camera: capture.camera,
-                frame: capture.frame,
-                slot: 0,
-                row: RowIndex(u32_from(row)),
-            },
-            die_seed: self.die_seed,
-            exposure_s: times.exposure_s,
-            storage_s: times.storage_s,
-            values: &mut buffers.values,
-            uniforms: &mut buffers.uniforms,
-            draws: &mut buffers.draws,
-        };
-        let charge_effects = self.effects.partition_point(|effect| effect.domain() < Domain::Microvolts);
-        for effect in &self.effects[..charge_effects] {
+        let mut pass = buffers.pass(self.place(capture, row), self.die_seed, times);
+        for effect in self.effects_of(Domain::MeanElectrons..=Domain::Electrons) {
+            effect.apply(&mut pass);
+        }
+    }
+
+    /// From gathered electrons to the samples at the converters' inputs.
+    fn sense(&self, capture: Capture<'_>, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
+        buffers.reset.fill(0.0);
+        let mut pass = buffers.pass(self.place(capture, row), self.die_seed, times);
+        for effect in self.effects_of(Domain::SensedElectrons..=Domain::SensedElectrons) {
             effect.apply(&mut pass);
         }
         pixel::electrons_to_microvolts(&self.parameters.pixel, pass.values);
-        for effect in &self.effects[charge_effects..] {
+        for effect in self.effects_of(Domain::Microvolts..=Domain::Microvolts) {
             effect.apply(&mut pass);
         }
     }
@@ -126,29 +202,43 @@ impl Chain {
 
 struct RowBuffers {
     values: Vec<f32>,
+    reset: Vec<f32>,
     uniforms: Vec<u32>,
     draws: Vec<f32>,
 }
 
 impl RowBuffers {
-    fn new(width: usize) -> Self {
-        Self { values: vec![0.0; width], uniforms: vec![0; width], draws: vec![0.0; width] }
+    fn new(width: usize, samples: Samples) -> Self {
+        let reset = if samples == Samples::Both { width } else { 0 };
+        Self { values: vec![0.0; width], reset: vec![0.0; reset], uniforms: vec![0; width], draws: vec![0.0; width] }
+    }
+
+    fn pass(&mut self, place: RowPlace, die_seed: u64, times: RowTimes) -> RowPass<'_> {
+        RowPass {
+            place,
+            die_seed,
+            exposure_s: times.exposure_s,
+            storage_s: times.storage_s,
+            readout_s: times.readout_s,
+            values: &mut self.values,
+            reset: &mut self.reset,
+            uniforms: &mut self.uniforms,
+            draws: &mut self.draws,
+        }
     }
 }
 
 #[cfg(feature = "parallel")]
-fn map_chunks<F>(values: &mut [u16], size: usize, chunk: F) -> Vec<Events>
-where
-    F: Fn((usize, &mut [u16])) -> Events + Sync + Send,
-{
+fn map_chunks<V: Send, T: Send>(
+    values: &mut [V],
+    size: usize,
+    chunk: impl Fn((usize, &mut [V])) -> T + Sync + Send,
+) -> Vec<T> {
     use rayon::prelude::*;
     values.par_chunks_mut(size).enumerate().map(chunk).collect()
 }
 
 #[cfg(not(feature = "parallel"))]
-fn map_chunks<F>(values: &mut [u16], size: usize, chunk: F) -> Vec<Events>
-where
-    F: Fn((usize, &mut [u16])) -> Events,
-{
+fn map_chunks<V, T>(values: &mut [V], size: usize, chunk: impl Fn((usize, &mut [V])) -> T) -> Vec<T> {
     values.chunks_mut(size).enumerate().map(chunk).collect()
 }

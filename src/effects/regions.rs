@@ -3,6 +3,7 @@
 use super::Parameters;
 use super::plan::Region;
 use crate::facts::Facts;
+use crate::pixel::ktc_sigmas;
 
 /// Bands of signal between the least and the greatest, equal in ratio: within one band the noise differs by less than a factor of two
 /// over four decades of signal.
@@ -23,8 +24,8 @@ pub struct LightBounds {
 /// Temporal dark noise of a pixel in electrons: read noise and, where it is not removed, kTC noise.
 pub fn dark_sigma_e(parameters: &Parameters) -> f64 {
     let pixel = &parameters.pixel;
-    let ktc_uv = pixel.ktc_of_one_reset_uv() * pixel.ktc_resets().sqrt();
-    (pixel.read_noise_uv * pixel.read_noise_uv + ktc_uv * ktc_uv).sqrt() / pixel.conversion_gain_uv_per_e
+    let ktc_uv2 = ktc_sigmas(pixel, parameters.adc.cds.samples()).variance_uv2();
+    (pixel.read_noise_uv * pixel.read_noise_uv + ktc_uv2).sqrt() / pixel.conversion_gain_uv_per_e
 }
 
 /// Root mean square of what a pixel holds in the dark after that time, in electrons.

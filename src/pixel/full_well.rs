@@ -49,7 +49,7 @@ impl Effect for FullWell {
     }
 
     fn domain(&self) -> Domain {
-        Domain::Electrons
+        Domain::SensedElectrons
     }
 
     fn cost_ns_per_px(&self) -> f64 {

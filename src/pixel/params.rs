@@ -86,8 +86,44 @@ pub struct PixelParams {
     pub prnu: f64,
     /// Sigma of the dark signal between pixels in e-, 0 to 1e6. EMVA 1288.
     pub dsnu_e: f64,
-    /// Whether reset and signal are both sampled and subtracted.
-    pub double_sampling: bool,
+    /// Sigma of the dark current over pixels relative to its mean (lognormal), 0 to 2.
+    pub dcnu: f64,
+    /// Dark current of the storage node at 300 K in e-/s, 0 to 1e9; not written: as the photodiode's.
+    pub storage_dark_e_per_s: Option<f64>,
+    /// Share of the stored charge that leaks away in a second of waiting, 0 to 100 (global shutter).
+    pub storage_leakage_per_s: f64,
+    /// Response of the storage node to light relative to the photodiode's (1 / parasitic light sensitivity), 0 to 1.
+    pub parasitic_light: f64,
+    /// Pixels with random telegraph noise in parts per million, 0 to 1e6.
+    pub rts_ppm: f64,
+    /// Mean amplitude of their trap in uV at the ADC's input, 0 to 1e6 (exponentially distributed).
+    pub rts_amplitude_uv: f64,
+    /// Mean rate of capture and of emission of a trap in Hz, above 0 to 1e9.
+    pub rts_rate_hz: f64,
+    /// Source follower's 1/f noise at 1 Hz in uV/sqrt(Hz) at the ADC's input, 0 to 1e6.
+    pub flicker_uv_per_rthz: f64,
+    /// Bandwidth of source follower and column in Hz, 1e3 to 1e10.
+    pub follower_bandwidth_hz: f64,
+    /// Share of the conversion gain that is lost at full well, 0 to 0.5: v = g N (1 - c N / full well).
+    pub gain_compression: f64,
+    /// Share of the charge beyond the full well that spills into the four neighbours instead of the drain, 0 to 1.
+    pub blooming: f64,
+    /// Share of the charge that stays behind the transfer gate and is read with the next frame, 0 to 0.5.
+    pub image_lag: f64,
+    /// Hot pixels in parts per million, 0 to 1e5.
+    pub hot_ppm: f64,
+    /// Mean dark current of hot pixels at 300 K in e-/s, 0 to 1e9 (exponentially distributed).
+    pub hot_dark_e_per_s: f64,
+    /// Pixels that see no light in parts per million, 0 to 1e5.
+    pub dead_ppm: f64,
+    /// Pixels stuck at the bottom or the top of the range in parts per million, 0 to 1e5.
+    pub stuck_ppm: f64,
+    /// Share of defects that take their 2x2 neighbourhood with them, 0 to 1.
+    pub defect_cluster_share: f64,
+    /// The lower of two conversion gains in uV/e-, above 0 to the higher one; not written: one gain only.
+    pub low_conversion_gain_uv_per_e: Option<f64>,
+    /// Capacity of the lateral overflow capacitor in e- beyond the full well, 0 to 1e9; read at the lower gain.
+    pub overflow_capacity_e: f64,
 }
 
 /// Gain of the source follower between floating diffusion and column.
@@ -107,7 +143,34 @@ impl PixelParams {
         within("sensor.pixel.read_noise_uv", self.read_noise_uv, 0.0, 1e6)?;
         within("sensor.pixel.ktc_noise_uv", self.ktc_noise_uv.unwrap_or(0.0), 0.0, 1e6)?;
         within("sensor.pixel.prnu", self.prnu, 0.0, 0.15)?;
-        within("sensor.pixel.dsnu_e", self.dsnu_e, 0.0, 1e6)
+        within("sensor.pixel.dsnu_e", self.dsnu_e, 0.0, 1e6)?;
+        self.check_rarer()
+    }
+
+    /// The same for what most sensors leave at zero.
+    fn check_rarer(&self) -> Result<(), Error> {
+        within("sensor.pixel.dcnu", self.dcnu, 0.0, 2.0)?;
+        within("sensor.pixel.storage_dark_e_per_s", self.storage_dark_e_per_s.unwrap_or(0.0), 0.0, 1000000000.0)?;
+        within("sensor.pixel.storage_leakage_per_s", self.storage_leakage_per_s, 0.0, 100.0)?;
+        within("sensor.pixel.parasitic_light", self.parasitic_light, 0.0, 1.0)?;
+        within("sensor.pixel.rts_ppm", self.rts_ppm, 0.0, 1000000.0)?;
+        within("sensor.pixel.rts_amplitude_uv", self.rts_amplitude_uv, 0.0, 1000000.0)?;
+        above("sensor.pixel.rts_rate_hz", self.rts_rate_hz, 0.0, 1000000000.0)?;
+        within("sensor.pixel.flicker_uv_per_rthz", self.flicker_uv_per_rthz, 0.0, 1000000.0)?;
+        within("sensor.pixel.follower_bandwidth_hz", self.follower_bandwidth_hz, 1000.0, 10000000000.0)?;
+        within("sensor.pixel.gain_compression", self.gain_compression, 0.0, 0.5)?;
+        within("sensor.pixel.blooming", self.blooming, 0.0, 1.0)?;
+        within("sensor.pixel.image_lag", self.image_lag, 0.0, 0.5)?;
+        within("sensor.pixel.hot_ppm", self.hot_ppm, 0.0, 100000.0)?;
+        within("sensor.pixel.hot_dark_e_per_s", self.hot_dark_e_per_s, 0.0, 1000000000.0)?;
+        within("sensor.pixel.dead_ppm", self.dead_ppm, 0.0, 100000.0)?;
+        within("sensor.pixel.stuck_ppm", self.stuck_ppm, 0.0, 100000.0)?;
+        within("sensor.pixel.defect_cluster_share", self.defect_cluster_share, 0.0, 1.0)?;
+        if let Some(low) = self.low_conversion_gain_uv_per_e {
+            above("sensor.pixel.low_conversion_gain_uv_per_e", low, 0.0, self.conversion_gain_uv_per_e)?;
+        }
+        within("sensor.pixel.overflow_capacity_e", self.overflow_capacity_e, 0.0, 1000000000.0)?;
+        Ok(())
     }
 
     /// Dark current at the die's temperature in e-/s.
@@ -122,16 +185,6 @@ impl PixelParams {
             let heat = BOLTZMANN_J_PER_K * self.temperature_k / ELEMENTARY_CHARGE_C;
             1e6 * (SOURCE_FOLLOWER_GAIN * heat * gain_v_per_e).sqrt()
         })
-    }
-
-    /// How many resets' kTC variance the sampled value carries: none where double sampling subtracts the same reset, two
-    /// where it subtracts another, one without it.
-    pub fn ktc_resets(&self) -> f64 {
-        match (self.double_sampling, self.pixel_type.is_correlated()) {
-            (true, true) => 0.0,
-            (true, false) => 2.0,
-            (false, _) => 1.0,
-        }
     }
 }
 
@@ -171,7 +224,25 @@ pub(crate) mod tests {
             ktc_noise_uv: None,
             prnu: 0.01,
             dsnu_e: 1.0,
-            double_sampling: true,
+            dcnu: 0.0,
+            storage_dark_e_per_s: None,
+            storage_leakage_per_s: 0.0,
+            parasitic_light: 0.0,
+            rts_ppm: 0.0,
+            rts_amplitude_uv: 0.0,
+            rts_rate_hz: 10000.0,
+            flicker_uv_per_rthz: 0.0,
+            follower_bandwidth_hz: 5000000.0,
+            gain_compression: 0.0,
+            blooming: 0.0,
+            image_lag: 0.0,
+            hot_ppm: 0.0,
+            hot_dark_e_per_s: 0.0,
+            dead_ppm: 0.0,
+            stuck_ppm: 0.0,
+            defect_cluster_share: 0.0,
+            low_conversion_gain_uv_per_e: None,
+            overflow_capacity_e: 0.0,
         }
     }
 
@@ -184,10 +255,16 @@ pub(crate) mod tests {
 
     #[test]
     fn double_sampling_removes_ktc_only_where_both_samples_share_a_reset() {
-        let resets =
-            |pixel_type, double_sampling| PixelParams { pixel_type, double_sampling, ..paper_pixel() }.ktc_resets();
-        assert_eq!(PixelType::ALL.map(|kind| resets(kind, true)), [2.0, 0.0, 2.0, 0.0]);
-        assert_eq!(PixelType::ALL.map(|kind| resets(kind, false)), [1.0; 4]);
+        use crate::pixel::{Samples, ktc_sigmas};
+        let one_uv2 = paper_pixel().ktc_of_one_reset_uv().powi(2);
+        let resets = |pixel_type, samples| {
+            let variance_uv2 = ktc_sigmas(&PixelParams { pixel_type, ..paper_pixel() }, samples).variance_uv2();
+            (variance_uv2 / one_uv2).round()
+        };
+        for samples in [Samples::Difference, Samples::Both] {
+            assert_eq!(PixelType::ALL.map(|kind| resets(kind, samples)), [2.0, 0.0, 2.0, 0.0]);
+        }
+        assert_eq!(PixelType::ALL.map(|kind| resets(kind, Samples::Signal)), [1.0; 4]);
     }
 
     #[test]

@@ -77,6 +77,8 @@ pub(super) struct Totals {
 pub struct Session {
     pub(super) setup: Setup,
     tracker: Option<Tracker>,
+    /// Electrons of each camera's array in the frame before, where an effect needs them.
+    charge_before_e: Vec<Option<Plane<f32>>>,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,
 }
@@ -94,7 +96,8 @@ impl Session {
         } else {
             None
         };
-        Ok(Self { setup, tracker, notes: Vec::new(), totals: Totals::default() })
+        let charge_before_e = setup.cameras.iter().map(|_| None).collect();
+        Ok(Self { setup, tracker, charge_before_e, notes: Vec::new(), totals: Totals::default() })
     }
 
     /// What the run is made of.
@@ -180,14 +183,17 @@ impl Session {
             .map(|row| RowTimes {
                 exposure_s: schedule.exposure(frame, RowIndex(row)).length_s(),
                 storage_s: schedule.storage_s(RowIndex(row)),
+                readout_s: schedule.readout(frame, RowIndex(row)).start_s,
             })
             .collect();
         let mut codes = Vec::with_capacity(exposures.len());
         for (camera, exposure) in exposures.iter().enumerate() {
-            let capture = Capture { camera: CameraIndex(u32_from(camera)), frame };
-            let (plane, events) = setup.chain.capture(&exposure.photons, capture, &times);
-            self.totals.events.merge(&events);
-            codes.push(plane);
+            let before_e = self.charge_before_e[camera].as_ref();
+            let capture = Capture { camera: CameraIndex(u32_from(camera)), frame, slot: 0, before_e };
+            let captured = setup.chain.capture(&exposure.photons, capture, &times);
+            self.totals.events.merge(&captured.events);
+            codes.push(captured.codes);
+            self.charge_before_e[camera] = captured.charge_e;
         }
         codes
     }
