@@ -12,6 +12,15 @@ use tree::Tree;
 
 use crate::error::Error;
 
+/// Keys that say one thing in several ways: a layer that writes one takes away the others of the layers below. Two of them in one
+/// layer are refused where the value is used.
+const EXCLUSIVE: &[&[&str]] = &[
+    &["scene.file", "scene.generator", "scene.target"],
+    &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
+    &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
+    &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],
+];
+
 /// All layers merged: defaults < presets < scenario < `--set`.
 pub struct Resolved {
     /// The values, typed.
@@ -29,17 +38,17 @@ impl Resolved {
         let mut chosen = Tree::parse("defaults", presets::DEFAULTS)?;
         let mut user = Tree::parse(file, text)?;
         for assignment in assignments {
-            user.merge(Tree::from_assignment(assignment)?);
+            user.merge_exclusive(Tree::from_assignment(assignment)?, EXCLUSIVE);
         }
         let mut preview = chosen.clone();
-        preview.merge(user.clone());
+        preview.merge_exclusive(user.clone(), EXCLUSIVE);
         for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {
             let Some(name) = preview.get(key).and_then(toml::Value::as_str) else { continue };
             let preset =
                 presets::find(kind, name).map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
-            chosen.merge(Tree::parse(&format!("preset {name}"), preset.text)?);
+            chosen.merge_exclusive(Tree::parse(&format!("preset {name}"), preset.text)?, EXCLUSIVE);
         }
-        chosen.merge(user);
+        chosen.merge_exclusive(user, EXCLUSIVE);
         let scenario = typed(&chosen)?;
         Ok(Self { scenario, tree: chosen })
     }

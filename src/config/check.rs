@@ -13,7 +13,8 @@ use crate::error::Error;
 use crate::fidelity::{Fidelity, Rung};
 use crate::link::{LinkParams, Mode, RawKind};
 use crate::optics::lens::{Lens, Radtan};
-use crate::optics::{Aperture, Pupil, RollOff};
+use crate::optics::mosaic::FILTER_BANDS;
+use crate::optics::{Aperture, Mosaic, Pupil, RollOff};
 use crate::pixel::{PixelParams, PixelType};
 use crate::readout::{ReadoutParams, Shutter};
 use crate::scene::Illuminant;
@@ -32,6 +33,24 @@ pub fn within<T: PartialOrd + Display + Copy>(
     } else {
         Err(Error::key(key, value, format!("out of range; {would_do} would do")))
     }
+}
+
+/// One filter's efficiencies; near infrared is 0 where it is not written.
+fn filter_efficiencies(letter: &str, bands: &[f64]) -> Result<(char, [f64; FILTER_BANDS]), Error> {
+    let key = format!("sensor.pixel.qe_by_filter.{letter}");
+    let mut letters = letter.chars();
+    let (Some(letter), None) = (letters.next(), letters.next()) else {
+        return Err(Error::key(&key, format!("{bands:?}"), "a filter is one letter of the pattern"));
+    };
+    if !(3..=FILTER_BANDS).contains(&bands.len()) {
+        let reason = "[red, green, blue] or [red, green, blue, near infrared] would do";
+        return Err(Error::key(&key, format!("{bands:?}"), reason));
+    }
+    let mut efficiencies = [0.0; FILTER_BANDS];
+    for (efficiency, &band) in efficiencies.iter_mut().zip(bands) {
+        *efficiency = within(&key, band, 0.0..=1.0, "0 to 1 in each band")?;
+    }
+    Ok((letter, efficiencies))
 }
 
 /// The member of a closed set that the text names.
@@ -156,7 +175,7 @@ impl Scenario {
         let params = PixelParams {
             pixel_type: one_of("sensor.pixel.type", &pixel.kind, &types)?,
             pitch_um: pixel.pitch_um,
-            quantum_efficiency: pixel.quantum_efficiency,
+            quantum_efficiency: self.mosaic()?.1,
             fill_factor: pixel.fill_factor,
             conversion_gain_uv_per_e: pixel.conversion_gain_uv_per_e,
             full_well_e: pixel.full_well_e,
@@ -189,6 +208,29 @@ impl Scenario {
         };
         params.check()?;
         Ok(params)
+    }
+
+    /// Colour filters, and the photodiode's quantum efficiency behind them.
+    ///
+    /// # Errors
+    /// No pattern, filters and efficiencies that do not go together, values out of range.
+    pub fn mosaic(&self) -> Result<(Mosaic, f64), Error> {
+        let pixel = &self.sensor.pixel;
+        let key = "sensor.pixel.quantum_efficiency";
+        let mut efficiencies = Vec::new();
+        if let Some(one) = pixel.quantum_efficiency {
+            if pixel.cfa != "mono" || pixel.qe_by_filter.is_some() {
+                return Err(Error::key(key, one, "filters have their own; qe_by_filter alone would do"));
+            }
+            efficiencies.push(('M', [within(key, one, 0.0..=1.0, "0 to 1")?; FILTER_BANDS]));
+        }
+        for (letter, bands) in pixel.qe_by_filter.iter().flatten() {
+            efficiencies.push(filter_efficiencies(letter, bands)?);
+        }
+        if efficiencies.is_empty() {
+            return Err(Error::key(key, "", "is missing; this, or qe_by_filter for each filter, would do"));
+        }
+        Mosaic::parse(&pixel.cfa, &efficiencies)
     }
 
     fn cds(&self) -> Result<Cds, Error> {

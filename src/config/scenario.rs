@@ -158,8 +158,13 @@ sections! {
         kind as "type": String,
         /// Above 0 to 100.
         pitch_um: f64,
-        /// Photoelectrons a photon that meets the photodiode, 0 to 1.
-        quantum_efficiency: f64,
+        /// Photoelectrons a photon that meets the photodiode, 0 to 1, alike in all bands. Of monochrome arrays.
+        quantum_efficiency: Option<f64>,
+        /// "mono", or the pattern of colour filters: "RGGB", "RCCB", rows apart by slashes up to 4 x 4 ("BGRG/GIGI/RGBG/GIGI").
+        cfa: String,
+        /// Efficiency behind each filter by its letter: [600-700, 500-600, 400-500 nm] or the same and [.., 700-1000 nm], 0 to 1. A monochrome
+        /// array has the letter M, or `quantum_efficiency`.
+        qe_by_filter: Option<std::collections::BTreeMap<String, Vec<f64>>>,
         /// Share of the pixel that collects light, above 0, to 1.
         fill_factor: f64,
         /// At the column, source follower included, above 0 to 1000.

@@ -201,9 +201,10 @@ impl Session {
     fn extract(&mut self, codes: &[Plane<u16>]) -> Vec<Vec<Feature>> {
         let bits = self.setup.sensor.parameters.adc.bits;
         let params = &self.setup.sensor.extractor;
+        let pattern_px = self.setup.sensor.pattern_px();
         let one = |plane: &Plane<u16>| {
             let mut events = Events::default();
-            let features = compute::extract(plane, bits, params, &mut events);
+            let features = compute::extract_from_mosaic(plane, bits, pattern_px, params, &mut events);
             (features, events)
         };
         let mut all = Vec::with_capacity(codes.len());
@@ -266,7 +267,8 @@ impl Session {
                 // The host runs the same extractor on the picture it received; none of it is the sensor's energy.
                 let picture = received.picture.ok_or_else(|| Error::Run("the host received no picture".to_owned()))?;
                 let bits = self.setup.sensor.parameters.adc.bits;
-                compute::extract(&picture, bits, &self.setup.sensor.extractor, &mut Events::default())
+                let (pattern_px, extractor) = (self.setup.sensor.pattern_px(), &self.setup.sensor.extractor);
+                compute::extract_from_mosaic(&picture, bits, pattern_px, extractor, &mut Events::default())
             };
             input.features.push(features);
         }

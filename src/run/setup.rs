@@ -18,7 +18,7 @@ use crate::events::Block;
 use crate::fidelity::Fidelity;
 use crate::link::LinkParams;
 use crate::num::{f64_from_u64, f64_from_usize};
-use crate::optics::{self, Camera};
+use crate::optics::{self, Camera, Mosaic};
 use crate::pose::Pose;
 use crate::readout::{Schedule, Shutter};
 use crate::scene::LitScene;
@@ -50,6 +50,8 @@ pub struct PlanSummary {
 pub struct SensorSetup {
     /// The array.
     pub size: Size,
+    /// Colour filters over the pixels.
+    pub mosaic: Mosaic,
     /// Pixel and converters.
     pub parameters: Parameters,
     /// The sequencer's times.
@@ -102,6 +104,11 @@ impl SensorSetup {
         crate::num::lesser(range_e, pixel.full_well_e) / (pixel.quantum_efficiency * pixel.fill_factor)
     }
 
+    /// Columns and rows after which the colour filters repeat.
+    pub fn pattern_px(&self) -> (usize, usize) {
+        (self.mosaic.width_px(), self.mosaic.height_px())
+    }
+
     fn build(resolved: &Resolved) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let size = scenario.size()?;
@@ -120,7 +127,8 @@ impl SensorSetup {
         let technology = Technology::by_name(&scenario.energy.technology)
             .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
         let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };
-        Ok(Self { size, parameters, schedule, link, extractor, technology })
+        let mosaic = scenario.mosaic()?.0;
+        Ok(Self { size, mosaic, parameters, schedule, link, extractor, technology })
     }
 }
 
@@ -248,7 +256,8 @@ fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<Vec<Camera>, Err
     let pitch_um = sensor.parameters.pixel.pitch_um;
     let camera = |place_m: DVec3| {
         let body_from_camera = Pose::new(rotation, rotation * place_m);
-        Camera::new(lens, sensor.size, body_from_camera, aperture, pitch_um, roll_off)
+        let camera = Camera::new(lens, sensor.size, body_from_camera, aperture, pitch_um, roll_off)?;
+        Ok(camera.with_mosaic(sensor.mosaic.clone()))
     };
     places_m.into_iter().map(camera).collect()
 }
