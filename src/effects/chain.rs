@@ -3,14 +3,20 @@
 //! Rows are independent but for the effects of `Domain::ArrayElectrons`: only where one of these is chosen, the electrons of the
 //! whole array are held between two sweeps over the rows.
 
+mod black;
+mod reading;
+
+pub use black::BlackRows;
+use reading::Reading;
+
 use super::Parameters;
-use crate::adc::{self, Converter};
 use crate::draw::RowPlace;
 use crate::effect::{ArrayPass, Domain, Effect, RowPass};
 use crate::events::Events;
 use crate::num::u32_from;
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
+use crate::readout::HdrMerge;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// Rows that one task takes. Fixed, so that work is cut the same way on any number of threads.
@@ -27,14 +33,24 @@ pub struct RowTimes {
     pub readout_s: f64,
 }
 
+/// Which row, and when.
+#[derive(Clone, Copy)]
+struct RowAt {
+    place: RowPlace,
+    times: RowTimes,
+}
+
 /// Everything between photons and codes of one sensor.
 pub struct Chain {
-    /// Chosen effects in physical order.
-    effects: Vec<Box<dyn Effect>>,
-    /// What pixel and converters are set to.
+    /// What pixel and converters are set to, at the higher gain.
     parameters: Parameters,
-    /// Closed form of the column converters.
-    converter: Converter,
+    /// Chosen effects up to the charge of the array, in physical order.
+    gathering: Vec<Box<dyn Effect>>,
+    /// One a conversion gain, the most sensitive first.
+    readings: Vec<Reading>,
+    /// How the codes of several readings become one.
+    merge: Option<HdrMerge>,
+    black: BlackRows,
     /// Seed of the run.
     seed: u64,
     /// Seed of the die.
@@ -69,6 +85,8 @@ pub struct Captured {
     pub events: Events,
     /// Electrons of the array at the end of the exposure, where the next frame needs them.
     pub charge_e: Option<Plane<f32>>,
+    /// What the black clamp added to the codes of the first reading.
+    pub black_shift_dn: i32,
 }
 
 /// The samples of one row in microvolts at the converters' inputs.
@@ -81,19 +99,52 @@ pub struct RowSamples {
 
 impl Chain {
     /// A sensor with these effects, which must stand in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
-    pub fn new(parameters: Parameters, effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
+    pub fn new(parameters: Parameters, mut effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
         assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects stand in physical order");
-        Self { effects, converter: Converter::new(&parameters.adc), parameters, seed, die_seed }
+        let sensed = effects.partition_point(|effect| effect.domain() < Domain::SensedElectrons);
+        let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0)];
+        let black = BlackRows::default();
+        Self { parameters, gathering: effects, readings, merge: None, black, seed, die_seed }
+    }
+
+    /// The same sensor that reads every charge a second time at another conversion gain. Effects of the charge itself, which both
+    /// readings share, are the first's.
+    #[must_use]
+    pub fn with_second_reading(
+        mut self,
+        parameters: Parameters,
+        mut effects: Vec<Box<dyn Effect>>,
+        merge: HdrMerge,
+    ) -> Self {
+        assert!(merge.readings() == 2 && self.readings.len() == 1, "two readings become one code");
+        effects.retain(|effect| effect.domain() >= Domain::SensedElectrons);
+        self.readings.push(Reading::new(parameters, effects, 1));
+        self.merge = Some(merge);
+        self
+    }
+
+    /// The same sensor with optical-black rows, which are read before the picture.
+    #[must_use]
+    pub fn with_black_rows(mut self, black: BlackRows) -> Self {
+        self.black = black;
+        self
+    }
+
+    /// Depth of the codes that leave.
+    pub fn bits(&self) -> u32 {
+        self.merge.as_ref().map_or(self.parameters.adc.bits, HdrMerge::bits)
     }
 
     /// Codes of one exposure from its mean photons, and the events of its conversion. `times` holds one entry a row.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let charge_e = self.has_array_effects().then(|| self.array_electrons(photons, capture, times));
+        let mut events = Events::default();
+        let shifts_dn = self.black_shifts_dn(capture, photons, times[0], &mut events);
         let mut codes = Plane::filled(photons.size(), 0_u16);
         let width = photons.width_px();
         let chunk = |(index, rows): (usize, &mut [u16])| {
-            let mut buffers = RowBuffers::new(width, self.samples());
+            let mut buffers = RowBuffers::new(width, self.samples(), self.readings.len());
             let mut events = Events::default();
             for (offset, row_codes) in rows.chunks_exact_mut(width).enumerate() {
                 let row = index * ROWS_PER_CHUNK + offset;
@@ -101,34 +152,32 @@ impl Chain {
                     Some(charge_e) => buffers.values.copy_from_slice(charge_e.row(row)),
                     None => self.gather(photons.row(row), capture, row, times[row], &mut buffers),
                 }
-                self.sense(capture, row, times[row], &mut buffers);
-                self.converter.convert_row(&buffers.values, &buffers.reset, row_codes);
-                adc::count_row(&self.parameters.adc, self.parameters.pixel.pixel_type, row_codes, &mut events);
+                self.read(self.at(capture, row, times[row]), &shifts_dn, &mut buffers, row_codes, &mut events);
             }
             events
         };
-        let chunks: Vec<Events> = map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk);
-        let mut events = Events::default();
-        for part in &chunks {
+        for part in &map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk) {
             events.merge(part);
         }
-        let charge_e = charge_e.filter(|_| self.effects.iter().any(|effect| effect.needs_frame_before()));
-        Captured { codes, events, charge_e }
+        let charge_e = charge_e.filter(|_| self.gathering.iter().any(|effect| effect.needs_frame_before()));
+        Captured { codes, events, charge_e, black_shift_dn: shifts_dn[0] }
     }
 
-    /// Samples of one row at the converters' inputs, before quantisation: where the plan's bounds hold. Effects of the whole
-    /// array see this row alone, as if all rows were like it.
+    /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
+    /// of the whole array see this row alone.
     pub fn row_samples(&self, photons: &[f32], capture: Capture<'_>, row: RowIndex, times: RowTimes) -> RowSamples {
-        let mut buffers = RowBuffers::new(photons.len(), self.samples());
+        let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1);
         let row = crate::num::index(row.0);
         self.gather(photons, capture, row, times, &mut buffers);
         if self.has_array_effects() {
             let size = crate::units::Size { width_px: u32_from(photons.len()), height_px: 1 };
-            let mut charge_e = Plane::from_values(size, buffers.values);
+            let mut charge_e = Plane::from_values(size, std::mem::take(&mut buffers.values));
             self.act_on_array(&mut charge_e, capture);
             buffers.values = charge_e.values().to_vec();
         }
-        self.sense(capture, row, times, &mut buffers);
+        let at = self.at(capture, row, times);
+        self.readings[0].sense(at, self.die_seed, &mut buffers);
+        self.readings[0].sample(at, self.die_seed, &mut buffers);
         RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
     }
 
@@ -136,14 +185,13 @@ impl Chain {
         self.parameters.adc.cds.samples()
     }
 
-    fn effects_of(&self, domains: std::ops::RangeInclusive<Domain>) -> &[Box<dyn Effect>] {
-        let start = self.effects.partition_point(|effect| effect.domain() < *domains.start());
-        let end = self.effects.partition_point(|effect| effect.domain() <= *domains.end());
-        &self.effects[start..end]
+    fn array_effects(&self) -> &[Box<dyn Effect>] {
+        let start = self.gathering.partition_point(|effect| effect.domain() < Domain::ArrayElectrons);
+        &self.gathering[start..]
     }
 
     fn has_array_effects(&self) -> bool {
-        !self.effects_of(Domain::ArrayElectrons..=Domain::ArrayElectrons).is_empty()
+        !self.array_effects().is_empty()
     }
 
     /// Electrons of all rows, after the effects of the whole array.
@@ -151,7 +199,7 @@ impl Chain {
         let mut charge_e = Plane::filled(photons.size(), 0.0_f32);
         let width = photons.width_px();
         let chunk = |(index, rows): (usize, &mut [f32])| {
-            let mut buffers = RowBuffers::new(width, Samples::Signal);
+            let mut buffers = RowBuffers::new(width, Samples::Signal, 1);
             for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
                 let row = index * ROWS_PER_CHUNK + offset;
                 self.gather(photons.row(row), capture, row, times[row], &mut buffers);
@@ -166,7 +214,7 @@ impl Chain {
     fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) {
         let place = self.place(capture, 0);
         let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e: capture.before_e };
-        for effect in self.effects_of(Domain::ArrayElectrons..=Domain::ArrayElectrons) {
+        for effect in self.array_effects() {
             effect.apply_to_array(&mut pass);
         }
     }
@@ -176,27 +224,51 @@ impl Chain {
         RowPlace { seed: self.seed, camera, frame, slot, row: RowIndex(u32_from(row)) }
     }
 
+    fn at(&self, capture: Capture<'_>, row: usize, times: RowTimes) -> RowAt {
+        RowAt { place: self.place(capture, row), times }
+    }
+
     /// From photons to the electrons that a row's pixels gather.
     fn gather(&self, photons: &[f32], capture: Capture<'_>, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
         buffers.values.copy_from_slice(photons);
         pixel::photons_to_mean_electrons(&self.parameters.pixel, &mut buffers.values);
-        let mut pass = buffers.pass(self.place(capture, row), self.die_seed, times);
-        for effect in self.effects_of(Domain::MeanElectrons..=Domain::Electrons) {
+        let mut pass = buffers.pass(self.at(capture, row, times), self.die_seed);
+        for effect in self.gathering.iter().filter(|effect| effect.domain() < Domain::ArrayElectrons) {
             effect.apply(&mut pass);
         }
     }
 
-    /// From gathered electrons to the samples at the converters' inputs.
-    fn sense(&self, capture: Capture<'_>, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
-        buffers.reset.fill(0.0);
-        let mut pass = buffers.pass(self.place(capture, row), self.die_seed, times);
-        for effect in self.effects_of(Domain::SensedElectrons..=Domain::SensedElectrons) {
-            effect.apply(&mut pass);
+    /// From gathered electrons to the row's codes: every reading, clamped, and merged where there are several.
+    fn read(&self, at: RowAt, shifts_dn: &[i32], buffers: &mut RowBuffers, codes: &mut [u16], events: &mut Events) {
+        let Some(merge) = &self.merge else {
+            self.read_once(0, at, shifts_dn, buffers, codes, events);
+            return;
+        };
+        let charge_e = buffers.values.clone();
+        let mut read = std::mem::take(&mut buffers.codes);
+        for (number, codes) in read.iter_mut().enumerate() {
+            buffers.values.copy_from_slice(&charge_e);
+            self.read_once(number, at, shifts_dn, buffers, codes, events);
         }
-        pixel::electrons_to_microvolts(&self.parameters.pixel, pass.values);
-        for effect in self.effects_of(Domain::Microvolts..=Domain::Microvolts) {
-            effect.apply(&mut pass);
-        }
+        let rows: Vec<&[u16]> = read.iter().map(Vec::as_slice).collect();
+        merge.merge_row(&rows, codes);
+        buffers.codes = read;
+    }
+
+    fn read_once(
+        &self,
+        number: usize,
+        at: RowAt,
+        shifts_dn: &[i32],
+        buffers: &mut RowBuffers,
+        codes: &mut [u16],
+        events: &mut Events,
+    ) {
+        let reading = &self.readings[number];
+        reading.sense(at, self.die_seed, buffers);
+        reading.sample(at, self.die_seed, buffers);
+        reading.convert(buffers, codes, events);
+        black::shift_row(codes, shifts_dn[number], reading.parameters.adc.code_max());
     }
 }
 
@@ -205,15 +277,24 @@ struct RowBuffers {
     reset: Vec<f32>,
     uniforms: Vec<u32>,
     draws: Vec<f32>,
+    /// Codes of each reading, where there are several.
+    codes: Vec<Vec<u16>>,
 }
 
 impl RowBuffers {
-    fn new(width: usize, samples: Samples) -> Self {
+    fn new(width: usize, samples: Samples, readings: usize) -> Self {
         let reset = if samples == Samples::Both { width } else { 0 };
-        Self { values: vec![0.0; width], reset: vec![0.0; reset], uniforms: vec![0; width], draws: vec![0.0; width] }
+        Self {
+            values: vec![0.0; width],
+            reset: vec![0.0; reset],
+            uniforms: vec![0; width],
+            draws: vec![0.0; width],
+            codes: if readings > 1 { vec![vec![0; width]; readings] } else { Vec::new() },
+        }
     }
 
-    fn pass(&mut self, place: RowPlace, die_seed: u64, times: RowTimes) -> RowPass<'_> {
+    fn pass(&mut self, at: RowAt, die_seed: u64) -> RowPass<'_> {
+        let RowAt { place, times } = at;
         RowPass {
             place,
             die_seed,
