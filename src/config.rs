@@ -3,6 +3,7 @@
 
 pub mod check;
 pub mod presets;
+mod readout;
 pub mod scenario;
 pub mod suggest;
 pub mod tree;
@@ -28,18 +29,20 @@ impl Resolved {
     pub fn from_layers(file: &str, text: &str, assignments: &[String]) -> Result<Self, Error> {
         let mut chosen = Tree::parse("defaults", presets::DEFAULTS)?;
         let mut user = Tree::parse(file, text)?;
+        let mut assigned = Tree::default();
         for assignment in assignments {
-            user.merge(Tree::from_assignment(assignment)?);
+            assigned.merge(Tree::from_assignment(assignment)?);
         }
+        user.lay_over(assigned);
         let mut preview = chosen.clone();
         preview.merge(user.clone());
         for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {
             let Some(name) = preview.get(key).and_then(toml::Value::as_str) else { continue };
             let preset =
                 presets::find(kind, name).map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
-            chosen.merge(Tree::parse(&format!("preset {name}"), preset.text)?);
+            chosen.lay_over(Tree::parse(&format!("preset {name}"), preset.text)?);
         }
-        chosen.merge(user);
+        chosen.lay_over(user);
         let scenario = typed(&chosen)?;
         Ok(Self { scenario, tree: chosen })
     }

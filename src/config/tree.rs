@@ -16,6 +16,12 @@ pub struct Origin {
     pub line: usize,
 }
 
+/// Pairs of keys that say the same thing in two ways: the layer on top decides which.
+const RIVALS: [(&str, &str); 2] = [
+    ("sensor.readout.exposure_us", "sensor.readout.exposure_lines"),
+    ("sensor.readout.vts", "sensor.readout.frame_rate_hz"),
+];
+
 /// A tree of values; a later layer's value replaces an earlier one's, table by table.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
@@ -89,6 +95,31 @@ impl Tree {
             self.origins.retain(|old, _| !old.starts_with(&inside));
         }
         self.origins.extend(above.origins);
+    }
+
+    /// As `merge`, and a key that is another way to say a key of this layer takes its place. Two in one layer stay, and are
+    /// refused where they are used.
+    pub fn lay_over(&mut self, above: Self) {
+        for (one, other) in RIVALS.iter().flat_map(|(one, other)| [(one, other), (other, one)]) {
+            if above.get(one).is_some() && above.get(other).is_none() {
+                self.remove(other);
+            }
+        }
+        self.merge(above);
+    }
+
+    fn remove(&mut self, path: &str) {
+        let mut table = &mut self.values;
+        let mut keys = path.split('.').peekable();
+        while let Some(key) = keys.next() {
+            if keys.peek().is_none() {
+                table.remove(key);
+                break;
+            }
+            let Some(Value::Table(inner)) = table.get_mut(key) else { break };
+            table = inner;
+        }
+        self.origins.remove(path);
     }
 
     /// The value at a dotted path.
@@ -187,6 +218,18 @@ mod tests {
         assert_eq!(tree.origin("seed").unwrap(), &Origin { layer: "low.toml".into(), line: 1 });
         assert_eq!(tree.origin("sensor.adc.bits").unwrap(), &Origin { layer: "high.toml".into(), line: 2 });
         assert_eq!(tree.origin("sensor.adc.clock_hz").unwrap().layer, "--set");
+    }
+
+    #[test]
+    fn a_rival_key_of_a_higher_layer_takes_the_place_of_the_lower_one() {
+        let mut tree = Tree::parse("low.toml", "[sensor.readout]\nexposure_us = 5.0\nvts = 10\n").unwrap();
+        tree.lay_over(Tree::parse("high.toml", "[sensor.readout]\nexposure_lines = 2\n").unwrap());
+        assert_eq!(tree.get("sensor.readout.exposure_us"), None);
+        assert_eq!(tree.origin("sensor.readout.exposure_us").unwrap().layer, "high.toml", "its section's");
+        assert_eq!(tree.get("sensor.readout.vts"), Some(&Value::Integer(10)));
+        let both = "[sensor.readout]\nvts = 11\nframe_rate_hz = 30.0\n";
+        tree.lay_over(Tree::parse("both.toml", both).unwrap());
+        assert!(tree.get("sensor.readout.vts").is_some() && tree.get("sensor.readout.frame_rate_hz").is_some());
     }
 
     #[test]
