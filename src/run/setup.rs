@@ -20,7 +20,7 @@ use crate::link::LinkParams;
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::optics::{self, Camera};
 use crate::pose::Pose;
-use crate::readout::{FrameLength, Geometry, Schedule, Shutter};
+use crate::readout::{AutoExposure, CodeRange, FrameLength, Geometry, Schedule, Shutter};
 use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::tracker::{CameraCalibration, TrackerParams};
@@ -102,6 +102,17 @@ impl SensorSetup {
         crate::num::lesser(range_e, pixel.full_well_e) / (pixel.quantum_efficiency * pixel.fill_factor)
     }
 
+    /// The controller of an automatic exposure, as it stands before the first frame; none where the exposure is fixed.
+    ///
+    /// # Errors
+    /// Limits that contradict schedule or converter.
+    pub fn auto_exposure(&self) -> Result<Option<AutoExposure>, Error> {
+        let adc = &self.parameters.adc;
+        let range = CodeRange { black_dn: adc.black_level_dn.into(), max_dn: adc.code_max().into(), gain: adc.gain };
+        let auto = self.schedule.params().auto.as_ref();
+        auto.map(|auto| AutoExposure::new(auto, &self.schedule, range)).transpose()
+    }
+
     fn build(resolved: &Resolved) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let size = scenario.size()?;
@@ -122,7 +133,9 @@ impl SensorSetup {
         let technology = Technology::by_name(&scenario.energy.technology)
             .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
         let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };
-        Ok(Self { size, parameters, schedule, link, extractor, technology })
+        let setup = Self { size, parameters, schedule, link, extractor, technology };
+        setup.auto_exposure()?;
+        Ok(setup)
     }
 }
 
