@@ -14,11 +14,11 @@ mod schedule;
 mod schedule_tests;
 mod slots;
 
-pub use hdr::{HdrMerge, MERGED_BITS_MAX};
 pub use auto_exposure::{AutoExposure, AutoExposureParams, CodeRange, RegisterWrite};
 pub use budget::{DemandKind, LineDemand};
 pub use clock::{ClockSpan, FrameClock};
 pub use geometry::{BinningMode, Geometry, Window};
+pub use hdr::{HdrMerge, MERGED_BITS_MAX};
 pub use params::{Exposure, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Shutter, Trigger};
 pub use registers::{ExposureSettings, Registers};
 pub use schedule::Schedule;

@@ -1,23 +1,27 @@
 //! Runs the chosen effects over a frame: one pass an effect over a row buffer that stays in L1, no question asked in a pixel loop.
 //!
 //! Rows are independent but for the effects of `Domain::ArrayElectrons`: only where one of these is chosen, the electrons of the
-//! whole array are held between two sweeps over the rows.
+//! whole window are held between two sweeps over the rows.
 
 mod black;
+mod layout;
 mod reading;
+mod row;
 
 pub use black::BlackRows;
+use layout::Layout;
 use reading::Reading;
+use row::{RowAt, RowBuffers};
 
 use super::Parameters;
 use crate::draw::RowPlace;
-use crate::effect::{ArrayPass, Domain, Effect, RowPass};
+use crate::effect::{ArrayPass, Domain, Effect};
 use crate::events::Events;
 use crate::num::u32_from;
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
-use crate::readout::HdrMerge;
-use crate::units::{CameraIndex, FrameIndex, RowIndex};
+use crate::readout::{Geometry, HdrMerge};
+use crate::units::{CameraIndex, FrameIndex, RowIndex, Size};
 
 /// Rows that one task takes. Fixed, so that work is cut the same way on any number of threads.
 const ROWS_PER_CHUNK: usize = 16;
@@ -33,13 +37,6 @@ pub struct RowTimes {
     pub readout_s: f64,
 }
 
-/// Which row, and when.
-#[derive(Clone, Copy)]
-struct RowAt {
-    place: RowPlace,
-    times: RowTimes,
-}
-
 /// Everything between photons and codes of one sensor.
 pub struct Chain {
     /// What pixel and converters are set to, at the higher gain.
@@ -51,6 +48,8 @@ pub struct Chain {
     /// How the codes of several readings become one.
     merge: Option<HdrMerge>,
     black: BlackRows,
+    /// Window and binning; none where the photons' plane is the array, pixel by pixel.
+    layout: Option<Layout>,
     /// Seed of the run.
     seed: u64,
     /// Seed of the die.
@@ -97,6 +96,19 @@ pub struct RowSamples {
     pub reset_uv: Vec<f32>,
 }
 
+/// One exposure on its way to codes.
+struct Shot<'a> {
+    /// Mean photons of the window.
+    photons: &'a Plane<f32>,
+    /// Electrons of the window, where effects of the array made them.
+    charge_e: Option<Plane<f32>>,
+    capture: Capture<'a>,
+    /// One entry a row of the window.
+    times: &'a [RowTimes],
+    /// What the black clamp adds to the codes of each reading.
+    shifts_dn: Vec<i32>,
+}
+
 impl Chain {
     /// A sensor with these effects, which must stand in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
     pub fn new(parameters: Parameters, mut effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
@@ -104,7 +116,7 @@ impl Chain {
         let sensed = effects.partition_point(|effect| effect.domain() < Domain::SensedElectrons);
         let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0)];
         let black = BlackRows::default();
-        Self { parameters, gathering: effects, readings, merge: None, black, seed, die_seed }
+        Self { parameters, gathering: effects, readings, merge: None, black, layout: None, seed, die_seed }
     }
 
     /// The same sensor that reads every charge a second time at another conversion gain. Effects of the charge itself, which both
@@ -130,52 +142,53 @@ impl Chain {
         self
     }
 
-    /// Depth of the codes that leave.
-    pub fn bits(&self) -> u32 {
-        self.merge.as_ref().map_or(self.parameters.adc.bits, HdrMerge::bits)
+    /// The same sensor that reads a window, or several pixels as one.
+    #[must_use]
+    pub fn with_geometry(mut self, geometry: Geometry) -> Self {
+        self.layout = Some(Layout::new(geometry));
+        self
     }
 
-    /// Codes of one exposure from its mean photons, and the events of its conversion. `times` holds one entry a row.
+    /// Codes of one exposure from the mean photons of the window, and the events of its conversion. `times` holds one entry a row
+    /// of the window.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         assert!(times.len() == photons.height_px(), "every row has its times");
-        let charge_e = self.has_array_effects().then(|| self.array_electrons(photons, capture, times));
         let mut events = Events::default();
-        let shifts_dn = self.black_shifts_dn(capture, photons, times[0], &mut events);
-        let mut codes = Plane::filled(photons.size(), 0_u16);
-        let width = photons.width_px();
+        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: vec![0; self.readings.len()] };
+        shot.shifts_dn = self.black_shifts_dn(&shot, &mut events);
+        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot));
+        let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
+        let mut codes = Plane::filled(size, 0_u16);
+        let width = codes.width_px();
         let chunk = |(index, rows): (usize, &mut [u16])| {
-            let mut buffers = RowBuffers::new(width, self.samples(), self.readings.len());
+            let mut buffers = self.buffers(photons.width_px());
             let mut events = Events::default();
             for (offset, row_codes) in rows.chunks_exact_mut(width).enumerate() {
-                let row = index * ROWS_PER_CHUNK + offset;
-                match &charge_e {
-                    Some(charge_e) => buffers.values.copy_from_slice(charge_e.row(row)),
-                    None => self.gather(photons.row(row), capture, row, times[row], &mut buffers),
-                }
-                self.read(self.at(capture, row, times[row]), &shifts_dn, &mut buffers, row_codes, &mut events);
+                self.output_row(&shot, index * ROWS_PER_CHUNK + offset, &mut buffers, row_codes, &mut events);
             }
             events
         };
         for part in &map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk) {
             events.merge(part);
         }
-        let charge_e = charge_e.filter(|_| self.gathering.iter().any(|effect| effect.needs_frame_before()));
-        Captured { codes, events, charge_e, black_shift_dn: shifts_dn[0] }
+        let needed = self.gathering.iter().any(|effect| effect.needs_frame_before());
+        let charge_e = shot.charge_e.filter(|_| needed);
+        Captured { codes, events, charge_e, black_shift_dn: shot.shifts_dn[0] }
     }
 
     /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
-    /// of the whole array see this row alone.
+    /// of the whole array see this row alone. The row begins at the array's first column.
     pub fn row_samples(&self, photons: &[f32], capture: Capture<'_>, row: RowIndex, times: RowTimes) -> RowSamples {
         let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1);
-        let row = crate::num::index(row.0);
-        self.gather(photons, capture, row, times, &mut buffers);
+        let at = self.at(capture, crate::num::index(row.0), times);
+        buffers.values.copy_from_slice(photons);
+        self.gather(at, &mut buffers);
         if self.has_array_effects() {
-            let size = crate::units::Size { width_px: u32_from(photons.len()), height_px: 1 };
+            let size = Size { width_px: u32_from(photons.len()), height_px: 1 };
             let mut charge_e = Plane::from_values(size, std::mem::take(&mut buffers.values));
             self.act_on_array(&mut charge_e, capture);
             buffers.values = charge_e.values().to_vec();
         }
-        let at = self.at(capture, row, times);
         self.readings[0].sense(at, self.die_seed, &mut buffers);
         self.readings[0].sample(at, self.die_seed, &mut buffers);
         RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
@@ -183,6 +196,11 @@ impl Chain {
 
     fn samples(&self) -> Samples {
         self.parameters.adc.cds.samples()
+    }
+
+    fn buffers(&self, window_width: usize) -> RowBuffers {
+        let width = self.layout.as_ref().map_or(window_width, Layout::buffer_width);
+        RowBuffers::new(width, self.samples(), self.readings.len())
     }
 
     fn array_effects(&self) -> &[Box<dyn Effect>] {
@@ -194,20 +212,21 @@ impl Chain {
         !self.array_effects().is_empty()
     }
 
-    /// Electrons of all rows, after the effects of the whole array.
-    fn array_electrons(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Plane<f32> {
-        let mut charge_e = Plane::filled(photons.size(), 0.0_f32);
-        let width = photons.width_px();
+    /// Electrons of all rows of the window, after the effects of the whole array.
+    fn array_electrons(&self, shot: &Shot<'_>) -> Plane<f32> {
+        let mut charge_e = Plane::filled(shot.photons.size(), 0.0_f32);
+        let width = shot.photons.width_px();
+        let (first_row, first_column) =
+            self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()));
         let chunk = |(index, rows): (usize, &mut [f32])| {
-            let mut buffers = RowBuffers::new(width, Samples::Signal, 1);
+            let mut buffers = self.buffers(width);
             for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
-                let row = index * ROWS_PER_CHUNK + offset;
-                self.gather(photons.row(row), capture, row, times[row], &mut buffers);
-                row_e.copy_from_slice(&buffers.values);
+                self.load(shot, first_row + index * ROWS_PER_CHUNK + offset, &mut buffers);
+                row_e.copy_from_slice(&buffers.values[first_column..]);
             }
         };
         map_chunks(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk);
-        self.act_on_array(&mut charge_e, capture);
+        self.act_on_array(&mut charge_e, shot.capture);
         charge_e
     }
 
@@ -228,83 +247,12 @@ impl Chain {
         RowAt { place: self.place(capture, row), times }
     }
 
-    /// From photons to the electrons that a row's pixels gather.
-    fn gather(&self, photons: &[f32], capture: Capture<'_>, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
-        buffers.values.copy_from_slice(photons);
+    /// From the photons in the buffer to the electrons that a row's pixels gather.
+    fn gather(&self, at: RowAt, buffers: &mut RowBuffers) {
         pixel::photons_to_mean_electrons(&self.parameters.pixel, &mut buffers.values);
-        let mut pass = buffers.pass(self.at(capture, row, times), self.die_seed);
+        let mut pass = buffers.pass(at, self.die_seed);
         for effect in self.gathering.iter().filter(|effect| effect.domain() < Domain::ArrayElectrons) {
             effect.apply(&mut pass);
-        }
-    }
-
-    /// From gathered electrons to the row's codes: every reading, clamped, and merged where there are several.
-    fn read(&self, at: RowAt, shifts_dn: &[i32], buffers: &mut RowBuffers, codes: &mut [u16], events: &mut Events) {
-        let Some(merge) = &self.merge else {
-            self.read_once(0, at, shifts_dn, buffers, codes, events);
-            return;
-        };
-        let charge_e = buffers.values.clone();
-        let mut read = std::mem::take(&mut buffers.codes);
-        for (number, codes) in read.iter_mut().enumerate() {
-            buffers.values.copy_from_slice(&charge_e);
-            self.read_once(number, at, shifts_dn, buffers, codes, events);
-        }
-        let rows: Vec<&[u16]> = read.iter().map(Vec::as_slice).collect();
-        merge.merge_row(&rows, codes);
-        buffers.codes = read;
-    }
-
-    fn read_once(
-        &self,
-        number: usize,
-        at: RowAt,
-        shifts_dn: &[i32],
-        buffers: &mut RowBuffers,
-        codes: &mut [u16],
-        events: &mut Events,
-    ) {
-        let reading = &self.readings[number];
-        reading.sense(at, self.die_seed, buffers);
-        reading.sample(at, self.die_seed, buffers);
-        reading.convert(buffers, codes, events);
-        black::shift_row(codes, shifts_dn[number], reading.parameters.adc.code_max());
-    }
-}
-
-struct RowBuffers {
-    values: Vec<f32>,
-    reset: Vec<f32>,
-    uniforms: Vec<u32>,
-    draws: Vec<f32>,
-    /// Codes of each reading, where there are several.
-    codes: Vec<Vec<u16>>,
-}
-
-impl RowBuffers {
-    fn new(width: usize, samples: Samples, readings: usize) -> Self {
-        let reset = if samples == Samples::Both { width } else { 0 };
-        Self {
-            values: vec![0.0; width],
-            reset: vec![0.0; reset],
-            uniforms: vec![0; width],
-            draws: vec![0.0; width],
-            codes: if readings > 1 { vec![vec![0; width]; readings] } else { Vec::new() },
-        }
-    }
-
-    fn pass(&mut self, at: RowAt, die_seed: u64) -> RowPass<'_> {
-        let RowAt { place, times } = at;
-        RowPass {
-            place,
-            die_seed,
-            exposure_s: times.exposure_s,
-            storage_s: times.storage_s,
-            readout_s: times.readout_s,
-            values: &mut self.values,
-            reset: &mut self.reset,
-            uniforms: &mut self.uniforms,
-            draws: &mut self.draws,
         }
     }
 }

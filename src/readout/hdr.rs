@@ -1,10 +1,12 @@
 //! High dynamic range from several readings of a pixel. Enters: codes of each reading, the most sensitive first. Leaves: one linear
-//! code a pixel, deeper than the readings.
+//! code a pixel, deeper than the readings, or the same companded to fewer bits.
 //!
 //! A reading is an exposure of its own (multi-exposure) or the same charge at another conversion gain (dual gain, lateral overflow).
 //! Each is scaled by its sensitivity to the units of the most sensitive one; where a reading comes near its end, the next takes
 //! over in a straight blend, so that no step stands in the picture (as published for companding and DOL sensors; Darmont,
-//! "High Dynamic Range Imaging", SPIE Press, 2012, on merging). Integers only: this stands on the sensor.
+//! "High Dynamic Range Imaging", SPIE Press, 2012, on merging). Companding is piecewise linear with slopes that halve: half of the
+//! output's codes keep the linear code's own step, and every octave above them shares the other half alike, as the PWL output of
+//! automotive sensors does. Integers only: this stands on the sensor.
 
 use crate::error::Error;
 
@@ -20,7 +22,9 @@ pub const MERGED_BITS_MAX: u32 = 16;
 /// How readings become one code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HdrMerge {
-    /// Depth of the merged code.
+    /// Depth of the merged code before companding.
+    linear_bits: u32,
+    /// Depth of the code that leaves; less than the merged one's where it is companded.
     bits: u32,
     black_level_dn: i64,
     /// Code at which the next reading begins to count, and at which it alone counts.
@@ -37,10 +41,7 @@ impl HdrMerge {
     pub fn new(key: &str, bits: u32, black_level_dn: u32, sensitivities: &[f64]) -> Result<Self, Error> {
         assert!((1..=16).contains(&bits) && !sensitivities.is_empty(), "readings have 1 to 16 bits");
         let code_max = (1_i64 << bits) - 1;
-        let one = f64::from(1_u32 << SCALE_BITS);
-        let scales: Vec<i64> =
-            sensitivities.iter().map(|share| crate::num::i64_half_even(sensitivities[0] / share * one)).collect();
-        assert!(scales.is_sorted(), "the most sensitive reading stands first");
+        let scales = scales(sensitivities);
         let black = i64::from(black_level_dn);
         let last = scales[scales.len() - 1];
         let most = black + (((code_max - black) * last) >> SCALE_BITS);
@@ -53,10 +54,23 @@ impl HdrMerge {
             return Err(Error::key(key, sensitivities[0] / sensitivities[sensitivities.len() - 1], reason));
         }
         let blend_dn = [code_max - code_max / 4, code_max - code_max / 16 - 1];
-        Ok(Self { bits: merged_bits, black_level_dn: black, blend_dn, scales })
+        Ok(Self { linear_bits: merged_bits, bits: merged_bits, black_level_dn: black, blend_dn, scales })
     }
 
-    /// Depth of the merged code.
+    /// The same merging, companded to so many bits; as it is where the merged code fits them.
+    #[must_use]
+    pub fn companded(&self, bits: u32) -> Self {
+        assert!((8..=MERGED_BITS_MAX).contains(&bits), "a companded code has 8 to 16 bits");
+        Self { bits: bits.min(self.linear_bits), ..self.clone() }
+    }
+
+    /// The same merging, at the same depth, for other sensitivities: exposures that registers have changed.
+    #[must_use]
+    pub fn with_sensitivities(&self, sensitivities: &[f64]) -> Self {
+        Self { scales: scales(sensitivities), ..self.clone() }
+    }
+
+    /// Depth of the code that leaves.
     pub fn bits(&self) -> u32 {
         self.bits
     }
@@ -86,8 +100,19 @@ impl HdrMerge {
             let own = self.scaled(code, reading);
             value = (own * ((1 << BLEND_BITS) - weight) + value * weight + (1 << (BLEND_BITS - 1))) >> BLEND_BITS;
         }
-        let most = (1_i64 << self.bits) - 1;
-        u16::try_from(value.clamp(0, most)).expect("merged codes have at most 16 bits")
+        let most = (1_i64 << self.linear_bits) - 1;
+        u16::try_from(self.compand(value.clamp(0, most))).expect("merged codes have at most 16 bits")
+    }
+
+    fn compand(&self, linear: i64) -> i64 {
+        let half = 1_i64 << (self.bits - 1);
+        if self.bits == self.linear_bits || linear < half {
+            return linear;
+        }
+        let octaves = i64::from(self.linear_bits - self.bits + 1);
+        let share = half / octaves;
+        let octave = i64::from((linear / half).ilog2());
+        half + octave * share + ((linear - (half << octave)) * share) / (half << octave)
     }
 
     /// A code in units of the most sensitive reading, above the same black level, halves up.
@@ -95,6 +120,15 @@ impl HdrMerge {
         let above = i64::from(code) - self.black_level_dn;
         self.black_level_dn + ((above * self.scales[reading] + (1 << (SCALE_BITS - 1))) >> SCALE_BITS)
     }
+}
+
+/// Units of the most sensitive reading in a unit of each. Panics unless the most sensitive stands first.
+fn scales(sensitivities: &[f64]) -> Vec<i64> {
+    let one = f64::from(1_u32 << SCALE_BITS);
+    let scale = |share: &f64| crate::num::i64_half_even(sensitivities[0] / share * one);
+    let scales: Vec<i64> = sensitivities.iter().map(scale).collect();
+    assert!(scales.is_sorted(), "the most sensitive reading stands first");
+    scales
 }
 
 #[cfg(test)]
@@ -141,6 +175,30 @@ mod tests {
         assert_eq!(bits(12, 16.0).unwrap().bits(), 16);
         let message = bits(12, 64.0).unwrap_err().to_string();
         assert!(message.contains("18 bits") && message.contains("up to 16 apart would do"), "{message}");
+    }
+
+    #[test]
+    fn a_companded_code_never_falls_and_loses_no_more_than_its_slope() {
+        let mut tried = 0;
+        for (ratio, bits) in [(16.0, 10), (16.0, 12), (64.0, 10), (2.0, 8)] {
+            let linear = HdrMerge::new("sensor.readout.hdr_exposure_ratio", 10, 64, &[1.0, 1.0 / ratio]).unwrap();
+            let merge = linear.companded(bits);
+            assert_eq!(merge.bits(), bits);
+            let (most, half) = ((1_i64 << linear.bits()) - 1, 1_i64 << (bits - 1));
+            let octaves = i64::from(linear.bits() - bits + 1);
+            let mut before = -1;
+            for code in 0..=most {
+                let companded = merge.compand(code);
+                assert!(companded >= before && companded < 2 * half, "{code}: {companded} after {before}");
+                assert!(code >= half || companded == code, "{code}: {companded}");
+                // An octave of half << k codes is told in half / octaves steps.
+                assert!(companded - before <= 1, "{code}: {companded} after {before}");
+                before = companded;
+                tried += 1;
+            }
+            assert!(before >= 2 * half - 1 - octaves, "the last code is {before} of {}", 2 * half);
+        }
+        assert_eq!(tried, 16_384 + 16_384 + 65_536 + 2048);
     }
 
     #[test]

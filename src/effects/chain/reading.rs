@@ -3,10 +3,9 @@
 //! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with noise of its own.
 
 use super::{Parameters, RowAt, RowBuffers};
-use crate::adc::{self, Converter};
+use crate::adc::Converter;
 use crate::draw::RowPlace;
 use crate::effect::{Domain, Effect};
-use crate::events::Events;
 use crate::pixel;
 
 /// A conversion gain with everything behind it.
@@ -47,10 +46,9 @@ impl Reading {
         }
     }
 
-    /// Codes of a row of samples, and what converting them took.
-    pub fn convert(&self, buffers: &RowBuffers, codes: &mut [u16], events: &mut Events) {
+    /// Codes of a row of samples.
+    pub fn convert(&self, buffers: &RowBuffers, codes: &mut [u16]) {
         self.converter.convert_row(&buffers.values, &buffers.reset, codes);
-        adc::count_row(&self.parameters.adc, self.parameters.pixel.pixel_type, codes, events);
     }
 
     fn numbered(&self, at: RowAt) -> RowAt {
