@@ -80,7 +80,7 @@ pub const ALL: &[Preset] = &[
     Preset {
         name: "hdr_3_exposures",
         kind: Kind::Sensor,
-        summary: "class of MT9M034/AR0132: 1280x960, monochrome, 3.75 um, rolling shutter, 12 bit, 45 fps",
+        summary: "class of MT9M034/AR0132: 1280x960, monochrome, 3.75 um, rolling shutter, three 12-bit exposures, 40 fps",
         text: include_str!("presets/hdr_3_exposures.toml"),
     },
     Preset {
