@@ -1,84 +1,16 @@
-//! Time of the sensor, from mean photons to codes, in one thread. The scene is the peers' (judges/sensor_speed.py): VGA, a ramp
-//! of 0 to 20,000 photons, QE 0.6, full well 11,000 e-, PRNU 1 %, DSNU 3 e-, read noise 4 e-, 10 bit; ours adds dark current
-//! and column offsets. Elements are pixels: the inverse of "elem/s" is the time a pixel.
+//! Time of the sensor, from mean photons to codes, in one thread. Elements are pixels: the inverse of "elem/s" is the time a pixel.
+//! `benches/ratios.rs` compares it with its peers.
 
 // A bench's sizes are small and whole.
 #![allow(clippy::cast_possible_truncation, missing_docs)]
 
+mod common;
+
+use common::{HEIGHT, Sensor, WIDTH, adc_params};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use sensel::adc::{AdcParams, Cds, Converter, Ramp};
-use sensel::draw::{DrawKey, fill_uniforms, normals, poisson};
-use sensel::effects::chain::{Capture, Chain, RowTimes};
-use sensel::effects::{self, Parameters};
-use sensel::pixel::{PixelParams, PixelType};
-use sensel::plane::Plane;
+use sensel::adc::Converter;
+use sensel::draw::{DrawKey, fill_uniforms, normals, poisson, poisson_of_one_mean};
 use sensel::simd::{self, Level};
-use sensel::units::{CameraIndex, FrameIndex, Size};
-
-const WIDTH: usize = 640;
-const HEIGHT: u32 = 480;
-
-fn pixel_params() -> PixelParams {
-    PixelParams {
-        pixel_type: PixelType::T6,
-        pitch_um: 3.0,
-        quantum_efficiency: 0.6,
-        fill_factor: 1.0,
-        conversion_gain_uv_per_e: 10.0,
-        full_well_e: 11_000.0,
-        dark_current_e_per_s: 100.0,
-        dark_doubling_k: 8.0,
-        temperature_k: 300.0,
-        read_noise_uv: 40.0,
-        ktc_noise_uv: None,
-        prnu: 0.01,
-        dsnu_e: 3.0,
-        double_sampling: true,
-    }
-}
-
-fn adc_params() -> AdcParams {
-    AdcParams {
-        bits: 10,
-        clock_hz: 480_000_000,
-        full_scale_uv: 110_000.0 * 1024.0 / 959.0,
-        gain: 1.0,
-        black_level_dn: 64,
-        column_offset_uv: 200.0,
-        column_offset_residual_uv: 20.0,
-        column_gain_sigma: 0.0,
-        reset_counts: 128,
-        settle_reset_us: 2.0,
-        settle_signal_us: 3.0,
-        cds: Cds::Digital,
-        ramp: Ramp::Linear,
-    }
-}
-
-struct Sensor {
-    chain: Chain,
-    photons: Plane<f32>,
-    times: Vec<RowTimes>,
-}
-
-impl Sensor {
-    fn new(photons_max: f32) -> Self {
-        let parameters = Parameters { pixel: pixel_params(), adc: adc_params() };
-        let effects = effects::build_all(&parameters);
-        let row = (0..WIDTH).map(|column| photons_max * column as f32 / (WIDTH - 1) as f32);
-        let size = Size { width_px: WIDTH as u32, height_px: HEIGHT };
-        let photons = Plane::from_values(size, row.cycle().take(size.pixel_count()).collect());
-        let times = vec![RowTimes { exposure_s: 0.01, storage_s: 0.001 }; HEIGHT as usize];
-        Self { chain: Chain::new(parameters, effects, 1, 2), photons, times }
-    }
-
-    fn frame(&self, frame: u32) -> u16 {
-        let capture = Capture { camera: CameraIndex(0), frame: FrameIndex(frame) };
-        let (codes, events) = self.chain.capture(&self.photons, capture, &self.times);
-        std::hint::black_box(events);
-        codes.at(320, 240)
-    }
-}
 
 fn whole_sensor(criterion: &mut Criterion) {
     // One thread: the figure is a core's. A pool that exists already was made by this same call.
@@ -126,6 +58,9 @@ fn parts(criterion: &mut Criterion) {
             });
         });
     }
+    group.bench_function("poisson_of_one_mean/1.1", |bencher| {
+        bencher.iter(|| poisson_of_one_mean(&uniforms, 1.1, &mut values));
+    });
     let volts: Vec<f32> = (0..WIDTH).map(|column| column as f32 * 200.0).collect();
     let converter = Converter::new(&adc_params());
     let mut codes = vec![0; WIDTH];
