@@ -61,10 +61,11 @@ fn row(scene: &str, photons_max: f32, level: Level, peer: &str) -> bool {
     };
     let work = format!("sensor {WIDTH}x{HEIGHT} 10 bit {scene}");
     match times() {
-        Ok((ours_ns, peer_ns)) => println!(
-            r#"{{"work":"{work}","peer":"{peer}","ours_ns_per_px":{ours_ns:.2},"peer_ns_per_px":{peer_ns:.2},"ratio":{:.2},"level":"{level:?}"}}"#,
-            peer_ns / ours_ns
-        ),
+        Ok((ours_ns, peer_ns)) => {
+            let ratio = peer_ns / ours_ns;
+            let times = format!(r#""ours_ns_per_px":{ours_ns:.2},"peer_ns_per_px":{peer_ns:.2},"ratio":{ratio:.2}"#);
+            println!(r#"{{"work":"{work}","peer":"{peer}",{times},"level":"{level:?}"}}"#);
+        }
         Err(reason) => {
             let reason = reason.replace(['\\', '"', '\n'], " ");
             println!(r#"{{"work":"{work}","peer":"{peer}","level":"{level:?}","failed":"{reason}"}}"#);
