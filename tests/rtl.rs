@@ -1,5 +1,6 @@
 //! Rust twin = Verilog on every clock and every pin, under Verilator, over more than a million clocks a block: random and directed
-//! parameters, stalls, resets in mid-conversion. Registers wake up with random values. And Yosys: synthesisable, at the size that docs/rtl.md gives.
+//! parameters, stalls, resets in mid-conversion. Registers wake up with random values. And Yosys: synthesisable, at the size that
+//! docs/rtl.md gives.
 #![cfg(feature = "outside")]
 #![allow(clippy::unwrap_used)] // Helpers of tests fail by panicking, as tests do.
 
