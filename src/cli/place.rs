@@ -41,6 +41,14 @@ pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Resul
         }
         (Err(error), Some(_)) => return Err(error),
     };
+    let assignments = assignments(shared, more);
+    let resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments)?;
+    let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    Ok(Located { name: name_of(&file), folder, resolved })
+}
+
+/// What the command line sets: a verb's own words first, then the shared options, then `--set`.
+pub fn assignments(shared: &Shared, more: &[String]) -> Vec<String> {
     let mut assignments = more.to_vec();
     if let Some(seed) = shared.seed {
         assignments.push(format!("seed={seed}"));
@@ -49,9 +57,7 @@ pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Resul
         assignments.push(format!("run.threads={threads}"));
     }
     assignments.extend(shared.set.iter().cloned());
-    let resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments)?;
-    let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-    Ok(Located { name: name_of(&file), folder, resolved })
+    assignments
 }
 
 /// An error of the disk with the path it is about.
