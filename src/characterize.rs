@@ -13,6 +13,10 @@ mod fits;
 pub mod measure;
 mod model;
 mod moments;
+#[cfg(feature = "cli")]
+pub mod page;
+#[cfg(feature = "cli")]
+mod picture;
 pub mod record;
 pub mod set;
 mod shoot;
@@ -27,8 +31,8 @@ pub use set::{Options, Set, Shot};
 pub use truth::{Truth, Want};
 
 use crate::config::Resolved;
+use crate::effects;
 use crate::effects::chain::Chain;
-use crate::effects::{self};
 use crate::error::Error;
 use crate::plane::Plane;
 use crate::run::SensorSetup;

@@ -7,7 +7,7 @@ use crate::plane::Plane;
 use crate::units::Size;
 
 /// A point of photon transfer, in DN and DN^2.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Point {
     /// In nanoseconds.
     pub exposure_ns: f64,

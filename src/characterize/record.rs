@@ -6,13 +6,12 @@ use serde_json::{Value, json};
 
 use super::analysis::{Figures, Summary, figures};
 use super::defects::{Histogram, high_passed, histogram};
-use super::measure::Measurement;
+use super::measure::{Measurement, Point};
 use super::spatial::{Profile, profiles, spectrogram, transposed};
 use super::truth::{Truth, Want};
 use super::uncertainty::{standard_errors, variance_squares};
 use super::{Bench, Set};
 use crate::config::Resolved;
-use crate::error::Error;
 use crate::num::f64_from_u64;
 use crate::report::Ordered;
 
@@ -127,63 +126,50 @@ impl Characterization {
         self.measured.get(name).copied().unwrap_or(f64::NAN)
     }
 
-    /// The figures alone.
-    pub fn figures_json(&self) -> Value {
-        serde_json::to_value(&self.figures).expect("figures have a JSON form")
+    /// The figures alone, in the order of a report.
+    pub fn figures_json(&self) -> String {
+        serde_json::to_string_pretty(&self.figures).expect("figures have a JSON form")
     }
 
     /// The whole record as text.
-    ///
-    /// # Errors
-    /// None that this program knows how to cause: every value has a JSON form.
-    pub fn to_json(&self) -> Result<String, Error> {
+    pub fn to_json(&self) -> String {
         let set = &self.set;
-        let points: Vec<Value> = self
-            .summary
-            .transfer
-            .points
-            .iter()
-            .map(|point| {
-                json!({
-                    "exposure_ns": point.exposure_ns, "photons": point.photons,
-                    "mean_dn": point.mean_dn, "variance_dn2": point.variance_dn2,
-                    "dark_mean_dn": point.dark_mean_dn, "dark_variance_dn2": point.dark_variance_dn2,
-                })
-            })
-            .collect();
-        let record = json!({
-            "schema_version": SCHEMA_VERSION,
-            "version": env!("CARGO_PKG_VERSION"),
-            "standard": "EMVA 1288 release 4.0",
-            "name": self.name, "seed": self.seed, "die": self.die,
-            "config_hash": self.config_hash, "config": self.config,
-            "set": {
+        let record = Record {
+            schema_version: SCHEMA_VERSION,
+            version: env!("CARGO_PKG_VERSION"),
+            standard: "EMVA 1288 release 4.0",
+            name: &self.name,
+            seed: self.seed,
+            die: self.die,
+            config_hash: &self.config_hash,
+            config: &self.config,
+            set: json!({
                 "width_px": set.size.width_px, "height_px": set.size.height_px, "bits": set.bits,
                 "points": set.points.len(), "stack": set.stack, "frames": set.frames(),
                 "photons_per_s": set.photons_per_s, "saturation_e": set.saturation_e,
                 "exposure_max_s": set.points.last().map(super::set::Exposure::exposure_s),
                 "sequencer_exposure_max_s": set.exposure_limit_s,
-                "exposures": "set freely in whole nanoseconds under constant light; the sequencer rounds to lines and ends at sequencer_exposure_max_s",
+                "exposures": "set freely in whole nanoseconds under constant light; \
+                              the sequencer rounds to lines and ends at sequencer_exposure_max_s",
                 "channels": ["all"],
-            },
-            "figures": self.figures_json(),
-            "dark_clipped": self.dark_clipped,
-            "transfer": points,
-            "spectrograms": {
-                "cycles_per_px": "k / (2 (n - 1)) for entry k of n",
+            }),
+            figures: &self.figures,
+            dark_clipped: self.dark_clipped,
+            transfer: &self.summary.transfer.points,
+            spectrograms: json!({
+                "frequency": "entry k of n lies at k / (2 (n - 1)) cycles a pixel",
                 "dark_horizontal_dn2": self.spectrum(&self.dark_map_dn, false),
                 "dark_vertical_dn2": self.spectrum(&self.dark_map_dn, true),
                 "response_horizontal_percent2": self.spectrum(&self.response_map_percent, false),
                 "response_vertical_percent2": self.spectrum(&self.response_map_percent, true),
-            },
-            "profiles": {
+            }),
+            profiles: json!({
                 "dark_dn": self.profile_json(&self.dark_map_dn),
                 "response_percent": self.profile_json(&self.response_map_percent),
-            },
-            "histograms": {"dark_dn": self.dark_histogram, "response_percent": self.response_histogram},
-        });
-        let text = serde_json::to_string_pretty(&record).map_err(|error| Error::Run(error.to_string()))?;
-        Ok(text + "\n")
+            }),
+            histograms: json!({"dark_dn": self.dark_histogram, "response_percent": self.response_histogram}),
+        };
+        serde_json::to_string_pretty(&record).expect("every value has a JSON form") + "\n"
     }
 
     /// Spectrogram of a map along rows, or along columns.
@@ -206,6 +192,26 @@ impl Characterization {
         let one = |profile: Profile| json!({"mean": profile.mean, "min": profile.least, "max": profile.most});
         json!({"horizontal": one(across), "vertical": one(down)})
     }
+}
+
+/// The form of `characterization.json`.
+#[derive(Serialize)]
+struct Record<'a> {
+    schema_version: u32,
+    version: &'static str,
+    standard: &'static str,
+    name: &'a str,
+    seed: u64,
+    die: u64,
+    config_hash: &'a str,
+    config: &'a str,
+    set: Value,
+    figures: &'a Ordered<Figure>,
+    dark_clipped: f64,
+    transfer: &'a [Point],
+    spectrograms: Value,
+    profiles: Value,
+    histograms: Value,
 }
 
 impl Truth {

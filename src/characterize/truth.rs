@@ -144,8 +144,11 @@ fn want(
             "dark noise of {sigma_dn:.3} DN is below {DARK_SIGMA_MIN_DN} DN: quantisation hides it; more gain or more bits would do"
         ));
     }
+    // The place of the peak is the model's; noise may put it at any point of the range.
     let between = |low: f64, high: f64, more: f64| {
-        Ok(Want { value: Some(0.5 * (low + high)), abs_tol: Some(0.5 * (high - low) + more), ..Want::default() })
+        let farthest = greater(value - low, high - value) + more;
+        let (min, max) = (Some(low - more), Some(high + more));
+        Ok(Want { value: Some(value), abs_tol: Some(farthest), min, max, ..Want::default() })
     };
     let tolerance = SIGMAS * error;
     let [low, high] = saturation.photons;

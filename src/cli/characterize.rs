@@ -13,7 +13,7 @@ use sensel::files::folder::OutputFolder;
 use sensel::units::Size;
 
 use super::args::{CharacterizeArguments, Shared};
-use super::{interrupt, listing, place, progress, run};
+use super::{interrupt, place, progress, run};
 
 /// `sensel characterize`.
 pub fn main(arguments: &CharacterizeArguments, shared: &Shared) -> Result<(), Error> {
@@ -36,11 +36,12 @@ pub fn main(arguments: &CharacterizeArguments, shared: &Shared) -> Result<(), Er
     bar.finish_and_clear();
     writer.finish(&bench.truth())?;
     let record = Characterization::new(&name, &resolved, &bench, &measurement);
-    write(folder.path(), "characterization.json", &record.to_json()?)?;
+    write(folder.path(), "characterization.json", &record.to_json())?;
+    write(folder.path(), "characterization.html", &sensel::characterize::page::html(&record))?;
     write(folder.path(), "config.toml", &record.config)?;
     folder.commit()?;
     if shared.json {
-        listing::print_json(&record.figures_json());
+        outln!("{}", record.figures_json());
     } else if !shared.quiet {
         summary(&record, &target, started.elapsed().as_secs_f64());
     }
