@@ -94,6 +94,18 @@ fn a_die_whose_dark_charge_fills_the_pixel_is_said_to_be_too_hot() {
 }
 
 #[test]
+fn a_sensor_of_too_few_electrons_or_bits_is_said_to_be_so() {
+    let coarse = ["sensor.adc.bits=5", "sensor.adc.black_level_dn=4"];
+    for (assignments, words) in
+        [(&coarse[..], "more bits would do"), (&["sensor.pixel.full_well_e=1"], "30 e- or more")]
+    {
+        let (record, truth) = measured(assignments, &small());
+        assert!(truth.wants.is_empty() && truth.not_measurable.get("K").unwrap().contains(words), "{assignments:?}");
+        assert!(record.figures.iter().all(|(_, figure)| figure.value.is_none()));
+    }
+}
+
+#[test]
 fn what_cannot_be_measured_is_refused_by_key() {
     let refused = |arguments: &[&str]| {
         let scratch = Scratch::new("characterize");

@@ -16,6 +16,7 @@ use sensel::effects::chain::Chain;
 use sensel::effects::{self, Parameters};
 use sensel::facts::Facts;
 use sensel::files::emva::EmvaWriter;
+use sensel::num::{index, u32_truncated};
 use sensel::run::SensorSetup;
 use serde_json::Value;
 
@@ -107,8 +108,8 @@ fn the_papers_sensor_passes_and_every_figure_equals_the_judges() {
 fn random_sensor(seed: u64) -> Vec<String> {
     let mut stream = DrawKey::root(seed).stream();
     let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);
-    let exp = |low: f64, high: f64, at: f64| low * (high / low).powf(at);
-    let bits = 8 + (draw(0.0, 6.999) as u32);
+    let exp = |low: f64, high: f64, at: f64| low * libm::pow(high / low, at);
+    let bits = 8 + u32_truncated(draw(0.0, 6.999));
     let codes = f64::from(1 << bits);
     let full_well = exp(1500.0, 12_000.0, draw(0.0, 1.0));
     let per_e = exp(5.0, 150.0, draw(0.0, 1.0));
@@ -119,8 +120,8 @@ fn random_sensor(seed: u64) -> Vec<String> {
     let full_scale = adc_gain * codes * per_e / gain_dn;
     // More than 1.5 e- of noise: a sensor that counts single electrons is another chapter.
     let noise_e = f64::max(exp(0.32, 3.0, draw(0.0, 1.0)) / gain_dn, 1.5);
-    let pixel = ["3T", "4T", "5T", "6T"][draw(0.0, 3.999) as usize];
-    let cds = ["none", "analog", "digital"][draw(0.0, 2.999) as usize];
+    let pixel = ["3T", "4T", "5T", "6T"][index(u32_truncated(draw(0.0, 3.999)))];
+    let cds = ["none", "analog", "digital"][index(u32_truncated(draw(0.0, 2.999)))];
     let resets = match (cds, pixel) {
         ("none", _) => 1.0,
         (_, "3T" | "5T") => 2.0,

@@ -183,7 +183,8 @@ impl Model {
             total_dn2: total,
             row_dn2: row_seen,
             column_dn2: column_seen,
-            pixel_dn2: total - column_seen - row_seen,
+            // The standard divides the whole by MN - 1 and the lines by their number: 1 / MN of the lines' variance stays with the pixels.
+            pixel_dn2: total - (column_seen + row_seen) * (1.0 - 1.0 / f64_from_usize(set.size.pixel_count())),
             frames: f64::from(set.stack),
             rows: set.size.height_px.into(),
             columns: set.size.width_px.into(),

@@ -29,6 +29,9 @@ pub const DARK_CLIPPED_MAX: f64 = 0.005;
 /// Share of saturation that dark charge may fill before nothing is left to measure light with.
 const DARK_FILL_MAX: f64 = 0.3;
 
+/// Charge below which counts are too few for means and variances that a normal describes.
+const SATURATION_MIN_E: f64 = 30.0;
+
 /// What a figure has to be.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Want {
@@ -76,9 +79,11 @@ pub fn truth(sensor: &SensorSetup, set: &Set) -> Truth {
         return truth;
     }
     let saturation = SaturationRange::of(&expectation);
+    let hidden = hidden_pattern(&model, &summary);
     let configured = configured(&model, set);
     for (name, &value) in expected.iter() {
-        let error = *errors.get(name).expect("every figure has its error");
+        let own = *errors.get(name).expect("every figure has its error");
+        let error = own + if name.starts_with("PRNU") { value * hidden } else { 0.0 };
         let (plain, formula) = configured.get(name).map_or((None, None), |plain| (Some(plain.0), Some(plain.1)));
         match want(name, value, error, &model, set, &saturation, &expected) {
             Ok(want) => truth.wants.insert(name, Want { configured: plain, formula, ..want }),
@@ -97,6 +102,19 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectatio
             100.0 * dark_e / set.saturation_e
         ));
     }
+    if set.saturation_e < SATURATION_MIN_E {
+        return Some(format!(
+            "saturation at {:.1} e- leaves no photon transfer to fit; {SATURATION_MIN_E} e- or more would do",
+            set.saturation_e
+        ));
+    }
+    let bright_dn = model.gain_dn_per_e * (model.efficiency * set.half.photons).sqrt();
+    if libm::hypot(bright_dn, model.dark_sigma_dn()) < DARK_SIGMA_MIN_DN {
+        return Some(format!(
+            "noise of {bright_dn:.3} DN at half saturation is below {DARK_SIGMA_MIN_DN} DN: quantisation hides even shot noise; \
+             more bits would do"
+        ));
+    }
     if expectation.dark_clipped > DARK_CLIPPED_MAX {
         let black = sensor.parameters.adc.black_level_dn;
         let spread_dn =
@@ -111,6 +129,15 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectatio
         ));
     }
     None
+}
+
+/// Relative error of PRNU where dark noise does not dither the quantiser: the dark pattern's variance may then be off by as much as 1/4
+/// DN^2, that of a code that flips. Counted as 4.5 standard errors, so that it is added once.
+fn hidden_pattern(model: &Model, summary: &Summary) -> f64 {
+    if model.dark_sigma_dn() >= DARK_SIGMA_MIN_DN {
+        return 0.0;
+    }
+    0.25 / (2.0 * SIGMAS * greater(0.0, summary.bright.total_dn2 - summary.dark.total_dn2))
 }
 
 /// Figures in which dark noise, dark pattern or both have to be seen through the quantiser.
@@ -188,7 +215,7 @@ fn measured(name: &str, value: f64, error: f64, model: &Model, set: &Set) -> Res
     let rooted = name.starts_with("DSNU") || name.starts_with("PRNU") || name.starts_with("sigma");
     if !(relative < 0.5) {
         let least = (2.0 * SIGMAS * value * error).sqrt();
-        return Err(match (rooted, value > 0.0 && least.is_finite()) {
+        return Err(match (rooted, value > 1e-4 * least) {
             (true, true) => format!("{value:.2e} is too faint: this set shows no less than {least:.2e}"),
             (false, true) => format!("{value:.3e} is too faint: 4.5 standard errors are {:.3e}", SIGMAS * error),
             (_, false) => "the sensor has none".to_owned(),
