@@ -208,7 +208,7 @@ fn a_run_longer_than_its_trajectory_is_refused() {
 #[test]
 fn what_is_not_there_yet_or_not_at_all_is_usage() {
     let folder = Scratch::new("usage");
-    let later: [&[&str]; 4] = [&["ladder"], &["characterize", "x"], &["sweep", "plan", "x.toml"], &["sweep"]];
+    let later: [&[&str]; 3] = [&["ladder"], &["sweep", "plan", "x.toml"], &["sweep"]];
     for verb in later {
         let outcome = sensel(verb);
         check_refusal(&outcome, &folder, verb[0]);
