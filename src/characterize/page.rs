@@ -53,13 +53,17 @@ fn pair(left: &str, right: &str) -> String {
 fn header(record: &Characterization) -> String {
     let set = &record.set;
     let longest_s = set.points.last().map_or(0.0, super::set::Exposure::exposure_s);
-    let chips = [
+    let mut chips = vec![
         format!("{} \u{d7} {} px, {} bit", set.size.width_px, set.size.height_px, set.bits),
         format!("{} points, two bright and two dark frames each", set.points.len()),
         format!("stacks of {} frames", set.stack),
         format!("exposures up to {longest_s:.4} s"),
         format!("seed {}, die {}", record.seed, record.die),
     ];
+    if !set.channel.is_whole() {
+        chips.insert(0, format!("pixels of filter {}", set.channel.name()));
+    }
+    chips.extend(record.reading.map(str::to_owned));
     let chips: String = chips.iter().map(|chip| format!("<li>{chip}</li>")).collect();
     let limit = if longest_s > 1.000_001 * set.exposure_limit_s {
         format!(

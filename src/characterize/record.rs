@@ -9,7 +9,7 @@ use super::defects::{Histogram, high_passed, histogram};
 use super::measure::{Measurement, Point};
 use super::spatial::{Profile, profiles, spectrogram, transposed};
 use super::truth::{Truth, Want};
-use super::uncertainty::{standard_errors, variance_squares};
+use super::uncertainty::{DieErrors, standard_errors, variance_squares};
 use super::{Bench, Set};
 use crate::config::Resolved;
 use crate::num::f64_from_u64;
@@ -47,6 +47,8 @@ pub struct Characterization {
     pub die: u64,
     /// What was shot.
     pub set: Set,
+    /// Which of several readings of a pixel was measured; none where there is one.
+    pub reading: Option<&'static str>,
     /// Means and variances.
     pub summary: Summary,
     /// By name.
@@ -86,7 +88,7 @@ impl Characterization {
     pub fn new(name: &str, resolved: &Resolved, bench: &Bench, measurement: &Measurement) -> Self {
         let summary = Summary::of(measurement);
         let measured = figures(&summary);
-        let errors = standard_errors(&summary, &measured, &variance_squares(&summary.transfer));
+        let errors = standard_errors(&summary, &measured, &variance_squares(&summary.transfer), DieErrors::default());
         let truth = bench.truth();
         let figure = |(name, &value): (&str, &f64)| {
             let reason = truth.not_measurable.get(name).cloned();
@@ -110,6 +112,7 @@ impl Characterization {
             seed: resolved.scenario.seed,
             die: resolved.scenario.sensor.die,
             set: bench.set().clone(),
+            reading: reading(bench),
             figures,
             dark_clipped: measurement.dark_clipped,
             dark_map_dn,
@@ -151,7 +154,8 @@ impl Characterization {
                 "sequencer_exposure_max_s": set.exposure_limit_s,
                 "exposures": "set freely in whole nanoseconds under constant light; \
                               the sequencer rounds to lines and ends at sequencer_exposure_max_s",
-                "channels": ["all"],
+                "channels": [set.channel.name()],
+                "reading": self.reading,
             }),
             figures: &self.figures,
             dark_clipped: self.dark_clipped,
@@ -192,6 +196,16 @@ impl Characterization {
         let one = |profile: Profile| json!({"mean": profile.mean, "min": profile.least, "max": profile.most});
         json!({"horizontal": one(across), "vertical": one(down)})
     }
+}
+
+/// The standard knows sensors of one reading a pixel.
+fn reading(bench: &Bench) -> Option<&'static str> {
+    let sensor = bench.sensor();
+    if sensor.second.is_some() {
+        return Some("the reading at the higher conversion gain alone, before both are merged");
+    }
+    let is_one = sensor.schedule.slots().len() == 1;
+    (!is_one).then_some("one exposure alone, before the exposures are merged")
 }
 
 /// The form of `characterization.json`.

@@ -11,7 +11,6 @@ use super::analysis::{DARK_VARIANCE_MIN_DN2, Figures, Shape, Summary, figures};
 use super::measure::Transfer;
 use super::model::{Expectation, Model};
 use super::set::Set;
-use super::shoot::Times;
 use super::uncertainty::{deviation_errors, standard_errors, variance_error};
 use crate::num::{greater, lesser, u64_half_even};
 use crate::report::Ordered;
@@ -66,13 +65,13 @@ pub struct Truth {
 
 /// The truth about a sensor measured by a set.
 pub fn truth(sensor: &SensorSetup, set: &Set) -> Truth {
-    let model = Model::new(sensor, &Times::new(&sensor.schedule, set.size));
+    let model = Model::new(sensor, set);
     let expectation = model.expect(set);
     let shape = Shape { third_dn3: expectation.third_dn3, rho_frame: 0.0, rho_row: 0.0, rho_column: 0.0 };
     let summary =
         Summary { transfer: expectation.transfer.clone(), bright: expectation.bright, dark: expectation.dark, shape };
     let expected = figures(&summary);
-    let errors = standard_errors(&summary, &expected, &expectation.variance_squares);
+    let errors = standard_errors(&summary, &expected, &expectation.variance_squares, expectation.die);
     let mut truth = Truth::default();
     if let Some(reason) = nothing_measurable(sensor, set, &model, &expectation) {
         expected.iter().for_each(|(name, _)| truth.not_measurable.insert(name, reason.clone()));
@@ -261,7 +260,7 @@ impl SaturationRange {
             range.photons = [lesser(range.photons[0], photons), greater(range.photons[1], photons)];
             let fitted = transfer.linear(index);
             let deviations = Transfer::deviations(fitted, fitted);
-            for (deviation, error) in deviations.into_iter().zip(deviation_errors(transfer, index)) {
+            for (deviation, error) in deviations.into_iter().zip(deviation_errors(transfer, index, expectation.die)) {
                 range.deviation[0] = lesser(range.deviation[0], deviation - SIGMAS * error);
                 range.deviation[1] = greater(range.deviation[1], deviation + SIGMAS * error);
             }
@@ -273,8 +272,8 @@ impl SaturationRange {
 /// Plain values of the configuration with their formulas.
 fn configured(model: &Model, set: &Set) -> Ordered<(f64, &'static str)> {
     let k = model.gain_dn_per_e * (1.0 + model.column_gain * model.column_gain);
-    let noise_e = (model.noise_e * model.noise_e + model.dark_e_per_s * model.storage_s).sqrt();
-    let sigma_y = greater(k * k * noise_e * noise_e + 1.0 / 12.0, DARK_VARIANCE_MIN_DN2).sqrt();
+    let noise_e = libm::hypot(model.noise_e(), (model.dark_e_per_s * model.storage_s).sqrt());
+    let sigma_y = greater(k * k * noise_e * noise_e + model.conversions() / 12.0, DARK_VARIANCE_MIN_DN2).sqrt();
     let light_e = model.efficiency * set.half.photons;
     let dark_e = model.dark_e_per_s * (set.half.exposure_s() + model.storage_s);
     let column_e = libm::hypot(model.column_offset_e, model.column_gain * dark_e);
@@ -282,10 +281,10 @@ fn configured(model: &Model, set: &Set) -> Ordered<(f64, &'static str)> {
     let column_gain = model.column_gain * (1.0 + 2.0 * dark_e / light_e).sqrt();
     let all: [(&str, f64, &'static str); 21] = [
         ("K", k, "conversion gain / LSB * (1 + column_gain_sigma^2)"),
-        ("R", model.gain_dn_per_e * model.efficiency, "conversion gain / LSB * QE * fill factor"),
-        ("QE", 100.0 * model.efficiency, "QE * fill factor"),
-        ("sigma_d", noise_e, "sqrt(read noise^2 + kTC left^2 + dark charge while rows wait)"),
-        ("sigma_y_dark", sigma_y, "sqrt(max(0.24, K^2 sigma_d^2 + 1/12)), one quantisation a code"),
+        ("R", model.gain_dn_per_e * model.efficiency, "conversion gain / LSB * QE * fill factor, QE behind the filter"),
+        ("QE", 100.0 * model.efficiency, "QE of the filter in its best band * fill factor"),
+        ("sigma_d", noise_e, "sqrt(read noise^2 + kTC left^2 + dark charge while rows wait); the standard takes off one quantisation, not two"),
+        ("sigma_y_dark", sigma_y, "sqrt(max(0.24, K^2 sigma_d^2 + 1/12 a conversion)), two conversions a code where the reset level has its own"),
         ("u_I_mean", model.dark_e_per_s, "dark current at the die's temperature"),
         ("u_I_var", model.dark_e_per_s, "dark current at the die's temperature"),
         ("u_e_sat", set.saturation_e, "least of full well and converter range; variance peaks a little below"),

@@ -15,16 +15,26 @@ use super::measure::{Point, Transfer};
 use super::spatial::Parts;
 use crate::num::{f64_from_usize, greater};
 
+/// What the chance of the die's columns adds, where their offsets meet quantisers at phases of their own: one standard deviation of the
+/// mean over all columns, in the dark. Points share it: it does not average out over them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DieErrors {
+    /// Of the mean.
+    pub mean_dn: f64,
+    /// Of the temporal variance.
+    pub variance_dn2: f64,
+}
+
 /// Mean square of the pixels' variances at each point, bright and dark. Measured points take the square of the mean.
 pub fn variance_squares(transfer: &Transfer) -> Vec<[f64; 2]> {
     let squares = |point: &Point| [point.variance_dn2, point.dark_variance_dn2].map(|variance| variance * variance);
     transfer.points.iter().map(squares).collect()
 }
 
-/// Standard errors of all figures of `figures`, which were made from `summary`.
-pub fn standard_errors(summary: &Summary, figures: &Figures, squares: &[[f64; 2]]) -> Figures {
+/// Standard errors of all figures of `figures`, which were made from `summary`; with those that the die adds, where they are known.
+pub fn standard_errors(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], die: DieErrors) -> Figures {
     let mut errors = Figures::default();
-    sensitivity(summary, figures, squares, &mut errors);
+    sensitivity(summary, figures, squares, die, &mut errors);
     nonuniformity(summary, figures, &mut errors);
     shape(summary, figures, &mut errors);
     errors
@@ -40,25 +50,32 @@ fn signal_error(point: &Point, pixels: f64) -> f64 {
     ((point.variance_dn2 + point.dark_variance_dn2) / (2.0 * pixels)).sqrt()
 }
 
-fn sensitivity(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], errors: &mut Figures) {
+fn sensitivity(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], die: DieErrors, errors: &mut Figures) {
     let (transfer, pixels) = (&summary.transfer, summary.transfer.pixels);
     let of = |name: &str| *figures.get(name).expect("errors belong to figures that exist");
     let points = transfer.sensitivity();
-    let through_origin = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
-        let (xe, xx) = pairs.fold((0.0, 0.0), |(xe, xx), (x, error)| (xe + x * x * error * error, xx + x * x));
-        xe.sqrt() / xx
+    // An error that all points share moves the slope by itself times sum x / sum x^2.
+    let through_origin = |shared: f64, pairs: &mut dyn Iterator<Item = (f64, f64)>| {
+        let (x1, xe, xx) = pairs.fold((0.0, 0.0, 0.0), |(x1, xe, xx), (x, error)| {
+            (x1 + x, xe + x * x * error * error, xx + x * x)
+        });
+        libm::hypot(xe.sqrt(), shared * x1) / xx
     };
-    let k_error = through_origin(&mut points.iter().zip(squares).map(|(point, [bright, dark])| {
+    let k_error = through_origin(die.variance_dn2, &mut points.iter().zip(squares).map(|(point, [bright, dark])| {
         (point.signal_dn(), libm::hypot(variance_error(*bright, pixels), variance_error(*dark, pixels)))
     }));
-    let r_error = through_origin(&mut points.iter().map(|point| (point.photons, signal_error(point, pixels))));
+    let r_error = through_origin(die.mean_dn, &mut points.iter().map(|point| (point.photons, signal_error(point, pixels))));
     let (k, r) = (of("K"), of("R"));
     let (k_relative, r_relative) = (k_error / k, r_error / r);
     let efficiency_relative = libm::hypot(k_relative, r_relative);
 
     let most = |of: &dyn Fn(usize) -> f64| (0..transfer.points.len()).map(of).fold(0.0, greater);
-    let dark_variance_error = most(&|index| variance_error(squares[index][1], pixels));
-    let dark_mean_error = most(&|index| (transfer.points[index].dark_variance_dn2 / (2.0 * pixels)).sqrt());
+    // What all points share counts as if it were each point's alone times the root of their number, which it cannot exceed.
+    let shared = f64_from_usize(transfer.points.len()).sqrt();
+    let own = most(&|index| variance_error(squares[index][1], pixels));
+    let dark_variance_error = libm::hypot(own, shared * die.variance_dn2);
+    let own = most(&|index| (transfer.points[index].dark_variance_dn2 / (2.0 * pixels)).sqrt());
+    let dark_mean_error = libm::hypot(own, shared * die.mean_dn);
     let (slope, offset) = fits::line_errors(transfer.points.iter().map(|point| point.exposure_ns * 1e-9));
     let sigma_y = of("sigma_y_dark");
     let sigma_y_error = offset * dark_variance_error / (2.0 * sigma_y);
@@ -85,16 +102,18 @@ fn sensitivity(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], error
         ("DR_dB", decibels(threshold / of("u_p_min"))),
     ];
     all.into_iter().for_each(|(name, error)| errors.insert(name, error));
-    let error = deviation_errors(transfer, transfer.saturation()).into_iter().fold(0.0, greater);
+    let error = deviation_errors(transfer, transfer.saturation(), die).into_iter().fold(0.0, greater);
     errors.insert("LE_min", error);
     errors.insert("LE_max", error);
 }
 
 /// Standard error in % of each fitted point's relative deviation: its own, and the fitted line's, which is at most that of two
 /// parameters found from all of them.
-pub fn deviation_errors(transfer: &Transfer, saturation: usize) -> Vec<f64> {
+pub fn deviation_errors(transfer: &Transfer, saturation: usize, die: DieErrors) -> Vec<f64> {
     let fitted = transfer.linear(saturation);
-    let own = |point: &Point| 100.0 * signal_error(point, transfer.pixels) / point.signal_dn();
+    let own = |point: &Point| {
+        100.0 * libm::hypot(signal_error(point, transfer.pixels), die.mean_dn) / point.signal_dn()
+    };
     let most = fitted.iter().map(own).fold(0.0, greater);
     let line = most * (2.0 / f64_from_usize(fitted.len().max(1))).sqrt();
     fitted.iter().map(|point| libm::hypot(own(point), line)).collect()

@@ -78,6 +78,7 @@ fn options(arguments: &CharacterizeArguments) -> Result<Options, Error> {
         size,
         points: arguments.points.unwrap_or(usual.points),
         stack: arguments.stack.unwrap_or(usual.stack),
+        channel: arguments.channel,
     })
 }
 
@@ -99,6 +100,7 @@ fn summary(record: &Characterization, target: &Path, seconds: f64) {
         set.points.len(),
         set.stack
     );
+    outln!("channel: {}{}", set.channel.name(), record.reading.map_or(String::new(), |reading| format!("; {reading}")));
     let mut missing = 0;
     for (name, figure) in record.figures.iter() {
         match (figure.value, figure.standard_error, &figure.not_measurable) {
