@@ -270,11 +270,13 @@ pub fn timing_record(sensor: &super::setup::SensorSetup, features: u64) -> Resul
 /// What a column does within its row's line.
 fn conversion_phases(adc: &AdcParams) -> Vec<Phase> {
     let clocks_us = |clocks: u64| 1e6 * f64_from_u64(clocks) / f64_from_u64(adc.clock_hz);
-    let reset_us = clocks_us(adc.reset_counts_used().into());
+    // Columns that share a converter settle and convert one after the other.
+    let passes = f64::from(adc.columns_per_adc);
+    let reset_us = passes * clocks_us(adc.reset_counts_used().into());
     let steps = [
-        ("settle reset", if adc.cds.is_double() { adc.settle_reset_us } else { 0.0 }),
+        ("settle reset", passes * adc.settle_reset_used_us()),
         ("ramp reset", reset_us),
-        ("settle signal", adc.settle_signal_us),
+        ("settle signal", passes * adc.settle_signal_us),
         ("ramp signal", clocks_us(adc.ramp_clk().0) - reset_us),
     ];
     let mut phases = Vec::new();
