@@ -8,12 +8,12 @@
 
 use super::crossings::{NEVER, crossings};
 use super::kickback::Kickback;
-use super::linear::LinearKernel;
+use super::linear::{LinearKernel, ROUNDER};
 use super::ramp::RampEdges;
 use super::{AdcParams, Cds, column_delay};
 use crate::draw::DrawKey;
 use crate::fidelity::Rung;
-use crate::num::{f32_nearest, i64_half_even, low_u16};
+use crate::num::{f32_nearest, low_u16};
 
 /// Which of a row's conversions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +40,10 @@ pub struct Converter {
     pub(super) edges: RampEdges,
     pub(super) kickback: Option<Kickback>,
     pub(super) pedestal_nv: i64,
-    kernel: Option<LinearKernel>,
+    /// Of equal steps, many columns at a time.
+    pub(super) kernel: Option<LinearKernel>,
+    /// Whether the kernel is all there is: no delays, no kickback.
+    is_plain: bool,
     is_clocked: bool,
 }
 
@@ -67,9 +70,9 @@ impl Converter {
         let edges = RampEdges::new(params).expect("the parameters were checked");
         let kickback = Kickback::from_params(params);
         let alike = params.comparator_delay_clk == 0 && params.comparator_delay_sigma_clk == 0.0;
-        let is_plain = edges.is_plain() && kickback.is_none() && alike;
         Self {
-            kernel: is_plain.then(|| LinearKernel::new(params)),
+            kernel: edges.is_plain().then(|| LinearKernel::new(params)),
+            is_plain: edges.is_plain() && kickback.is_none() && alike,
             pedestal_nv: edges.edge_nv(params.pedestal_lsb()),
             params: params.clone(),
             edges,
@@ -110,7 +113,7 @@ impl Converter {
         let exact_nv = f64::from(sample_uv) * 1000.0;
         let exact_nv = if exact_nv > -FAR_NV { exact_nv } else { -FAR_NV };
         let exact_nv = if exact_nv < FAR_NV { exact_nv } else { FAR_NV };
-        i64_half_even(exact_nv) + self.pedestal_nv
+        crate::num::i64_truncated((exact_nv + ROUNDER) - ROUNDER) + self.pedestal_nv
     }
 
     /// The sample in uV that stands on a level: the inverse of `level_nv` as far as a sample's format goes.
@@ -144,19 +147,18 @@ impl Columns<'_> {
         assert!(signal_uv.len() == codes.len(), "a column has one code");
         match &self.converter.kernel {
             _ if self.converter.is_clocked => self.convert_by_clock(signal_uv, reset_uv, codes),
-            Some(kernel) => kernel.convert_row(signal_uv, reset_uv, codes),
-            None => self.convert_by_crossings(signal_uv, reset_uv, codes),
+            Some(kernel) if self.converter.is_plain => kernel.convert_row(signal_uv, reset_uv, codes),
+            _ => self.convert_by_crossings(signal_uv, reset_uv, codes),
         }
     }
 
     /// When the columns' comparators go high, in closed form: jumping from event to event where comparators disturb the ramp.
     pub fn crossings(&self, signal_uv: &[f32], reset_uv: &[f32]) -> Crossings {
         let reset_uv = self.checked_reset(signal_uv, reset_uv);
-        let of = |sample, samples_uv: &[f32]| {
-            let levels_nv: Vec<i64> = samples_uv.iter().map(|&uv| self.converter.level_nv(uv)).collect();
-            crossings(self, &levels_nv, self.converter.steps(sample))
-        };
-        Crossings { reset_clk: of(Sample::Reset, reset_uv), signal_clk: of(Sample::Signal, signal_uv) }
+        Crossings {
+            reset_clk: crossings(self, Sample::Reset, reset_uv),
+            signal_clk: crossings(self, Sample::Signal, signal_uv),
+        }
     }
 
     /// Delay of one column in `adc_clk`.
