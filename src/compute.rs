@@ -7,6 +7,7 @@
 mod brief;
 mod fast;
 mod grid;
+mod luma;
 mod orientation;
 mod smooth;
 mod subpixel;
@@ -145,6 +146,25 @@ pub fn extract(codes: &Plane<u16>, bits: u32, params: &ExtractorParams, events: 
     let with_patch = corners.iter().filter(|corner| has_patch(size, corner)).count();
     work::count_corners(corners.len(), with_patch, params.subpixel, events);
     describe(&picture, &corners, params.subpixel)
+}
+
+/// Features of a frame behind colour filters whose pattern repeats after `pattern_px` (columns, rows), from its grey.
+///
+/// Panics as `extract`, and on pictures smaller than the pattern.
+pub fn extract_from_mosaic(
+    codes: &Plane<u16>,
+    bits: u32,
+    pattern_px: (usize, usize),
+    params: &ExtractorParams,
+    events: &mut Events,
+) -> Vec<Feature> {
+    if pattern_px == (1, 1) {
+        return extract(codes, bits, params, events);
+    }
+    let grey = luma::luma(codes, pattern_px, events);
+    let mut features = extract(&grey, bits, params, events);
+    luma::place_in_mosaic(&mut features, pattern_px);
+    features
 }
 
 fn has_patch(size: Size, corner: &Corner) -> bool {

@@ -3,6 +3,7 @@
 
 pub mod check;
 pub mod presets;
+mod readout;
 pub mod scenario;
 pub mod suggest;
 pub mod tree;
@@ -11,6 +12,15 @@ pub use scenario::Scenario;
 use tree::Tree;
 
 use crate::error::Error;
+
+/// Keys that say one thing in several ways: a layer that writes one takes away the others of the layers below. Two of them in one
+/// layer are refused where the value is used.
+const EXCLUSIVE: &[&[&str]] = &[
+    &["scene.file", "scene.generator", "scene.target"],
+    &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
+    &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
+    &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],
+];
 
 /// All layers merged: defaults < presets < scenario < `--set`.
 pub struct Resolved {
@@ -28,18 +38,20 @@ impl Resolved {
     pub fn from_layers(file: &str, text: &str, assignments: &[String]) -> Result<Self, Error> {
         let mut chosen = Tree::parse("defaults", presets::DEFAULTS)?;
         let mut user = Tree::parse(file, text)?;
+        let mut assigned = Tree::default();
         for assignment in assignments {
-            user.merge(Tree::from_assignment(assignment)?);
+            assigned.merge(Tree::from_assignment(assignment)?);
         }
+        user.merge_exclusive(assigned, EXCLUSIVE);
         let mut preview = chosen.clone();
-        preview.merge(user.clone());
+        preview.merge_exclusive(user.clone(), EXCLUSIVE);
         for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {
             let Some(name) = preview.get(key).and_then(toml::Value::as_str) else { continue };
             let preset =
                 presets::find(kind, name).map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
-            chosen.merge(Tree::parse(&format!("preset {name}"), preset.text)?);
+            chosen.merge_exclusive(Tree::parse(&format!("preset {name}"), preset.text)?, EXCLUSIVE);
         }
-        chosen.merge(user);
+        chosen.merge_exclusive(user, EXCLUSIVE);
         let scenario = typed(&chosen)?;
         Ok(Self { scenario, tree: chosen })
     }

@@ -9,7 +9,6 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::convert::columns_of_pass;
 use super::kickback::{Kickback, Shift};
 use super::ramp::RampEdges;
 use super::{Cds, Columns, Converter, Counter, Counting, RowWork, Sample};
@@ -227,7 +226,7 @@ impl Columns<'_> {
         let params = &self.converter.params;
         let mut work = RowWork::default();
         for pass in 0..index(params.columns_per_adc) {
-            let chosen: Vec<usize> = columns_of_pass(params, pass, codes.len()).collect();
+            let chosen: Vec<usize> = self.of_pass(pass, codes.len()).collect();
             let mut counters = self.converter.counters(chosen.len());
             for (sample, samples_uv) in [(Sample::Reset, reset_uv), (Sample::Signal, signal_uv)] {
                 if !samples_uv.is_empty() {
@@ -262,9 +261,8 @@ impl Columns<'_> {
     /// `watched` are shown, each during its own pass.
     pub fn watch(&self, signal_uv: &[f32], reset_uv: &[f32], watched: &[usize], see: &mut dyn FnMut(ClockView<'_>)) {
         let params = &self.converter.params;
-        let passes: Vec<Vec<usize>> = (0..index(params.columns_per_adc))
-            .map(|pass| columns_of_pass(params, pass, signal_uv.len()).collect())
-            .collect();
+        let passes: Vec<Vec<usize>> =
+            (0..index(params.columns_per_adc)).map(|pass| self.of_pass(pass, signal_uv.len()).collect()).collect();
         let mut counters: Vec<_> = passes.iter().map(|chosen| self.converter.counters(chosen.len())).collect();
         for (sample, samples_uv) in [(Sample::Reset, reset_uv), (Sample::Signal, signal_uv)] {
             if samples_uv.is_empty() || self.converter.steps(sample) == 0 {

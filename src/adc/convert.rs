@@ -53,6 +53,8 @@ pub struct Columns<'a> {
     pub(super) converter: &'a Converter,
     /// Delay of each column in `adc_clk`; empty where all are 0.
     pub(super) delays_clk: Vec<u32>,
+    /// Array columns of those that are converted; none where all are.
+    places: Option<Vec<usize>>,
 }
 
 /// First clocks, counted from 1, at which the columns' comparators are high; `u32::MAX`: never.
@@ -94,7 +96,7 @@ impl Converter {
 
     /// The converters of a die. `die` is the key of its columns, as `RowPass::column_key` makes it.
     pub fn columns(&self, die: DrawKey, width: usize) -> Columns<'_> {
-        Columns { converter: self, delays_clk: column_delay::delays_clk(&self.params, die, width) }
+        Columns { converter: self, delays_clk: column_delay::delays_clk(&self.params, die, width), places: None }
     }
 
     /// Converts a row of columns whose comparators all have the mean delay. As `Columns::convert_row`.
@@ -103,7 +105,7 @@ impl Converter {
             0 => Vec::new(),
             delay_clk => vec![delay_clk; signal_uv.len()],
         };
-        Columns { converter: self, delays_clk }.convert_row(signal_uv, reset_uv, codes)
+        Columns { converter: self, delays_clk, places: None }.convert_row(signal_uv, reset_uv, codes)
     }
 
     /// The level that a comparator sees, in nV above the bottom of the ramp: the sample, rounded once, half-even, plus pedestal.
@@ -140,6 +142,28 @@ impl Converter {
 }
 
 impl Columns<'_> {
+    /// Some of these columns, named in rising order: the only ones that are converted from now on.
+    #[must_use]
+    pub fn of(self, places: Vec<usize>) -> Self {
+        let delays_clk = match self.delays_clk.is_empty() {
+            true => Vec::new(),
+            false => places.iter().map(|&place| self.delays_clk[place]).collect(),
+        };
+        Self { delays_clk, places: Some(places), ..self }
+    }
+
+    /// Array columns of those that are converted; none where all are.
+    pub fn places(&self) -> Option<&[usize]> {
+        self.places.as_deref()
+    }
+
+    /// Columns of a row that shared converters take at the same time.
+    pub(super) fn of_pass(&self, pass: usize, width: usize) -> impl Iterator<Item = usize> {
+        let passes = crate::num::index(self.converter.params.columns_per_adc);
+        let place = move |column| self.places.as_ref().map_or(column, |places| places[column]);
+        (0..width).filter(move |&column| place(column) % passes == pass)
+    }
+
     /// Converts a row of samples (uV above the dark level, rounded once, half-even, to nV). `reset_uv` is read only where the reset
     /// sample is converted apart, and may be empty otherwise. A NaN counts no edge. Panics if the lengths differ.
     pub fn convert_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
@@ -209,11 +233,6 @@ impl Converter {
         let code = code.clamp(0, self.params.code_max().into());
         low_u16(u32::try_from(code).expect("clipped above"))
     }
-}
-
-/// Columns of pass `pass` of a row: those that a shared converter takes at the same time.
-pub(super) fn columns_of_pass(params: &AdcParams, pass: usize, width: usize) -> impl Iterator<Item = usize> {
-    (pass..width).step_by(crate::num::index(params.columns_per_adc))
 }
 
 #[cfg(test)]

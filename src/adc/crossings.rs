@@ -8,7 +8,6 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::convert::columns_of_pass;
 use super::kickback::{Kickback, Shift};
 use super::ramp::RampEdges;
 use super::{Columns, Sample};
@@ -33,9 +32,8 @@ pub(super) fn crossings(columns: &Columns<'_>, sample: Sample, samples_uv: &[f32
     let levels_nv: Vec<i64> = samples_uv.iter().map(|&uv| converter.level_nv(uv)).collect();
     let mut found = vec![NEVER; levels_nv.len()];
     for pass in 0..crate::num::index(converter.params.columns_per_adc) {
-        let mut waiting: Vec<(i64, usize)> = columns_of_pass(&converter.params, pass, levels_nv.len())
-            .map(|column| (levels_nv[column], column))
-            .collect();
+        let mut waiting: Vec<(i64, usize)> =
+            columns.of_pass(pass, levels_nv.len()).map(|column| (levels_nv[column], column)).collect();
         waiting.sort_unstable();
         Coupled {
             edges: &converter.edges,

@@ -8,14 +8,16 @@ use glam::{DQuat, DVec3};
 use super::scenario::Scenario;
 use crate::adc::{AdcParams, Cds, Counter, Counting, Ramp};
 use crate::compute::ExtractorParams;
+use crate::effects::chain::BlackRows;
 use crate::effects::plan::Choice;
 use crate::error::Error;
 use crate::fidelity::{Fidelity, Rung};
 use crate::link::{LinkParams, Mode, RawKind};
 use crate::optics::lens::{Lens, Radtan};
-use crate::optics::{Aperture, Pupil, RollOff};
+use crate::optics::mosaic::FILTER_BANDS;
+use crate::optics::{Aperture, Mosaic, Pupil, RollOff};
 use crate::pixel::{PixelParams, PixelType};
-use crate::readout::{ReadoutParams, Shutter};
+use crate::readout::Shutter;
 use crate::scene::Illuminant;
 use crate::tracker::TrackerParams;
 use crate::units::Size;
@@ -32,6 +34,24 @@ pub fn within<T: PartialOrd + Display + Copy>(
     } else {
         Err(Error::key(key, value, format!("out of range; {would_do} would do")))
     }
+}
+
+/// One filter's efficiencies; near infrared is 0 where it is not written.
+fn filter_efficiencies(letter: &str, bands: &[f64]) -> Result<(char, [f64; FILTER_BANDS]), Error> {
+    let key = format!("sensor.pixel.qe_by_filter.{letter}");
+    let mut letters = letter.chars();
+    let (Some(letter), None) = (letters.next(), letters.next()) else {
+        return Err(Error::key(&key, format!("{bands:?}"), "a filter is one letter of the pattern"));
+    };
+    if !(3..=FILTER_BANDS).contains(&bands.len()) {
+        let reason = "[red, green, blue] or [red, green, blue, near infrared] would do";
+        return Err(Error::key(&key, format!("{bands:?}"), reason));
+    }
+    let mut efficiencies = [0.0; FILTER_BANDS];
+    for (efficiency, &band) in efficiencies.iter_mut().zip(bands) {
+        *efficiency = within(&key, band, 0.0..=1.0, "0 to 1 in each band")?;
+    }
+    Ok((letter, efficiencies))
 }
 
 /// The member of a closed set that the text names.
@@ -156,7 +176,7 @@ impl Scenario {
         let params = PixelParams {
             pixel_type: one_of("sensor.pixel.type", &pixel.kind, &types)?,
             pitch_um: pixel.pitch_um,
-            quantum_efficiency: pixel.quantum_efficiency,
+            quantum_efficiency: self.mosaic()?.1,
             fill_factor: pixel.fill_factor,
             conversion_gain_uv_per_e: pixel.conversion_gain_uv_per_e,
             full_well_e: pixel.full_well_e,
@@ -189,6 +209,43 @@ impl Scenario {
         };
         params.check()?;
         Ok(params)
+    }
+
+    /// Optical-black rows, which lie beyond the array's own.
+    ///
+    /// # Errors
+    /// More than 64, an unknown clamp, or a clamp without rows.
+    pub fn black_rows(&self) -> Result<BlackRows, Error> {
+        let rows = within("sensor.optical_black_rows", self.sensor.optical_black_rows, 0..=64, "0 to 64")?;
+        let clamp = one_of("sensor.black_clamp", &self.sensor.black_clamp, &[("none", false), ("frame", true)])?;
+        if clamp && rows == 0 {
+            let reason = "a clamp needs optical_black_rows; 1 or more of these, or black_clamp = none, would do";
+            return Err(Error::key("sensor.black_clamp", &self.sensor.black_clamp, reason));
+        }
+        Ok(BlackRows { rows, first_row: self.sensor.height, clamp })
+    }
+
+    /// Colour filters, and the photodiode's quantum efficiency behind them.
+    ///
+    /// # Errors
+    /// No pattern, filters and efficiencies that do not go together, values out of range.
+    pub fn mosaic(&self) -> Result<(Mosaic, f64), Error> {
+        let pixel = &self.sensor.pixel;
+        let key = "sensor.pixel.quantum_efficiency";
+        let mut efficiencies = Vec::new();
+        if let Some(one) = pixel.quantum_efficiency {
+            if pixel.cfa != "mono" || pixel.qe_by_filter.is_some() {
+                return Err(Error::key(key, one, "filters have their own; qe_by_filter alone would do"));
+            }
+            efficiencies.push(('M', [within(key, one, 0.0..=1.0, "0 to 1")?; FILTER_BANDS]));
+        }
+        for (letter, bands) in pixel.qe_by_filter.iter().flatten() {
+            efficiencies.push(filter_efficiencies(letter, bands)?);
+        }
+        if efficiencies.is_empty() {
+            return Err(Error::key(key, "", "is missing; this, or qe_by_filter for each filter, would do"));
+        }
+        Mosaic::parse(&pixel.cfa, &efficiencies)
     }
 
     fn cds(&self) -> Result<Cds, Error> {
@@ -249,24 +306,6 @@ impl Scenario {
         let would_do = format!("0 to {}", code_max - 1);
         within("sensor.adc.black_level_dn", params.black_level_dn, 0..code_max, &would_do)?;
         Ok(params)
-    }
-
-    /// Sequencer.
-    ///
-    /// # Errors
-    /// Unknown names; ranges and relations between times are checked by `readout::Schedule`.
-    pub fn readout(&self) -> Result<ReadoutParams, Error> {
-        let readout = &self.sensor.readout;
-        let shutters = Shutter::ALL.map(|shutter| (shutter.name(), shutter));
-        one_of("sensor.readout.exposure", &readout.exposure, &[("fixed", ())])?;
-        Ok(ReadoutParams {
-            shutter: one_of("sensor.readout.shutter", &readout.shutter, &shutters)?,
-            hts: readout.hts,
-            vts: readout.vts,
-            pixel_rate_hz: readout.pixel_rate_hz,
-            exposure_us: readout.exposure_us,
-            exposure_margin_lines: readout.exposure_margin_lines,
-        })
     }
 
     /// The extractor.

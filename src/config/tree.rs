@@ -91,6 +91,33 @@ impl Tree {
         self.origins.extend(above.origins);
     }
 
+    /// Lays another layer over this one, where keys of a group stand for each other: one that the layer above writes takes the others'
+    /// place, so that a scenario can say in other words what its preset says.
+    pub fn merge_exclusive(&mut self, above: Self, groups: &[&[&str]]) {
+        for group in groups {
+            if group.iter().any(|key| above.get(key).is_some()) {
+                for key in group.iter().filter(|key| above.get(key).is_none()) {
+                    self.remove(key);
+                }
+            }
+        }
+        self.merge(above);
+    }
+
+    /// Takes away a value, if it is there.
+    fn remove(&mut self, path: &str) {
+        let mut keys: Vec<&str> = path.split('.').collect();
+        let last = keys.pop().expect("a path has at least one key");
+        let mut table = &mut self.values;
+        for key in keys {
+            let Some(Value::Table(inner)) = table.get_mut(key) else { return };
+            table = inner;
+        }
+        table.remove(last);
+        let inside = format!("{path}.");
+        self.origins.retain(|old, _| old != path && !old.starts_with(&inside));
+    }
+
     /// The value at a dotted path.
     pub fn get(&self, path: &str) -> Option<&Value> {
         let (head, rest) = path.split_once('.').map_or((path, None), |(head, rest)| (head, Some(rest)));
@@ -187,6 +214,17 @@ mod tests {
         assert_eq!(tree.origin("seed").unwrap(), &Origin { layer: "low.toml".into(), line: 1 });
         assert_eq!(tree.origin("sensor.adc.bits").unwrap(), &Origin { layer: "high.toml".into(), line: 2 });
         assert_eq!(tree.origin("sensor.adc.clock_hz").unwrap().layer, "--set");
+    }
+
+    #[test]
+    fn a_key_takes_the_place_of_what_it_stands_for() {
+        let groups: &[&[&str]] = &[&["sensor.qe", "sensor.qe_by_filter"]];
+        let mut tree = Tree::parse("low.toml", "[sensor]\nqe = 0.5\nbits = 1\n").unwrap();
+        tree.merge_exclusive(Tree::parse("high.toml", "[sensor.qe_by_filter]\nR = [0.1]\n").unwrap(), groups);
+        assert!(tree.get("sensor.qe").is_none() && tree.get("sensor.bits").is_some());
+        tree.merge_exclusive(Tree::from_assignment("sensor.qe=0.4").unwrap(), groups);
+        assert!(tree.get("sensor.qe_by_filter").is_none());
+        assert_eq!(tree.origin("sensor.qe").unwrap().layer, "--set");
     }
 
     #[test]

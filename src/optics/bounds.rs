@@ -10,10 +10,15 @@ pub fn photon_bounds(scene: &LitScene, camera: &Camera, exposure_s: f64) -> [f64
     let per_lux_s = camera.photons_per_lux_s(scene.illuminant());
     let exitance = scene.exitance_bounds();
     let [shade_min, shade_max] = camera.roll_off_bounds();
-    let (mut least, mut greatest) = (0.0, 0.0);
-    for band in 0..BANDS {
-        least += per_lux_s[band] * exitance.least[band];
-        greatest += per_lux_s[band] * greater(exitance.greatest[band], exitance.emitted[band]);
+    let (mut least, mut greatest) = (f64::INFINITY, 0.0);
+    for letter in camera.mosaic.letters() {
+        let passed = camera.mosaic.transmission(letter).expect("a mosaic knows its own letters");
+        let (mut low, mut high) = (0.0, 0.0);
+        for band in 0..BANDS {
+            low += per_lux_s[band] * passed[band] * exitance.least[band];
+            high += per_lux_s[band] * passed[band] * greater(exitance.greatest[band], exitance.emitted[band]);
+        }
+        (least, greatest) = (lesser(least, low), greater(greatest, high));
     }
     [lesser(least, greatest) * exposure_s * shade_min, greatest * exposure_s * shade_max]
 }

@@ -4,6 +4,7 @@
 use glam::{DVec2, DVec3};
 
 use super::lens::Lens;
+use super::mosaic::Mosaic;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize, index};
 use crate::pose::Pose;
@@ -66,8 +67,8 @@ pub struct Camera {
     pub pixel_pitch_um: f64,
     /// Fall of light towards the corners.
     pub roll_off: RollOff,
-    /// Share of each band (red, green, blue) that counts; all 1 for a monochrome pixel.
-    pub band_weights: [f64; BANDS],
+    /// Colour filters over the pixels.
+    pub mosaic: Mosaic,
     /// Unit bearings at the corners of pixels, (width + 1) a row; zero where the lens has none.
     bearings: Vec<[f32; 3]>,
     /// Root of the solid angle of each pixel, in radians: the width of its cone at a distance of 1 m.
@@ -103,16 +104,22 @@ impl Camera {
         }
         let bearings = corner_bearings(size, &|place_px| lens.unproject(place_px));
         let spreads = spreads(size, &bearings);
-        let band_weights = [1.0; BANDS];
-        Ok(Self { lens, size, body_from_camera, aperture, pixel_pitch_um, roll_off, band_weights, bearings, spreads })
+        let mosaic = Mosaic::mono();
+        Ok(Self { lens, size, body_from_camera, aperture, pixel_pitch_um, roll_off, mosaic, bearings, spreads })
     }
 
-    /// Photons of each band that a pixel on the axis collects in a second per lux-equivalent of exitance.
+    /// The same camera with colour filters.
+    #[must_use]
+    pub fn with_mosaic(self, mosaic: Mosaic) -> Self {
+        Self { mosaic, ..self }
+    }
+
+    /// Photons of each band that reach a pixel's filter on the axis in a second per lux-equivalent of exitance.
     pub fn photons_per_lux_s(&self, illuminant: Illuminant) -> [f64; BANDS] {
         let area_um2 = self.pixel_pitch_um * self.pixel_pitch_um;
         let all = illuminant.photons_per_lux_s_um2() * area_um2 * self.aperture.irradiance_per_exitance();
         let shares = illuminant.band_shares();
-        [0, 1, 2].map(|band| all * shares[band] * self.band_weights[band])
+        shares.map(|share| all * share)
     }
 
     /// Least and greatest share of light that roll-off leaves over all pixels (0 where the lens has no bearing).

@@ -7,6 +7,7 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::camera::Camera;
+use super::mosaic::FILTER_BANDS;
 use super::motion::{Parabola, Parabolas};
 use crate::draw::DrawKey;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, low_u32, u64_from};
@@ -59,8 +60,11 @@ struct Rows<'a> {
     camera: &'a Camera,
     /// One for each stratum of time.
     motion: &'a [Parabolas],
-    /// Photons of each band per lux-equivalent, on the axis, over each row's exposure.
-    photons_per_lux: [[f32; 3]; ROWS],
+    /// Photons of each band per lux-equivalent behind a pixel's filter, on the axis, over each row's exposure; by row, then by column
+    /// of the filters' pattern.
+    photons_per_lux: [[[f32; 3]; COLUMNS]; ROWS],
+    /// Columns after which the filters repeat.
+    pattern_px: usize,
     /// The first row, and how many there are.
     first: usize,
     count: usize,
@@ -90,12 +94,19 @@ pub fn render(
         let count = values.len() / width;
         let row_of: [usize; ROWS] = std::array::from_fn(|row| first + row.min(count - 1));
         let motion = strata(row_of.map(|row| shutter[row]), samples_per_pixel, camera, world_from_body);
-        let per_lux = |row: usize| per_lux_s.map(|photons| f32_nearest(photons * shutter[row].length_s()));
+        let per_lux = |row: usize| -> [[f32; 3]; COLUMNS] {
+            let of_band = |passed: [f64; FILTER_BANDS], band: usize| {
+                f32_nearest(per_lux_s[band] * passed[band] * shutter[row].length_s())
+            };
+            let filter = |column: usize| camera.mosaic.transmission_at(column, row);
+            std::array::from_fn(|column| [0, 1, 2].map(|band| of_band(filter(column), band)))
+        };
         dispatch(Rows {
             scene,
             camera,
             motion: &motion,
             photons_per_lux: row_of.map(per_lux),
+            pattern_px: camera.mosaic.width_px(),
             first,
             count,
             keys: row_of.map(|row| sampling.key.with(u64_from(row))),
@@ -175,6 +186,8 @@ struct Pixels {
     spread: Floats,
     /// The pixel's own shift in x, y and time, each in 0..1.
     shift: [Floats; 3],
+    /// Photons of each band per lux-equivalent.
+    photons_per_lux: [Floats; 3],
     /// How far rays go; below zero where the lens has no bearing.
     t_max: Floats,
     /// The lanes that have a bearing, and how many there are.
@@ -218,6 +231,7 @@ impl Rows<'_> {
             corners: [[zero; 3]; 4],
             spread: zero,
             shift: [zero; 3],
+            photons_per_lux: [zero; 3],
             t_max: Floats::splat(-1.0),
             seen: ([0; LANES], 0),
         };
@@ -227,6 +241,10 @@ impl Rows<'_> {
             let y = self.first + (lane / COLUMNS).min(self.count - 1);
             let Some(corners) = self.camera.corners(x, y) else { continue };
             pixels.t_max.0[lane] = f32::MAX;
+            let per_lux = self.photons_per_lux[lane / COLUMNS][x % self.pattern_px];
+            for band in 0..3 {
+                pixels.photons_per_lux[band].0[lane] = per_lux[band];
+            }
             pixels.seen.0[pixels.seen.1] = lane;
             pixels.seen.1 += 1;
             for (corner, bearing) in corners.iter().enumerate() {
@@ -288,7 +306,7 @@ impl Rows<'_> {
                 self.scene.exitance_lux(hits.triangle[lane], [hits.u.0[lane], hits.v.0[lane]], direction, footprint_m)
             };
             let [r, g, b] = exitance;
-            let [per_r, per_g, per_b] = self.photons_per_lux[lane / COLUMNS];
+            let [per_r, per_g, per_b] = pixels.photons_per_lux.map(|per_lux| per_lux.0[lane]);
             photons.0[lane] = (r * per_r + g * per_g + b * per_b) * self.camera.roll_off_at(bearing[2].0[lane]);
         }
         photons
