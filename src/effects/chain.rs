@@ -50,7 +50,7 @@ pub struct Capture<'a> {
     pub frame: FrameIndex,
     /// Exposure within the frame; 0 for single exposures.
     pub slot: u32,
-    /// Electrons of the array in the frame before, as `Captured::charge_e` gave them; none in the first frame.
+    /// Electrons that the frame before left in the array, as `Captured::charge_e` gave them; none in the first frame.
     pub before_e: Option<&'a Plane<f32>>,
 }
 
@@ -67,7 +67,7 @@ pub struct Captured {
     pub codes: Plane<u16>,
     /// Events of reset, transfer, conversion and readout.
     pub events: Events,
-    /// Electrons of the array at the end of the exposure, where the next frame needs them.
+    /// Electrons that stay in the array for the next frame, where an effect leaves some.
     pub charge_e: Option<Plane<f32>>,
 }
 
@@ -89,7 +89,8 @@ impl Chain {
     /// Codes of one exposure from its mean photons, and the events of its conversion. `times` holds one entry a row.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         assert!(times.len() == photons.height_px(), "every row has its times");
-        let charge_e = self.has_array_effects().then(|| self.array_electrons(photons, capture, times));
+        let array = self.has_array_effects().then(|| self.array_electrons(photons, capture, times));
+        let (charge_e, left_e) = array.map_or((None, None), |(charge_e, left_e)| (Some(charge_e), left_e));
         let mut codes = Plane::filled(photons.size(), 0_u16);
         let width = photons.width_px();
         let chunk = |(index, rows): (usize, &mut [u16])| {
@@ -112,8 +113,7 @@ impl Chain {
         for part in &chunks {
             events.merge(part);
         }
-        let charge_e = charge_e.filter(|_| self.effects.iter().any(|effect| effect.needs_frame_before()));
-        Captured { codes, events, charge_e }
+        Captured { codes, events, charge_e: left_e }
     }
 
     /// Samples of one row at the converters' inputs, before quantisation: where the plan's bounds hold. Effects of the whole
@@ -146,8 +146,13 @@ impl Chain {
         !self.effects_of(Domain::ArrayElectrons..=Domain::ArrayElectrons).is_empty()
     }
 
-    /// Electrons of all rows, after the effects of the whole array.
-    fn array_electrons(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Plane<f32> {
+    /// Electrons of all rows, after the effects of the whole array, and those that stay for the next frame.
+    fn array_electrons(
+        &self,
+        photons: &Plane<f32>,
+        capture: Capture<'_>,
+        times: &[RowTimes],
+    ) -> (Plane<f32>, Option<Plane<f32>>) {
         let mut charge_e = Plane::filled(photons.size(), 0.0_f32);
         let width = photons.width_px();
         let chunk = |(index, rows): (usize, &mut [f32])| {
@@ -159,16 +164,18 @@ impl Chain {
             }
         };
         map_chunks(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk);
-        self.act_on_array(&mut charge_e, capture);
-        charge_e
+        let left_e = self.act_on_array(&mut charge_e, capture);
+        (charge_e, left_e)
     }
 
-    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) {
+    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) -> Option<Plane<f32>> {
         let place = self.place(capture, 0);
-        let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e: capture.before_e };
+        let before_e = capture.before_e;
+        let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e, left_e: None };
         for effect in self.effects_of(Domain::ArrayElectrons..=Domain::ArrayElectrons) {
             effect.apply_to_array(&mut pass);
         }
+        pass.left_e
     }
 
     fn place(&self, capture: Capture<'_>, row: usize) -> RowPlace {

@@ -105,7 +105,7 @@ impl SensorSetup {
     fn build(resolved: &Resolved) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let size = scenario.size()?;
-        let parameters = Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? };
+        let parameters = scenario.variation()?.of(Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? })?;
         let link = scenario.link()?;
         let packet_time_s = if link.mode.sends_codes() {
             link.seconds(link.line_packet_time(size.width_px, parameters.adc.bits)?)
