@@ -63,7 +63,7 @@ pub use stuck_pixels::StuckPixels;
 
 use crate::num::f32_nearest;
 
-/// Mean and mean square of the dark charge over a die's pixels in electrons, on the darkest-drawing die; mean squares of hot pixels with it.
+/// Mean of the dark charge of sound pixels, and mean square of all pixels', in electrons, on the die that draws the most.
 pub fn dark_charge_e(params: &PixelParams, exposure_s: f64, storage_s: f64) -> (f64, f64) {
     let rates = dark_rates::DarkRates::of(params);
     let mean_e = rates.mean_e(exposure_s, storage_s);

@@ -1,4 +1,5 @@
-//! The pixel's effects against their closed forms, each alone in the chain, at samples before quantisation or at codes of one electron each.
+//! The pixel's effects against their closed forms, each alone in the chain, at samples before quantisation or at codes of one
+//! electron each.
 //!
 //! Seeds are fixed. Where nothing else is said a tolerance is 4.5 standard errors, a false alarm in 1.5e5.
 
@@ -10,6 +11,7 @@ use sensel::effects::{self, Parameters};
 use sensel::num::{f32_nearest, f64_from_u64, f64_from_usize, index};
 use sensel::pixel::{self, DefectKind, defects, flicker_variance_uv2};
 use sensel::plane::Plane;
+use sensel::run::SensorSetup;
 use sensel::units::{CameraIndex, FrameIndex, RowIndex, Size};
 
 const SIZE: Size = Size { width_px: 256, height_px: 64 };
@@ -418,4 +420,44 @@ fn hard_cases_stay_finite() {
         }
     }
     assert_eq!(f64_from_u64(tried), 120.0);
+}
+
+fn setup(assignments: &[&str]) -> Result<SensorSetup, String> {
+    let mut all = vec!["scene.generator=box".to_owned()];
+    all.extend(assignments.iter().map(|&assignment| assignment.to_owned()));
+    let resolved = Resolved::from_layers("test", "", &all).map_err(|error| error.to_string())?;
+    SensorSetup::new(&resolved).map_err(|error| error.to_string())
+}
+
+#[test]
+fn corner_and_supply_act_on_a_sensor_and_what_makes_no_sense_is_refused() {
+    let typical = setup(&[]).unwrap().parameters;
+    let written =
+        setup(&["sensor.corner=tt", "sensor.supply_v=3.3", "sensor.supply_nominal_v=3.3"]).unwrap().parameters;
+    assert_eq!((&typical.pixel, &typical.adc), (&written.pixel, &written.adc));
+    let fast = setup(&["sensor.corner=ff"]).unwrap().parameters;
+    assert_eq!(fast.pixel.dark_current_e_per_s, 15.0);
+    let low = setup(&["sensor.supply_v=2.52"]).unwrap().parameters;
+    assert!(low.pixel.full_well_e < 8400.0 && low.adc.full_scale_uv < 100_000.0);
+    let refusals = [
+        ("sensor.corner=xx", "tt, ff, ss, fs, sf"),
+        ("sensor.supply_v=1.8", "2.240 to 3.360"),
+        ("sensor.supply_v=0.1", "0.5 to 10"),
+        ("sensor.die_gain_sigma=0.2", "0 to 0.15"),
+        ("sensor.die_dark_sigma=nan", "0 to 3"),
+        ("sensor.temperature_k=451.0", "0 to 450"),
+        ("sensor.pixel.image_lag=0.6", "0 to 0.5"),
+        ("sensor.pixel.rts_rate_hz=0.0", "above 0"),
+        ("sensor.pixel.dark_doubling_k=1e-9", ""),
+    ];
+    for (assignment, would_do) in refusals {
+        let found = setup(&[assignment]);
+        // At 300 K a doubling step of any size changes nothing.
+        if would_do.is_empty() {
+            assert!(found.is_ok());
+        } else {
+            let message = found.err().unwrap_or_else(|| panic!("{assignment} is taken"));
+            assert!(message.contains(assignment.split('=').next().unwrap()) && message.contains(would_do), "{message}");
+        }
+    }
 }

@@ -89,7 +89,7 @@ impl Effect for Blooming {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        1.0
+        0.5
     }
 
     /// Where no pixel of the frame is over the well but by chance, by the Chernoff bound of `FullWell`: the excess of the pixel and
@@ -248,7 +248,7 @@ mod tests {
         fill_uniforms(DrawKey::root(seed), &mut uniforms);
         plane(width_px, height_px, |x, y| {
             let chance = uniforms[crate::num::index(y * width_px + x)];
-            if chance % 50 == 0 { f32_from_u32(chance % 40_000) } else { f32_from_u32(chance % 900) }
+            if chance.is_multiple_of(50) { f32_from_u32(chance % 40_000) } else { f32_from_u32(chance % 900) }
         })
     }
 

@@ -71,7 +71,7 @@ impl Effect for DarkCurrent {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        if self.rates.dcnu > 0.0 { 3.0 } else { 0.6 }
+        if self.rates.dcnu > 0.0 { 1.8 } else { 0.6 }
     }
 
     /// The mean over pixels is the bias; over pixels the charge has its Poisson variance and that of its rate.

@@ -1,4 +1,5 @@
-//! Gain of the die. Enters: microvolts of the charge. Leaves: the same, scaled as this die's conversion gain lies from the mean of all dies.
+//! Gain of the die. Enters: microvolts of the charge. Leaves: the same, scaled as this die's conversion gain lies from the mean of
+//! all dies.
 //!
 //! Model: one normal deviate of relative sigma `die_gain_sigma` a die and camera, equal in all pixels and frames: the floating diffusion's
 //! capacitance follows the process.
@@ -46,7 +47,7 @@ impl Effect for DieGain {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        0.05
+        0.1
     }
 
     /// For the die that lies farthest out of all that a draw can give; the charge's own noise is scaled with it.

@@ -41,7 +41,7 @@ impl Effect for DieOffset {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        0.05
+        0.1
     }
 
     /// For the die that lies farthest out of all that a draw can give.

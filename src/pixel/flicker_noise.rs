@@ -5,8 +5,8 @@
 //!
 //!   K^2 integral of 4 sin^2(pi f t) / (f (1 + (f / bandwidth)^2)) df = 2 K^2 (gamma + ln a - (e^-a Ei(a) - e^a E1(a)) / 2).
 //!
-//! A signal alone has no such lower limit: its noise is counted from 1 Hz, K^2 ln(1 + bandwidth^2) / 2 with the bandwidth in Hz; what is slower is an
-//! offset that black-level correction takes. Pixels, rows and frames are drawn apart.
+//! A signal alone has no such lower limit: its noise is counted from 1 Hz, K^2 ln(1 + bandwidth^2) / 2 with the bandwidth in Hz; what
+//! is slower is an offset that black-level correction takes. Pixels, rows and frames are drawn apart.
 
 use super::{PixelParams, SampleNoise, SampleSigmas, Sampling};
 use crate::draw::EffectNumber;
@@ -34,9 +34,9 @@ pub fn flicker_variance_uv2(params: &PixelParams, sampling: Sampling) -> f64 {
 
 const EULER_GAMMA: f64 = 0.577_215_664_901_532_9;
 
-/// The integral of (1 - cos a x) / (x (1 + x^2)) over x from 0, for a >= 0, relative error below 1e-7: a series whose next term is a^4 below
-/// 1e-3; asymptotic from 40 on, where the next term is 5040 / a^8; exponential integrals in between, which lose 7 digits to
-/// cancellation at the lower seam.
+/// The integral of (1 - cos a x) / (x (1 + x^2)) over x from 0, for a >= 0, relative error below 1e-6: a series whose next term is
+/// a^2 of it, below 1e-3; asymptotic from 40 on, where the next term is 5040 / a^8; exponential integrals in between, which lose 7
+/// digits to cancellation at the lower seam.
 fn transfer(a: f64) -> f64 {
     if a <= 0.0 {
         return 0.0;

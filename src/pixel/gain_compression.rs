@@ -54,7 +54,7 @@ impl Effect for GainCompression {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        0.1
+        0.05
     }
 
     /// The change is c N^2 / full well, at most. With mean m and variance s^2 of N, Poisson (third and fourth cumulant m) with normal

@@ -50,7 +50,7 @@ impl Effect for HotPixels {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        0.4
+        0.1
     }
 
     /// For the hottest pixel that a draw can give, so it holds in every pixel.

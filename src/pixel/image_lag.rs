@@ -53,7 +53,7 @@ impl Effect for ImageLag {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        10.0
+        14.0
     }
 
     /// The difference is what the frame before left less what this one leaves: each at most l / (1 - l) of the frame's greatest charge, as

@@ -109,8 +109,8 @@ mod tests {
         (0..256).map(row).collect()
     }
 
-    /// 262,144 pixels at 2 %: 5243 defects expected. Single ones are binomial, sigma 72; clusters of four have at most twice that. Of the first row and column, 0.5 %, a cluster's
-    /// far sides are cut: under 0.2 % of the count. 4.5 sigma.
+    /// 262,144 pixels at 2 %: 5243 defects expected. Single ones are binomial, sigma 72; clusters of four have at most twice that.
+    /// Of the first row and column, 0.5 % of the pixels, a cluster's far sides are cut: under 15 defects. 4.5 sigma.
     #[test]
     fn the_density_of_defective_pixels_is_the_one_asked_for() {
         for cluster_share in [0.0, 0.3, 1.0] {

@@ -99,7 +99,7 @@ impl Effect for RtsNoise {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        if self.samples.is_double() { 0.8 } else { 0.4 }
+        if self.samples.is_double() { 0.4 } else { 0.2 }
     }
 
     /// For a pixel that has a trap, over traps: E A^2 = 2 a^2 and E d(1 - d) = 1/6. The difference of two samples has mean 0 and

@@ -51,7 +51,7 @@ impl Effect for StuckPixels {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        0.1
+        0.05
     }
 
     /// A stuck pixel is wrong by as much as the range allows, under any light: never left out.

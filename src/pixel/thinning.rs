@@ -15,6 +15,7 @@ const SUM_MEAN_MAX: f64 = 16.0;
 pub(super) fn binomial(values_e: &[f32], share: f64, uniforms: &[u32], gone_e: &mut [f32]) {
     assert!(values_e.len() == uniforms.len(), "a draw needs one uniform");
     normals(uniforms, gone_e);
+    let (go, stay) = (Outcome::new(share, 1.0 - share), Outcome::new(1.0 - share, share));
     for ((gone_e, &value_e), &uniform) in gone_e.iter_mut().zip(values_e).zip(uniforms) {
         let value_e = f64::from(value_e);
         if !value_e.is_finite() {
@@ -23,19 +24,24 @@ pub(super) fn binomial(values_e: &[f32], share: f64, uniforms: &[u32], gone_e: &
         }
         let whole_e = greater(value_e.round_ties_even(), 0.0);
         let part_e = (value_e - whole_e) * share;
-        *gone_e = f32_nearest(binomial_quantile(whole_e, share, uniform, f64::from(*gone_e)) + part_e);
+        let counted_e = if share <= 0.5 && whole_e * share < SUM_MEAN_MAX {
+            go.by_summation(whole_e, uniform)
+        } else if share > 0.5 && whole_e * (1.0 - share) < SUM_MEAN_MAX {
+            whole_e - stay.by_summation(whole_e, !uniform)
+        } else {
+            by_expansion(whole_e, share, f64::from(*gone_e))
+        };
+        *gone_e = f32_nearest(counted_e + part_e);
     }
 }
 
-/// The binomial quantile of a uniform with its standard normal quantile z, of n whole electrons.
+/// The binomial quantile of n whole electrons and probability p at the standard normal quantile z.
 ///
 /// Cornish and Fisher, Revue de l'Institut International de Statistique 5 (1938), with the cumulants of the binomial law; the terms
 /// left out move the distribution function by less than 1 / (60 n p q).
-fn binomial_quantile(n: f64, p: f64, uniform: u32, z: f64) -> f64 {
+#[inline(always)]
+fn by_expansion(n: f64, p: f64, z: f64) -> f64 {
     let q = 1.0 - p;
-    if n * lesser(p, q) < SUM_MEAN_MAX {
-        return if p <= q { by_summation(n, p, uniform) } else { n - by_summation(n, q, !uniform) };
-    }
     let variance = n * p * q;
     let (k3, k4) = ((q - p) / variance.sqrt(), (1.0 - 6.0 * p * q) / variance);
     let w =
@@ -44,20 +50,31 @@ fn binomial_quantile(n: f64, p: f64, uniform: u32, z: f64) -> f64 {
     lesser(greater(gone, 0.0), n)
 }
 
-/// The least k with P(K <= k) >= U, for n p below `SUM_MEAN_MAX` and p at most 1/2.
-fn by_summation(n: f64, p: f64, uniform: u32) -> f64 {
-    let below = (f64::from(uniform) + 0.5) / 4_294_967_296.0;
-    let odds = p / (1.0 - p);
-    let mut probability = libm::exp(n * libm::log1p(-p));
-    let mut sum = probability;
-    let mut k = 0.0;
-    // n p of 16 reaches 1 - 2^-33 before 60; the bound only guards the loop.
-    while sum < below && k < n && k < 200.0 {
-        probability *= (n - k) / (k + 1.0) * odds;
-        k += 1.0;
-        sum += probability;
+/// An outcome of probability p <= 1/2, with what its sums need.
+struct Outcome {
+    odds: f64,
+    log_other: f64,
+}
+
+impl Outcome {
+    fn new(probability: f64, other: f64) -> Self {
+        Self { odds: probability / other, log_other: libm::log1p(-probability) }
     }
-    k
+
+    /// The least k with P(K <= k) >= U, for n p below `SUM_MEAN_MAX`.
+    fn by_summation(&self, n: f64, uniform: u32) -> f64 {
+        let below = (f64::from(uniform) + 0.5) / 4_294_967_296.0;
+        let mut probability = libm::exp(n * self.log_other);
+        let mut sum = probability;
+        let mut k = 0.0;
+        // n p of 16 reaches 1 - 2^-33 before 60; the bound only guards the loop.
+        while sum < below && k < n && k < 200.0 {
+            probability *= (n - k) / (k + 1.0) * self.odds;
+            k += 1.0;
+            sum += probability;
+        }
+        k
+    }
 }
 
 #[cfg(test)]
