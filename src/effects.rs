@@ -111,11 +111,6 @@ pub const ALL: &[Entry] = &[
         build: |parameters| pixel::DieGain::from_params(&parameters.pixel),
     },
     Entry {
-        name: "die_offset",
-        summary: "black level differs from die to die",
-        build: |parameters| pixel::DieOffset::from_params(&parameters.pixel),
-    },
-    Entry {
         name: "rts_noise",
         summary: "traps of source followers switch between two states",
         build: |parameters| pixel::RtsNoise::from_params(&parameters.pixel, sampling(parameters)),
@@ -144,6 +139,11 @@ pub const ALL: &[Entry] = &[
         name: "column_gain",
         summary: "gain differs from column to column, a pattern of the die",
         build: |parameters| adc::ColumnGain::from_params(&parameters.adc),
+    },
+    Entry {
+        name: "die_offset",
+        summary: "black level differs from die to die",
+        build: |parameters| pixel::DieOffset::from_params(&parameters.pixel),
     },
     Entry {
         name: "column_offset",

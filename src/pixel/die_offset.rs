@@ -2,7 +2,7 @@
 //! all dies.
 //!
 //! Model: one normal deviate of sigma `die_offset_uv` a die and camera, equal in all pixels and frames, which double sampling does not
-//! remove: what the references of ramp and black level differ by.
+//! remove: what the references of ramp and black level differ by. It acts after the columns' gains.
 
 use super::die::{Die, NORMAL_MAX};
 use super::{PixelParams, add_to_all};
