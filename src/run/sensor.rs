@@ -118,7 +118,7 @@ impl SensorSetup {
     fn build(resolved: &Resolved) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let array = scenario.size()?;
-        let parameters = Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? };
+        let parameters = scenario.variation()?.of(Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? })?;
         let link = scenario.link()?;
         let whole = scenario.mosaic()?.0;
         let mut readout = scenario.readout()?;
