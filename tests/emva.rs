@@ -104,7 +104,7 @@ fn the_papers_sensor_passes_and_every_figure_equals_the_judges() {
     assert_eq!(truth.wants.get("K").unwrap().configured.map(|k| (k * 1e4).round()), Some(931.0));
 }
 
-/// A random sensor that the standard can measure: its dark noise is 0.3 to 3 DN before the converter, and its black level six sigma above 0.
+/// A random sensor that the standard can measure: dark noise of 0.3 to 3 DN before the converter, a black level six sigma above 0.
 fn random_sensor(seed: u64) -> Vec<String> {
     let mut stream = DrawKey::root(seed).stream();
     let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);

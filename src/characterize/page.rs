@@ -308,7 +308,8 @@ fn figures(record: &Characterization) -> String {
             _ => format!("{} to {}", number(want.min), number(want.max)),
         };
         format!(
-            "{head}<td class=\"num\">{} {}</td><td class=\"num\">{}</td><td class=\"num\">{expected}</td><td class=\"num\">{}</td></tr>",
+            "{head}<td class=\"num\">{} {}</td><td class=\"num\">{}</td><td class=\"num\">{expected}</td>\
+             <td class=\"num\">{}</td></tr>",
             number(figure.value),
             if figure.unit == "1" { "" } else { figure.unit },
             number(figure.standard_error),
@@ -321,7 +322,8 @@ fn figures(record: &Characterization) -> String {
         "Measured on the frames, with the standard error that their number leaves, beside what the configuration implies.",
         &format!(
             "<div class=\"scroll\"><table><thead><tr><th>figure</th><th>meaning</th><th class=\"num\">measured</th>\
-             <th class=\"num\">standard error</th><th class=\"num\">expected, 4.5 standard errors</th><th class=\"num\">configured</th></tr></thead>\
+             <th class=\"num\">standard error</th><th class=\"num\">expected, 4.5 standard errors</th>\
+             <th class=\"num\">configured</th></tr></thead>\
              <tbody>{rows}</tbody></table></div>"
         ),
     )

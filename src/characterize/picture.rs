@@ -136,6 +136,7 @@ fn draw<'a>(svg: &'a mut String, axes: &Axes<'_>, series: &[Series], x: Span, y:
         .x_labels(6)
         .y_labels(6)
         .bold_line_style(GRID)
+        .light_line_style(GRID)
         .axis_style(AXIS)
         .label_style(("sans-serif", 13).into_font().color(&TEXT))
         .axis_desc_style(("sans-serif", 13).into_font().color(&TEXT))

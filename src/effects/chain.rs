@@ -14,9 +14,11 @@ use reading::Reading;
 use row::{RowAt, RowBuffers};
 
 use super::Parameters;
-use crate::draw::RowPlace;
+use crate::adc::{self, Columns};
+use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{ArrayPass, Domain, Effect};
 use crate::events::Events;
+use crate::fidelity::Rung;
 use crate::num::u32_from;
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
@@ -65,7 +67,7 @@ pub struct Capture<'a> {
     pub frame: FrameIndex,
     /// Exposure within the frame; 0 for single exposures.
     pub slot: u32,
-    /// Electrons of the array in the frame before, as `Captured::charge_e` gave them; none in the first frame.
+    /// Electrons that the frame before left in the array, as `Captured::charge_e` gave them; none in the first frame.
     pub before_e: Option<&'a Plane<f32>>,
 }
 
@@ -82,7 +84,7 @@ pub struct Captured {
     pub codes: Plane<u16>,
     /// Events of reset, transfer, conversion and readout.
     pub events: Events,
-    /// Electrons of the array at the end of the exposure, where the next frame needs them.
+    /// Electrons that stay in the array for the next frame, where an effect leaves some.
     pub charge_e: Option<Plane<f32>>,
     /// What the black clamp added to the codes of the first reading.
     pub black_shift_dn: i32,
@@ -107,6 +109,8 @@ struct Shot<'a> {
     times: &'a [RowTimes],
     /// What the black clamp adds to the codes of each reading.
     shifts_dn: Vec<i32>,
+    /// The converters of each reading.
+    columns: Vec<Columns<'a>>,
 }
 
 impl Chain {
@@ -149,14 +153,35 @@ impl Chain {
         self
     }
 
+    /// The same sensor with its converters on another rung: clock by clock, or in closed form.
+    #[must_use]
+    pub fn on_rung(mut self, rung: Rung) -> Self {
+        self.readings = self.readings.into_iter().map(|reading| reading.on_rung(rung)).collect();
+        self
+    }
+
+    /// Converters of one camera in each reading: of the columns that are read.
+    fn columns(&self, camera: CameraIndex, width: usize) -> Vec<Columns<'_>> {
+        let (frame, row) = (FrameIndex(0), RowIndex(0));
+        let place = RowPlace { seed: self.die_seed, camera, frame, slot: 0, row };
+        let die = DrawKey::of_row(adc::COLUMN_DELAY, place);
+        let read = self.layout.as_ref().map(Layout::read_columns);
+        self.readings.iter().map(|reading| reading.columns(die, width, read.clone())).collect()
+    }
+
     /// Codes of one exposure from the mean photons of the window, and the events of its conversion. `times` holds one entry a row
     /// of the window.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let mut events = Events::default();
-        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: vec![0; self.readings.len()] };
+        let shifts_dn = vec![0; self.readings.len()];
+        let array_width = self.layout.as_ref().map_or(photons.width_px(), Layout::buffer_width);
+        let columns = self.columns(capture.camera, array_width);
+        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn, columns };
         shot.shifts_dn = self.black_shifts_dn(&shot, &mut events);
-        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot));
+        let array = self.has_array_effects().then(|| self.array_electrons(&shot));
+        let left_e;
+        (shot.charge_e, left_e) = array.map_or((None, None), |(charge_e, left_e)| (Some(charge_e), left_e));
         let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
         let mut codes = Plane::filled(size, 0_u16);
         let width = codes.width_px();
@@ -171,9 +196,7 @@ impl Chain {
         for part in &map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk) {
             events.merge(part);
         }
-        let needed = self.gathering.iter().any(|effect| effect.needs_frame_before());
-        let charge_e = shot.charge_e.filter(|_| needed);
-        Captured { codes, events, charge_e, black_shift_dn: shot.shifts_dn[0] }
+        Captured { codes, events, charge_e: left_e, black_shift_dn: shot.shifts_dn[0] }
     }
 
     /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
@@ -212,8 +235,8 @@ impl Chain {
         !self.array_effects().is_empty()
     }
 
-    /// Electrons of all rows of the window, after the effects of the whole array.
-    fn array_electrons(&self, shot: &Shot<'_>) -> Plane<f32> {
+    /// Electrons of all rows of the window, after the effects of the whole array, and those that stay for the next frame.
+    fn array_electrons(&self, shot: &Shot<'_>) -> (Plane<f32>, Option<Plane<f32>>) {
         let mut charge_e = Plane::filled(shot.photons.size(), 0.0_f32);
         let width = shot.photons.width_px();
         let (first_row, first_column) =
@@ -226,16 +249,17 @@ impl Chain {
             }
         };
         map_chunks(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk);
-        self.act_on_array(&mut charge_e, shot.capture);
-        charge_e
+        let left_e = self.act_on_array(&mut charge_e, shot.capture);
+        (charge_e, left_e)
     }
 
-    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) {
-        let place = self.place(capture, 0);
-        let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e: capture.before_e };
+    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) -> Option<Plane<f32>> {
+        let (place, before_e) = (self.place(capture, 0), capture.before_e);
+        let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e, left_e: None };
         for effect in self.array_effects() {
             effect.apply_to_array(&mut pass);
         }
+        pass.left_e
     }
 
     fn place(&self, capture: Capture<'_>, row: usize) -> RowPlace {

@@ -67,7 +67,7 @@ impl SensorSetup {
     /// The same of one reading.
     pub fn saturation_of(parameters: &Parameters) -> f64 {
         let (pixel, adc) = (&parameters.pixel, &parameters.adc);
-        let range_e = f64::from(adc.code_max() - adc.black_level_dn) * adc.lsb_uv() / pixel.conversion_gain_uv_per_e;
+        let range_e = adc.saturation_uv() / pixel.conversion_gain_uv_per_e;
         crate::num::lesser(range_e, pixel.full_well_e) / (pixel.quantum_efficiency * pixel.fill_factor)
     }
 
@@ -118,7 +118,8 @@ impl SensorSetup {
     fn build(resolved: &Resolved) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let array = scenario.size()?;
-        let parameters = Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? };
+        let parameters = scenario.variation()?.of(Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? })?;
+        parameters.adc.check_pitch(&parameters.pixel)?;
         let link = scenario.link()?;
         let whole = scenario.mosaic()?.0;
         let mut readout = scenario.readout()?;

@@ -142,7 +142,7 @@ impl Setup {
     pub fn chain(&self, gain: f64) -> Chain {
         let scenario = &self.resolved.scenario;
         let chosen = [&self.chosen[0][..], &self.chosen[1][..]];
-        self.sensor.chain(gain, chosen, scenario.seed, scenario.sensor.die)
+        self.sensor.chain(gain, chosen, scenario.seed, scenario.sensor.die).on_rung(self.fidelity.rung)
     }
 
     /// What the tracker is told of the cameras.

@@ -38,8 +38,8 @@ impl Chain {
             return shifts_dn;
         }
         let mut buffers = self.buffers(shot.photons.width_px());
-        let first_column = self.layout.as_ref().map_or(0, super::Layout::first_column);
         let mut codes = vec![0; buffers.values.len()];
+        let read = self.layout.as_ref().map_or_else(|| (0..codes.len()).collect(), super::Layout::read_columns);
         let mut sums_dn = vec![0_u64; self.readings.len()];
         for row in 0..self.black.rows {
             let at = self.at(shot.capture, index(self.black.first_row + row), shot.times[0]);
@@ -47,12 +47,12 @@ impl Chain {
                 buffers.values.fill(0.0);
                 self.gather(at, &mut buffers);
                 self.readings[number].sense(at, self.die_seed, &mut buffers);
-                self.read_once(number, at, 0, &mut buffers, &mut codes, events);
-                *sum_dn += codes[first_column..].iter().map(|&code| u64::from(code)).sum::<u64>();
+                self.read_once(number, at, shot, &mut buffers, &mut codes, events);
+                *sum_dn += read.iter().map(|&column| u64::from(codes[column])).sum::<u64>();
             }
         }
         if self.black.clamp {
-            let count = u64::from(self.black.rows) * u64_from(codes.len() - first_column);
+            let count = u64::from(self.black.rows) * u64_from(read.len());
             for ((shift_dn, sum_dn), reading) in shifts_dn.iter_mut().zip(sums_dn).zip(&self.readings) {
                 let mean_dn = (sum_dn + count / 2) / count; // Halves up.
                 let mean_dn = i32::try_from(mean_dn).expect("a mean of codes has at most 16 bits");

@@ -92,6 +92,14 @@ impl Layout {
         }
     }
 
+    /// Array columns that are converted.
+    pub fn read_columns(&self) -> Vec<usize> {
+        match self.mode() {
+            Some(BinningMode::Average) => (self.first_column()..self.buffer_width()).collect(),
+            Some(BinningMode::Charge | BinningMode::Skip) | None => self.firsts.clone(),
+        }
+    }
+
     /// Takes the code of each output column's first column.
     pub fn pick(&self, codes: &[u16], picked: &mut [u16]) {
         for (picked, &first) in picked.iter_mut().zip(&self.firsts) {

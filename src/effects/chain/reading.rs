@@ -3,9 +3,11 @@
 //! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with noise of its own.
 
 use super::{Parameters, RowAt, RowBuffers};
-use crate::adc::Converter;
-use crate::draw::RowPlace;
+use crate::adc::{self, Columns, Converter};
+use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{Domain, Effect};
+use crate::events::Events;
+use crate::fidelity::Rung;
 use crate::pixel;
 
 /// A conversion gain with everything behind it.
@@ -46,9 +48,35 @@ impl Reading {
         }
     }
 
-    /// Codes of a row of samples.
-    pub fn convert(&self, buffers: &RowBuffers, codes: &mut [u16]) {
-        self.converter.convert_row(&buffers.values, &buffers.reset, codes);
+    /// The same with its converters on another rung.
+    pub fn on_rung(self, rung: Rung) -> Self {
+        Self { converter: self.converter.at(rung), ..self }
+    }
+
+    /// The converters of a die, of the columns that are read; none named: all.
+    pub fn columns(&self, die: DrawKey, width: usize, read: Option<Vec<usize>>) -> Columns<'_> {
+        let columns = self.converter.columns(die, width);
+        match read {
+            Some(read) => columns.of(read),
+            None => columns,
+        }
+    }
+
+    /// Codes of a row of samples at the array's columns; those that are not read stay as they are. Counts the conversions.
+    pub fn convert(&self, columns: &Columns<'_>, buffers: &RowBuffers, codes: &mut [u16], events: &mut Events) {
+        let (adc, pixel_type) = (&self.parameters.adc, self.parameters.pixel.pixel_type);
+        let Some(read) = columns.places() else {
+            let work = columns.convert_row(&buffers.values, &buffers.reset, codes);
+            adc::count_row(adc, pixel_type, codes.len(), work, events);
+            return;
+        };
+        let picked = |row: &[f32]| -> Vec<f32> { read.iter().filter_map(|&place| row.get(place).copied()).collect() };
+        let mut read_codes = vec![0; read.len()];
+        let work = columns.convert_row(&picked(&buffers.values), &picked(&buffers.reset), &mut read_codes);
+        for (&place, code) in read.iter().zip(read_codes) {
+            codes[place] = code;
+        }
+        adc::count_row(adc, pixel_type, read.len(), work, events);
     }
 
     fn numbered(&self, at: RowAt) -> RowAt {

@@ -3,11 +3,9 @@
 
 use super::layout::{Layout, means};
 use super::{Chain, RowTimes, Shot};
-use crate::adc;
 use crate::draw::RowPlace;
 use crate::effect::RowPass;
 use crate::events::{Event, Events};
-use crate::num::u64_from;
 use crate::pixel::Samples;
 use crate::readout::BinningMode;
 
@@ -116,14 +114,14 @@ impl Chain {
     ) {
         let Some(merge) = &self.merge else {
             self.load_together(0, shot, array_rows, buffers);
-            self.read_once(0, self.at_row(shot, array_rows[0]), shot.shifts_dn[0], buffers, codes, events);
+            self.read_once(0, self.at_row(shot, array_rows[0]), shot, buffers, codes, events);
             return;
         };
         let mut read = std::mem::take(&mut buffers.codes);
         for (number, codes) in read.iter_mut().enumerate() {
             codes.resize(buffers.values.len(), 0);
             self.load_together(number, shot, array_rows, buffers);
-            self.read_once(number, self.at_row(shot, array_rows[0]), shot.shifts_dn[number], buffers, codes, events);
+            self.read_once(number, self.at_row(shot, array_rows[0]), shot, buffers, codes, events);
         }
         let rows: Vec<&[u16]> = read.iter().map(Vec::as_slice).collect();
         merge.merge_row(&rows, codes);
@@ -161,38 +159,26 @@ impl Chain {
         &self,
         number: usize,
         at: RowAt,
-        shift_dn: i32,
+        shot: &Shot<'_>,
         buffers: &mut RowBuffers,
         codes: &mut [u16],
         events: &mut Events,
     ) {
-        let reading = &self.readings[number];
+        let (reading, columns) = (&self.readings[number], &shot.columns[number]);
         reading.sample(at, self.die_seed, buffers);
-        reading.convert(buffers, codes);
-        self.count(number, codes, events);
-        shift_row(codes, shift_dn, reading.parameters.adc.code_max());
+        reading.convert(columns, buffers, codes, events);
+        self.count_others(number, events);
+        shift_row(codes, shot.shifts_dn[number], reading.parameters.adc.code_max());
     }
 
-    /// Counts the conversions of a row: of the columns that are read.
-    fn count(&self, number: usize, codes: &[u16], events: &mut Events) {
-        let parameters = &self.readings[number].parameters;
-        let (adc, pixel_type) = (&parameters.adc, parameters.pixel.pixel_type);
-        let Some(layout) = &self.layout else {
-            adc::count_row(adc, pixel_type, codes, events);
+    /// Counts what charge binning does besides a row's conversions: every pixel is reset and transferred; one of the group is
+    /// counted with its conversion.
+    fn count_others(&self, number: usize, events: &mut Events) {
+        let Some(layout) = self.layout.as_ref().filter(|layout| layout.mode() == Some(BinningMode::Charge)) else {
             return;
         };
-        if layout.mode() == Some(BinningMode::Average) {
-            adc::count_row(adc, pixel_type, &codes[layout.first_column()..], events);
-            return;
-        }
-        let mut picked = vec![0; crate::num::index(layout.output_size().width_px)];
-        layout.pick(codes, &mut picked);
-        adc::count_row(adc, pixel_type, &picked, events);
-        if layout.mode() == Some(BinningMode::Charge) {
-            // Every pixel is reset and transferred; one of the group is counted above.
-            let others = u64_from(picked.len()) * u64::from(layout.pixels_of_one() - 1);
-            events.add(Event::PixelReset, others);
-            events.add(Event::ChargeTransfer, others * pixel_type.transfers());
-        }
+        let others = u64::from(layout.output_size().width_px) * u64::from(layout.pixels_of_one() - 1);
+        events.add(Event::PixelReset, others);
+        events.add(Event::ChargeTransfer, others * self.readings[number].parameters.pixel.pixel_type.transfers());
     }
 }
