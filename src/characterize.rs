@@ -8,6 +8,7 @@
 //! descriptor holds one colour plane. A sensor of several readings a pixel (HDR) is measured in the first alone, the most sensitive.
 
 pub mod analysis;
+mod beyond;
 pub mod channel;
 mod defects;
 mod dither;

@@ -136,9 +136,7 @@ mod tests {
         let array = Size { width_px: 4, height_px: 4 };
         let plane = Size { width_px: 2, height_px: 2 };
         let codes = Plane::from_values(array, (0..16).collect());
-        for (letter, band, picked) in
-            [('R', 0, [0, 2, 8, 10]), ('G', 1, [1, 3, 9, 11]), ('B', 2, [5, 7, 13, 15])]
-        {
+        for (letter, band, picked) in [('R', 0, [0, 2, 8, 10]), ('G', 1, [1, 3, 9, 11]), ('B', 2, [5, 7, 13, 15])] {
             let channel = Channel::choose(&mosaic, Some(letter)).unwrap();
             assert_eq!((channel.array_size(plane), channel.plane_size(array)), (array, plane));
             assert_eq!(channel.pick(codes.clone(), plane).values(), picked);

@@ -39,7 +39,8 @@ impl Dither {
     /// The same averaged over levels that spread by that variance.
     #[must_use]
     pub fn averaged(self, variance_dn2: f64) -> Self {
-        let amplitudes = harmonics(self.amplitudes).map(|(harmonic, amplitude)| amplitude * blur(harmonic, variance_dn2));
+        let amplitudes =
+            harmonics(self.amplitudes).map(|(harmonic, amplitude)| amplitude * blur(harmonic, variance_dn2));
         Self { amplitudes, ..self }
     }
 
@@ -107,7 +108,9 @@ mod tests {
 
     #[test]
     fn the_closed_form_is_the_average_over_patterns_of_two_quantised_levels() {
-        for (signal_dn, noise, part, common) in [(64.3, 0.045, 0.02, 3.0), (70.0, 0.1, 0.3, 0.04), (64.6, 0.06, 0.0, 1.0)] {
+        for (signal_dn, noise, part, common) in
+            [(64.3, 0.045, 0.02, 3.0), (70.0, 0.1, 0.3, 0.04), (64.6, 0.06, 0.0, 1.0)]
+        {
             let signal = Dither::new(signal_dn, noise);
             let reset = Dither::new(64.0, 0.05);
             let found = pattern_variance(&signal, &reset, part, common);

@@ -3,7 +3,7 @@
 //!
 //! Charge is taken as normal about its mean with a Poisson's variance, which is enough for two moments; patterns are averaged over by
 //! quadrature. Where reset and signal are converted apart, each has its own noise and its own quantiser on the ramp, and an offset of
-//! the column that both carry moves both. Every effect of `effects::ALL` has its part here (a test holds the two lists together).
+//! the column that both carry moves both. Effects that are not modelled here stand in `beyond` with the figures that they touch.
 
 use super::dither::{Dither, pattern_variance, variance_amplitude_dn2};
 use super::measure::{Point, Transfer};
@@ -12,8 +12,9 @@ use super::set::{Exposure, Set};
 use super::shoot::Times;
 use super::spatial::Parts;
 use super::uncertainty::DieErrors;
+use crate::effects::{Parameters, sampling};
 use crate::num::{f64_from_u64, f64_from_usize, greater, lesser, u32_truncated};
-use crate::pixel::{SampleSigmas, Samples, ktc_sigmas};
+use crate::pixel::{SampleSigmas, Samples, flicker_variance_uv2, ktc_sigmas};
 use crate::run::SensorSetup;
 
 /// A sensor in the words of EMVA 1288, as its configuration implies them.
@@ -27,8 +28,18 @@ pub struct Model {
     pub signal_noise_e2: f64,
     /// The same of the reset sample; 0 where it is not converted apart.
     pub reset_noise_e2: f64,
-    /// At the die's temperature.
+    /// Dark current of the photodiode at the die's temperature.
     pub dark_e_per_s: f64,
+    /// Dark current of the node on which charge waits.
+    pub storage_dark_e_per_s: f64,
+    /// Dark current's spread between pixels, relative.
+    pub dcnu: f64,
+    /// Response of the storage node to light, relative to the photodiode's.
+    pub parasitic: f64,
+    /// Share of the stored charge that leaks away a second.
+    pub leakage_per_s: f64,
+    /// Share of the gain that is lost at full well.
+    pub compression: f64,
     /// Mean wait between exposure and readout.
     pub storage_s: f64,
     /// Its spread over rows: dark charge of the wait is a row pattern.
@@ -41,6 +52,10 @@ pub struct Model {
     pub dsnu_e: f64,
     /// Of the offset, between columns, as far as sampling leaves it.
     pub column_offset_e: f64,
+    /// Of the offset, between rows.
+    pub row_offset_e: f64,
+    /// Temporal noise that rows and columns share.
+    pub shared: Shared,
     /// Of the offset, between columns, that reset and signal both carry when they are converted.
     column_common_dn: f64,
     full_well_e: f64,
@@ -49,6 +64,15 @@ pub struct Model {
     /// The two conversions; none where one is made.
     difference: Option<Difference>,
     code_max: f64,
+}
+
+/// Parts of the temporal variance in the dark that all pixels of a row, and of a column, have in common.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shared {
+    /// Of a row, in DN^2.
+    pub row_dn2: f64,
+    /// Of a column, in DN^2.
+    pub column_dn2: f64,
 }
 
 /// What the frames would give in the mean.
@@ -108,19 +132,29 @@ impl Model {
         let (storage_s, storage_sigma_s) = Times::new(sensor, set).mean_and_sigma_s();
         let per_e = pixel.conversion_gain_uv_per_e;
         let samples = adc.cds.samples();
-        let noises = [SampleSigmas::of_difference(pixel.read_noise_uv, samples), ktc_sigmas(pixel, samples)];
-        let in_e2 = |of: fn(&SampleSigmas) -> f64| {
-            noises.iter().map(|noise| of(noise) * of(noise)).sum::<f64>() / (per_e * per_e)
-        };
+        let noise_uv2 = noise_uv2(&sensor.parameters);
+        let lsb_uv2 = adc.lsb_uv() * adc.lsb_uv();
+        let ramp_uv2 = adc.sigmas_of_conversions(adc.ramp_noise_uv).variance_uv2();
         let offset_uv = if samples.is_double() { adc.column_offset_residual_uv } else { adc.column_offset_uv };
         let is_digital = samples == Samples::Both;
         let code_max = f64::from(adc.code_max());
         Self {
             gain_dn_per_e: per_e / adc.lsb_uv(),
             efficiency: set.efficiency,
-            signal_noise_e2: in_e2(|noise| noise.signal_uv),
-            reset_noise_e2: in_e2(|noise| noise.reset_uv),
+            signal_noise_e2: noise_uv2[0] / (per_e * per_e),
+            reset_noise_e2: noise_uv2[1] / (per_e * per_e),
             dark_e_per_s: pixel.dark_current_now_e_per_s(),
+            storage_dark_e_per_s: pixel
+                .at_temperature(pixel.storage_dark_e_per_s.unwrap_or(pixel.dark_current_e_per_s)),
+            dcnu: pixel.dcnu,
+            parasitic: pixel.parasitic_light,
+            leakage_per_s: pixel.storage_leakage_per_s,
+            compression: pixel.gain_compression,
+            row_offset_e: adc.row_offset_uv / per_e,
+            shared: Shared {
+                row_dn2: (adc.row_noise_uv * adc.row_noise_uv + ramp_uv2) / lsb_uv2,
+                column_dn2: adc.column_noise_uv * adc.column_noise_uv / lsb_uv2,
+            },
             storage_s,
             storage_sigma_s,
             prnu: pixel.prnu,
@@ -139,7 +173,7 @@ impl Model {
         }
     }
 
-    /// Read noise and what is left of kTC noise, in e-, quantisation excluded.
+    /// Noise of samples and conversions, in e-, quantisation excluded.
     pub fn noise_e(&self) -> f64 {
         (self.signal_noise_e2 + self.reset_noise_e2).sqrt()
     }
@@ -152,7 +186,7 @@ impl Model {
     /// Temporal noise in the dark at no exposure, before the converter, in DN: read noise, kTC, and the shot noise of the dark charge
     /// that gathers while rows wait.
     pub fn dark_sigma_dn(&self) -> f64 {
-        let storage_e = self.dark_e_per_s * self.storage_s;
+        let storage_e = self.storage_dark_e_per_s * self.storage_s;
         self.gain_dn_per_e * (self.signal_noise_e2 + self.reset_noise_e2 + storage_e).sqrt()
     }
 
@@ -185,9 +219,40 @@ impl Model {
         }
     }
 
-    fn charge_e(&self, exposure: &Exposure, is_lit: bool) -> (f64, f64) {
+    /// Mean photoelectrons and dark charge of a pixel, before the well clips and the storage node leaks.
+    pub fn charge_e(&self, exposure: &Exposure, is_lit: bool) -> (f64, f64) {
         let light_e = if is_lit { self.efficiency * exposure.photons } else { 0.0 };
-        (light_e, self.dark_e_per_s * (exposure.exposure_s() + self.storage_s))
+        let parasitic_e = light_e * self.parasitic * self.storage_s / exposure.exposure_s();
+        (light_e + parasitic_e, self.dark_e_per_s * exposure.exposure_s() + self.storage_dark_e_per_s * self.storage_s)
+    }
+
+    /// Share of the charge that is still there when the mean row is read.
+    fn kept(&self) -> f64 {
+        libm::exp(-self.leakage_per_s * self.storage_s)
+    }
+
+    /// Spread over rows of the charge that waits: dark charge and light gather, stored charge leaks.
+    pub fn row_e(&self, exposure: &Exposure, is_lit: bool) -> f64 {
+        let (light_e, dark_e) = self.charge_e(exposure, is_lit);
+        let light_e_per_s = if is_lit { self.efficiency * exposure.photons / exposure.exposure_s() } else { 0.0 };
+        let gathered = self.storage_dark_e_per_s + self.parasitic * light_e_per_s;
+        (gathered - self.leakage_per_s * (light_e + dark_e)).abs() * self.storage_sigma_s * self.kept()
+    }
+
+    /// Mean and variance of charge in the well to those of what the floating diffusion gives, in e- of its gain at no charge: each
+    /// electron stays with the share that is kept; then g N (1 - c N / full well).
+    fn sensed(&self, mean_e: f64, variance_e2: f64) -> (f64, f64) {
+        let kept = self.kept();
+        let (mean_e, variance_e2) =
+            (kept * mean_e, kept * kept * variance_e2 + kept * (1.0 - kept) * greater(0.0, mean_e));
+        let lost = self.compression / self.full_well_e;
+        let slope = self.slope(mean_e);
+        (mean_e - lost * (mean_e * mean_e + variance_e2), slope * slope * variance_e2)
+    }
+
+    /// Gain of small changes at a charge that is sensed, relative to that at no charge.
+    fn slope(&self, charge_e: f64) -> f64 {
+        1.0 - 2.0 * self.compression * charge_e / self.full_well_e
     }
 
     /// Both samples pass the columns' gains, whose mean square is a little above 1.
@@ -215,8 +280,8 @@ impl Model {
     fn spot(&self, exposure: &Exposure, is_lit: bool, reset: &Spot) -> Spot {
         let (light_e, dark_e) = self.charge_e(exposure, is_lit);
         let response_e = self.prnu * light_e;
-        let row_e = self.dark_e_per_s * self.storage_sigma_s;
-        let spread_e = (response_e * response_e + self.dsnu_e * self.dsnu_e + row_e * row_e).sqrt();
+        let (row_e, thermal_e) = (self.row_e(exposure, is_lit), self.dcnu * dark_e);
+        let spread_e = [response_e, self.dsnu_e, row_e, thermal_e].into_iter().fold(0.0, libm::hypot);
         // Of a pixel that deviates by x spreads, light is responsible for this share in the mean.
         let response_share = if spread_e > 0.0 { response_e * response_e / spread_e } else { 0.0 };
         let mut sum = Spot::default();
@@ -224,6 +289,7 @@ impl Model {
             let mean_e = light_e + dark_e + x * spread_e;
             let shot_e2 = greater(0.0, light_e + dark_e + x * response_share);
             let (charge_e, charge_e2) = clipped(mean_e, shot_e2.sqrt(), f64::NEG_INFINITY, self.full_well_e);
+            let (charge_e, charge_e2) = self.sensed(charge_e, charge_e2);
             let found = self.pixel_spot(charge_e, charge_e2, reset);
             sum.moments.mean += weight * found.moments.mean;
             sum.moments.variance += weight * found.moments.variance;
@@ -237,7 +303,8 @@ impl Model {
     fn pixel_spot(&self, charge_e: f64, charge_e2: f64, reset: &Spot) -> Spot {
         let sigma = (self.gain_square() * (charge_e2 + self.signal_noise_e2)).sqrt();
         let mean = self.pedestal_dn + self.gain_dn_per_e * charge_e;
-        let own_dn = self.gain_dn_per_e * libm::hypot(charge_e * self.column_gain, self.column_offset_e);
+        let lines_e = libm::hypot(self.column_offset_e, self.row_offset_e);
+        let own_dn = self.gain_dn_per_e * libm::hypot(charge_e * self.column_gain, lines_e);
         let Some(difference) = &self.difference else {
             let mut sum = Spot::default();
             for (x, weight) in normal_nodes(nodes_for(own_dn, sigma)) {
@@ -288,18 +355,22 @@ impl Model {
         sum
     }
 
-    /// Third cumulant of the temporal noise: K^3 times the charge's, which is Poisson's (its mean), and the quantiser's.
+    /// Third cumulant of the temporal noise: K^3 times that of f(N), and the quantiser's. For N Poisson of mean m (what leaks leaves it
+    /// Poisson) the cumulant is f'^3 m + 3 f'^2 f'' m^2 and higher powers of f'' (delta method).
     fn third_dn3(&self, set: &Set, moments: &Moments, is_lit: bool) -> f64 {
         let (light_e, dark_e) = self.charge_e(&set.half, is_lit);
+        let mean_e = self.kept() * (light_e + dark_e);
+        let (slope, bend) = (self.slope(mean_e), -2.0 * self.compression / self.full_well_e);
+        let charge_e3 = slope * slope * (slope * mean_e + 3.0 * bend * mean_e * mean_e);
         let k = self.gain_dn_per_e;
-        k * k * k * (1.0 + 3.0 * self.column_gain * self.column_gain) * (light_e + dark_e) + moments.third
+        k * k * k * (1.0 + 3.0 * self.column_gain * self.column_gain) * charge_e3 + moments.third
     }
 
     /// The conversions at a charge, dithered by their own noise.
-    fn dithers(&self, charge_e: f64) -> (Dither, Dither) {
+    fn dithers(&self, charge_e: f64, charge_e2: f64) -> (Dither, Dither) {
         let k = self.gain_dn_per_e;
         let signal =
-            Dither::new(self.pedestal_dn + k * charge_e, self.gain_square() * (self.signal_noise_e2 + charge_e));
+            Dither::new(self.pedestal_dn + k * charge_e, self.gain_square() * (self.signal_noise_e2 + charge_e2));
         let reset = match self.difference {
             Some(_) => Dither::new(self.pedestal_dn, self.gain_square() * self.reset_noise_e2),
             None => Dither::none(),
@@ -312,17 +383,23 @@ impl Model {
         let (light_e, dark_e) = self.charge_e(&set.half, is_lit);
         let k2 = self.gain_dn_per_e * self.gain_dn_per_e;
         let column_gain2 = self.column_gain * self.column_gain;
-        let response_e = self.prnu * light_e;
-        let pixel_e2 = (response_e * response_e + self.dsnu_e * self.dsnu_e) * (1.0 + column_gain2);
-        let charge_e = light_e + dark_e;
-        let column_e2 = column_gain2 * charge_e * charge_e + self.column_offset_e * self.column_offset_e;
-        let row_e = self.dark_e_per_s * self.storage_sigma_s;
+        let (sensed_e, sensed_e2) = self.sensed(light_e + dark_e, light_e + dark_e);
+        let slope = self.slope(self.kept() * (light_e + dark_e));
+        let own_e = [self.prnu * light_e, self.dcnu * dark_e, self.dsnu_e].into_iter().fold(0.0, libm::hypot);
+        let pixel_e = self.kept() * slope * own_e;
+        let pixel_e2 = pixel_e * pixel_e * (1.0 + column_gain2);
+        let column_e2 = column_gain2 * sensed_e * sensed_e + self.column_offset_e * self.column_offset_e;
+        let row_e = libm::hypot(slope * self.row_e(&set.half, is_lit), self.row_offset_e);
         let (pixel, column, row) = (k2 * pixel_e2, k2 * column_e2, k2 * row_e * row_e);
-        let (signal, reset) = self.dithers(charge_e);
+        let (signal, reset) = self.dithers(sensed_e, sensed_e2);
         let common = self.column_common_dn * self.column_common_dn;
         let total = pattern_variance(&signal, &reset, pixel + column + row, common);
         let column_seen = pattern_variance(&signal.averaged(pixel + row), &reset, column, common);
         let row_seen = pattern_variance(&signal.averaged(pixel + column + common), &Dither::none(), row, 0.0);
+        // The standard takes off a line's mean what independent noise leaves in it; of noise that the line shares all is left.
+        let frames = f64::from(set.stack);
+        let column_seen = column_seen + self.shared.column_dn2 / frames;
+        let row_seen = row_seen + self.shared.row_dn2 / frames;
         Parts {
             mean_dn: moments.mean,
             stack_variance_dn2: moments.variance,
@@ -331,7 +408,7 @@ impl Model {
             column_dn2: column_seen,
             // The standard divides the whole by MN - 1 and the lines by their number: 1 / MN of the lines' variance stays with the pixels.
             pixel_dn2: total - (column_seen + row_seen) * (1.0 - 1.0 / f64_from_usize(set.size.pixel_count())),
-            frames: f64::from(set.stack),
+            frames,
             rows: set.size.height_px.into(),
             columns: set.size.width_px.into(),
         }
@@ -341,12 +418,13 @@ impl Model {
     /// the dark mean and variance of its pixels. A phase cos(2 pi c) over c normal of variance w varies by (1 - exp(-4 pi^2 w)) / 2
     /// in the mean over all starting phases.
     fn die_errors(&self, set: &Set) -> DieErrors {
-        let dark_e = self.dark_e_per_s * self.storage_s;
+        let dark_e = self.storage_dark_e_per_s * self.storage_s;
         let offset_dn = libm::hypot(self.gain_dn_per_e * self.column_offset_e, self.column_common_dn);
-        let phases = 0.5 * (1.0 - libm::exp(-4.0 * std::f64::consts::PI * std::f64::consts::PI * offset_dn * offset_dn));
+        let phases =
+            0.5 * (1.0 - libm::exp(-4.0 * std::f64::consts::PI * std::f64::consts::PI * offset_dn * offset_dn));
         let chance = (phases / f64::from(set.size.width_px)).sqrt();
         let pixel_dn2 = self.gain_square() * self.dsnu_e * self.dsnu_e;
-        let (signal, _) = self.dithers(dark_e);
+        let (signal, _) = self.dithers(dark_e, dark_e);
         let signal_noise = self.gain_square() * (self.signal_noise_e2 + dark_e);
         let mut variance_dn2 = variance_amplitude_dn2(signal_noise, pixel_dn2);
         if self.difference.is_some() {
@@ -357,6 +435,9 @@ impl Model {
         DieErrors {
             mean_dn: chance * signal.averaged(pixel_dn2).mean_amplitude_dn(),
             variance_dn2: chance * variance_dn2,
+            shared: self.shared,
+            rows: set.size.height_px.into(),
+            columns: set.size.width_px.into(),
         }
     }
 
@@ -366,7 +447,8 @@ impl Model {
             + self.reset_noise_e2
             + dark_e
             + self.dsnu_e * self.dsnu_e
-            + self.column_offset_e * self.column_offset_e;
+            + self.column_offset_e * self.column_offset_e
+            + self.row_offset_e * self.row_offset_e;
         // The mean of one conversion lies half a code below its level, that of a difference at its level.
         let (black_dn, least_dn) =
             self.difference.as_ref().map_or((self.pedestal_dn, 1.0), |difference| (difference.black_dn, 0.5));
@@ -388,23 +470,25 @@ fn nodes_for(spread_dn: f64, sigma_dn: f64) -> u32 {
     2 * u32_truncated(lesser(150.0, greater(7.0, 35.0 * spread_dn))) + 1
 }
 
-#[cfg(test)]
-mod tests {
-    /// Effects whose part in the figures is modelled here.
-    const KNOWN_EFFECTS: [&str; 9] = [
-        "prnu",
-        "shot_noise",
-        "dark_current",
-        "dsnu",
-        "full_well",
-        "ktc_noise",
-        "read_noise",
-        "column_gain",
-        "column_offset",
+/// Variances of the noise in the signal sample (or the difference) and in the reset sample in uV^2, what lines share included. On a
+/// ramp of equal steps, jitter of the clock is one level's noise.
+fn noise_uv2(parameters: &Parameters) -> [f64; 2] {
+    let (pixel, adc) = (&parameters.pixel, &parameters.adc);
+    let samples = adc.cds.samples();
+    let flicker_uv = flicker_variance_uv2(pixel, sampling(parameters)).sqrt();
+    let jitter_uv = 1e-12 * adc.lsb_uv() * f64_from_u64(adc.clock_hz) * adc.ramp_jitter_ps;
+    let of_row = SampleSigmas { signal_uv: adc.row_noise_uv, reset_uv: 0.0 };
+    let of_column = SampleSigmas { signal_uv: adc.column_noise_uv, reset_uv: 0.0 };
+    let parts = [
+        SampleSigmas::of_difference(pixel.read_noise_uv, samples),
+        SampleSigmas::of_difference(flicker_uv, samples),
+        ktc_sigmas(pixel, samples),
+        adc.sigmas_of_conversions(adc.comparator_noise_uv),
+        adc.sigmas_of_conversions(adc.ramp_noise_uv),
+        adc.sigmas_of_conversions(jitter_uv),
+        of_row,
+        of_column,
     ];
-
-    #[test]
-    fn every_effect_has_its_part_in_the_model() {
-        assert_eq!(crate::effects::names(), KNOWN_EFFECTS, "the truth of `characterize` knows all effects or none");
-    }
+    let sum = |of: fn(&SampleSigmas) -> f64| parts.iter().map(|part| of(part) * of(part)).sum::<f64>();
+    [sum(|part| part.signal_uv), sum(|part| part.reset_uv)]
 }

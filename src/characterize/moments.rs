@@ -180,8 +180,7 @@ mod tests {
     fn two_conversions_subtract_and_their_moments_add_until_a_clip_is_near() {
         let both = Difference { black_dn: 64.0, reset_counts: 128.0, code_max: 1023.0 };
         for (signal, reset) in [((164.3, 0.3), (64.9, 0.25)), ((500.0, 9.0), (63.5, 0.9)), ((70.0, 0.0), (64.5, 0.0))] {
-            let (signal, reset) =
-                (Level { mean: signal.0, sigma: signal.1 }, Level { mean: reset.0, sigma: reset.1 });
+            let (signal, reset) = (Level { mean: signal.0, sigma: signal.1 }, Level { mean: reset.0, sigma: reset.1 });
             let (up, down) = (quantised(signal, 0.0, 1023.0), quantised(reset, 0.0, 128.0));
             let found = both.moments(signal, reset);
             // Sums of some 20 terms of order 1e3, squared: 1e-10.

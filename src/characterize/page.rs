@@ -18,6 +18,7 @@ pub fn html(record: &Characterization) -> String {
         figures(record),
         pair(&linearity(record), &deviations(record)),
         pair(&dark_mean(record), &dark_variance(record)),
+        pair(&differential(record), &integral(record)),
         maps(record),
         pair(&profiles(record, true), &profiles(record, false)),
         pair(&spectra(record, true), &spectra(record, false)),
@@ -181,6 +182,40 @@ fn deviations(record: &Characterization) -> String {
     )
 }
 
+/// At most a thousand points: of each run of codes that one stands for, the value farthest from 0.
+fn thinned(values: &[f64]) -> Vec<(f64, f64)> {
+    let run = values.len().div_ceil(1000).max(1);
+    let farthest = |run: &[f64]| {
+        run.iter().copied().fold(0.0, |most: f64, value: f64| if value.abs() > most.abs() { value } else { most })
+    };
+    let place = |(index, part): (usize, &[f64])| (f64_from_usize(index * run), farthest(part));
+    values.chunks(run).enumerate().map(place).collect()
+}
+
+fn differential(record: &Characterization) -> String {
+    let found = &record.linearity;
+    let axes = Axes { title: "DNL", x_label: "code above the lowest", y_label: "DNL in LSB", ..Axes::default() };
+    let lead = format!(
+        "Width of each code less 1, by the histogram of a ramp (IEEE 1241) through one column's converter without noise: \
+         {:+.3} to {:+.3} LSB, known to {:.3} LSB; {} missing codes.",
+        found.dnl_lsb[0], found.dnl_lsb[1], found.error_lsb, found.missing_codes
+    );
+    section("Converter: codes", &lead, &chart(&axes, &[line("DNL", 0, thinned(&record.density.dnl_lsb))]))
+}
+
+fn integral(record: &Characterization) -> String {
+    let found = &record.linearity;
+    let axes = Axes { title: "INL", x_label: "code above the lowest", y_label: "INL in LSB", ..Axes::default() };
+    let bits =
+        found.enob_bits.map_or("none below 4 bits".to_owned(), |bits| format!("{bits:.2} of {} bits", found.bits));
+    let lead = format!(
+        "Distance of each transition from the line through the first and the last: {:+.3} to {:+.3} LSB. Effective bits of a \
+         full-scale sine: {bits}.",
+        found.inl_lsb[0], found.inl_lsb[1]
+    );
+    section("Converter: ramp", &lead, &chart(&axes, &[line("INL", 0, thinned(&record.density.inl_lsb))]))
+}
+
 fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&Point) -> f64) -> String {
     let points = points_of(record, |point| (point.exposure_ns * 1e-6, of(point)));
     let (slope, offset) = super::fits::line(&points);
@@ -304,6 +339,10 @@ fn figures(record: &Characterization) -> String {
         }
         let want = figure.truth.clone().unwrap_or_default();
         let expected = match (want.value, want.abs_tol) {
+            _ if figure.not_expected.is_some() => format!(
+                "<span class=\"note\">nothing: {}</span>",
+                escaped(figure.not_expected.as_deref().unwrap_or_default())
+            ),
             (Some(value), Some(tolerance)) => format!("{} \u{b1} {}", significant(value), significant(tolerance)),
             _ => format!("{} to {}", number(want.min), number(want.max)),
         };

@@ -11,9 +11,14 @@ use super::spatial::{Profile, profiles, spectrogram, transposed};
 use super::truth::{Truth, Want};
 use super::uncertainty::{DieErrors, standard_errors, variance_squares};
 use super::{Bench, Set};
+use crate::adc::Converter;
+use crate::adc::density::{Density, Linearity, linearity, ramp_histogram};
 use crate::config::Resolved;
 use crate::num::f64_from_u64;
 use crate::report::Ordered;
+
+/// Samples of the ramp histogram in each LSB, as `adc::density::linearity` takes them.
+const SAMPLES_PER_LSB: u32 = 64;
 
 /// Version of the form of `characterization.json`.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -31,6 +36,8 @@ pub struct Figure {
     pub truth: Option<Want>,
     /// Why there is no value.
     pub not_measurable: Option<String>,
+    /// Why there is a value and nothing that it has to be.
+    pub not_expected: Option<String>,
 }
 
 /// Everything that one channel's measurement leaves.
@@ -47,6 +54,10 @@ pub struct Characterization {
     pub die: u64,
     /// What was shot.
     pub set: Set,
+    /// The converter on its own, by code density.
+    pub linearity: Linearity,
+    /// The codes behind it.
+    pub density: Density,
     /// Which of several readings of a pixel was measured; none where there is one.
     pub reading: Option<&'static str>,
     /// Means and variances.
@@ -99,6 +110,7 @@ impl Characterization {
                 unit: unit(name),
                 truth: truth.wants.get(name).cloned(),
                 not_measurable: reason.clone(),
+                not_expected: truth.not_expected.get(name).cloned(),
             };
             (name.to_owned(), figure)
         };
@@ -112,6 +124,8 @@ impl Characterization {
             seed: resolved.scenario.seed,
             die: resolved.scenario.sensor.die,
             set: bench.set().clone(),
+            linearity: linearity(&bench.sensor().parameters.adc),
+            density: ramp_histogram(&Converter::new(&bench.sensor().parameters.adc), SAMPLES_PER_LSB),
             reading: reading(bench),
             figures,
             dark_clipped: measurement.dark_clipped,
@@ -158,6 +172,7 @@ impl Characterization {
                 "reading": self.reading,
             }),
             figures: &self.figures,
+            converter: self.converter_json(),
             dark_clipped: self.dark_clipped,
             transfer: &self.summary.transfer.points,
             spectrograms: json!({
@@ -191,6 +206,17 @@ impl Characterization {
         profiles(map, crate::num::index(self.set.size.width_px))
     }
 
+    fn converter_json(&self) -> Value {
+        let found = &self.linearity;
+        json!({
+            "method": "IEEE 1241: histogram of a ramp, 64 samples an LSB; fit of a full-scale sine. Columns alone, no noise",
+            "bits": found.bits, "code_min": found.codes[0], "code_max": found.codes[1], "lsb_uv": found.lsb_uv,
+            "dnl_min_lsb": found.dnl_lsb[0], "dnl_max_lsb": found.dnl_lsb[1],
+            "inl_min_lsb": found.inl_lsb[0], "inl_max_lsb": found.inl_lsb[1],
+            "missing_codes": found.missing_codes, "error_lsb": found.error_lsb, "enob_bits": found.enob_bits,
+        })
+    }
+
     fn profile_json(&self, map: &[f64]) -> Value {
         let (across, down) = self.profiles(map);
         let one = |profile: Profile| json!({"mean": profile.mean, "min": profile.least, "max": profile.most});
@@ -221,6 +247,7 @@ struct Record<'a> {
     config: &'a str,
     set: Value,
     figures: &'a Ordered<Figure>,
+    converter: Value,
     dark_clipped: f64,
     transfer: &'a [Point],
     spectrograms: Value,

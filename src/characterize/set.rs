@@ -110,7 +110,7 @@ impl Set {
             let reason = "a pixel without response cannot be measured; above 0 would do";
             return Err(Error::key("sensor.pixel.quantum_efficiency", pixel.quantum_efficiency, reason));
         }
-        let range_e = f64::from(adc.code_max() - adc.black_level_dn) * adc.lsb_uv() / pixel.conversion_gain_uv_per_e;
+        let range_e = adc.saturation_uv() / pixel.conversion_gain_uv_per_e;
         let saturation_e = lesser(range_e, pixel.full_well_e);
         let exposure_max_s = exposure_max_s(sensor, saturation_e);
         // The exposure at which the mean pixel is full.
