@@ -112,7 +112,9 @@ fn every_preset_passes() {
     let mut judged = 0;
     for (name, channel) in channels {
         let resolved = Resolved::from_layers("test", &format!("[sensor]\npreset = \"{name}\"\n"), &[]).unwrap();
-        let bench = Bench::new(&resolved, &Options { channel, ..Options::default() }).unwrap();
+        // 57 e- a code and 26 e- of dark noise: the third cumulant of so coarse a sensor takes 147 frames to tell from a normal's.
+        let stack = if name == "generic_3t" { 160 } else { 48 };
+        let bench = Bench::new(&resolved, &Options { channel, stack, ..Options::default() }).unwrap();
         let (verdict, ours, truth) = shot_and_judged(&resolved, &bench);
         println!("{name} {}: {} figures", bench.set().channel.name(), truth.wants.iter().count());
         assert!(verdict.passes, "{name}: {}", verdict.words);

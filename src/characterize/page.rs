@@ -65,6 +65,7 @@ fn header(record: &Characterization) -> String {
         chips.insert(0, format!("pixels of filter {}", set.channel.name()));
     }
     chips.extend(record.reading.map(str::to_owned));
+    let filter = if set.channel.is_whole() { "" } else { " before its filter" };
     let chips: String = chips.iter().map(|chip| format!("<li>{chip}</li>")).collect();
     let limit = if longest_s > 1.000_001 * set.exposure_limit_s {
         format!(
@@ -76,7 +77,7 @@ fn header(record: &Characterization) -> String {
     };
     format!(
         "<header class=\"top\"><p class=\"kicker\">EMVA 1288 release 4.0</p><h1>{}</h1>\
-         <p>Measured on simulated frames under uniform light of {:.4e} photons a pixel and second, all effects of the sensor on.{limit}</p>\
+         <p>Measured on simulated frames under uniform light of {:.4e} photons a pixel and second{filter}, all effects of the sensor on.{limit}</p>\
          <ul class=\"chips\">{chips}</ul></header>",
         escaped(&record.name),
         set.photons_per_s
@@ -330,6 +331,15 @@ fn meaning(name: &str) -> &'static str {
     }
 }
 
+/// Why nothing is expected of some figures, each reason once.
+fn reasons(record: &Characterization) -> String {
+    let mut reasons: Vec<&String> =
+        record.figures.iter().filter_map(|(_, figure)| figure.not_expected.as_ref()).collect();
+    reasons.sort();
+    reasons.dedup();
+    reasons.iter().map(|reason| format!("<p class=\"note\">{}</p>", escaped(reason))).collect()
+}
+
 fn figures(record: &Characterization) -> String {
     let number = |value: Option<f64>| value.map_or(String::new(), significant);
     let row = |(name, figure): (&str, &Figure)| {
@@ -339,10 +349,10 @@ fn figures(record: &Characterization) -> String {
         }
         let want = figure.truth.clone().unwrap_or_default();
         let expected = match (want.value, want.abs_tol) {
-            _ if figure.not_expected.is_some() => format!(
-                "<span class=\"note\">nothing: {}</span>",
-                escaped(figure.not_expected.as_deref().unwrap_or_default())
-            ),
+            _ if figure.not_expected.is_some() => {
+                let cause = figure.not_expected.as_deref().and_then(|reason| reason.split(": ").next());
+                format!("<span class=\"note\">nothing: {}</span>", escaped(cause.unwrap_or_default()))
+            }
             (Some(value), Some(tolerance)) => format!("{} \u{b1} {}", significant(value), significant(tolerance)),
             _ => format!("{} to {}", number(want.min), number(want.max)),
         };
@@ -363,7 +373,8 @@ fn figures(record: &Characterization) -> String {
             "<div class=\"scroll\"><table><thead><tr><th>figure</th><th>meaning</th><th class=\"num\">measured</th>\
              <th class=\"num\">standard error</th><th class=\"num\">expected, 4.5 standard errors</th>\
              <th class=\"num\">configured</th></tr></thead>\
-             <tbody>{rows}</tbody></table></div>"
+             <tbody>{rows}</tbody></table></div>{}",
+            reasons(record)
         ),
     )
 }

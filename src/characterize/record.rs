@@ -11,8 +11,8 @@ use super::spatial::{Profile, profiles, spectrogram, transposed};
 use super::truth::{Truth, Want};
 use super::uncertainty::{DieErrors, standard_errors, variance_squares};
 use super::{Bench, Set};
-use crate::adc::Converter;
 use crate::adc::density::{Density, Linearity, linearity, ramp_histogram};
+use crate::adc::{AdcParams, Converter};
 use crate::config::Resolved;
 use crate::num::f64_from_u64;
 use crate::report::Ordered;
@@ -117,6 +117,7 @@ impl Characterization {
         let figures = measured.iter().map(figure).collect();
         let (dark_map_dn, response_map_percent) = maps(measurement);
         let (dark_histogram, response_histogram) = histograms(measurement);
+        let (linearity, density) = converter(&bench.sensor().parameters.adc);
         Self {
             name: name.to_owned(),
             config: resolved.canonical_text(),
@@ -124,8 +125,8 @@ impl Characterization {
             seed: resolved.scenario.seed,
             die: resolved.scenario.sensor.die,
             set: bench.set().clone(),
-            linearity: linearity(&bench.sensor().parameters.adc),
-            density: ramp_histogram(&Converter::new(&bench.sensor().parameters.adc), SAMPLES_PER_LSB),
+            linearity,
+            density,
             reading: reading(bench),
             figures,
             dark_clipped: measurement.dark_clipped,
@@ -222,6 +223,17 @@ impl Characterization {
         let one = |profile: Profile| json!({"mean": profile.mean, "min": profile.least, "max": profile.most});
         json!({"horizontal": one(across), "vertical": one(down)})
     }
+}
+
+/// The converter by code density, in millionths of an LSB: what lies below is rounding of the method.
+fn converter(adc: &AdcParams) -> (Linearity, Density) {
+    // Adding 0 turns a negative zero into zero.
+    let rounded = |value: f64| (1e6 * value).round_ties_even() / 1e6 + 0.0;
+    let (found, mut density) = (linearity(adc), ramp_histogram(&Converter::new(adc), SAMPLES_PER_LSB));
+    for values in [&mut density.dnl_lsb, &mut density.inl_lsb] {
+        values.iter_mut().for_each(|value| *value = rounded(*value));
+    }
+    (Linearity { dnl_lsb: found.dnl_lsb.map(rounded), inl_lsb: found.inl_lsb.map(rounded), ..found }, density)
 }
 
 /// The standard knows sensors of one reading a pixel.
