@@ -5,6 +5,7 @@ pub mod cache;
 pub mod euroc;
 pub mod folder;
 pub mod picture;
+pub mod waves;
 
 use std::path::Path;
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const ORDER: &[&str] = &[
     "num", "units", "plane", "pose", "error", "simd", "draw", "events", "facts", "fidelity", "effect", "scene",
     "optics", "pixel", "adc", "readout", "compute", "link", "energy", "tracker", "report", "effects", "config", "run",
-    "files",
+    "waves", "files",
 ];
 
 fn root() -> &'static Path {

@@ -10,11 +10,12 @@ use sensel::files::folder::OutputFolder;
 use sensel::report::Report;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
 
-use super::args::{RunArguments, Shared};
+use super::args::{RunArguments, RunVerbArguments, Shared};
 use super::interrupt;
 use super::output::Output;
 use super::place::{self, Located};
 use super::progress;
+use super::waves::WaveRequest;
 
 /// Most that baked light may take of the user's disk.
 const CACHE_BYTES: u64 = 1 << 30;
@@ -100,20 +101,25 @@ pub fn prepare(located: Located, shared: &Shared) -> Result<Setup, Error> {
 }
 
 /// `sensel run`.
-pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
+    let arguments = &verb.run;
     let watch = Wall(Instant::now());
     let located = located(arguments, shared)?;
     let name = located.name.clone();
     let keep = super::output::Keep::parse(&arguments.keep)?;
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
-    sensel::run::SensorSetup::new(&located.resolved)?;
+    let sensor = sensel::run::SensorSetup::new(&located.resolved)?;
+    let frames = located.resolved.scenario.frames()?;
+    let waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, frames)?;
     OutputFolder::check(&target)?;
     let setup = prepare(located, shared)?;
     let prepared_s = watch.now_s();
 
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;
-    let frames = session.setup().frames;
+    if let Some(waves) = &waves {
+        session.watch(waves.plan.selection().frame, &waves.plan.selection().rows);
+    }
     let bar = progress::bar("frames", u64::from(frames), shared.quiet);
     let interrupted = interrupt::watch();
     for _ in 0..frames {
@@ -129,6 +135,9 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     report.cost.insert("prepare", per_frame(prepared_s, frames));
     report.cost.insert("write", per_frame(output.seconds(), frames));
     output.finish(&session, &report)?;
+    if let Some(waves) = &waves {
+        waves.write(session.watched())?;
+    }
 
     if shared.json {
         out!("{}", report.to_json()?);

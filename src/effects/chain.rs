@@ -132,6 +132,29 @@ impl Chain {
         RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
     }
 
+    /// Samples of some rows of an exposure at the converters' inputs, as `capture` converts them.
+    pub fn samples_of_rows(
+        &self,
+        photons: &Plane<f32>,
+        capture: Capture<'_>,
+        times: &[RowTimes],
+        rows: &[RowIndex],
+    ) -> Vec<RowSamples> {
+        assert!(times.len() == photons.height_px(), "every row has its times");
+        let charge_e = self.has_array_effects().then(|| self.array_electrons(photons, capture, times));
+        let samples = |&row: &RowIndex| {
+            let row = crate::num::index(row.0);
+            let mut buffers = RowBuffers::new(photons.width_px(), self.samples());
+            match &charge_e {
+                Some(charge_e) => buffers.values.copy_from_slice(charge_e.row(row)),
+                None => self.gather(photons.row(row), capture, row, times[row], &mut buffers),
+            }
+            self.sense(capture, row, times[row], &mut buffers);
+            RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
+        };
+        rows.iter().map(samples).collect()
+    }
+
     fn samples(&self) -> Samples {
         self.parameters.adc.cds.samples()
     }

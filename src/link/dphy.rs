@@ -37,9 +37,17 @@ impl LinkParams {
 
     /// `byte_clk` clocks from LP-11 to LP-11 around the bytes of a burst, synchronisation byte included.
     pub fn burst_overhead(&self) -> Clocks {
-        let trail = self.byte_clocks(HS_TRAIL_NS, HS_TRAIL_UI).max(1);
-        let prepare = self.byte_clocks(HS_PREPARE_ZERO_NS, HS_PREPARE_ZERO_UI);
-        Clocks(self.byte_clocks(LPX_NS, 0) + prepare + 1 + trail + self.byte_clocks(HS_EXIT_NS, 0))
+        Clocks(self.burst_entry().0 + self.burst_exit().0)
+    }
+
+    /// `byte_clk` clocks from LP-11 to the first byte: LP-01, preparation, synchronisation byte.
+    pub fn burst_entry(&self) -> Clocks {
+        Clocks(self.byte_clocks(LPX_NS, 0) + self.byte_clocks(HS_PREPARE_ZERO_NS, HS_PREPARE_ZERO_UI) + 1)
+    }
+
+    /// `byte_clk` clocks from the last byte to the next burst's LP-01: trail, exit.
+    pub fn burst_exit(&self) -> Clocks {
+        Clocks(self.byte_clocks(HS_TRAIL_NS, HS_TRAIL_UI).max(1) + self.byte_clocks(HS_EXIT_NS, 0))
     }
 
     /// `byte_clk` clocks of a long packet of so many payload bytes, with its burst's overhead.

@@ -5,7 +5,7 @@ use super::hashes::StageHashes;
 use super::setup::{FrameOnLink, Setup};
 use crate::compute::{self, Feature};
 use crate::draw::DrawKey;
-use crate::effects::chain::{Capture, RowTimes};
+use crate::effects::chain::{Capture, RowSamples, RowTimes};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
@@ -79,8 +79,16 @@ pub struct Session {
     tracker: Option<Tracker>,
     /// Electrons of each camera's array in the frame before, where an effect needs them.
     charge_before_e: Vec<Option<Plane<f32>>>,
+    watched: Option<Watched>,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,
+}
+
+/// Rows of the first camera whose samples are kept when their frame is sensed.
+struct Watched {
+    frame: FrameIndex,
+    rows: Vec<RowIndex>,
+    samples: Vec<RowSamples>,
 }
 
 impl Session {
@@ -97,12 +105,22 @@ impl Session {
             None
         };
         let charge_before_e = setup.cameras.iter().map(|_| None).collect();
-        Ok(Self { setup, tracker, charge_before_e, notes: Vec::new(), totals: Totals::default() })
+        Ok(Self { setup, tracker, charge_before_e, watched: None, notes: Vec::new(), totals: Totals::default() })
     }
 
     /// What the run is made of.
     pub fn setup(&self) -> &Setup {
         &self.setup
+    }
+
+    /// Keeps the first camera's samples of these rows when their frame comes. They change nothing.
+    pub fn watch(&mut self, frame: FrameIndex, rows: &[RowIndex]) {
+        self.watched = Some(Watched { frame, rows: rows.to_vec(), samples: Vec::new() });
+    }
+
+    /// Samples of the watched rows at the converters' inputs; empty before their frame.
+    pub fn watched(&self) -> &[RowSamples] {
+        self.watched.as_ref().map_or(&[], |watched| &watched.samples)
     }
 
     /// Simulates the next frame of the rig.
@@ -190,6 +208,9 @@ impl Session {
         for (camera, exposure) in exposures.iter().enumerate() {
             let before_e = self.charge_before_e[camera].as_ref();
             let capture = Capture { camera: CameraIndex(u32_from(camera)), frame, slot: 0, before_e };
+            if let Some(watched) = self.watched.as_mut().filter(|watched| watched.frame == frame && camera == 0) {
+                watched.samples = setup.chain.samples_of_rows(&exposure.photons, capture, &times, &watched.rows);
+            }
             let captured = setup.chain.capture(&exposure.photons, capture, &times);
             self.totals.events.merge(&captured.events);
             codes.push(captured.codes);

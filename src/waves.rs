@@ -1,0 +1,192 @@
+//! Waveforms of the sensor for chosen rows and columns. Enters: a sensor's setup and the samples of the chosen rows. Leaves: the signals
+//! and their changes at instants in whole picoseconds, ready for a file. Writes nothing.
+//!
+//! Time 0 is the first clock of the frame; its rows are exposed before one frame length has passed, or soon after, and read from then on.
+//! Pins of the converters are unknown outside the lines that are shown; real signals hold there.
+
+mod analog;
+mod clocks;
+mod frame;
+mod lanes;
+mod lines;
+mod rows;
+mod selection;
+mod signals;
+
+pub use selection::{Asked, Selection};
+pub use signals::{Change, Kind, Signal, SignalId, Value, Waves};
+
+use crate::adc::Converter;
+use crate::effects::chain::RowSamples;
+use crate::error::Error;
+use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
+use crate::run::SensorSetup;
+use analog::Comparators;
+use clocks::{Frequency, instant_ps};
+use frame::FrameSignals;
+use lanes::{LaneSignals, Lanes, LinkSignals};
+use lines::{RowLine, pix_clk, row_line};
+use rows::{CoreSignals, LineClocks, TAIL_CLK, core_config, run_rows};
+use rtl_models::sensor_core::CoreConfig;
+use signals::Recorder;
+
+/// A selection of a sensor's rows and columns with everything that its waves need, checked.
+#[derive(Debug)]
+pub struct WavePlan<'a> {
+    sensor: &'a SensorSetup,
+    selection: Selection,
+    converter: Converter,
+    groups: Vec<Group>,
+    lanes: Option<Lanes>,
+}
+
+/// Rows whose lines follow each other.
+#[derive(Debug)]
+struct Group {
+    lines: Vec<RowLine>,
+    config: CoreConfig,
+}
+
+impl<'a> WavePlan<'a> {
+    /// Prepares what was asked for.
+    ///
+    /// # Errors
+    /// Rows, columns or a frame that are not there; a sensor whose lines the clocked core does not hold.
+    pub fn new(sensor: &'a SensorSetup, asked: Asked<'_>, frames: u32) -> Result<Self, Error> {
+        let (adc, schedule) = (&sensor.parameters.adc, &sensor.schedule);
+        let selection = Selection::new(asked, sensor.size, frames)?;
+        let lines: Vec<RowLine> = selection.rows.iter().map(|&row| row_line(schedule, row)).collect();
+        let line_adc_clk = Frequency::hz(adc.clock_hz).clocks_within(schedule.line_clk().0, pix_clk(schedule));
+        let mut groups = Vec::new();
+        for lines in lines::groups(&lines) {
+            let row_step = lines.get(1).map_or(1, |second| second.array_row - lines[0].array_row);
+            let (first_row, rows) = (lines[0].array_row, u32_from(lines.len()));
+            let line = LineClocks { line_adc_clk, first_row, row_step, rows };
+            let config = core_config(adc, line, u32_from(selection.columns.len()), 0.0)?;
+            groups.push(Group { lines: lines.to_vec(), config });
+        }
+        Ok(Self { sensor, selection, converter: Converter::new(adc), groups, lanes: None })
+    }
+
+    /// What is shown.
+    pub fn selection(&self) -> &Selection {
+        &self.selection
+    }
+
+    /// Samples of a test picture, for a sensor without a scene: a wedge from no signal in the first column to the least signal of
+    /// the greatest code in the last, without noise; every row is like it.
+    pub fn wedge(&self) -> Vec<RowSamples> {
+        let adc = &self.sensor.parameters.adc;
+        let width = index(self.sensor.size.width_px);
+        // Half an LSB beyond the last edge, so that the ramp's rounding decides nothing.
+        let full_uv = (f64::from(adc.code_max() - adc.black_level_dn) + 0.5) * adc.lsb_uv();
+        let share = |column: usize| f64_from_usize(column) / f64_from_usize((width - 1).max(1));
+        let signal_uv: Vec<f32> = (0..width).map(|column| f32_nearest(full_uv * share(column))).collect();
+        let reset_uv = if adc.reset_counts_used() > 0 || adc.cds == crate::adc::Cds::Digital {
+            vec![0.0; width]
+        } else {
+            Vec::new()
+        };
+        self.selection
+            .rows
+            .iter()
+            .map(|_| RowSamples { signal_uv: signal_uv.clone(), reset_uv: reset_uv.clone() })
+            .collect()
+    }
+
+    /// The waves of the chosen rows, from their samples in the same order.
+    ///
+    /// # Errors
+    /// A row that the link cannot carry.
+    pub fn waves(&self, rows: &[RowSamples]) -> Result<Waves, Error> {
+        assert!(rows.len() == self.selection.rows.len(), "every chosen row has its samples");
+        let mut recorder = Recorder::default();
+        let signals = Signals::add(&mut recorder, self);
+        signals.frame.show(&mut recorder, self);
+        let mut rest = rows;
+        let mut end_ps = 0;
+        for group in &self.groups {
+            let (own, after) = rest.split_at(group.lines.len());
+            end_ps = self.show_group(group, own, &signals, &mut recorder)?.max(end_ps);
+            rest = after;
+        }
+        Ok(recorder.finish(end_ps))
+    }
+
+    fn at_ps(&self, line_clk: u64, domain: Frequency, halves: u64) -> u64 {
+        instant_ps(pix_clk(&self.sensor.schedule), line_clk, domain, halves)
+    }
+
+    /// Shows rows that follow each other; gives back when the last of them has left.
+    fn show_group(
+        &self,
+        group: &Group,
+        rows: &[RowSamples],
+        signals: &Signals,
+        recorder: &mut Recorder,
+    ) -> Result<u64, Error> {
+        let (adc, schedule) = (&self.sensor.parameters.adc, &self.sensor.schedule);
+        let adc_clk = Frequency::hz(adc.clock_hz);
+        let start_clk = |line: u32| group.lines[0].start_clk + u64::from(line) * schedule.line_clk().0;
+        let instant = |line: u32, clock: u32| self.at_ps(start_clk(line), adc_clk, 2 * u64::from(clock));
+        let comparators = Comparators::new(&self.converter, adc, index(self.sensor.size.width_px));
+        let latched = run_rows(group.config, comparators, rows, &signals.core, recorder, &instant);
+        let mut end_ps = instant(u32_from(rows.len()), TAIL_CLK);
+        recorder.forget(signals.core.bits(), end_ps);
+        let mut lanes_end_ps = None;
+        for ((line, samples), latch) in group.lines.iter().zip(rows).zip(&latched) {
+            signals.frame.line_shown(recorder, self, line);
+            let mut codes = vec![0; samples.signal_uv.len()];
+            self.converter.convert_row(&samples.signal_uv, &samples.reset_uv, &mut codes);
+            for (&column, &code) in self.selection.columns.iter().zip(&latch.codes) {
+                assert!(codes[index(column)] == code, "the clocked core and the closed form give one code");
+            }
+            if let (Some(lanes), Some(pins)) = (&self.lanes, &signals.lanes) {
+                let first = lanes.clock.first_edge_after(u64::from(latch.clock) + 1, adc_clk);
+                let edge_ps = |halves| self.at_ps(start_clk(latch.line), lanes.clock, halves);
+                lanes_end_ps = Some(pins.shift(recorder, lanes, &codes, first, &edge_ps));
+            }
+            end_ps = end_ps.max(self.send(line, &codes, signals, recorder)?);
+        }
+        if let (Some(end), Some(pins)) = (lanes_end_ps, &signals.lanes) {
+            recorder.forget(pins.all(), end);
+            end_ps = end_ps.max(end);
+        }
+        if let Some(link) = &signals.link {
+            recorder.forget(link.all(), end_ps);
+        }
+        Ok(end_ps)
+    }
+
+    /// The row's packet, from the end of its line on; behind serial lanes a line later, when all its codes are out.
+    fn send(&self, line: &RowLine, codes: &[u16], signals: &Signals, recorder: &mut Recorder) -> Result<u64, Error> {
+        let Some(pins) = &signals.link else { return Ok(0) };
+        let link = &self.sensor.link;
+        let packet = crate::link::pack_row(codes, self.sensor.parameters.adc.bits, 0, link)?;
+        let lines = if self.lanes.is_some() { 2 } else { 1 };
+        let start_clk = line.start_clk + lines * self.sensor.schedule.line_clk().0;
+        let byte_ps = |halves| self.at_ps(start_clk, LinkSignals::byte_clk(link), halves);
+        let bit_ps = |halves| self.at_ps(start_clk, Frequency::hz(2 * link.frequency_hz), halves);
+        Ok(pins.send(recorder, link, &packet, &byte_ps, &bit_ps))
+    }
+}
+
+/// All signals, in the order of the data.
+struct Signals {
+    frame: FrameSignals,
+    core: CoreSignals,
+    lanes: Option<LaneSignals>,
+    link: Option<LinkSignals>,
+}
+
+impl Signals {
+    fn add(recorder: &mut Recorder, plan: &WavePlan<'_>) -> Self {
+        let (adc, link) = (&plan.sensor.parameters.adc, &plan.sensor.link);
+        Self {
+            frame: FrameSignals::add(recorder, plan),
+            core: CoreSignals::add(recorder, adc, &plan.selection.columns),
+            lanes: plan.lanes.as_ref().map(|lanes| LaneSignals::add(recorder, lanes)),
+            link: link.mode.sends_codes().then(|| LinkSignals::add(recorder, link)),
+        }
+    }
+}
