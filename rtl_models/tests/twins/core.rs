@@ -1,8 +1,6 @@
 //! The whole core: clock by clock with stalls against the form that runs from event to event.
 
-mod common;
-
-use common::{Random, comparators, core_config};
+use crate::cases::{Random, comparators, core_config};
 use rtl_models::NEVER;
 use rtl_models::cds::Cds;
 use rtl_models::event_core::{CHANGES_PER_LINE, Change, EventCore, FrameCrossings, LatchedRow, Trace};

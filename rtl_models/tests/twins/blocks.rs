@@ -1,8 +1,6 @@
 //! Each block's `tick` against the form that skips clocks, over random parameters and pauses.
 
-mod common;
-
-use common::Random;
+use crate::cases::Random;
 use rtl_models::cds::{Cds, CdsConfig, CdsIn, ColumnRow, RowCrossings};
 use rtl_models::lane_planes::{LanePlanes, plane_bit, write_row};
 use rtl_models::lane_shift::{LaneConfig, LaneIn, LaneShift};
@@ -114,7 +112,7 @@ fn the_sequencer_advances_as_it_ticks() {
     let (mut quiet, mut clocks) = (0, 0);
     for case in 0..300 {
         let bits = random.within(1, 8);
-        let config = common::core_config(&mut random, bits, 16, 3).seq;
+        let config = crate::cases::core_config(&mut random, bits, 16, 3).seq;
         let (mut ticked, mut advanced) = (ReadoutSeq::new(config), ReadoutSeq::new(config));
         for _ in 0..40 {
             let (pause, enable) = (random.below(3 * config.hts), !random.one_in(5));
@@ -139,7 +137,7 @@ fn exposure_is_exactly_the_lines_that_were_asked_for_and_rows_wrap() {
     let mut random = Random(14);
     let mut rows_seen = 0;
     for case in 0..200 {
-        let config = common::core_config(&mut random, 3, 16, 3).seq;
+        let config = crate::cases::core_config(&mut random, 3, 16, 3).seq;
         let mut seq = ReadoutSeq::new(config);
         let mut reset_at = std::collections::BTreeMap::new();
         let expected = u64::from(config.exposure_lines * config.hts);
