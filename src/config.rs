@@ -3,6 +3,7 @@
 
 pub mod check;
 pub mod presets;
+mod readout;
 pub mod scenario;
 pub mod suggest;
 pub mod tree;

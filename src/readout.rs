@@ -1,7 +1,23 @@
-//! The row sequencer. Enters: array size, line and frame length, exposure. Leaves: when each row is exposed and read.
+//! The row sequencer. Enters: array size, line and frame length, exposure, window, binning, trigger. Leaves: which pixels make
+//! which picture, and when each row is exposed and read, in clocks and in seconds; registers and automatic exposure.
 
+mod auto_exposure;
+mod budget;
+mod clock;
+mod geometry;
+mod limits;
 mod params;
+mod registers;
 mod schedule;
+#[cfg(test)]
+mod schedule_tests;
+mod slots;
 
-pub use params::{ReadoutParams, Shutter};
+pub use auto_exposure::{AutoExposure, AutoExposureParams, CodeRange, RegisterWrite};
+pub use budget::{DemandKind, LineDemand};
+pub use clock::{ClockSpan, FrameClock};
+pub use geometry::{BinningMode, Geometry, Window};
+pub use params::{Exposure, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Shutter, Trigger};
+pub use registers::{ExposureSettings, Registers};
 pub use schedule::Schedule;
+pub use slots::{FrameDemand, Slot};

@@ -13,6 +13,7 @@ pub mod html;
 mod json;
 pub mod ordered;
 pub mod record;
+pub mod timing_diagram;
 
 pub use display::display_curve;
 pub use figures::{Figure, NotMeasurable, TrajectoryFigures, median, prediction_error_m, trajectory_figures};

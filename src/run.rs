@@ -8,8 +8,9 @@ mod motion;
 mod record;
 pub mod session;
 pub mod setup;
+mod timing;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
-pub use record::{burst_utilisation, timing_record};
 pub use session::{CameraFrame, Frame, Session};
 pub use setup::{SensorSetup, Setup};
+pub use timing::{burst_utilisation, timing_diagram, timing_record};

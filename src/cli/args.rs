@@ -52,8 +52,8 @@ pub enum Verb {
     Run(RunVerbArguments),
     /// Says which effects a scenario calls for, which are left out, and the bound of what that changes; simulates nothing.
     Plan(ScenarioArguments),
-    /// Says line and frame times, exposure limits, latency and link use of a scenario's sensor.
-    Timing(ScenarioArguments),
+    /// Says line and frame times, exposure limits, latency and link use of a sensor, and where a line's time goes.
+    Timing(TimingArguments),
     /// Says energy and bandwidth by block, raw pictures against features.
     Power(RunArguments),
     /// Runs the extractor alone on a picture.
@@ -126,6 +126,16 @@ pub struct WaveArguments {
 pub struct ScenarioArguments {
     /// A scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
     pub scenario: Option<String>,
+}
+
+/// A sensor.
+#[derive(Args, Debug)]
+pub struct TimingArguments {
+    /// A sensor preset's name, a file with [sensor] sections, or a scenario (a file, a folder with a scene.toml, a name).
+    pub sensor: Option<String>,
+    /// Draws the time of a line and of a frame.
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
 }
 
 /// A picture for the extractor.

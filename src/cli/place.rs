@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use sensel::config::Resolved;
+use sensel::config::presets::{self, Kind};
 use sensel::error::Error;
 
 use super::args::Shared;
@@ -27,7 +28,7 @@ pub struct Located {
     pub resolved: Resolved,
 }
 
-/// Finds and reads a scenario and lays the command line's words over it.
+/// Finds and reads a scenario (or a file with sections of a sensor only: the rest has defaults) and lays the command line's words over it.
 pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Result<Located, Error> {
     let (file, text) = match (find(scenario.unwrap_or(DEFAULT_SCENARIO), shared), scenario) {
         (Ok(file), _) => {
@@ -41,17 +42,26 @@ pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Resul
         }
         (Err(error), Some(_)) => return Err(error),
     };
-    let mut assignments = more.to_vec();
-    if let Some(seed) = shared.seed {
-        assignments.push(format!("seed={seed}"));
-    }
-    if let Some(threads) = shared.threads {
-        assignments.push(format!("run.threads={threads}"));
-    }
-    assignments.extend(shared.set.iter().cloned());
-    let resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments)?;
+    let resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments(shared, more))?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     Ok(Located { name: name_of(&file), folder, resolved })
+}
+
+/// As `locate`, where a sensor alone will do: a sensor preset's name stands for a scenario that has only this sensor, unless a
+/// file or folder has the same name.
+pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, Error> {
+    let preset = sensor.filter(|name| presets::find(Kind::Sensor, name).is_ok() && !Path::new(name).exists());
+    let Some(name) = preset else { return locate(sensor, shared, &[]) };
+    let text = format!("[sensor]\npreset = \"{name}\"\n");
+    let resolved = Resolved::from_layers("command line", &text, &assignments(shared, &[]))?;
+    Ok(Located { name: name.to_owned(), folder: PathBuf::new(), resolved })
+}
+
+/// What the command line lays over a scenario.
+fn assignments(shared: &Shared, more: &[String]) -> Vec<String> {
+    let seed = shared.seed.map(|seed| format!("seed={seed}"));
+    let threads = shared.threads.map(|threads| format!("run.threads={threads}"));
+    more.iter().cloned().chain(seed).chain(threads).chain(shared.set.iter().cloned()).collect()
 }
 
 /// An error of the disk with the path it is about.

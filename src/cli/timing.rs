@@ -1,54 +1,122 @@
 //! `sensel timing`: the clocks of a sensor; needs no scene.
 
 use sensel::error::Error;
+use sensel::report::timing_diagram::TimingDiagram;
 use sensel::run::{self, SensorSetup};
 use sensel::units::{FrameIndex, RowIndex};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::args::{ScenarioArguments, Shared};
+use super::args::{Shared, TimingArguments};
 use super::{listing, place};
 
 /// `sensel timing`.
-pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error> {
-    let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
+pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
+    let located = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
     let resolved = &located.resolved;
     let sensor = SensorSetup::new(resolved)?;
     let expected_features = u64::from(resolved.scenario.compute.top_k);
-    let timing = run::timing_record(&sensor, expected_features)?;
-    let readout = &resolved.scenario.sensor.readout;
-    let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, expected_features)?;
-    let utilisation = sensor.link.mean_utilisation(&traffic, sensor.schedule.frame_time_s());
-    let burst = run::burst_utilisation(&sensor)?;
-    let exposure_us = 1e6 * sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s();
-    if shared.json {
-        listing::print_json(&json!({
-            "hts": readout.hts,
-            "vts": readout.vts,
-            "line_time_us": timing.line_time_us,
-            "frame_time_us": timing.frame_time_us,
-            "fps": timing.fps,
-            "exposure_max_lines": sensor.schedule.exposure_lines_max(),
-            "exposure_us": exposure_us,
-            "latency_us": timing.latency_us,
-            "link_utilisation": utilisation,
-            "link_utilisation_burst": burst,
-            "line": timing.line,
-            "frame": timing.frame,
-        }));
-        return Ok(());
+    let diagram = run::timing_diagram(&sensor, expected_features, &located.name)?;
+    if let Some(path) = &arguments.svg {
+        std::fs::write(path, diagram.svg()).map_err(|source| place::io(path, source))?;
     }
-    outln!("line        {:.3} us: HTS {} at {} Hz", timing.line_time_us, readout.hts, readout.pixel_rate_hz);
-    outln!("frame       {:.3} us: VTS {}, {:.3} fps", timing.frame_time_us, readout.vts, timing.fps);
-    outln!(
-        "exposure    {exposure_us:.3} us ({} shutter), at most {} lines",
-        readout.shutter,
-        sensor.schedule.exposure_lines_max()
-    );
-    outln!("latency     {:.1} us from the middle of the exposure to the frame's last byte", timing.latency_us);
-    outln!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * utilisation, 100.0 * burst);
-    outln!("within a line");
-    for phase in &timing.line {
-        outln!("  {:<8} {:<14} {:8.3} to {:8.3} us", phase.lane, phase.name, phase.start_us, phase.end_us);
+    let link = Link::new(&sensor, expected_features)?;
+    if shared.json {
+        listing::print_json(&as_json(&sensor, &diagram, &link));
+    } else {
+        print(&sensor, &diagram, &link);
     }
     Ok(())
+}
+
+/// How much of the link a frame takes.
+struct Link {
+    /// Container and feature bits over what the link could carry in a frame's time.
+    utilisation: f64,
+    /// Share of the time from row to row in which a row's packet holds the link.
+    burst: f64,
+    capacity_bps: u64,
+    /// Container and feature bits a second.
+    payload_bps: f64,
+}
+
+impl Link {
+    fn new(sensor: &SensorSetup, features: u64) -> Result<Self, Error> {
+        let (link, schedule) = (&sensor.link, &sensor.schedule);
+        let traffic = link.traffic(schedule.output_size(), sensor.parameters.adc.bits, features)?;
+        let utilisation = link.mean_utilisation(&traffic, schedule.frame_time_s());
+        let capacity_bps = link.capacity_bits_per_s();
+        let payload_bits = sensel::num::f64_from_u64(traffic.container_bits + traffic.feature_bits);
+        let burst = run::burst_utilisation(sensor)?;
+        Ok(Self { utilisation, burst, capacity_bps, payload_bps: payload_bits * schedule.fps() })
+    }
+}
+
+/// The longest exposure in effect, in us.
+fn exposure_us(sensor: &SensorSetup) -> f64 {
+    1e6 * sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s()
+}
+
+fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) -> Value {
+    let (schedule, timing) = (&sensor.schedule, &diagram.timing);
+    let budget: Vec<Value> = diagram
+        .budgets
+        .iter()
+        .map(|part| {
+            json!({"name": part.name, "time_us": part.time_us, "needed_hts": part.needed_hts, "slack_us": part.slack_us,
+                   "limits": part.limits})
+        })
+        .collect();
+    let slots: Vec<Value> = schedule
+        .slots()
+        .iter()
+        .map(|slot| json!({"exposure_lines": slot.exposure_lines, "offset_lines": slot.offset_lines}))
+        .collect();
+    let (size, demand) = (schedule.output_size(), schedule.frame_demand());
+    json!({
+        "hts": schedule.hts(),
+        "vts": schedule.vts(),
+        "line_time_us": timing.line_time_us,
+        "frame_time_us": timing.frame_time_us,
+        "fps": timing.fps,
+        "exposure_max_lines": schedule.exposure_lines_max(),
+        "exposure_us": exposure_us(sensor),
+        "exposure_lines": schedule.exposure_lines(),
+        "exposure_fine_clk": schedule.exposure_fine_clk(),
+        "latency_us": timing.latency_us,
+        "link_utilisation": link.utilisation,
+        "link_utilisation_burst": link.burst,
+        "link_capacity_bps": link.capacity_bps,
+        "link_payload_bps": link.payload_bps,
+        "width": size.width_px,
+        "height": size.height_px,
+        "line_budget": budget,
+        "frame_demand_lines": {"rows": demand.rows, "exposure": demand.exposure},
+        "slots": slots,
+        "line": timing.line,
+        "frame": timing.frame,
+    })
+}
+
+fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) {
+    let (schedule, timing) = (&sensor.schedule, &diagram.timing);
+    outln!("sensor      {}: {}", diagram.name, diagram.mode);
+    outln!("line        {:.3} us: HTS {} at {} Hz", timing.line_time_us, schedule.hts(), schedule.pixel_rate_hz());
+    outln!("frame       {:.3} us: VTS {}, {:.3} fps", timing.frame_time_us, schedule.vts(), timing.fps);
+    outln!(
+        "exposure    {:.3} us, {} lines and {} clocks ({} shutter), at most {} lines",
+        exposure_us(sensor),
+        schedule.exposure_lines(),
+        schedule.exposure_fine_clk(),
+        schedule.shutter().name(),
+        schedule.exposure_lines_max()
+    );
+    if schedule.slots().len() > 1 {
+        for (number, slot) in schedule.slots().iter().enumerate().skip(1) {
+            let (exposure, offset) = (slot.exposure_lines, slot.offset_lines);
+            outln!("            exposure {}: {exposure} lines, read {offset} lines after the first", number + 1);
+        }
+    }
+    outln!("latency     {:.1} us from the middle of the exposure to the frame's last byte", timing.latency_us);
+    outln!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * link.utilisation, 100.0 * link.burst);
+    out!("{}", diagram.text());
 }

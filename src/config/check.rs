@@ -16,7 +16,7 @@ use crate::optics::lens::{Lens, Radtan};
 use crate::optics::mosaic::FILTER_BANDS;
 use crate::optics::{Aperture, Mosaic, Pupil, RollOff};
 use crate::pixel::{PixelParams, PixelType};
-use crate::readout::{ReadoutParams, Shutter};
+use crate::readout::Shutter;
 use crate::scene::Illuminant;
 use crate::tracker::TrackerParams;
 use crate::units::Size;
@@ -291,24 +291,6 @@ impl Scenario {
         let would_do = format!("0 to {}", code_max - 1);
         within("sensor.adc.black_level_dn", params.black_level_dn, 0..code_max, &would_do)?;
         Ok(params)
-    }
-
-    /// Sequencer.
-    ///
-    /// # Errors
-    /// Unknown names; ranges and relations between times are checked by `readout::Schedule`.
-    pub fn readout(&self) -> Result<ReadoutParams, Error> {
-        let readout = &self.sensor.readout;
-        let shutters = Shutter::ALL.map(|shutter| (shutter.name(), shutter));
-        one_of("sensor.readout.exposure", &readout.exposure, &[("fixed", ())])?;
-        Ok(ReadoutParams {
-            shutter: one_of("sensor.readout.shutter", &readout.shutter, &shutters)?,
-            hts: readout.hts,
-            vts: readout.vts,
-            pixel_rate_hz: readout.pixel_rate_hz,
-            exposure_us: readout.exposure_us,
-            exposure_margin_lines: readout.exposure_margin_lines,
-        })
     }
 
     /// The extractor.

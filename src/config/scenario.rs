@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::Error;
+use crate::num::f64_from_usize;
+
 macro_rules! sections {
     ($($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident $(as $key:literal)? : $type:ty,)* })*) => { $(
         $(#[$doc])*
@@ -303,18 +306,74 @@ sections! {
     Readout {
         /// "global" or "rolling".
         shutter: String,
-        /// Line length in pixel clocks.
+        /// "top_to_bottom".
+        row_order: String,
+        /// Line length in pixel clocks, blanking included, 1 to 2^24.
         hts: u32,
-        /// Frame length in lines.
-        vts: u32,
+        /// Frame length in lines, blanking included, 1 to 2^24. Or `frame_rate_hz`, not both.
+        vts: Option<u32>,
+        /// Frames a second, from which VTS is derived (rounded to whole lines). Or `vts`, not both.
+        frame_rate_hz: Option<f64>,
         /// Pixel clock.
         pixel_rate_hz: u64,
-        /// Rounded to whole lines.
-        exposure_us: f64,
-        /// "fixed".
-        exposure: String,
+        /// Rounded to whole lines, at least `exposure_lines_min`; 0 to 1e9. Or `exposure_lines`, not both.
+        exposure_us: Option<f64>,
+        /// In whole lines. Or `exposure_us`, not both.
+        exposure_lines: Option<u32>,
+        /// Fine integration time in pixel clocks, added to the whole lines; below HTS.
+        exposure_fine_clk: u32,
         /// Lines of a frame that no exposure can use.
         exposure_margin_lines: u32,
+        /// Shortest exposure in lines, 0 to 65535.
+        exposure_lines_min: u32,
+        /// An exposure beyond the frame: "refuse", or "extend_frame" (VTS grows to exposure + margin).
+        long_exposure: String,
+        /// "fixed", or "auto": the mean code of a frame sets exposure and gain of later ones.
+        exposure: String,
+        /// Of the automatic exposure: mean code to reach, as a share of the greatest, black level included; above 0 to 0.99.
+        target_mean: f64,
+        /// Of the automatic exposure: frames the host takes to answer, beyond the one in which a frame is read; 0 to 8.
+        delay_frames: u32,
+        /// Of the automatic exposure: longest exposure in lines; not written: the longest that the frame holds.
+        exposure_lines_max: Option<u32>,
+        /// Of the automatic exposure: greatest gain of the ramp, to 1000.
+        gain_max: f64,
+        /// Exposure and gain written in a frame act so many frames later, 0 to 8.
+        register_latency_frames: u32,
+        /// Part of the array that is read: x, y, width, height in array pixels; not written: all of it.
+        window: Option<[u32; 4]>,
+        /// What x, y, width and height of a window must be multiples of, 1 to 64.
+        window_step: u32,
+        /// Pixels of each direction that become one: 1, 2 or 4.
+        binning: u32,
+        /// "charge" (summed before conversion), "average" (codes, a line for each array row), "skip" (the first of them is read).
+        binning_mode: String,
+        /// "none", or "multi_exposure": staggered exposures, read line by line in turn.
+        hdr: String,
+        /// Exposures of a frame, 2 to 4.
+        hdr_exposures: u32,
+        /// Each exposure over the next shorter one, above 1 to 1024.
+        hdr_exposure_ratio: f64,
+        /// Serial lanes from the columns to the output, to 65536; 0: parallel, which takes no time.
+        lanes: u32,
+        /// Bits a second of each of these lanes; not written: the pixel clock.
+        lane_clock_hz: Option<u64>,
+        /// Reset pulse of a line in pixel clocks, where settling does not hold it already.
+        reset_clk: u32,
+        /// Transfer pulse of a line in pixel clocks, where settling does not hold it already.
+        transfer_clk: u32,
+        /// Copying of the counters at the end of a line, in pixel clocks.
+        latch_clk: u32,
+        /// What starts a frame: "free" (the end of the one before) or "external" (a pulse to all cameras at once).
+        trigger: String,
+        /// From pulse to pulse, in whole nanoseconds; 0.001 to 1e8.
+        trigger_period_us: Option<f64>,
+        /// From pulse to frame, in pixel clocks.
+        trigger_delay_clk: u32,
+        /// How much later a camera's frames come than the first camera's: one value a camera, or the step from camera to camera.
+        sync_skew_us: PerCamera,
+        /// Deviation of a camera's clock, -1000 to 1000: one value a camera, or the step from camera to camera.
+        clock_ppm: PerCamera,
     }
     /// The extractor on the sensor.
     Compute {
@@ -351,5 +410,33 @@ sections! {
     Energy {
         /// Name of a technology.
         technology: String,
+    }
+}
+
+/// A number for every camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[serde(untagged, expecting = "expected a number, or a list of numbers with one for each camera")]
+pub enum PerCamera {
+    /// The step from camera to camera: the first has 0, the second this, the third twice this.
+    Step(f64),
+    /// One a camera.
+    Each(Vec<f64>),
+}
+
+impl PerCamera {
+    /// The number of each camera.
+    ///
+    /// # Errors
+    /// A list of another length than the rig.
+    pub fn numbers(&self, key: &str, cameras: usize) -> Result<Vec<f64>, Error> {
+        match self {
+            Self::Step(step) => Ok((0..cameras).map(|camera| f64_from_usize(camera) * step).collect()),
+            Self::Each(numbers) if numbers.len() == cameras => Ok(numbers.clone()),
+            Self::Each(numbers) => {
+                let reason = format!("one for each camera, {cameras} numbers, would do");
+                Err(Error::key(key, format!("{numbers:?}"), reason))
+            }
+        }
     }
 }

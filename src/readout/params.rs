@@ -1,7 +1,12 @@
 //! Parameters of the readout. Enters: numbers of a config. Leaves: the same, checked for what needs no other stage.
+//!
+//! Names follow sensors' registers: HTS and VTS as in OmniVision's and Sony's drivers, coarse and fine integration time as in
+//! MIPI CCS, staggered exposures as in Sony's DOL (digital overlap) readout.
 
+use super::auto_exposure::AutoExposureParams;
+use super::geometry::{BinningMode, Window};
 use crate::error::Error;
-use crate::pixel::above;
+use crate::pixel::{above, within};
 
 /// Whether rows are exposed together or one after another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -34,6 +39,89 @@ impl Shutter {
     }
 }
 
+/// How the exposure is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// In us, 0 to 1e9; rounded to whole lines (half to even), at least the shortest exposure.
+    Us(f64),
+    /// In whole lines, at least the shortest exposure.
+    Lines(u32),
+}
+
+/// How the length of a frame is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FrameLength {
+    /// VTS: lines of a frame, blanking included, 1 to 2^24. Datasheet or driver.
+    Lines(u32),
+    /// Frames a second; VTS is `pixel_rate / (HTS fps)`, rounded half to even.
+    RateHz(f64),
+}
+
+/// What an exposure does that is longer than its frame less the margin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LongExposure {
+    /// It is an error that names the VTS that would do.
+    Refuse,
+    /// The frame grows to exposure + margin, as drivers of IMX219 raise VTS for a long exposure.
+    ExtendFrame,
+}
+
+/// How many exposures a frame has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hdr {
+    /// One.
+    None,
+    /// Several of falling length, read line by line in turn (Sony DOL).
+    MultiExposure {
+        /// Exposures a frame, 2 to 4.
+        exposures: u32,
+        /// Each exposure over the next shorter one, above 1 to 1024.
+        ratio: f64,
+    },
+}
+
+impl Hdr {
+    /// Exposures a frame.
+    pub fn exposures(self) -> u32 {
+        match self {
+            Self::None => 1,
+            Self::MultiExposure { exposures, .. } => exposures,
+        }
+    }
+}
+
+/// What starts a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trigger {
+    /// The end of the frame before.
+    Free,
+    /// A pulse that comes to all cameras at once.
+    External {
+        /// From pulse to pulse in ns.
+        period_ns: u64,
+        /// From the clock edge that sees the pulse to the frame's first clock, in `pix_clk`.
+        delay_clk: u32,
+    },
+}
+
+/// Control pulses of a line in `pix_clk`, beside the converter's settling and ramps. 0 where settling holds them already.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pulses {
+    /// Reset of the floating diffusions, before the reset level settles.
+    pub reset_clk: u32,
+    /// Transfer gate open, before the signal settles.
+    pub transfer_clk: u32,
+    /// Counters copied into the row's output memory, after the ramp.
+    pub latch_clk: u32,
+}
+
+impl Pulses {
+    /// All of them.
+    pub fn total_clk(self) -> u64 {
+        u64::from(self.reset_clk) + u64::from(self.transfer_clk) + u64::from(self.latch_clk)
+    }
+}
+
 /// How the array is read. `Schedule::new` checks it against array, converter and link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadoutParams {
@@ -41,35 +129,173 @@ pub struct ReadoutParams {
     pub shutter: Shutter,
     /// Line length in `pix_clk` clocks, blanking included, 1 to 2^24. Datasheet or driver (HTS).
     pub hts: u32,
-    /// Frame length in lines, blanking included, 1 to 2^24. Datasheet or driver (VTS).
-    pub vts: u32,
+    /// Frame length.
+    pub frame: FrameLength,
     /// Frequency of `pix_clk` in Hz, 1e3 to 1e11; HTS VTS fps.
     pub pixel_rate_hz: u64,
-    /// Exposure asked for in us, above 0 to 1e9; rounded to whole lines.
-    pub exposure_us: f64,
-    /// Lines of a frame that no exposure can use, 0 to VTS - 1. Datasheet or driver (4 to 25 in known drivers).
+    /// Exposure asked for; with several exposures the longest.
+    pub exposure: Exposure,
+    /// Fine integration time in `pix_clk`, added to the whole lines, below HTS.
+    pub exposure_fine_clk: u32,
+    /// Lines of a frame that no exposure can use. Datasheet or driver (4 to 25 in known drivers).
     pub exposure_margin_lines: u32,
+    /// Shortest exposure in lines, 0 to 65535.
+    pub exposure_lines_min: u32,
+    /// What an exposure beyond the frame does.
+    pub long_exposure: LongExposure,
+    /// Part of the array that is read; `None`: all of it.
+    pub window: Option<Window>,
+    /// What x, y, width and height of a window must be multiples of, 1 to 64.
+    pub window_step: u32,
+    /// Pixels of each direction that become one: 1, 2 or 4.
+    pub binning: u32,
+    /// How they become one.
+    pub binning_mode: BinningMode,
+    /// Side of the colour mosaic's period in pixels, 1 (monochrome) to 4: only pixels of one place in the mosaic are binned.
+    pub mosaic_px: u32,
+    /// Exposures of a frame.
+    pub hdr: Hdr,
+    /// Serial lanes from the columns' memory to the output, 0: parallel, takes no time; to 65536.
+    pub lanes: u32,
+    /// Bits a second of each of these lanes.
+    pub lane_clock_hz: u64,
+    /// Pulses of a line.
+    pub pulses: Pulses,
+    /// What starts a frame.
+    pub trigger: Trigger,
+    /// By camera: how much later than the first its frames (free) or its trigger (external) come, in ns. Beyond the list: 0.
+    pub sync_skew_ns: Vec<u64>,
+    /// By camera: deviation of its clock from `pixel_rate_hz` in 1e-9, within 1e6. Beyond the list: 0.
+    pub clock_ppb: Vec<i64>,
+    /// Exposure and gain written in frame n act in frame n + this, 0 to 8.
+    pub register_latency_frames: u32,
+    /// Automatic exposure, where it is on.
+    pub auto: Option<AutoExposureParams>,
+}
+
+/// Greatest HTS and greatest VTS: 24 bits.
+pub(super) const LENGTH_MAX: u32 = 1 << 24;
+/// Greatest frame in clocks: with it a million frames and more stay below 2^63 clocks.
+pub(super) const FRAME_CLK_MAX: u64 = 1 << 40;
+
+fn whole(key: &str, value: u32, least: u32, most: u32) -> Result<(), Error> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
+}
+
+fn frequency(key: &str, value_hz: u64) -> Result<(), Error> {
+    if (1_000..=100_000_000_000).contains(&value_hz) {
+        return Ok(());
+    }
+    Err(Error::key(key, value_hz, "out of range; 1 kHz to 100 GHz would do"))
 }
 
 impl ReadoutParams {
+    /// The plainest readout of these lengths: whole array, one exposure, own clock, no lanes, no pulses.
+    pub fn plain(shutter: Shutter, hts: u32, vts: u32, pixel_rate_hz: u64, exposure: Exposure) -> Self {
+        Self {
+            shutter,
+            hts,
+            frame: FrameLength::Lines(vts),
+            pixel_rate_hz,
+            exposure,
+            exposure_fine_clk: 0,
+            exposure_margin_lines: 0,
+            exposure_lines_min: 1,
+            long_exposure: LongExposure::Refuse,
+            window: None,
+            window_step: 1,
+            binning: 1,
+            binning_mode: BinningMode::Charge,
+            mosaic_px: 1,
+            hdr: Hdr::None,
+            lanes: 0,
+            lane_clock_hz: pixel_rate_hz,
+            pulses: Pulses::default(),
+            trigger: Trigger::Free,
+            sync_skew_ns: Vec::new(),
+            clock_ppb: Vec::new(),
+            register_latency_frames: 2,
+            auto: None,
+        }
+    }
+
     /// Refuses values out of range, naming key, value and what would do.
     pub fn check(&self) -> Result<(), Error> {
-        for (key, value) in [("sensor.readout.hts", self.hts), ("sensor.readout.vts", self.vts)] {
-            if !(1..=1 << 24).contains(&value) {
-                return Err(Error::key(key, value, "out of range; 1 to 16777216 would do"));
+        whole("sensor.readout.hts", self.hts, 1, LENGTH_MAX)?;
+        match self.frame {
+            FrameLength::Lines(vts) => whole("sensor.readout.vts", vts, 1, LENGTH_MAX)?,
+            FrameLength::RateHz(rate_hz) => above("sensor.readout.frame_rate_hz", rate_hz, 0.0, 1e6)?,
+        }
+        frequency("sensor.readout.pixel_rate_hz", self.pixel_rate_hz)?;
+        if let Exposure::Us(exposure_us) = self.exposure {
+            within("sensor.readout.exposure_us", exposure_us, 0.0, 1e9)?;
+        }
+        whole("sensor.readout.exposure_lines_min", self.exposure_lines_min, 0, 65_535)?;
+        whole("sensor.readout.exposure_margin_lines", self.exposure_margin_lines, 0, LENGTH_MAX - 1)?;
+        if self.exposure_fine_clk >= self.hts {
+            let reason = format!("out of range; 0 to {} (less than a line of hts clocks) would do", self.hts - 1);
+            return Err(Error::key("sensor.readout.exposure_fine_clk", self.exposure_fine_clk, reason));
+        }
+        whole("sensor.readout.lanes", self.lanes, 0, 65_536)?;
+        frequency("sensor.readout.lane_clock_hz", self.lane_clock_hz)?;
+        for (key, value) in [
+            ("sensor.readout.reset_clk", self.pulses.reset_clk),
+            ("sensor.readout.transfer_clk", self.pulses.transfer_clk),
+            ("sensor.readout.latch_clk", self.pulses.latch_clk),
+        ] {
+            whole(key, value, 0, LENGTH_MAX)?;
+        }
+        whole("sensor.readout.register_latency_frames", self.register_latency_frames, 0, 8)?;
+        self.check_exposures()?;
+        self.check_sync()
+    }
+
+    fn check_exposures(&self) -> Result<(), Error> {
+        if let Some(auto) = &self.auto {
+            auto.check()?;
+            if self.long_exposure == LongExposure::ExtendFrame {
+                let reason = "an automatic exposure needs frames of one length; refuse would do";
+                return Err(Error::key("sensor.readout.long_exposure", "extend_frame", reason));
             }
         }
-        if !(1_000..=100_000_000_000).contains(&self.pixel_rate_hz) {
-            return Err(Error::key(
-                "sensor.readout.pixel_rate_hz",
-                self.pixel_rate_hz,
-                "out of range; 1 kHz to 100 GHz would do",
-            ));
+        let Hdr::MultiExposure { exposures, ratio } = self.hdr else { return Ok(()) };
+        whole("sensor.readout.hdr_exposures", exposures, 2, 4)?;
+        above("sensor.readout.hdr_exposure_ratio", ratio, 1.0, 1024.0)?;
+        if self.shutter == Shutter::Global {
+            let reason = "staggered exposures need a rolling shutter: a pixel stores one charge; none would do";
+            return Err(Error::key("sensor.readout.hdr", "multi_exposure", reason));
         }
-        if self.exposure_margin_lines >= self.vts {
-            let reason = format!("out of range; less than sensor.readout.vts = {} would do", self.vts);
-            return Err(Error::key("sensor.readout.exposure_margin_lines", self.exposure_margin_lines, reason));
+        if self.exposure_fine_clk > 0 {
+            let reason = "staggered exposures are whole lines; 0 would do";
+            return Err(Error::key("sensor.readout.exposure_fine_clk", self.exposure_fine_clk, reason));
         }
-        above("sensor.readout.exposure_us", self.exposure_us, 0.0, 1e9)
+        Ok(())
     }
+
+    fn check_sync(&self) -> Result<(), Error> {
+        if let Trigger::External { period_ns, .. } = self.trigger
+            && !(1..=100_000_000_000).contains(&period_ns)
+        {
+            let reason = "out of range; 0.001 to 100000000 would do";
+            return Err(Error::key("sensor.readout.trigger_period_us", microseconds(period_ns), reason));
+        }
+        if let Some(&skew_ns) = self.sync_skew_ns.iter().find(|&&skew_ns| skew_ns > 1_000_000_000) {
+            let reason = "out of range; 0 to 1000000 would do";
+            return Err(Error::key("sensor.readout.sync_skew_us", microseconds(skew_ns), reason));
+        }
+        if let Some(&ppb) = self.clock_ppb.iter().find(|ppb| !(-1_000_000..=1_000_000).contains(*ppb)) {
+            let ppm = 1e-3 * crate::num::f64_from_i64(ppb);
+            return Err(Error::key("sensor.readout.clock_ppm", ppm, "out of range; -1000 to 1000 would do"));
+        }
+        Ok(())
+    }
+}
+
+/// Nanoseconds as a user writes microseconds: exact, without trailing zeros.
+pub(super) fn microseconds(time_ns: u64) -> String {
+    let (whole, rest) = (time_ns / 1000, time_ns % 1000);
+    if rest == 0 { format!("{whole}.0") } else { format!("{whole}.{rest:03}").trim_end_matches('0').to_owned() }
 }

@@ -2,13 +2,12 @@
 
 use super::session::{FrameNotes, STAGES, Session};
 use super::setup::PlanSummary;
-use crate::adc::AdcParams;
+use super::timing::{burst_utilisation, timing_record};
 use crate::error::Error;
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::pose::TimedPose;
 use crate::report::record::{
-    Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase, PlanRecord, Scenario, StageCost,
-    Timing,
+    Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, Timing,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
 use crate::units::{FrameIndex, RowIndex};
@@ -202,18 +201,6 @@ fn frame_record(note: &FrameNotes) -> FrameRecord {
     }
 }
 
-/// Share of a line's time in which its row's packet holds the link; 0 where rows are not sent.
-///
-/// # Errors
-/// A row that its link cannot carry.
-pub fn burst_utilisation(sensor: &super::setup::SensorSetup) -> Result<f64, Error> {
-    if !sensor.link.mode.sends_codes() {
-        return Ok(0.0);
-    }
-    let bits = sensor.parameters.adc.bits;
-    sensor.link.burst_utilisation(sensor.size.width_px, bits, sensor.schedule.line_time_s())
-}
-
 /// The plan as the report and the verb `plan` show it.
 pub fn plan_record(plan: &PlanSummary, accuracy: f64) -> PlanRecord {
     let omitted = plan.omitted.iter().map(|effect| OmittedEffect {
@@ -230,67 +217,4 @@ pub fn plan_record(plan: &PlanSummary, accuracy: f64) -> PlanRecord {
         sigma_e: plan.sigma_e,
         accuracy,
     }
-}
-
-/// Clocks and times of a sensor that sends so many features a frame, with the diagrams of a line and of a frame.
-///
-/// # Errors
-/// A row that its link cannot carry.
-pub fn timing_record(sensor: &super::setup::SensorSetup, features: u64) -> Result<Timing, Error> {
-    let schedule = &sensor.schedule;
-    let us = |seconds: f64| 1e6 * seconds;
-    let (start, end) = (FrameIndex(0), RowIndex(sensor.size.height_px - 1));
-    let mut line = conversion_phases(&sensor.parameters.adc);
-    let packet_s = if sensor.link.mode.sends_codes() {
-        sensor.link.seconds(sensor.link.line_packet_time(sensor.size.width_px, sensor.parameters.adc.bits)?)
-    } else {
-        0.0
-    };
-    line.push(Phase { lane: "row n-1".to_owned(), name: "shift out".to_owned(), start_us: 0.0, end_us: us(packet_s) });
-    let zero_s = schedule.exposure(start, RowIndex(0)).start_s;
-    let mut frame = Vec::new();
-    for (lane, row) in [("first row", RowIndex(0)), ("last row", end)] {
-        let (exposure, readout) = (schedule.exposure(start, row), schedule.readout(start, row));
-        for (name, span) in [("exposure", exposure), ("readout", readout)] {
-            let (start_us, end_us) = (us(span.start_s - zero_s), us(span.end_s - zero_s));
-            frame.push(Phase { lane: lane.to_owned(), name: name.to_owned(), start_us, end_us });
-        }
-    }
-    Ok(Timing {
-        line_time_us: us(schedule.line_time_s()),
-        frame_time_us: us(schedule.frame_time_s()),
-        fps: schedule.fps(),
-        latency_us: us(latency_s(sensor, packet_s, features)),
-        clocks_per_frame: schedule.frame_clk().0,
-        line,
-        frame,
-    })
-}
-
-/// What a column does within its row's line.
-fn conversion_phases(adc: &AdcParams) -> Vec<Phase> {
-    let clocks_us = |clocks: u64| 1e6 * f64_from_u64(clocks) / f64_from_u64(adc.clock_hz);
-    let reset_us = clocks_us(adc.reset_counts_used().into());
-    let steps = [
-        ("settle reset", if adc.cds.is_double() { adc.settle_reset_us } else { 0.0 }),
-        ("ramp reset", reset_us),
-        ("settle signal", adc.settle_signal_us),
-        ("ramp signal", clocks_us(adc.ramp_clk().0) - reset_us),
-    ];
-    let mut phases = Vec::new();
-    let mut start_us = 0.0;
-    for (name, length_us) in steps.into_iter().filter(|(_, length_us)| *length_us > 0.0) {
-        let end_us = start_us + length_us;
-        phases.push(Phase { lane: "row n".to_owned(), name: name.to_owned(), start_us, end_us });
-        start_us = end_us;
-    }
-    phases
-}
-
-/// From the middle of the exposure to the frame's last byte: the last row is converted during its line and sent during the next;
-/// feature packets follow the rows. The extractor's own pipeline delay is not in it: its clocked form comes later.
-fn latency_s(sensor: &super::setup::SensorSetup, packet_s: f64, features: u64) -> f64 {
-    let first = FrameIndex(0);
-    let last = sensor.schedule.readout(first, RowIndex(sensor.size.height_px - 1));
-    last.end_s + packet_s + sensor.link.seconds(sensor.link.tail_time(features)) - sensor.schedule.t_frame(first)
 }

@@ -264,7 +264,7 @@ impl Session {
             };
             // A list without a bound (`top_k = 0`) can outgrow the frame only here.
             let on_link = FrameOnLink { size: sensor.size, bits: out.bits, features: u64_from(features.len()) };
-            on_link.check(&sensor.link, schedule, self.setup.resolved.scenario.sensor.readout.vts)?;
+            on_link.check(&sensor.link, schedule)?;
             let bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
             self.totals.link_bytes += u64_from(bytes.len());
             packets.push(bytes);

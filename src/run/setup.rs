@@ -20,7 +20,7 @@ use crate::link::LinkParams;
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::optics::{self, Camera, Mosaic};
 use crate::pose::Pose;
-use crate::readout::{Schedule, Shutter};
+use crate::readout::{FrameLength, Geometry, Schedule, Shutter};
 use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::tracker::{CameraCalibration, TrackerParams};
@@ -48,7 +48,7 @@ pub struct PlanSummary {
 /// A sensor's parameters and times, without any scene: enough for `timing`.
 #[derive(Clone, Debug)]
 pub struct SensorSetup {
-    /// The array.
+    /// The array; `schedule.output_size()` is the picture.
     pub size: Size,
     /// Colour filters over the pixels.
     pub mosaic: Mosaic,
@@ -114,16 +114,18 @@ impl SensorSetup {
         let size = scenario.size()?;
         let parameters = Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? };
         let link = scenario.link()?;
+        let readout = scenario.readout()?;
+        let output = Geometry::new(size, &readout)?.output_size();
         let packet_time_s = if link.mode.sends_codes() {
-            link.seconds(link.line_packet_time(size.width_px, parameters.adc.bits)?)
+            link.seconds(link.line_packet_time(output.width_px, parameters.adc.bits)?)
         } else {
             0.0
         };
-        let schedule = Schedule::new(size, &scenario.readout()?, &parameters.adc, packet_time_s)?;
+        let schedule = Schedule::new(size, &readout, &parameters.adc, packet_time_s)?;
         let extractor = scenario.extractor()?;
         let sensor_frame =
-            FrameOnLink { size, bits: parameters.adc.bits, features: extractor.top_k.unwrap_or(0).into() };
-        sensor_frame.check(&link, &schedule, scenario.sensor.readout.vts)?;
+            FrameOnLink { size: output, bits: parameters.adc.bits, features: extractor.top_k.unwrap_or(0).into() };
+        sensor_frame.check(&link, &schedule)?;
         let technology = Technology::by_name(&scenario.energy.technology)
             .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
         let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };
@@ -151,6 +153,7 @@ impl Setup {
         assets: &dyn Assets,
         progress: &dyn Progress,
     ) -> Result<Parts, Error> {
+        check_runs(&sensor.schedule)?;
         let scenario = &resolved.scenario;
         let (fidelity, frames) = (scenario.fidelity()?, scenario.frames()?);
         let choice = scenario.effects(&effects::names())?;
@@ -212,23 +215,46 @@ impl FrameOnLink {
     ///
     /// # Errors
     /// They do not; the error names the frame length that would do.
-    pub fn check(&self, link: &LinkParams, schedule: &Schedule, vts: u32) -> Result<(), Error> {
+    pub fn check(&self, link: &LinkParams, schedule: &Schedule) -> Result<(), Error> {
         let busy = link.traffic(self.size, self.bits, self.features)?.busy;
-        let rows = if link.mode.sends_codes() { u64::from(self.size.height_px) } else { 0 };
+        let rows = if link.mode.sends_codes() { self.size.height_px } else { 0 };
         let row_time_s =
             if rows > 0 { link.seconds(link.line_packet_time(self.size.width_px, self.bits)?) } else { 0.0 };
-        // Rows leave one a line; everything else needs the lines that are left.
-        let rest_s = link.seconds(busy) - f64_from_u64(rows) * row_time_s;
-        let lines = f64_from_u64(rows) + (rest_s / schedule.line_time_s()).ceil();
-        if lines <= f64::from(vts) {
+        // Rows leave as they are read; everything else needs the lines that are left.
+        let rows_lines = if rows > 0 { f64_from_u64(schedule.frame_demand().rows) } else { 0.0 };
+        let rest_s = link.seconds(busy) - f64::from(rows) * row_time_s;
+        let lines = rows_lines + (rest_s / schedule.line_time_s()).ceil();
+        // A triggered frame has its trigger's period; a millionth of a line is rounding.
+        if lines <= schedule.frame_time_s() / schedule.line_time_s() + 1e-6 {
             return Ok(());
         }
-        let reason = format!(
-            "rows and {} features a frame need {lines:.0} lines on this link; vts = {lines:.0}, fewer features or a faster link would do",
-            self.features
-        );
-        Err(Error::key("sensor.readout.vts", vts, reason))
+        let needed = format!("rows and {} features a frame need {lines:.0} lines on this link", self.features);
+        if let FrameLength::RateHz(rate_hz) = schedule.params().frame {
+            let fastest_hz = 1.0 / (lines * schedule.line_time_s());
+            let reason = format!("{needed}; {fastest_hz:.3} or less, fewer features or a faster link would do");
+            return Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, reason));
+        }
+        let reason = format!("{needed}; vts = {lines:.0}, fewer features or a faster link would do");
+        Err(Error::key("sensor.readout.vts", schedule.vts(), reason))
     }
+}
+
+/// Refuses what the schedule knows and a run does not carry through its pixels, rather than leaving it out.
+fn check_runs(schedule: &Schedule) -> Result<(), Error> {
+    let readout = schedule.params();
+    let skewed = readout.sync_skew_ns.iter().any(|&skew_ns| skew_ns > 0);
+    let drifts = readout.clock_ppb.iter().any(|&ppb| ppb != 0);
+    let asked = [
+        (readout.window.is_some(), "window", "leaving it out"),
+        (readout.binning > 1, "binning", "1"),
+        (readout.hdr.exposures() > 1, "hdr", "none"),
+        (readout.auto.is_some(), "exposure", "fixed"),
+        (skewed, "sync_skew_us", "0"),
+        (drifts, "clock_ppm", "0"),
+    ];
+    let Some((_, key, would_do)) = asked.into_iter().find(|(is_asked, ..)| *is_asked) else { return Ok(()) };
+    let reason = format!("`timing` knows it, a run comes with a later version; {would_do} would do");
+    Err(Error::key(&format!("sensor.readout.{key}"), "", reason))
 }
 
 /// All of `Setup` but the scenario that it was made from.

@@ -1,0 +1,135 @@
+//! From the readout's keys to its checked parameters. Ranges and relations between times are checked by `readout::Schedule`; here
+//! are names, keys that exclude or need one another, and numbers by camera.
+
+use super::check::{one_of, within};
+use super::scenario::{PerCamera, Readout, Scenario};
+use crate::error::Error;
+use crate::num::{i64_half_even, u64_half_even};
+use crate::readout::{
+    AutoExposureParams, BinningMode, Exposure, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Shutter, Trigger,
+    Window,
+};
+
+impl Scenario {
+    /// Sequencer.
+    ///
+    /// # Errors
+    /// Unknown names, keys that exclude one another, lists of another length than the rig.
+    pub fn readout(&self) -> Result<ReadoutParams, Error> {
+        let readout = &self.sensor.readout;
+        let shutters = Shutter::ALL.map(|shutter| (shutter.name(), shutter));
+        let modes = BinningMode::ALL.map(|mode| (mode.name(), mode));
+        let longs = [("refuse", LongExposure::Refuse), ("extend_frame", LongExposure::ExtendFrame)];
+        one_of("sensor.readout.row_order", &readout.row_order, &[("top_to_bottom", ())])?;
+        let cameras = self.cameras()?.1.len();
+        let [x_px, y_px, width_px, height_px] = readout.window.unwrap_or_default();
+        Ok(ReadoutParams {
+            shutter: one_of("sensor.readout.shutter", &readout.shutter, &shutters)?,
+            hts: readout.hts,
+            frame: frame_length(readout)?,
+            pixel_rate_hz: readout.pixel_rate_hz,
+            exposure: exposure(readout)?,
+            exposure_fine_clk: readout.exposure_fine_clk,
+            exposure_margin_lines: readout.exposure_margin_lines,
+            exposure_lines_min: readout.exposure_lines_min,
+            long_exposure: one_of("sensor.readout.long_exposure", &readout.long_exposure, &longs)?,
+            window: readout.window.map(|_| Window { x_px, y_px, width_px, height_px }),
+            window_step: readout.window_step,
+            binning: readout.binning,
+            binning_mode: one_of("sensor.readout.binning_mode", &readout.binning_mode, &modes)?,
+            mosaic_px: 1,
+            hdr: hdr(readout)?,
+            lanes: readout.lanes,
+            lane_clock_hz: readout.lane_clock_hz.unwrap_or(readout.pixel_rate_hz),
+            pulses: Pulses {
+                reset_clk: readout.reset_clk,
+                transfer_clk: readout.transfer_clk,
+                latch_clk: readout.latch_clk,
+            },
+            trigger: trigger(readout)?,
+            sync_skew_ns: skews_ns(&readout.sync_skew_us, cameras)?,
+            clock_ppb: deviations_ppb(&readout.clock_ppm, cameras)?,
+            register_latency_frames: readout.register_latency_frames,
+            auto: auto_exposure(readout)?,
+        })
+    }
+}
+
+fn frame_length(readout: &Readout) -> Result<FrameLength, Error> {
+    match (readout.vts, readout.frame_rate_hz) {
+        (Some(vts), None) => Ok(FrameLength::Lines(vts)),
+        (None, Some(rate_hz)) => Ok(FrameLength::RateHz(rate_hz)),
+        (Some(_), Some(rate_hz)) => {
+            Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, "vts is written too; one of the two would do"))
+        }
+        (None, None) => Err(Error::key("sensor.readout.vts", "", "is missing; it or frame_rate_hz would do")),
+    }
+}
+
+fn exposure(readout: &Readout) -> Result<Exposure, Error> {
+    match (readout.exposure_us, readout.exposure_lines) {
+        (Some(exposure_us), None) => Ok(Exposure::Us(exposure_us)),
+        (None, Some(lines)) => Ok(Exposure::Lines(lines)),
+        (Some(_), Some(lines)) => {
+            let reason = "exposure_us is written too; one of the two would do";
+            Err(Error::key("sensor.readout.exposure_lines", lines, reason))
+        }
+        (None, None) => Err(Error::key("sensor.readout.exposure_us", "", "is missing; it or exposure_lines would do")),
+    }
+}
+
+fn hdr(readout: &Readout) -> Result<Hdr, Error> {
+    let several = Hdr::MultiExposure { exposures: readout.hdr_exposures, ratio: readout.hdr_exposure_ratio };
+    one_of("sensor.readout.hdr", &readout.hdr, &[("none", Hdr::None), ("multi_exposure", several)])
+}
+
+fn auto_exposure(readout: &Readout) -> Result<Option<AutoExposureParams>, Error> {
+    let auto = AutoExposureParams {
+        target_mean: readout.target_mean,
+        delay_frames: readout.delay_frames,
+        exposure_lines_max: readout.exposure_lines_max,
+        gain_max: readout.gain_max,
+    };
+    auto.check()?;
+    one_of("sensor.readout.exposure", &readout.exposure, &[("fixed", None), ("auto", Some(auto))])
+}
+
+fn trigger(readout: &Readout) -> Result<Trigger, Error> {
+    let is_external = one_of("sensor.readout.trigger", &readout.trigger, &[("free", false), ("external", true)])?;
+    match (is_external, readout.trigger_period_us) {
+        (true, Some(period_us)) => {
+            let key = "sensor.readout.trigger_period_us";
+            let period_us = within(key, period_us, 1e-3..=1e8, "0.001 to 1e8")?;
+            let period_ns = u64_half_even(1000.0 * period_us);
+            Ok(Trigger::External { period_ns, delay_clk: readout.trigger_delay_clk })
+        }
+        (true, None) => {
+            let reason = "is missing; the time from pulse to pulse would do";
+            Err(Error::key("sensor.readout.trigger_period_us", "", reason))
+        }
+        (false, Some(period_us)) => {
+            let reason = "a free camera has no trigger; leaving it out, or trigger = external would do";
+            Err(Error::key("sensor.readout.trigger_period_us", period_us, reason))
+        }
+        (false, None) if readout.trigger_delay_clk > 0 => {
+            let reason = "a free camera has no trigger; 0, or trigger = external would do";
+            Err(Error::key("sensor.readout.trigger_delay_clk", readout.trigger_delay_clk, reason))
+        }
+        (false, None) => Ok(Trigger::Free),
+    }
+}
+
+/// Rounded to whole nanoseconds.
+fn skews_ns(skew_us: &PerCamera, cameras: usize) -> Result<Vec<u64>, Error> {
+    let key = "sensor.readout.sync_skew_us";
+    let would_do = "0 to 1,000,000 (where a camera comes first, later ones for the others)";
+    let skew_ns = |skew_us| within(key, skew_us, 0.0..=1e6, would_do).map(|skew_us| u64_half_even(1000.0 * skew_us));
+    skew_us.numbers(key, cameras)?.into_iter().map(skew_ns).collect()
+}
+
+/// Rounded to billionths.
+fn deviations_ppb(ppm: &PerCamera, cameras: usize) -> Result<Vec<i64>, Error> {
+    let key = "sensor.readout.clock_ppm";
+    let ppb = |ppm| within(key, ppm, -1000.0..=1000.0, "-1000 to 1000").map(|ppm| i64_half_even(1000.0 * ppm));
+    ppm.numbers(key, cameras)?.into_iter().map(ppb).collect()
+}

@@ -1,0 +1,273 @@
+//! Which pixels of the array become which pixels of the picture. Enters: array size, window, binning. Leaves: output size, and
+//! for every output row and column the array rows and columns that it is made of.
+//!
+//! Rows are read from top to bottom. A binned picture takes pixels of one place in the colour mosaic: with a period of p and a
+//! binning of n, output row `R = b p + q` is made of the array rows `b n p + q + k p`, k = 0 to n - 1.
+
+use super::params::ReadoutParams;
+use crate::error::Error;
+use crate::units::{RowIndex, Size};
+
+/// A part of the array in array pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// First column.
+    pub x_px: u32,
+    /// First row.
+    pub y_px: u32,
+    /// Columns.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+}
+
+/// How several pixels become one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BinningMode {
+    /// Their charges meet on a shared floating diffusion: one conversion of the sum, all their rows in one line.
+    Charge,
+    /// Each is converted by itself, a line an array row, and codes are averaged behind the converters.
+    Average,
+    /// Only the first of them is read.
+    Skip,
+}
+
+impl BinningMode {
+    /// All modes.
+    pub const ALL: [Self; 3] = [Self::Charge, Self::Average, Self::Skip];
+
+    /// The name in configs and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Charge => "charge",
+            Self::Average => "average",
+            Self::Skip => "skip",
+        }
+    }
+}
+
+/// The pixels that are read, and what becomes of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Geometry {
+    array: Size,
+    window: Window,
+    binning: u32,
+    mode: BinningMode,
+    mosaic_px: u32,
+}
+
+impl Geometry {
+    /// Checks window and binning against the array.
+    ///
+    /// # Errors
+    /// A window beyond the array, off its steps, or no whole number of binned pixels; names key, value and what would do.
+    pub fn new(array: Size, params: &ReadoutParams) -> Result<Self, Error> {
+        for (key, side_px) in [("sensor.width", array.width_px), ("sensor.height", array.height_px)] {
+            if side_px == 0 {
+                return Err(Error::key(key, 0, "out of range; 1 or more would do"));
+            }
+        }
+        if ![1, 2, 4].contains(&params.binning) {
+            return Err(Error::key("sensor.readout.binning", params.binning, "not known; 1, 2 or 4 would do"));
+        }
+        if !(1..=64).contains(&params.window_step) {
+            return Err(Error::key("sensor.readout.window_step", params.window_step, "out of range; 1 to 64 would do"));
+        }
+        assert!((1..=4).contains(&params.mosaic_px), "mosaics have periods of 1 to 4 pixels");
+        let whole = Window { x_px: 0, y_px: 0, width_px: array.width_px, height_px: array.height_px };
+        let window = params.window.unwrap_or(whole);
+        if params.window.is_some() {
+            check_window(window, array, params.window_step)?;
+        }
+        let group_px = params.binning * params.mosaic_px;
+        // A picture without binning may end inside a mosaic; a binned pixel may not.
+        if params.binning > 1 && (window.width_px % group_px != 0 || window.height_px % group_px != 0) {
+            let down = |side_px: u32| side_px / group_px * group_px;
+            let reason = format!(
+                "{} x {} pixels are no whole groups of {group_px}; a window of {} x {} would do",
+                window.width_px,
+                window.height_px,
+                down(window.width_px),
+                down(window.height_px)
+            );
+            return Err(Error::key("sensor.readout.binning", params.binning, reason));
+        }
+        Ok(Self { array, window, binning: params.binning, mode: params.binning_mode, mosaic_px: params.mosaic_px })
+    }
+
+    /// The whole array.
+    pub fn array_size(&self) -> Size {
+        self.array
+    }
+
+    /// What is read of it.
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    /// Pixels of each direction that become one.
+    pub fn binning(&self) -> u32 {
+        self.binning
+    }
+
+    /// How they become one.
+    pub fn mode(&self) -> BinningMode {
+        self.mode
+    }
+
+    /// The picture.
+    pub fn output_size(&self) -> Size {
+        Size { width_px: self.window.width_px / self.binning, height_px: self.window.height_px / self.binning }
+    }
+
+    /// Lines that one exposure's rows need, a row of conversions each.
+    pub fn reads(&self) -> u32 {
+        match self.mode {
+            BinningMode::Average => self.window.height_px,
+            BinningMode::Charge | BinningMode::Skip => self.output_size().height_px,
+        }
+    }
+
+    /// Conversions of a line.
+    pub fn columns_read(&self) -> u32 {
+        match self.mode {
+            BinningMode::Average => self.window.width_px,
+            BinningMode::Charge | BinningMode::Skip => self.output_size().width_px,
+        }
+    }
+
+    /// Array rows of an output row, from the top.
+    pub fn rows_of(&self, row: RowIndex) -> impl Iterator<Item = RowIndex> + use<> {
+        self.members(row.0, self.window.y_px).map(RowIndex)
+    }
+
+    /// Array columns of an output column, from the left.
+    pub fn columns_of(&self, column: u32) -> impl Iterator<Item = u32> + use<> {
+        self.members(column, self.window.x_px)
+    }
+
+    /// The output row that an array row goes into, and its place among that row's array rows; none where it is not read.
+    pub fn output_row(&self, array_row: RowIndex) -> Option<(RowIndex, u32)> {
+        let inside = array_row.0.checked_sub(self.window.y_px).filter(|inside| *inside < self.window.height_px)?;
+        let (period, group) = (self.mosaic_px, self.binning * self.mosaic_px);
+        let (block, within) = (inside / group, inside % group);
+        let place = within / period;
+        if self.mode == BinningMode::Skip && place > 0 {
+            return None;
+        }
+        Some((RowIndex(block * period + within % period), place))
+    }
+
+    /// The line, counted from the first of its exposure, in which an array row is read; none where it is not read.
+    pub fn read_of(&self, array_row: RowIndex) -> Option<u32> {
+        let (row, _) = self.output_row(array_row)?;
+        Some(match self.mode {
+            BinningMode::Average => array_row.0 - self.window.y_px,
+            BinningMode::Charge | BinningMode::Skip => row.0,
+        })
+    }
+
+    fn members(&self, output: u32, first: u32) -> impl Iterator<Item = u32> + use<> {
+        let period = self.mosaic_px;
+        let start = first + output / period * period * self.binning + output % period;
+        let count = if self.mode == BinningMode::Skip { 1 } else { self.binning };
+        (0..count).map(move |place| start + place * period)
+    }
+}
+
+fn check_window(window: Window, array: Size, step: u32) -> Result<(), Error> {
+    let sides = [
+        ("width", window.x_px, window.width_px, array.width_px),
+        ("height", window.y_px, window.height_px, array.height_px),
+    ];
+    let refused = |reason: String| {
+        let Window { x_px, y_px, width_px, height_px } = window;
+        Err(Error::key("sensor.readout.window", format!("[{x_px}, {y_px}, {width_px}, {height_px}]"), reason))
+    };
+    for (name, start, length, most) in sides {
+        if start % step != 0 || length % step != 0 || length == 0 {
+            let (start, length) = (start / step * step, (length / step * step).max(step));
+            return refused(format!("off the steps of {step} px; {start} with a {name} of {length} would do"));
+        }
+        if start.checked_add(length).is_none_or(|end| end > most) {
+            return refused(format!("the array's {name} is {most}; start and {name} up to {most} together would do"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::readout::{Exposure, Shutter};
+
+    const ARRAY: Size = Size { width_px: 64, height_px: 48 };
+
+    fn params() -> ReadoutParams {
+        ReadoutParams::plain(Shutter::Rolling, 1000, 1000, 1_000_000, Exposure::Lines(1))
+    }
+
+    fn window(x_px: u32, y_px: u32, width_px: u32, height_px: u32) -> Option<Window> {
+        Some(Window { x_px, y_px, width_px, height_px })
+    }
+
+    #[test]
+    fn every_array_row_of_the_window_goes_into_one_output_row_and_skipped_ones_into_none() {
+        let mut tried = 0;
+        for (binning, mosaic_px) in [(1, 1), (1, 2), (2, 1), (2, 2), (4, 1), (4, 2), (2, 4), (4, 3)] {
+            for binning_mode in BinningMode::ALL {
+                let window = window(2, 24, 48, 24);
+                let params = ReadoutParams { window, binning, mosaic_px, binning_mode, ..params() };
+                let geometry = Geometry::new(ARRAY, &params).unwrap();
+                let mut seen = vec![0; 48];
+                for row in (0..geometry.output_size().height_px).map(RowIndex) {
+                    for (place, array_row) in geometry.rows_of(row).enumerate() {
+                        assert_eq!(geometry.output_row(array_row), Some((row, u32::try_from(place).unwrap())));
+                        assert_eq!(array_row.0 % mosaic_px, (24 + row.0 % mosaic_px) % mosaic_px, "one colour");
+                        seen[crate::num::index(array_row.0)] += 1;
+                        tried += 1;
+                    }
+                }
+                let used: u32 = seen.iter().sum();
+                assert!(seen.iter().all(|count| *count <= 1) && seen[..24].iter().all(|count| *count == 0));
+                let skipping = binning_mode == BinningMode::Skip;
+                assert_eq!(used, if skipping { 24 / binning } else { 24 });
+                assert_eq!(geometry.reads(), if binning_mode == BinningMode::Average { 24 } else { 24 / binning });
+            }
+        }
+        assert!(tried > 400, "only {tried} rows were tried");
+    }
+
+    #[test]
+    fn lines_are_read_from_top_to_bottom_and_a_charge_bin_in_one_line() {
+        let reads = |binning_mode, mosaic_px| -> Vec<Option<u32>> {
+            let params = ReadoutParams { binning: 2, mosaic_px, binning_mode, ..params() };
+            let geometry = Geometry::new(ARRAY, &params).unwrap();
+            (0..8).map(|row| geometry.read_of(RowIndex(row))).collect()
+        };
+        let some = |lines: [u32; 8]| lines.map(Some).to_vec();
+        assert_eq!(reads(BinningMode::Charge, 1), some([0, 0, 1, 1, 2, 2, 3, 3]));
+        assert_eq!(reads(BinningMode::Charge, 2), some([0, 1, 0, 1, 2, 3, 2, 3]));
+        assert_eq!(reads(BinningMode::Average, 2), some([0, 1, 2, 3, 4, 5, 6, 7]));
+        assert_eq!(reads(BinningMode::Skip, 1)[..4], [Some(0), None, Some(1), None]);
+    }
+
+    #[test]
+    fn windows_that_do_not_fit_are_refused_with_one_that_would_do() {
+        let cases = [
+            (window(0, 0, 63, 48), 2, 1, "a width of 62 would do"),
+            (window(1, 0, 32, 32), 2, 1, "off the steps of 2 px; 0 with a width of 32"),
+            (window(40, 0, 32, 32), 2, 1, "up to 64 together"),
+            (window(0, u32::MAX - 1, 32, 32), 1, 1, "up to 48 together"),
+            (window(0, 0, 32, 0), 2, 1, "a height of 2"),
+            (window(0, 0, 32, 30), 2, 4, "a window of 32 x 28 would do"),
+        ];
+        for (window, window_step, binning, words) in cases {
+            let params = ReadoutParams { window, window_step, binning, ..params() };
+            let message = Geometry::new(ARRAY, &params).unwrap_err().to_string();
+            assert!(message.contains(words), "{message}");
+        }
+        let odd = ReadoutParams { binning: 3, ..params() };
+        assert!(Geometry::new(ARRAY, &odd).unwrap_err().to_string().contains("1, 2 or 4"));
+    }
+}

@@ -1,0 +1,143 @@
+//! What a line and a frame cannot hold. Enters: parameters and demands. Leaves: the lines of exposure and frame in effect, or an
+//! error that names the shortest line or frame that would do.
+
+use super::budget::{LineDemand, greatest};
+use super::clock::FrameClock;
+use super::geometry::Geometry;
+use super::params::{
+    Exposure, FRAME_CLK_MAX, FrameLength, LENGTH_MAX, LongExposure, ReadoutParams, Trigger, microseconds,
+};
+use super::slots::{frame_demand, longest_exposure, slots};
+use crate::error::Error;
+use crate::num::{f64_from_u64, u64_half_even};
+use crate::units::{CameraIndex, Clocks};
+
+/// Refuses a line that is shorter than one of its demands, naming the HTS that would do.
+pub(super) fn check_line(params: &ReadoutParams, demands: &[LineDemand; 4]) -> Result<(), Error> {
+    let most = greatest(demands);
+    if u64::from(params.hts) >= most.needed_clk {
+        return Ok(());
+    }
+    let reason = format!("a line must hold {}; hts = {} would do", most.words(), most.needed_clk);
+    Err(Error::key("sensor.readout.hts", params.hts, reason))
+}
+
+/// The (longest) exposure in whole lines.
+pub(super) fn exposure_lines(params: &ReadoutParams) -> Result<u64, Error> {
+    let least = params.exposure_lines_min;
+    match params.exposure {
+        Exposure::Lines(lines) if lines < least => {
+            let reason = format!("shorter than sensor.readout.exposure_lines_min; {least} would do");
+            Err(Error::key("sensor.readout.exposure_lines", lines, reason))
+        }
+        Exposure::Lines(lines) => Ok(lines.into()),
+        Exposure::Us(exposure_us) => {
+            let lines = u64_half_even(exposure_us / lines_us(1, params));
+            if exposure_us == 0.0 && least > 0 {
+                let shortest_us = lines_us(least.into(), params);
+                let reason =
+                    format!("out of range; above 0 would do ({shortest_us:.3}, {least} lines, is the shortest)");
+                return Err(Error::key("sensor.readout.exposure_us", 0.0, reason));
+            }
+            Ok(lines.max(least.into()))
+        }
+    }
+}
+
+/// VTS in effect.
+pub(super) fn frame_lines(exposure_lines: u64, geometry: &Geometry, params: &ReadoutParams) -> Result<u64, Error> {
+    let hts = u64::from(params.hts);
+    let asked = match params.frame {
+        FrameLength::Lines(vts) => u64::from(vts),
+        FrameLength::RateHz(rate_hz) => {
+            let lines = u64_half_even(f64_from_u64(params.pixel_rate_hz) / (f64_from_u64(hts) * rate_hz));
+            if lines > u64::from(LENGTH_MAX) {
+                let slowest_hz = f64_from_u64(params.pixel_rate_hz) / f64_from_u64(hts * u64::from(LENGTH_MAX));
+                let reason = format!("a frame of {lines} lines is too long; {slowest_hz} or more would do");
+                return Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, reason));
+            }
+            lines
+        }
+    };
+    let made = slots(exposure_lines, params);
+    let demand = frame_demand(&made, geometry.reads(), params.exposure_fine_clk, params);
+    let extends = params.long_exposure == LongExposure::ExtendFrame;
+    let frame = if extends { asked.max(demand.exposure) } else { asked };
+    if frame < demand.lines() {
+        return Err(frame_too_short(asked, demand.rows > frame, exposure_lines, geometry, params));
+    }
+    if frame > u64::from(LENGTH_MAX) || frame * hts > FRAME_CLK_MAX {
+        let most = (FRAME_CLK_MAX / hts).min(LENGTH_MAX.into());
+        let reason =
+            format!("a frame of {frame} lines of hts = {hts} clocks is too long; at most {most} lines would do");
+        let (key, value) = if frame > asked { asked_exposure(params) } else { ("vts", frame.to_string()) };
+        return Err(Error::key(&format!("sensor.readout.{key}"), value, reason));
+    }
+    Ok(frame)
+}
+
+/// Says what a frame must hold and how long, or how slow, it must be.
+fn frame_too_short(
+    frame: u64,
+    rows_do_not_fit: bool,
+    exposure_lines: u64,
+    geometry: &Geometry,
+    params: &ReadoutParams,
+) -> Error {
+    let made = slots(exposure_lines, params);
+    let demand = frame_demand(&made, geometry.reads(), params.exposure_fine_clk, params);
+    let (rows, exposures) = (geometry.reads(), params.hdr.exposures());
+    // A frame that grows with its exposure need only hold its rows.
+    let needed = if params.long_exposure == LongExposure::ExtendFrame { demand.rows } else { demand.lines() };
+    if let FrameLength::RateHz(rate_hz) = params.frame {
+        // The rate of exactly so many lines: read again, it rounds to them.
+        let fastest_hz = f64_from_u64(params.pixel_rate_hz) / f64_from_u64(u64::from(params.hts) * needed);
+        let what = if rows_do_not_fit { "rows" } else { "exposure and its margin" };
+        let reason = format!(
+            "a frame of {frame} lines is too short for its {what}, which need {needed}; {fastest_hz} or less would do"
+        );
+        return Error::key("sensor.readout.frame_rate_hz", rate_hz, reason);
+    }
+    if rows_do_not_fit {
+        let times = if exposures > 1 { format!(" read {exposures} times") } else { String::new() };
+        let reason = format!("a frame of {rows} rows{times} needs at least vts = {needed}");
+        return Error::key("sensor.readout.vts", frame, reason);
+    }
+    let most = longest_exposure(frame, geometry.reads(), params.exposure_fine_clk, params);
+    let (key, value) = asked_exposure(params);
+    let shorter = match params.exposure {
+        // Not even the shortest exposure fits.
+        _ if most < u64::from(params.exposure_lines_min) => String::new(),
+        Exposure::Lines(_) => format!("at most {most}, "),
+        Exposure::Us(_) => format!("at most {:.3} ({most} lines), ", lines_us(most, params)),
+    };
+    let reason = format!(
+        "longer than the frame less its margin; {shorter}vts = {needed}, or long_exposure = extend_frame would do"
+    );
+    Error::key(&format!("sensor.readout.{key}"), value, reason)
+}
+
+fn asked_exposure(params: &ReadoutParams) -> (&'static str, String) {
+    match params.exposure {
+        Exposure::Lines(lines) => ("exposure_lines", lines.to_string()),
+        Exposure::Us(exposure_us) => ("exposure_us", exposure_us.to_string()),
+    }
+}
+
+/// Refuses pulses that come faster than frames, for any camera's clock.
+pub(super) fn check_trigger(params: &ReadoutParams, frame_clk: Clocks) -> Result<(), Error> {
+    let Trigger::External { period_ns, .. } = params.trigger else { return Ok(()) };
+    let cameras = u32::try_from(params.clock_ppb.len()).unwrap_or(u32::MAX).max(1);
+    let shortest = |camera| FrameClock::new(params, CameraIndex(camera), frame_clk).shortest_period_ns();
+    let shortest_ns = (0..cameras).map(shortest).max().expect("there is at least one camera");
+    if period_ns >= shortest_ns {
+        return Ok(());
+    }
+    let reason = format!("a pulse comes before its frame ends; {} would do", microseconds(shortest_ns));
+    Err(Error::key("sensor.readout.trigger_period_us", microseconds(period_ns), reason))
+}
+
+/// So many lines in us of the nominal clock.
+fn lines_us(lines: u64, params: &ReadoutParams) -> f64 {
+    1e6 * f64_from_u64(lines) * f64::from(params.hts) / f64_from_u64(params.pixel_rate_hz)
+}

@@ -1,0 +1,271 @@
+//! Where the time of a line and of a frame goes. Enters: a sensor's setup. Leaves: the report's record, and the same as a diagram
+//! of the line-time budget.
+//!
+//! While row n converts, row n - 1 leaves the columns' memory over the serial lanes, where there are any, and the packet of the row
+//! before it is on the link: with lanes a line memory stands between them, so a row's packet follows its conversion by one line
+//! more.
+
+use super::setup::SensorSetup;
+use crate::adc::AdcParams;
+use crate::error::Error;
+use crate::link::HEADER_BYTES;
+use crate::num::{f64_from_u64, f64_from_usize, index};
+use crate::readout::{ClockSpan, Pulses, Schedule};
+use crate::report::record::{Phase, Timing};
+use crate::report::timing_diagram::{Band, BandKind, Budget, TimingDiagram};
+use crate::units::{Clocks, FrameIndex, RowIndex};
+
+/// Share of the time from row to row in which a row's packet holds the link; 0 where rows are not sent.
+///
+/// # Errors
+/// A row that its link cannot carry.
+pub fn burst_utilisation(sensor: &SensorSetup) -> Result<f64, Error> {
+    if !sensor.link.mode.sends_codes() {
+        return Ok(0.0);
+    }
+    let rows_apart_s = sensor.schedule.line_time_s() * f64_from_u64(sensor.schedule.lines_per_packet());
+    sensor.link.burst_utilisation(sensor.schedule.output_size().width_px, sensor.parameters.adc.bits, rows_apart_s)
+}
+
+/// Clocks and times of a sensor that sends so many features a frame, with the spans of a line and of a frame.
+///
+/// # Errors
+/// A row that its link cannot carry.
+pub fn timing_record(sensor: &SensorSetup, features: u64) -> Result<Timing, Error> {
+    let schedule = &sensor.schedule;
+    Ok(Timing {
+        line_time_us: 1e6 * schedule.line_time_s(),
+        frame_time_us: 1e6 * schedule.frame_time_s(),
+        fps: schedule.fps(),
+        latency_us: 1e6 * latency_s(sensor, features)?,
+        clocks_per_frame: schedule.frame_clk().0,
+        line: line_phases(sensor)?,
+        frame: frame_phases(sensor, features)?,
+    })
+}
+
+/// The budget of a line and the picture of two frames, ready to draw or print. `name` is what a person calls the sensor.
+///
+/// # Errors
+/// A row that its link cannot carry.
+pub fn timing_diagram(sensor: &SensorSetup, features: u64, name: &str) -> Result<TimingDiagram, Error> {
+    let schedule = &sensor.schedule;
+    let limit = schedule.line_limit().kind;
+    let spare_clk = |needed_clk: u64| schedule.line_clk().0.saturating_sub(needed_clk);
+    let clock_us = 1e6 * schedule.line_time_s() / f64_from_u64(schedule.line_clk().0);
+    let budgets = schedule.line_demands().iter().filter(|demand| demand.needed_clk > 0).map(|demand| Budget {
+        name: demand.kind.name().to_owned(),
+        time_us: 1e6 * demand.time_s,
+        needed_hts: demand.needed_clk,
+        slack_us: clock_us * f64_from_u64(spare_clk(demand.needed_clk)),
+        limits: demand.kind == limit,
+    });
+    let size = schedule.output_size();
+    Ok(TimingDiagram {
+        name: name.to_owned(),
+        mode: format!(
+            "{} x {}, {} bit, {} shutter",
+            size.width_px,
+            size.height_px,
+            sensor.parameters.adc.bits,
+            schedule.shutter().name()
+        ),
+        hts: schedule.line_clk().0,
+        vts: schedule.vts(),
+        pixel_rate_hz: schedule.pixel_rate_hz(),
+        budgets: budgets.collect(),
+        bands: bands(schedule),
+        lanes: frame_lanes(sensor, features)?,
+        rows: size.height_px,
+        rows_lines: schedule.frame_demand().rows,
+        exposure_lines: schedule.exposure_lines(),
+        exposure_lines_max: schedule.exposure_lines_max(),
+        timing: timing_record(sensor, features)?,
+    })
+}
+
+/// Time of an output row's packet, 0 where rows are not sent.
+fn packet_s(sensor: &SensorSetup) -> Result<f64, Error> {
+    if !sensor.link.mode.sends_codes() {
+        return Ok(0.0);
+    }
+    let width_px = sensor.schedule.output_size().width_px;
+    Ok(sensor.link.seconds(sensor.link.line_packet_time(width_px, sensor.parameters.adc.bits)?))
+}
+
+/// From the end of a row's conversion to the start of its packet.
+fn memory_s(schedule: &Schedule) -> f64 {
+    if schedule.shift_lane_clk().0 > 0 { schedule.line_time_s() } else { 0.0 }
+}
+
+/// From the middle of the exposure to the frame's last byte: the last row is converted during its line and sent during the next
+/// (or the next but one, behind serial lanes); feature packets follow the rows. The extractor's own pipeline delay is not in it: its
+/// clocked form comes later.
+fn latency_s(sensor: &SensorSetup, features: u64) -> Result<f64, Error> {
+    let (schedule, first) = (&sensor.schedule, FrameIndex(0));
+    let last = schedule.slot_readout(first, schedule.slots().len() - 1, schedule.last_row());
+    let tail_s = sensor.link.seconds(sensor.link.tail_time(features));
+    Ok(last.end_s + memory_s(schedule) + packet_s(sensor)? + tail_s - schedule.t_frame(first))
+}
+
+/// Spans one after another from the start of a line; those of no length are left out.
+fn chain(lane: &str, steps: &[(&str, f64)]) -> Vec<Phase> {
+    let mut phases = Vec::new();
+    let mut start_us = 0.0;
+    for &(name, length_us) in steps.iter().filter(|(_, length_us)| *length_us > 0.0) {
+        let end_us = start_us + length_us;
+        phases.push(Phase { lane: lane.to_owned(), name: name.to_owned(), start_us, end_us });
+        start_us = end_us;
+    }
+    phases
+}
+
+/// What happens within one line: columns, lanes, link.
+fn line_phases(sensor: &SensorSetup) -> Result<Vec<Phase>, Error> {
+    let schedule = &sensor.schedule;
+    let mut phases = conversion_phases(&sensor.parameters.adc, schedule);
+    let behind_lanes = schedule.shift_lane_clk().0 > 0;
+    if behind_lanes {
+        let lane_clock_hz = f64_from_u64(schedule.params().lane_clock_hz);
+        let shift_us = 1e6 * f64_from_u64(schedule.shift_lane_clk().0) / lane_clock_hz;
+        phases.extend(chain("lanes, row n-1", &[("shift out", shift_us)]));
+    }
+    phases.extend(packet_phases(sensor, if behind_lanes { "link, row n-2" } else { "link, row n-1" })?);
+    Ok(phases)
+}
+
+/// What a column does within its row's line.
+fn conversion_phases(adc: &AdcParams, schedule: &Schedule) -> Vec<Phase> {
+    let clocks_us = |clocks: u64| 1e6 * f64_from_u64(clocks) / f64_from_u64(adc.clock_hz);
+    let pulse_us = |clocks: u32| 1e6 * f64::from(clocks) / f64_from_u64(schedule.pixel_rate_hz());
+    let Pulses { reset_clk, transfer_clk, latch_clk } = schedule.params().pulses;
+    let settle_reset_us = if adc.cds.is_double() { adc.settle_reset_us } else { 0.0 };
+    let reset_counts = u64::from(adc.reset_counts_used());
+    let steps = [
+        ("reset", pulse_us(reset_clk)),
+        ("settle reset", settle_reset_us),
+        ("ramp reset", clocks_us(reset_counts)),
+        ("transfer", pulse_us(transfer_clk)),
+        ("settle signal", 1e6 * adc.settling_s() - settle_reset_us),
+        ("ramp signal", clocks_us(adc.ramp_clk().0 - reset_counts)),
+        ("latch", pulse_us(latch_clk)),
+    ];
+    chain("columns, row n", &steps)
+}
+
+/// The burst of an output row's packet.
+fn packet_phases(sensor: &SensorSetup, lane: &str) -> Result<Vec<Phase>, Error> {
+    let link = &sensor.link;
+    if !link.mode.sends_codes() {
+        return Ok(Vec::new());
+    }
+    let bits = sensor.parameters.adc.bits;
+    let payload_bytes = link.raw_kind(bits)?.payload_bytes(index(sensor.schedule.output_size().width_px));
+    let us = |clocks: Clocks| 1e6 * link.seconds(clocks);
+    // Bytes go round the lanes, so that a header ends in the middle of a byte clock where four lanes carry two of them.
+    let bytes_us = |bytes: usize| us(Clocks(1)) * f64_from_usize(bytes) / f64::from(link.lanes);
+    let total_us = 1e6 * packet_s(sensor)?;
+    let before_us = us(link.burst_entry()) + bytes_us(HEADER_BYTES) + bytes_us(payload_bytes);
+    let steps = [
+        ("LP to HS", us(link.burst_entry())),
+        ("header", bytes_us(HEADER_BYTES)),
+        ("payload", bytes_us(payload_bytes)),
+        // With the last lanes' filler bytes, where the bytes are no multiple of the lanes.
+        ("footer", total_us - us(link.burst_exit()) - before_us),
+        ("HS to LP", us(link.burst_exit())),
+    ];
+    Ok(chain(lane, &steps))
+}
+
+/// What happens within one frame, from the start of the first row's first exposure.
+fn frame_phases(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error> {
+    let (schedule, frame) = (&sensor.schedule, FrameIndex(0));
+    let zero_s = schedule.exposure(frame, RowIndex(0)).start_s;
+    let phase = |lane: &str, name: String, start_s: f64, end_s: f64| Phase {
+        lane: lane.to_owned(),
+        name,
+        start_us: 1e6 * (start_s - zero_s),
+        end_us: 1e6 * (end_s - zero_s),
+    };
+    let slots = schedule.slots().len();
+    let numbered = |name: &str, slot: usize| if slots > 1 { format!("{name} {}", slot + 1) } else { name.to_owned() };
+    let mut phases = Vec::new();
+    for (lane, row) in [("first row", RowIndex(0)), ("last row", schedule.last_row())] {
+        for slot in 0..slots {
+            let exposure = schedule.slot_exposure(frame, slot, row);
+            let readout = schedule.slot_readout(frame, slot, row);
+            phases.push(phase(lane, numbered("exposure", slot), exposure.start_s, exposure.end_s));
+            phases.push(phase(lane, numbered("readout", slot), readout.start_s, readout.end_s));
+        }
+    }
+    let first = schedule.readout(frame, RowIndex(0));
+    let last = schedule.slot_readout(frame, slots - 1, schedule.last_row());
+    let next = schedule.readout(FrameIndex(1), RowIndex(0));
+    phases.push(phase("sensor", "readout".to_owned(), first.start_s, last.end_s));
+    phases.push(phase("sensor", "blanking".to_owned(), last.end_s, next.start_s));
+    let rows_end_s = last.end_s + memory_s(schedule) + packet_s(sensor)?;
+    if sensor.link.mode.sends_codes() {
+        phases.push(phase("link", "rows".to_owned(), first.end_s + memory_s(schedule), rows_end_s));
+    }
+    if sensor.link.mode.sends_features() {
+        let tail_s = sensor.link.seconds(sensor.link.tail_time(features));
+        phases.push(phase("link", "features".to_owned(), rows_end_s, rows_end_s + tail_s));
+    }
+    Ok(phases)
+}
+
+/// First clock of the second frame in run time: zero of the picture of two frames.
+fn second_frame_s(schedule: &Schedule) -> f64 {
+    let zero = schedule.frame_start_clk(FrameIndex(1));
+    schedule.span(ClockSpan { start: zero, end: zero }).start_s
+}
+
+/// When rows are read and what is on the link, from the start of the second frame, over three frames.
+fn frame_lanes(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error> {
+    let schedule = &sensor.schedule;
+    let zero_s = second_frame_s(schedule);
+    let mut lanes = Vec::new();
+    let mut push = |lane: &str, name: &str, start_s: f64, end_s: f64| {
+        let (start_us, end_us) = (1e6 * (start_s - zero_s), 1e6 * (end_s - zero_s));
+        lanes.push(Phase { lane: lane.to_owned(), name: name.to_owned(), start_us, end_us });
+    };
+    for frame in (0..3).map(FrameIndex) {
+        let first = schedule.readout(frame, RowIndex(0));
+        let last = schedule.slot_readout(frame, schedule.slots().len() - 1, schedule.last_row());
+        push("readout", "rows", first.start_s, last.end_s);
+        push("readout", "blanking", last.end_s, schedule.readout(FrameIndex(frame.0 + 1), RowIndex(0)).start_s);
+        let rows_end_s = last.end_s + memory_s(schedule) + packet_s(sensor)?;
+        if sensor.link.mode.sends_codes() {
+            push("link", "rows", first.end_s + memory_s(schedule), rows_end_s);
+        }
+        if sensor.link.mode.sends_features() {
+            push("link", "features", rows_end_s, rows_end_s + sensor.link.seconds(sensor.link.tail_time(features)));
+        }
+    }
+    Ok(lanes)
+}
+
+/// Exposures and readouts of three frames in time over rows, from the start of the second.
+fn bands(schedule: &Schedule) -> Vec<Band> {
+    let zero_s = second_frame_s(schedule);
+    let mut bands = Vec::new();
+    for frame in 0..3 {
+        for slot in 0..schedule.slots().len() {
+            let frame = FrameIndex(frame);
+            let of = |row, is_readout| {
+                let span = if is_readout {
+                    schedule.slot_readout(frame, slot, row)
+                } else {
+                    schedule.slot_exposure(frame, slot, row)
+                };
+                [1e6 * (span.start_s - zero_s), 1e6 * (span.end_s - zero_s)]
+            };
+            for kind in [BandKind::Exposure { slot }, BandKind::Readout] {
+                let is_readout = kind == BandKind::Readout;
+                let (first_us, last_us) = (of(RowIndex(0), is_readout), of(schedule.last_row(), is_readout));
+                bands.push(Band { kind, frame: frame.0, first_us, last_us });
+            }
+        }
+    }
+    bands
+}
