@@ -1,18 +1,39 @@
 //! Column converters. Enters: microvolts. Leaves: codes in LSB, and the events that making them took.
 //!
-//! The conversion itself always runs (`Converter`); offsets and gains of the columns are effects.
+//! The conversion itself always runs (`Converter`): ramp, comparators with their delays and kickback, counters. Offsets, gains,
+//! noises and settling of the columns are effects. docs/adc.md tells the whole of it.
 
+mod clocked;
+mod column_delay;
 mod column_gain;
 mod column_offset;
+mod column_settling;
+mod comparator_noise;
 mod convert;
+mod crossings;
+pub mod density;
 mod event_counts;
+mod kickback;
+mod linear;
 mod params;
+mod ramp;
+mod ramp_jitter;
+mod shared_noise;
+mod supply_ripple;
 
+pub use clocked::{ClockView, Comparators, Counters};
+pub use column_delay::NUMBER as COLUMN_DELAY;
 pub use column_gain::ColumnGain;
 pub use column_offset::ColumnOffset;
-pub use convert::Converter;
+pub use column_settling::ColumnSettling;
+pub use comparator_noise::comparator_noise;
+pub use convert::{Columns, Converter, Crossings, RowWork, Sample};
 pub use event_counts::count_row;
 pub use params::{AdcParams, Cds, Counter, Counting, Ramp};
+pub use ramp::RampEdges;
+pub use ramp_jitter::RampJitter;
+pub use shared_noise::{column_noise, ramp_noise, row_noise, row_offset};
+pub use supply_ripple::SupplyRipple;
 
 #[cfg(test)]
 pub(crate) use params::tests as params_tests;

@@ -66,6 +66,11 @@ pub const ALL: &[Entry] = &[
         build: |parameters| pixel::read_noise(&parameters.pixel, parameters.adc.cds.samples()),
     },
     Entry {
+        name: "column_settling",
+        summary: "a column line that has not reached its signal when it is sampled",
+        build: |parameters| adc::ColumnSettling::from_params(&parameters.adc, &parameters.pixel),
+    },
+    Entry {
         name: "column_gain",
         summary: "gain differs from column to column, a pattern of the die",
         build: |parameters| adc::ColumnGain::from_params(&parameters.adc),
@@ -74,6 +79,41 @@ pub const ALL: &[Entry] = &[
         name: "column_offset",
         summary: "offset differs from column to column, what double sampling leaves of it",
         build: |parameters| adc::ColumnOffset::from_params(&parameters.adc),
+    },
+    Entry {
+        name: "column_noise",
+        summary: "noise that all rows of a column share in a frame",
+        build: |parameters| adc::column_noise(&parameters.adc),
+    },
+    Entry {
+        name: "row_noise",
+        summary: "noise that all columns of a row share in a frame",
+        build: |parameters| adc::row_noise(&parameters.adc),
+    },
+    Entry {
+        name: "row_offset",
+        summary: "offset differs from row to row, a pattern of the die",
+        build: |parameters| adc::row_offset(&parameters.adc),
+    },
+    Entry {
+        name: "comparator_noise",
+        summary: "decision noise of the comparator, a draw a conversion and column",
+        build: |parameters| adc::comparator_noise(&parameters.adc),
+    },
+    Entry {
+        name: "ramp_noise",
+        summary: "noise of the ramp, a draw a conversion for all columns",
+        build: |parameters| adc::ramp_noise(&parameters.adc),
+    },
+    Entry {
+        name: "ramp_jitter",
+        summary: "jitter of the ramp's clock times the slope at each crossing",
+        build: |parameters| adc::RampJitter::from_params(&parameters.adc),
+    },
+    Entry {
+        name: "supply_ripple",
+        summary: "a sine on the supply at the time of each crossing: bands",
+        build: |parameters| adc::SupplyRipple::from_params(&parameters.adc),
     },
 ];
 

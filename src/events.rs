@@ -63,8 +63,14 @@ events! {
     ColumnSettle, "column_settle", Pixel;
     /// A column's comparator is active for one `adc_clk`.
     ComparatorClock, "comparator_clock", Adc;
-    /// A column's counter advances by one.
+    /// A binary counter advances by one.
     CounterStep, "counter_step", Adc;
+    /// A Gray counter advances by one.
+    GrayCounterStep, "gray_counter_step", Adc;
+    /// A line of a count shared by all columns toggles.
+    CountLineToggle, "count_line_toggle", Adc;
+    /// A column writes one bit of the shared count into its latch.
+    CountLatchBit, "count_latch_bit", Adc;
     /// The shared ramp generator makes one step.
     RampStep, "ramp_step", Adc;
     /// A row is selected and sequenced.

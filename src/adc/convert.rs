@@ -1,153 +1,217 @@
-//! The linear ramp in closed form. Enters: microvolts of a row. Leaves: codes in LSB.
+//! A row of conversions. Enters: microvolts of a row. Leaves: codes in LSB, and how long counters and comparators ran.
 //!
-//! Edge k (1 .. 2^b - 1) stands at round(k span / 2^b) nV, halves up. A count is the number of edges at or below a sample plus
-//! pedestal. One conversion: its count is the code, and the pedestal is the edge of the black level, so that no signal gives that
-//! code. Digital double sampling: black level minus the count of the reset ramp plus the count of the signal ramp, clipped to
-//! 0 .. 2^b - 1 (an up/down counter that starts at the black level).
-//! `rtl_models::ramp_adc` counts the same edges clock by clock.
+//! A column's comparator goes high at the first clock at which the ramp stands above the sample plus pedestal, its delay later;
+//! its count is the clocks before that, or all. One conversion: the count is the code, and the pedestal is the edge of the black
+//! level, so that no signal gives that code. Digital double sampling: black level minus the count of the reset ramp plus the count
+//! of the signal ramp, clipped to 0 .. 2^b - 1 (an up/down counter that starts at the black level). The pedestal stands on the
+//! ramp as it is. docs/adc.md has all of it.
 
-use super::AdcParams;
-use crate::num::{f64_from_i64, low_u16, low_u32};
-use crate::pixel::Samples;
-use crate::simd::{Kernel, dispatch};
+use super::crossings::{NEVER, crossings};
+use super::kickback::Kickback;
+use super::linear::LinearKernel;
+use super::ramp::RampEdges;
+use super::{AdcParams, Cds, column_delay};
+use crate::draw::DrawKey;
+use crate::fidelity::Rung;
+use crate::num::{f32_nearest, i64_half_even, low_u16};
 
-/// A row's conversions, with everything that does not depend on the signal done beforehand.
+/// Which of a row's conversions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sample {
+    /// Of the reset level.
+    Reset,
+    /// Of the signal.
+    Signal,
+}
+
+/// What a row's conversions took, over both samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RowWork {
+    /// Counted clocks of all columns.
+    pub counter_steps: u64,
+    /// `adc_clk` clocks in which comparators waited for their crossing.
+    pub comparator_clk: u64,
+}
+
+/// The column converters, with everything that does not depend on the signal done beforehand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converter {
-    bits: u32,
-    span_nv: i64,
-    pedestal_nv: f64,
-    /// Last edge of the signal's ramp.
-    last_edge_nv: f64,
-    /// Last edge of the reset ramp.
-    last_reset_edge_nv: f64,
-    black_level_dn: i32,
-    code_max: i32,
-    /// Whether the reset sample is converted apart.
-    converts_reset: bool,
-    twice_codes: f64,
-    inverse_span_per_nv: f64,
+    pub(super) params: AdcParams,
+    pub(super) edges: RampEdges,
+    pub(super) kickback: Option<Kickback>,
+    pub(super) pedestal_nv: i64,
+    kernel: Option<LinearKernel>,
+    is_clocked: bool,
 }
 
-/// Adding and subtracting 1.5 * 2^52 rounds |x| <= 2^51 half-even without a cast; the sum's low bits hold the integer.
-const ROUNDER: f64 = 6_755_399_441_055_744.0;
+/// The converters of one camera's die: each column with its own comparator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns<'a> {
+    pub(super) converter: &'a Converter,
+    /// Delay of each column in `adc_clk`; empty where all are 0.
+    pub(super) delays_clk: Vec<u32>,
+}
+
+/// First clocks, counted from 1, at which the columns' comparators are high; `u32::MAX`: never.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Crossings {
+    /// Of the reset conversion; empty where it is not converted apart.
+    pub reset_clk: Vec<u32>,
+    /// Of the signal conversion.
+    pub signal_clk: Vec<u32>,
+}
 
 impl Converter {
-    /// Prepares checked parameters. Panics where `AdcParams::check` would refuse depth or span.
+    /// Prepares checked parameters in closed form. Panics where `AdcParams::check` would refuse them.
     pub fn new(params: &AdcParams) -> Self {
-        assert!((1..=16).contains(&params.bits), "depths go from 1 to 16 bits");
-        let span_nv = params.span_nv();
-        assert!((100_000..=10_000_000_000).contains(&span_nv), "a ramp spans 100 uV to 10 V");
-        let edge_nv = |k| f64_from_i64(edge_nv(params.bits, span_nv, k));
+        let edges = RampEdges::new(params).expect("the parameters were checked");
+        let kickback = Kickback::from_params(params);
+        let alike = params.comparator_delay_clk == 0 && params.comparator_delay_sigma_clk == 0.0;
+        let is_plain = edges.is_plain() && kickback.is_none() && alike;
         Self {
-            bits: params.bits,
-            span_nv,
-            pedestal_nv: edge_nv(params.pedestal_lsb()),
-            last_edge_nv: edge_nv(params.code_max()),
-            last_reset_edge_nv: edge_nv(params.reset_counts_used()),
-            black_level_dn: i32::try_from(params.black_level_dn).expect("a black level has at most 16 bits"),
-            code_max: i32::try_from(params.code_max()).expect("a code has at most 16 bits"),
-            converts_reset: params.cds.samples() == Samples::Both,
-            twice_codes: f64_from_i64(1 << (params.bits - 1)),
-            inverse_span_per_nv: 1.0 / f64_from_i64(span_nv),
+            kernel: is_plain.then(|| LinearKernel::new(params)),
+            pedestal_nv: edges.edge_nv(params.pedestal_lsb()),
+            params: params.clone(),
+            edges,
+            kickback,
+            is_clocked: false,
         }
     }
 
-    /// Place of edge `k` in nV above the bottom of the ramp.
+    /// The same on another rung: clock by clock, or in closed form.
+    #[must_use]
+    pub fn at(self, rung: Rung) -> Self {
+        Self { is_clocked: rung == Rung::Clocked, ..self }
+    }
+
+    /// Where the ramp stands after `k` clocks, in nV above its bottom, undisturbed.
     pub fn edge_nv(&self, k: u32) -> i64 {
-        edge_nv(self.bits, self.span_nv, k)
+        self.edges.edge_nv(k)
     }
 
-    /// Converts a row of samples (uV above the dark level, rounded once, half-even, to nV). `reset_uv` is read only where the reset
-    /// sample is converted apart, and may be empty otherwise. A NaN counts no edge. Panics if the lengths differ.
-    pub fn convert_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) {
-        assert!(signal_uv.len() == codes.len(), "a column has one code");
-        if self.converts_reset {
-            assert!(reset_uv.len() == codes.len(), "a column has one reset sample");
-            dispatch(ConvertBoth { converter: self, signal_uv, reset_uv, codes });
-        } else {
-            dispatch(ConvertOne { converter: self, signal_uv, codes });
-        }
+    /// The converters of a die. `die` is the key of its columns, as `RowPass::column_key` makes it.
+    pub fn columns(&self, die: DrawKey, width: usize) -> Columns<'_> {
+        Columns { converter: self, delays_clk: column_delay::delays_clk(&self.params, die, width) }
     }
 
-    /// The level that the comparator sees, in nV above the bottom of the ramp, clipped to the ramp's first and last edge.
-    #[inline(always)]
-    fn level_nv(&self, microvolts: f32, last_edge_nv: f64) -> f64 {
-        // An f32 times 1000 is exact in f64. Beyond 2^40 nV (1,100 V) only the side matters.
+    /// Converts a row of columns whose comparators all have the mean delay. As `Columns::convert_row`.
+    pub fn convert_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
+        let delays_clk = match self.params.comparator_delay_clk {
+            0 => Vec::new(),
+            delay_clk => vec![delay_clk; signal_uv.len()],
+        };
+        Columns { converter: self, delays_clk }.convert_row(signal_uv, reset_uv, codes)
+    }
+
+    /// The level that a comparator sees, in nV above the bottom of the ramp: the sample, rounded once, half-even, plus pedestal.
+    /// Beyond 2^40 nV (1,100 V) only the side matters; a NaN is far below.
+    pub fn level_nv(&self, sample_uv: f32) -> i64 {
         const FAR_NV: f64 = 1_099_511_627_776.0;
-        let exact_nv = f64::from(microvolts) * 1000.0;
+        let exact_nv = f64::from(sample_uv) * 1000.0;
         let exact_nv = if exact_nv > -FAR_NV { exact_nv } else { -FAR_NV };
         let exact_nv = if exact_nv < FAR_NV { exact_nv } else { FAR_NV };
-        let level_nv = (exact_nv + ROUNDER) - ROUNDER + self.pedestal_nv;
-        let level_nv = if level_nv > 0.0 { level_nv } else { 0.0 };
-        if level_nv < last_edge_nv { level_nv } else { last_edge_nv }
+        i64_half_even(exact_nv) + self.pedestal_nv
     }
 
-    /// Edge k lies at or below level s when 2 k span < (2 s + 1) 2^b, so the count is floor(((2 s + 1) 2^(b-1) - 1) / span).
-    /// Half of the last unit is added so that no quotient lies within 1 / (2 span) >= 5e-11 of an integer, which is more than
-    /// the 3 roundings of a product below 2^17 (4.4e-11); so multiplying by the inverse floors as exact division would.
-    #[inline(always)]
-    fn count(&self, microvolts: f32, last_edge_nv: f64) -> u32 {
-        let units = (2.0 * self.level_nv(microvolts, last_edge_nv) + 1.0) * self.twice_codes - 0.5;
-        let count = units * self.inverse_span_per_nv;
-        low_u32(((count - 0.5) + ROUNDER).to_bits())
+    /// The sample in uV that stands on a level: the inverse of `level_nv` as far as a sample's format goes.
+    pub fn sample_uv(&self, level_nv: i64) -> f32 {
+        f32_nearest(crate::num::f64_from_i64(level_nv - self.pedestal_nv) / 1000.0)
     }
 
-    #[inline(always)]
-    fn code(&self, signal_uv: f32) -> u16 {
-        low_u16(self.count(signal_uv, self.last_edge_nv))
-    }
-
-    #[inline(always)]
-    fn code_of_both(&self, signal_uv: f32, reset_uv: f32) -> u16 {
-        let up = self.count(signal_uv, self.last_edge_nv).cast_signed();
-        let down = self.count(reset_uv, self.last_reset_edge_nv).cast_signed();
-        let counter = self.black_level_dn - down + up;
-        let counter = if counter > 0 { counter } else { 0 };
-        let counter = if counter < self.code_max { counter } else { self.code_max };
-        low_u16(counter.cast_unsigned())
-    }
-}
-
-fn edge_nv(bits: u32, span_nv: i64, k: u32) -> i64 {
-    (i64::from(k) * span_nv + (1 << (bits - 1))) >> bits
-}
-
-struct ConvertOne<'a> {
-    converter: &'a Converter,
-    signal_uv: &'a [f32],
-    codes: &'a mut [u16],
-}
-
-impl Kernel for ConvertOne<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let converter = self.converter.clone();
-        for (code, &signal_uv) in self.codes.iter_mut().zip(self.signal_uv) {
-            *code = converter.code(signal_uv);
+    /// Ramp steps of a conversion.
+    pub fn steps(&self, sample: Sample) -> u32 {
+        match sample {
+            Sample::Reset => self.params.reset_counts_used(),
+            Sample::Signal => self.params.code_max(),
         }
     }
+
+    /// Edges at or below a signal sample on the undisturbed ramp: the clock before its crossing.
+    pub(super) fn undisturbed_count(&self, sample_uv: f32) -> u32 {
+        self.edges.count(self.level_nv(sample_uv), self.params.code_max())
+    }
+
+    fn converts_reset(&self) -> bool {
+        self.params.cds == Cds::Digital
+    }
 }
 
-struct ConvertBoth<'a> {
-    converter: &'a Converter,
-    signal_uv: &'a [f32],
-    reset_uv: &'a [f32],
-    codes: &'a mut [u16],
-}
-
-impl Kernel for ConvertBoth<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let converter = self.converter.clone();
-        for ((code, &signal_uv), &reset_uv) in self.codes.iter_mut().zip(self.signal_uv).zip(self.reset_uv) {
-            *code = converter.code_of_both(signal_uv, reset_uv);
+impl Columns<'_> {
+    /// Converts a row of samples (uV above the dark level, rounded once, half-even, to nV). `reset_uv` is read only where the reset
+    /// sample is converted apart, and may be empty otherwise. A NaN counts no edge. Panics if the lengths differ.
+    pub fn convert_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
+        let reset_uv = self.checked_reset(signal_uv, reset_uv);
+        assert!(signal_uv.len() == codes.len(), "a column has one code");
+        match &self.converter.kernel {
+            _ if self.converter.is_clocked => self.convert_by_clock(signal_uv, reset_uv, codes),
+            Some(kernel) => kernel.convert_row(signal_uv, reset_uv, codes),
+            None => self.convert_by_crossings(signal_uv, reset_uv, codes),
         }
     }
+
+    /// When the columns' comparators go high, in closed form: jumping from event to event where comparators disturb the ramp.
+    pub fn crossings(&self, signal_uv: &[f32], reset_uv: &[f32]) -> Crossings {
+        let reset_uv = self.checked_reset(signal_uv, reset_uv);
+        let of = |sample, samples_uv: &[f32]| {
+            let levels_nv: Vec<i64> = samples_uv.iter().map(|&uv| self.converter.level_nv(uv)).collect();
+            crossings(self, &levels_nv, self.converter.steps(sample))
+        };
+        Crossings { reset_clk: of(Sample::Reset, reset_uv), signal_clk: of(Sample::Signal, signal_uv) }
+    }
+
+    /// Delay of one column in `adc_clk`.
+    pub fn delay_clk(&self, column: usize) -> u32 {
+        self.delays_clk.get(column).copied().unwrap_or(0)
+    }
+
+    fn convert_by_crossings(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
+        let found = self.crossings(signal_uv, reset_uv);
+        let count = |sample: Sample, crossing_clk: u32| match crossing_clk {
+            NEVER => self.converter.steps(sample),
+            clock => clock - 1,
+        };
+        let mut work = RowWork::default();
+        let mut counts = |sample: Sample, crossings_clk: &[u32]| -> Vec<u32> {
+            let counts: Vec<u32> = crossings_clk.iter().map(|&clock| count(sample, clock)).collect();
+            for &count in &counts {
+                work.counter_steps += u64::from(count);
+                work.comparator_clk += u64::from((count + 1).min(self.converter.steps(sample)));
+            }
+            counts
+        };
+        let down = counts(Sample::Reset, &found.reset_clk);
+        let up = counts(Sample::Signal, &found.signal_clk);
+        for (column, (code, up)) in codes.iter_mut().zip(up).enumerate() {
+            *code = self.converter.code(down.get(column).copied(), up);
+        }
+        work
+    }
+
+    fn checked_reset<'a>(&self, signal_uv: &[f32], reset_uv: &'a [f32]) -> &'a [f32] {
+        assert!(self.delays_clk.is_empty() || self.delays_clk.len() == signal_uv.len(), "a column has one comparator");
+        if !self.converter.converts_reset() {
+            return &[];
+        }
+        assert!(reset_uv.len() == signal_uv.len(), "a column has one reset sample");
+        reset_uv
+    }
+}
+
+impl Converter {
+    /// The code of a column from its counts.
+    pub(super) fn code(&self, down: Option<u32>, up: u32) -> u16 {
+        let code = match down {
+            None => i64::from(up),
+            Some(down) => i64::from(self.params.black_level_dn) - i64::from(down) + i64::from(up),
+        };
+        let code = code.clamp(0, self.params.code_max().into());
+        low_u16(u32::try_from(code).expect("clipped above"))
+    }
+}
+
+/// Columns of pass `pass` of a row: those that a shared converter takes at the same time.
+pub(super) fn columns_of_pass(params: &AdcParams, pass: usize, width: usize) -> impl Iterator<Item = usize> {
+    (pass..width).step_by(crate::num::index(params.columns_per_adc))
 }
 
 #[cfg(test)]
@@ -156,7 +220,7 @@ mod tests {
     use crate::adc::Cds;
     use crate::adc::params::tests::paper_adc;
     use crate::draw::{DrawKey, uniform_f64};
-    use crate::num::{f32_nearest, i64_half_even, u32_truncated};
+    use crate::num::{f32_nearest, f64_from_i64, i64_half_even, u32_truncated};
 
     /// The definition: edges at or below signal plus pedestal, counted one by one by bisection of the sorted edges.
     fn counted(edges_nv: &[i64], pedestal_nv: i64, microvolts: f32) -> u16 {

@@ -1,8 +1,9 @@
 //! Parameters of the column converters. Enters: numbers of a config. Leaves: the same, checked, and what follows from them.
 
+use super::{RampEdges, Sample};
 use crate::error::Error;
-use crate::num::{f64_from_i64, i64_half_even};
-use crate::pixel::{Samples, above, within};
+use crate::num::{f64_from_i64, f64_from_u64, i64_half_even};
+use crate::pixel::{PixelParams, SampleSigmas, Samples, above, within};
 use crate::units::Clocks;
 
 /// Correlated double sampling: how the reset level is taken off the signal.
@@ -244,7 +245,29 @@ impl AdcParams {
         within("sensor.adc.columns_per_adc", self.columns_per_adc.into(), 1.0, 64.0)?;
         within("sensor.adc.pitch_um", self.pitch_um, 0.0, 1000.0)?;
         within("sensor.adc.sides", self.sides.into(), 1.0, 2.0)?;
-        Ok(())
+        RampEdges::new(self).map(|_| ())
+    }
+
+    /// Whether a converter finds room above the columns that share it.
+    ///
+    /// # Errors
+    /// It does not; the error names the sharing that would do.
+    pub fn check_pitch(&self, pixel: &PixelParams) -> Result<(), Error> {
+        let one_um = pixel.pitch_um * f64::from(self.sides);
+        let room_um = f64::from(self.columns_per_adc) * one_um;
+        if self.pitch_um <= room_um {
+            return Ok(());
+        }
+        let needed = (self.pitch_um / one_um).ceil();
+        let reason = if needed <= 64.0 {
+            format!(
+                "{} columns of {} um on {} side(s) leave {room_um} um; columns_per_adc = {needed} would do",
+                self.columns_per_adc, pixel.pitch_um, self.sides
+            )
+        } else {
+            format!("64 columns, the most that share a converter, leave {} um; less would do", 64.0 * one_um)
+        };
+        Err(Error::key("sensor.adc.pitch_um", self.pitch_um, reason))
     }
 
     /// Greatest code, 2^bits - 1.
@@ -262,10 +285,61 @@ impl AdcParams {
         f64_from_i64(self.span_nv()) / (1000.0 * f64_from_i64(1 << self.bits))
     }
 
-    /// Settling of a row in seconds: both samples where both are taken.
+    /// The least step of the ramp in uV: one LSB where the ramp is finest.
+    pub fn lsb_uv_min(&self) -> f64 {
+        if self.ramp == Ramp::Linear && self.ramp_inl_lsb == 0.0 && self.ramp_settling_clk == 0.0 {
+            return self.lsb_uv();
+        }
+        f64_from_i64(self.edges().steps_nv().0) / 1000.0
+    }
+
+    /// Signal in uV beyond which the code of a column at its nominal reset level is the greatest.
+    pub fn saturation_uv(&self) -> f64 {
+        let above_black = self.code_max() - self.black_level_dn;
+        if self.ramp == Ramp::Linear && self.ramp_inl_lsb == 0.0 && self.ramp_settling_clk == 0.0 {
+            return f64::from(above_black) * self.lsb_uv();
+        }
+        let (edges, pedestal) = (self.edges(), self.pedestal_lsb());
+        f64_from_i64(edges.edge_nv(pedestal + above_black) - edges.edge_nv(pedestal)) / 1000.0
+    }
+
+    fn edges(&self) -> RampEdges {
+        RampEdges::new(self).expect("the parameters were checked")
+    }
+
+    /// Sigmas of a noise that each conversion has on its own. A difference is converted once.
+    pub fn sigmas_of_conversions(&self, sigma_uv: f64) -> SampleSigmas {
+        let reset_uv = if self.cds == Cds::Digital { sigma_uv } else { 0.0 };
+        SampleSigmas { signal_uv: sigma_uv, reset_uv }
+    }
+
+    /// Settling of a row in seconds: both samples where both are taken, once for each column that shares a converter.
     pub fn settling_s(&self) -> f64 {
-        let reset_us = if self.cds.is_double() { self.settle_reset_us } else { 0.0 };
-        1e-6 * (reset_us + self.settle_signal_us)
+        1e-6 * f64::from(self.columns_per_adc) * (self.settle_reset_used_us() + self.settle_signal_us)
+    }
+
+    /// Settling before the reset sample in us, 0 where none is taken.
+    pub fn settle_reset_used_us(&self) -> f64 {
+        if self.cds.is_double() { self.settle_reset_us } else { 0.0 }
+    }
+
+    /// When a conversion's ramp starts, in seconds from the start of the row's readout: first the reset samples of all columns
+    /// that share a converter, one after the other, each settled before its ramp; then the transfer, and their signals likewise.
+    pub fn conversion_start_s(&self, sample: Sample, pass: u32) -> f64 {
+        let clock_s = 1.0 / f64_from_u64(self.clock_hz);
+        let reset_s = 1e-6 * self.settle_reset_used_us();
+        let signal_s = 1e-6 * self.settle_signal_us;
+        let reset_ramp_s = f64::from(self.reset_counts_used()) * clock_s;
+        let signal_ramp_s = f64::from(self.code_max() + 1) * clock_s;
+        let done = f64::from(pass);
+        match sample {
+            Sample::Reset => reset_s + done * (reset_s + reset_ramp_s),
+            Sample::Signal => {
+                f64::from(self.columns_per_adc) * (reset_s + reset_ramp_s)
+                    + signal_s
+                    + done * (signal_s + signal_ramp_s)
+            }
+        }
     }
 
     /// Counts of a row's reset conversion; only digital double sampling converts the reset level.
@@ -286,9 +360,9 @@ impl AdcParams {
         }
     }
 
-    /// `adc_clk` clocks in which the ramp runs for a row.
+    /// `adc_clk` clocks in which the ramp runs for a row: once for each column that shares a converter.
     pub fn ramp_clk(&self) -> Clocks {
-        Clocks(u64::from(self.reset_counts_used()) + (1 << self.bits))
+        Clocks(u64::from(self.columns_per_adc) * (u64::from(self.reset_counts_used()) + (1 << self.bits)))
     }
 }
 

@@ -79,8 +79,8 @@ impl Scenario {
     pub fn fidelity(&self) -> Result<Fidelity, Error> {
         let rungs = [Rung::Expected, Rung::Sampled, Rung::Clocked, Rung::Rtl].map(|rung| (rung.name(), rung));
         let rung = one_of("run.rung", &self.run.rung, &rungs)?;
-        if rung != Rung::Sampled {
-            let reason = "this rung comes with a later version; sampled would do";
+        if !matches!(rung, Rung::Sampled | Rung::Clocked) {
+            let reason = "this rung comes with a later version; sampled or clocked would do";
             return Err(Error::key("run.rung", &self.run.rung, reason));
         }
         let samples = within("run.samples_per_pixel", self.run.samples_per_pixel, 1..=4096, "1 to 4096")?;

@@ -5,9 +5,10 @@
 
 use super::Parameters;
 use crate::adc::{self, Converter};
-use crate::draw::RowPlace;
+use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{ArrayPass, Domain, Effect, RowPass};
 use crate::events::Events;
+use crate::fidelity::Rung;
 use crate::num::u32_from;
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
@@ -33,7 +34,7 @@ pub struct Chain {
     effects: Vec<Box<dyn Effect>>,
     /// What pixel and converters are set to.
     parameters: Parameters,
-    /// Closed form of the column converters.
+    /// The column converters.
     converter: Converter,
     /// Seed of the run.
     seed: u64,
@@ -86,12 +87,26 @@ impl Chain {
         Self { effects, converter: Converter::new(&parameters.adc), parameters, seed, die_seed }
     }
 
+    /// The same with its converters on another rung: clock by clock, or in closed form.
+    #[must_use]
+    pub fn at(self, rung: Rung) -> Self {
+        Self { converter: self.converter.at(rung), ..self }
+    }
+
+    /// Converters of one camera.
+    pub fn columns(&self, camera: CameraIndex, width: usize) -> adc::Columns<'_> {
+        let capture = Capture::single(camera, FrameIndex(0));
+        let place = RowPlace { seed: self.die_seed, ..self.place(capture, 0) };
+        self.converter.columns(DrawKey::of_row(adc::COLUMN_DELAY, place), width)
+    }
+
     /// Codes of one exposure from its mean photons, and the events of its conversion. `times` holds one entry a row.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let charge_e = self.has_array_effects().then(|| self.array_electrons(photons, capture, times));
         let mut codes = Plane::filled(photons.size(), 0_u16);
         let width = photons.width_px();
+        let columns = self.columns(capture.camera, width);
         let chunk = |(index, rows): (usize, &mut [u16])| {
             let mut buffers = RowBuffers::new(width, self.samples());
             let mut events = Events::default();
@@ -102,8 +117,8 @@ impl Chain {
                     None => self.gather(photons.row(row), capture, row, times[row], &mut buffers),
                 }
                 self.sense(capture, row, times[row], &mut buffers);
-                self.converter.convert_row(&buffers.values, &buffers.reset, row_codes);
-                adc::count_row(&self.parameters.adc, self.parameters.pixel.pixel_type, row_codes, &mut events);
+                let work = columns.convert_row(&buffers.values, &buffers.reset, row_codes);
+                adc::count_row(&self.parameters.adc, self.parameters.pixel.pixel_type, width, work, &mut events);
             }
             events
         };

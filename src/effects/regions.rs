@@ -56,7 +56,8 @@ pub fn regions(
     let most_e = crate::num::lesser(light.photons_max * efficiency, 2.0 * held_e);
     let (low_e, high_e) = (crate::num::lesser(light.photons_min * efficiency, most_e), most_e);
     let dark_e = dark_sigma_e(parameters);
-    let step_e = lsb_e(parameters);
+    // The noise that a pixel has anyway is least where the ramp is finest.
+    let step_e = parameters.adc.lsb_uv_min() / parameters.pixel.conversion_gain_uv_per_e;
     let start_e = crate::num::greater(low_e, SIGNAL_E_FLOOR);
     let ratio = if high_e > start_e { libm::pow(high_e / start_e, 1.0 / f64::from(BANDS)) } else { 1.0 };
     let mut edges_e = vec![low_e];

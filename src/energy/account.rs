@@ -214,7 +214,7 @@ mod tests {
         let deciders = account.deciders();
         assert_eq!(deciders[0].0.name, "link_byte");
         let sum: f64 = deciders.iter().map(|(_, share)| share).sum();
-        // Nineteen shares, each rounded once.
+        // Twenty-two shares, each rounded once.
         assert!((sum - 1.0).abs() < 1e-14, "{sum}");
     }
 

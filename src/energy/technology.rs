@@ -214,7 +214,7 @@ mod tests {
             // The files hold six digits.
             assert!((ratio / expected - 1.0).abs() < 1e-5, "{}: {ratio}", event.name());
         }
-        assert_eq!(scaled, 6);
+        assert_eq!(scaled, 9);
     }
 
     #[test]

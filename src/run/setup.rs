@@ -100,7 +100,7 @@ impl SensorSetup {
     /// Mean photons that fill a pixel's well, or its converter's range where that is less.
     pub fn saturation_photons(&self) -> f64 {
         let (pixel, adc) = (&self.parameters.pixel, &self.parameters.adc);
-        let range_e = f64::from(adc.code_max() - adc.black_level_dn) * adc.lsb_uv() / pixel.conversion_gain_uv_per_e;
+        let range_e = adc.saturation_uv() / pixel.conversion_gain_uv_per_e;
         crate::num::lesser(range_e, pixel.full_well_e) / (pixel.quantum_efficiency * pixel.fill_factor)
     }
 
@@ -113,6 +113,7 @@ impl SensorSetup {
         let scenario = &resolved.scenario;
         let size = scenario.size()?;
         let parameters = Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? };
+        parameters.adc.check_pitch(&parameters.pixel)?;
         let link = scenario.link()?;
         let readout = scenario.readout()?;
         let output = Geometry::new(size, &readout)?.output_size();
@@ -184,6 +185,7 @@ impl Setup {
             signal_e: [light.photons_min * efficiency, light.photons_max * efficiency],
         };
         let chain = Chain::new(sensor.parameters.clone(), plan.effects, scenario.seed, scenario.sensor.die);
+        let chain = chain.at(fidelity.rung);
         Ok(Parts { fidelity, frames, sensor, scene, motion, cameras, plan: summary, chain, tracker })
     }
 

@@ -139,8 +139,9 @@ fn conversion_phases(adc: &AdcParams, schedule: &Schedule) -> Vec<Phase> {
     let clocks_us = |clocks: u64| 1e6 * f64_from_u64(clocks) / f64_from_u64(adc.clock_hz);
     let pulse_us = |clocks: u32| 1e6 * f64::from(clocks) / f64_from_u64(schedule.pixel_rate_hz());
     let Pulses { reset_clk, transfer_clk, latch_clk } = schedule.params().pulses;
-    let settle_reset_us = if adc.cds.is_double() { adc.settle_reset_us } else { 0.0 };
-    let reset_counts = u64::from(adc.reset_counts_used());
+    // Columns that share a converter settle and convert one after the other.
+    let settle_reset_us = f64::from(adc.columns_per_adc) * adc.settle_reset_used_us();
+    let reset_counts = u64::from(adc.columns_per_adc) * u64::from(adc.reset_counts_used());
     let steps = [
         ("reset", pulse_us(reset_clk)),
         ("settle reset", settle_reset_us),

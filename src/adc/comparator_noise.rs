@@ -1,0 +1,17 @@
+//! Noise of the comparator. Enters: microvolts. Leaves: microvolts with a normal draw of each conversion and column added.
+//!
+//! Model: the comparator's decision noise referred to its input, one draw a conversion (DESIGN: conversion). It stands besides the read
+//! noise, which has its own draw. A difference on a capacitor is converted once and so has one draw.
+
+use super::AdcParams;
+use crate::draw::EffectNumber;
+use crate::effect::Effect;
+use crate::pixel::SampleNoise;
+
+/// Published number.
+pub const NUMBER: EffectNumber = EffectNumber(206);
+
+/// Decision noise of the comparators; `None` where they are silent.
+pub fn comparator_noise(params: &AdcParams) -> Option<Box<dyn Effect>> {
+    SampleNoise::boxed("comparator_noise", NUMBER, params.sigmas_of_conversions(params.comparator_noise_uv))
+}

@@ -1,0 +1,134 @@
+//! When comparators go high, in closed form. Enters: levels in nV, delays. Leaves: the first clock at which each comparator is high.
+//!
+//! Without kickback a column's crossing follows from its own level. With kickback all columns that share the ramp are one system,
+//! solved from event to event: at clock t all columns compare with edge t plus the shift; comparators that go high at t shift the
+//! ramp from t + 1 on. Between two events the next crossing is found by search: all columns see one ramp, so the lowest level
+//! that has not been crossed is always the next. `Comparators` of the clocked rung steps through the same definition.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::Columns;
+use super::convert::columns_of_pass;
+use super::kickback::{Kickback, Shift};
+use super::ramp::RampEdges;
+
+/// The comparator stays low for the whole conversion.
+pub(super) const NEVER: u32 = u32::MAX;
+
+/// Crossing clocks of a conversion of `steps` clocks.
+pub(super) fn crossings(columns: &Columns<'_>, levels_nv: &[i64], steps: u32) -> Vec<u32> {
+    let converter = columns.converter;
+    let Some(kickback) = &converter.kickback else {
+        let alone = |(column, &level_nv): (usize, &i64)| {
+            let crossed = converter.edges.count(level_nv, steps);
+            high_at(crossed + 1, columns.delay_clk(column), steps)
+        };
+        return levels_nv.iter().enumerate().map(alone).collect();
+    };
+    let mut found = vec![NEVER; levels_nv.len()];
+    for pass in 0..crate::num::index(converter.params.columns_per_adc) {
+        let mut waiting: Vec<(i64, usize)> = columns_of_pass(&converter.params, pass, levels_nv.len())
+            .map(|column| (levels_nv[column], column))
+            .collect();
+        waiting.sort_unstable();
+        Coupled {
+            edges: &converter.edges,
+            kickback,
+            steps,
+            clock: 0,
+            shift: Shift::default(),
+            flips: BinaryHeap::new(),
+        }
+        .solve(columns, &waiting, &mut found);
+    }
+    found
+}
+
+/// The first clock at which a comparator is high whose ramp crosses at `crossing`.
+fn high_at(crossing: u32, delay_clk: u32, steps: u32) -> u32 {
+    let high = crossing + delay_clk;
+    if high <= steps { high } else { NEVER }
+}
+
+/// Columns under one ramp that they disturb.
+struct Coupled<'a> {
+    edges: &'a RampEdges,
+    kickback: &'a Kickback,
+    steps: u32,
+    /// Everything up to this clock is done.
+    clock: u32,
+    shift: Shift,
+    /// Clocks at which comparators that were crossed will go high.
+    flips: BinaryHeap<Reverse<u32>>,
+}
+
+impl Coupled<'_> {
+    /// `waiting` stands in rising order of levels.
+    fn solve(mut self, columns: &Columns<'_>, waiting: &[(i64, usize)], found: &mut [u32]) {
+        let mut waiting = waiting.iter().peekable();
+        loop {
+            let next_flip = self.flips.peek().map_or(NEVER, |flip| flip.0);
+            let until = next_flip.min(self.steps);
+            let crossing = waiting.peek().and_then(|(level_nv, _)| self.first_above(*level_nv, until));
+            let Some(clock) = crossing.or((next_flip != NEVER).then_some(next_flip)) else { return };
+            self.clock = clock;
+            let ramp_nv = self.ramp_nv(clock);
+            while let Some(&(_, column)) = waiting.next_if(|(level_nv, _)| *level_nv < ramp_nv) {
+                found[column] = high_at(clock, columns.delay_clk(column), self.steps);
+                if found[column] != NEVER {
+                    self.flips.push(Reverse(found[column]));
+                }
+            }
+            self.flip();
+        }
+    }
+
+    /// The ramp as the columns see it.
+    fn ramp_nv(&self, clock: u32) -> i64 {
+        self.edges.edge_nv(clock) + self.kickback.shift_nv(self.shift, clock)
+    }
+
+    /// The first clock after the present one, up to `until`, at which the ramp stands above a level if nothing flips before.
+    fn first_above(&self, level_nv: i64, until: u32) -> Option<u32> {
+        let mut from = self.clock + 1;
+        while from <= until {
+            if !self.kickback.falls_back(self.shift, from) {
+                // Neither edges nor shift fall from here on.
+                return self.first_of_rising(level_nv, from, until);
+            }
+            // A shift that falls back is never greater than here: no clock before this one can lie above the level.
+            let highest_shift_nv = self.kickback.shift_nv(self.shift, from);
+            let candidate = from.max(self.edges.count(level_nv - highest_shift_nv, until) + 1);
+            if candidate > until {
+                return None;
+            }
+            if self.ramp_nv(candidate) > level_nv {
+                return Some(candidate);
+            }
+            from = candidate + 1;
+        }
+        None
+    }
+
+    fn first_of_rising(&self, level_nv: i64, from: u32, until: u32) -> Option<u32> {
+        let (mut low, mut high) = (from, until + 1);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if self.ramp_nv(middle) > level_nv { high = middle } else { low = middle + 1 }
+        }
+        (low <= until).then_some(low)
+    }
+
+    /// Lets the comparators flip that are due at the present clock.
+    fn flip(&mut self) {
+        let mut flips = 0;
+        while self.flips.peek().is_some_and(|flip| flip.0 == self.clock) {
+            self.flips.pop();
+            flips += 1;
+        }
+        if flips > 0 {
+            self.shift = self.kickback.after_flips(self.shift, self.clock, flips);
+        }
+    }
+}
