@@ -136,6 +136,9 @@ pub struct TimingArguments {
     /// Draws the time of a line and of a frame.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Waveforms of a test picture, a wedge from dark to full scale.
+    #[command(flatten)]
+    pub waves: WaveArguments,
 }
 
 /// A picture for the extractor.

@@ -118,16 +118,18 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;
     if let Some(waves) = &waves {
-        session.watch(waves.plan.selection().frame, &waves.plan.selection().rows);
+        waves.watch(&mut session);
     }
     let bar = progress::bar("frames", u64::from(frames), shared.quiet);
     let interrupted = interrupt::watch();
+    let mut wave_codes = None;
     for _ in 0..frames {
         if interrupted.load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
         }
         let frame = session.step(&watch)?;
         output.frame(&session, &frame)?;
+        wave_codes = waves.as_ref().and_then(|waves| waves.codes_of(&frame)).or(wave_codes);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -135,8 +137,8 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     report.cost.insert("prepare", per_frame(prepared_s, frames));
     report.cost.insert("write", per_frame(output.seconds(), frames));
     output.finish(&session, &report)?;
-    if let Some(waves) = &waves {
-        waves.write(session.watched())?;
+    if let (Some(waves), Some(codes)) = (&waves, &wave_codes) {
+        waves.write_watched(&session, codes)?;
     }
 
     if shared.json {

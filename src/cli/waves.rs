@@ -1,17 +1,17 @@
 //! `--waves` of `run` and `timing`: what is asked for, checked before anything runs, and the file at the end.
 
-use sensel::effects::chain::RowSamples;
+use sensel::effects::chain::Chain;
 use sensel::error::Error;
 use sensel::files::waves::WaveFile;
-use sensel::run::SensorSetup;
-use sensel::waves::{Asked, WavePlan};
+use sensel::run::{Frame, SensorSetup, Session};
+use sensel::units::{CameraIndex, RowIndex};
+use sensel::waves::{Asked, WavePlan, WaveRow};
 
 use super::args::WaveArguments;
 
 /// Waveforms that were asked for.
 pub struct WaveRequest<'a> {
-    /// What they show.
-    pub plan: WavePlan<'a>,
+    plan: WavePlan<'a>,
     file: WaveFile,
 }
 
@@ -30,8 +30,34 @@ impl<'a> WaveRequest<'a> {
         Ok(Some(Self { plan, file }))
     }
 
-    /// Writes the waves of the chosen rows, from their samples.
-    pub fn write(&self, rows: &[RowSamples]) -> Result<(), Error> {
-        self.file.write(&self.plan.waves(rows)?)
+    /// Makes the session keep what the waves need.
+    pub fn watch(&self, session: &mut Session) {
+        let selection = self.plan.selection();
+        session.watch(selection.frame, &selection.rows);
+    }
+
+    /// The chosen rows' codes, where the frame is the chosen one.
+    pub fn codes_of(&self, frame: &Frame) -> Option<Vec<Vec<u16>>> {
+        let selection = self.plan.selection();
+        let row = |row: &RowIndex| frame.cameras[0].codes.row(sensel::num::index(row.0)).to_vec();
+        (frame.frame == selection.frame).then(|| selection.rows.iter().map(row).collect())
+    }
+
+    /// Writes the waves of the chosen rows, from what the session kept of them and the frame's codes.
+    pub fn write_watched(&self, session: &Session, codes: &[Vec<u16>]) -> Result<(), Error> {
+        let kept = session.watched().iter().cloned();
+        let rows: Vec<WaveRow> =
+            kept.zip(codes).map(|(samples, sent)| WaveRow { samples, sent: Some(sent.clone()) }).collect();
+        self.write(&session.setup().chain, &rows)
+    }
+
+    /// Writes the waves of the test picture under a die's converters.
+    pub fn write_wedge(&self, sensor: &SensorSetup, die_seed: u64) -> Result<(), Error> {
+        self.write(&Chain::new(sensor.parameters.clone(), Vec::new(), 0, die_seed), &self.plan.wedge())
+    }
+
+    fn write(&self, chain: &Chain, rows: &[WaveRow]) -> Result<(), Error> {
+        let width = rows.first().map_or(0, |row| row.samples.signal_uv.len());
+        self.file.write(&self.plan.waves(&chain.columns(CameraIndex(0), width), rows)?)
     }
 }

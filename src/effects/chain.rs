@@ -73,6 +73,7 @@ pub struct Captured {
 }
 
 /// The samples of one row in microvolts at the converters' inputs.
+#[derive(Clone, Debug, PartialEq)]
 pub struct RowSamples {
     /// Signal, above the dark level.
     pub signal_uv: Vec<f32>,

@@ -2,7 +2,7 @@
 //! the line that is read, and the exposure of each chosen row.
 
 use super::WavePlan;
-use super::clocks::Frequency;
+use super::clocks::instant_ps;
 use super::lines::{RowLine, pix_clk, row_line};
 use super::signals::{Kind, Recorder, SignalId, Value};
 use crate::units::RowIndex;
@@ -19,7 +19,7 @@ impl FrameSignals {
     /// Adds the frame's signals. Those that stay as they are for the whole frame have their value already.
     pub fn add(recorder: &mut Recorder, plan: &WavePlan<'_>) -> Self {
         let (frame, schedule) = (plan.selection.frame, &plan.sensor.schedule);
-        let start_clk = u64::from(frame.0) * schedule.frame_clk().0;
+        let start_clk = schedule.frame_start_clk(frame).0;
         recorder.add("frame", "number", Kind::Bits(32), Value::Bits(frame.0.into()));
         recorder.add("frame", "start_pix_clk", Kind::Bits(64), Value::Bits(start_clk));
         let frame_valid = recorder.add("frame", "frame_valid", Kind::Bits(1), Value::Bits(0));
@@ -33,8 +33,8 @@ impl FrameSignals {
     /// Shows what the schedule says of the whole frame.
     pub fn show(&self, recorder: &mut Recorder, plan: &WavePlan<'_>) {
         let schedule = &plan.sensor.schedule;
-        let last = RowIndex(plan.sensor.size.height_px - 1);
-        let (first, last) = (row_line(schedule, RowIndex(0)), row_line(schedule, last));
+        let of = |row| row_line(schedule, plan.selection.frame, row);
+        let (first, last) = (of(RowIndex(0)), of(schedule.last_row()));
         recorder.set(self.frame_valid, at_ps(plan, first.start_clk), Value::Bits(1));
         recorder.set(self.frame_valid, at_ps(plan, last.start_clk + schedule.line_clk().0), Value::Bits(0));
         let lines = plan.groups.iter().flat_map(|group| &group.lines);
@@ -52,6 +52,6 @@ impl FrameSignals {
 }
 
 fn at_ps(plan: &WavePlan<'_>, clock: u64) -> u64 {
-    let pix_clk: Frequency = pix_clk(&plan.sensor.schedule);
-    super::clocks::instant_ps(pix_clk, clock, pix_clk, 0)
+    let pix_clk = pix_clk(&plan.sensor.schedule);
+    instant_ps(pix_clk, clock, pix_clk, 0)
 }

@@ -12,6 +12,7 @@ use crate::adc::AdcParams;
 use crate::error::Error;
 use crate::link::{LinkParams, distribute, serial_bits};
 use crate::num::{index, u64_from};
+use crate::readout::ReadoutParams;
 
 /// Serial lanes from the columns' memory to the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,14 +23,24 @@ pub struct Lanes {
 }
 
 impl Lanes {
-    /// So many lanes behind so many columns.
+    /// So many lanes behind so many columns, none where the readout is parallel; `line_clk` are whole lane clocks of a line.
     ///
     /// # Errors
-    /// More lanes than the shifter has.
-    pub fn new(adc: &AdcParams, columns: u32, lanes: u32, clock: Frequency) -> Result<Self, Error> {
-        let config = LaneConfig { bits: adc.bits, lanes, columns: columns.next_multiple_of(lanes.max(1)) };
-        config.check().map_err(|reason| Error::key("sensor.readout.lanes", lanes, format!("for --waves, {reason}")))?;
-        Ok(Self { config, clock })
+    /// More lanes than the shifter has, or a line in which it does not finish a row: it sends whole words, and loads in one clock.
+    pub fn new(adc: &AdcParams, columns: u32, readout: &ReadoutParams, line_clk: u64) -> Result<Option<Self>, Error> {
+        let lanes = readout.lanes;
+        if lanes == 0 {
+            return Ok(None);
+        }
+        let config = LaneConfig { bits: adc.bits, lanes, columns: columns.next_multiple_of(lanes) };
+        let refuse = |reason: String| Error::key("sensor.readout.lanes", lanes, format!("for --waves, {reason}"));
+        config.check().map_err(|reason| refuse(reason.to_owned()))?;
+        if u64::from(config.hts_min()) > line_clk {
+            let reason =
+                format!("a row takes {} lane clocks and a line has {line_clk}; more lanes would do", config.hts_min());
+            return Err(refuse(reason));
+        }
+        Ok(Some(Self { config, clock: Frequency::hz(readout.lane_clock_hz) }))
     }
 }
 

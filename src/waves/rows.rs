@@ -2,16 +2,16 @@
 //! counter and latch of the chosen columns, on every clock of `adc_clk`.
 //!
 //! The digital side is `rtl_models::sensor_core`, whose twin in SystemVerilog has the same pins on every clock; the comparators' bits come
-//! from the analog side (`Comparators`). Nothing is drawn: a pin is shown where its twin has it.
+//! from the analog side (`Analog`). Nothing is drawn: a pin is shown where its twin has it.
 
 use rtl_models::cds::{Cds as Column, CdsConfig};
 use rtl_models::readout_seq::{SeqConfig, SeqIn, State};
 use rtl_models::sensor_core::{CoreConfig, CoreOut, SensorCore};
 
-use super::analog::{Comparators, Sample};
+use super::WaveRow;
+use super::analog::Analog;
 use super::signals::{Kind, Recorder, SignalId, Value};
-use crate::adc::{AdcParams, Cds, Counter, Counting};
-use crate::effects::chain::RowSamples;
+use crate::adc::{AdcParams, Cds, Counter, Counting, Sample};
 use crate::error::Error;
 use crate::num::{f64_from_u64, index, low_u16, u32_from, u32_truncated};
 
@@ -31,26 +31,35 @@ pub struct LineClocks {
     pub rows: u32,
 }
 
-/// Settling times in `adc_clk`, so that both together take no more than the line's budget has for them. The core needs two clocks
-/// for each; a converter that takes one sample gives the reset level just these.
-fn settling_clk(adc: &AdcParams, pulses_s: f64) -> (u32, u32) {
-    let clocks = |time_s: f64| u32_truncated((time_s * f64_from_u64(adc.clock_hz) - 1e-6).ceil());
-    let reset_us = if adc.cds.is_double() { adc.settle_reset_us } else { 0.0 };
-    let reset = clocks(1e-6 * reset_us).max(2);
-    (reset, clocks(adc.settling_s() + pulses_s).saturating_sub(reset).max(2))
+/// Times of a line's pulses in seconds, where its settling does not hold them already.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PulseTimes {
+    /// Before the reset level settles.
+    pub reset_s: f64,
+    /// Before the signal settles.
+    pub transfer_s: f64,
 }
 
-/// The core's parameters for some rows of a sensor. `columns` are those whose counters are shown, and `pulses_s` the time of the
-/// row's pulses, which stands before the signal settles.
+/// Settling times in `adc_clk`, pulses included, so that both together take no more than the line's budget has for them. The core needs
+/// two clocks for each; a converter that takes one sample gives the reset level just these.
+fn settling_clk(adc: &AdcParams, pulses: PulseTimes) -> (u32, u32) {
+    // A millionth of a clock is forgiven, as in the line's budget: settling times are decimal fractions.
+    let clocks = |time_s: f64| u32_truncated((time_s * f64_from_u64(adc.clock_hz) - 1e-6).ceil());
+    let reset = clocks(1e-6 * adc.settle_reset_used_us() + pulses.reset_s).max(2);
+    let both = clocks(adc.settling_s() + pulses.reset_s + pulses.transfer_s);
+    (reset, both.saturating_sub(reset).max(2))
+}
+
+/// The core's parameters for some rows of a sensor. `columns` are those whose counters are shown.
 ///
 /// # Errors
 /// A line that the hardware's counters do not hold.
-pub fn core_config(adc: &AdcParams, line: LineClocks, columns: u32, pulses_s: f64) -> Result<CoreConfig, Error> {
+pub fn core_config(adc: &AdcParams, line: LineClocks, columns: u32, pulses: PulseTimes) -> Result<CoreConfig, Error> {
     if adc.columns_per_adc > 1 {
         let reason = "converters that columns share have no waves; 1 would do";
         return Err(Error::key("sensor.adc.columns_per_adc", adc.columns_per_adc, reason));
     }
-    let (n_settle_reset, n_settle_signal) = settling_clk(adc, pulses_s);
+    let (n_settle_reset, n_settle_signal) = settling_clk(adc, pulses);
     let seq = SeqConfig {
         global_shutter: false,
         hts: u32::try_from(line.line_adc_clk).unwrap_or(u32::MAX),
@@ -182,11 +191,11 @@ impl CoreSignals {
         for (pin, &signal) in PINS.iter().zip(&self.pins) {
             recorder.set(signal, time_ps, Value::Bits((pin.of)(&clock.out)));
         }
-        recorder.set(self.ramp_uv, time_ps, Value::Real(clock.comparators.ramp_uv()));
+        recorder.set(self.ramp_uv, time_ps, Value::Real(clock.analog.ramp_uv()));
         for (place, own) in self.columns.iter().enumerate() {
             let pins = clock.core.columns()[place].out(&clock.cds);
-            let comparator = clock.comparators.is_high(own.column);
-            recorder.set(own.input_uv, time_ps, Value::Real(clock.comparators.input_uv(own.column)));
+            let comparator = clock.analog.is_high(own.column);
+            recorder.set(own.input_uv, time_ps, Value::Real(clock.analog.input_uv(own.column)));
             recorder.set(own.comparator, time_ps, Value::Bits(comparator.into()));
             recorder.set(own.crossed, time_ps, Value::Bits(pins.crossed.into()));
             recorder.set(own.counter, time_ps, Value::Bits(i64::from(pins.value).cast_unsigned()));
@@ -201,7 +210,7 @@ struct Clock<'a> {
     out: CoreOut,
     core: &'a SensorCore<'a>,
     cds: CdsConfig,
-    comparators: &'a Comparators<'a>,
+    analog: &'a Analog<'a>,
 }
 
 /// A row as it goes to the lanes.
@@ -219,8 +228,8 @@ pub struct Latched {
 /// line comes. Gives back the latches, row after row.
 pub fn run_rows(
     config: CoreConfig,
-    mut comparators: Comparators<'_>,
-    rows: &[RowSamples],
+    mut analog: Analog<'_>,
+    rows: &[WaveRow],
     signals: &CoreSignals,
     recorder: &mut Recorder,
     instant_ps: &dyn Fn(u32, u32) -> u64,
@@ -241,11 +250,11 @@ pub fn run_rows(
     for clock in 0..shown {
         let out = core.out();
         let line = u32::try_from(clock / u64::from(hts)).expect("a line of the frame");
-        follow(&mut comparators, &out, rows);
-        show_bits(&mut bits, &comparators, signals);
+        follow(&mut analog, &out, rows);
+        show_bits(&mut bits, &analog, signals);
         let clock = u32::try_from(clock % u64::from(hts)).expect("a clock of the line");
         let time_ps = instant_ps(line, clock);
-        signals.show(recorder, time_ps, &Clock { out, core: &core, cds: config.cds, comparators: &comparators });
+        signals.show(recorder, time_ps, &Clock { out, core: &core, cds: config.cds, analog: &analog });
         if out.seq.latch {
             latched.push(Latched { line, clock, codes: core.codes().to_vec() });
         }
@@ -255,21 +264,21 @@ pub fn run_rows(
 }
 
 /// The analog side of the clock whose pins are given.
-fn follow(comparators: &mut Comparators<'_>, out: &CoreOut, rows: &[RowSamples]) {
+fn follow(analog: &mut Analog<'_>, out: &CoreOut, rows: &[WaveRow]) {
     let sample = if out.seq.state == State::SettleReset { Sample::Reset } else { Sample::Signal };
     if out.seq.sample_reset || out.seq.sample_signal {
-        comparators.hold(&rows[index(out.seq.line)], sample);
+        analog.hold(&rows[index(out.seq.line)].samples, sample);
     }
     if out.ramp.step {
-        comparators.tick();
+        analog.tick();
     } else if out.ramp.running {
-        comparators.start();
+        analog.start();
     }
 }
 
-fn show_bits(bits: &mut [u64], comparators: &Comparators<'_>, signals: &CoreSignals) {
+fn show_bits(bits: &mut [u64], analog: &Analog<'_>, signals: &CoreSignals) {
     bits.fill(0);
     for (place, own) in signals.columns.iter().enumerate() {
-        bits[place / 64] |= u64::from(comparators.is_high(own.column)) << (place % 64);
+        bits[place / 64] |= u64::from(analog.is_high(own.column)) << (place % 64);
     }
 }
