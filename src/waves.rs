@@ -27,7 +27,7 @@ use clocks::{Frequency, instant_ps};
 use frame::FrameSignals;
 use lanes::{LaneSignals, Lanes, LinkSignals};
 use lines::{RowLine, pix_clk, row_line};
-use rows::{CoreSignals, LineClocks, PulseTimes, TAIL_CLK, core_config, run_rows};
+use rows::{CoreSignals, LineClocks, PulseTimes, core_config, run_rows, tail_clk};
 use rtl_models::sensor_core::CoreConfig;
 use signals::Recorder;
 
@@ -148,7 +148,7 @@ impl<'a> WavePlan<'a> {
         let instant = |line: u32, clock: u32| self.at_ps(start_clk(line), adc_clk, 2 * u64::from(clock));
         let analog = Analog::new(&self.converter, columns, self.width_px());
         let latched = run_rows(group.config, analog, rows, &signals.core, recorder, &instant);
-        let mut end_ps = instant(u32_from(rows.len()), TAIL_CLK);
+        let mut end_ps = instant(u32_from(rows.len()), tail_clk(&group.config.seq));
         recorder.forget(signals.core.bits(), end_ps);
         let mut lanes_end_ps = None;
         for ((line, row), latch) in group.lines.iter().zip(rows).zip(&latched) {

@@ -15,8 +15,11 @@ use crate::adc::{AdcParams, Cds, Counter, Counting, Sample};
 use crate::error::Error;
 use crate::num::{f64_from_u64, index, low_u16, u32_from, u32_truncated};
 
-/// Clocks after the last line in which its latch still shows.
-pub const TAIL_CLK: u32 = 4;
+/// Clocks after the last line until its latch is over: it stands two clocks after the ramp's last, which may be the line's last.
+pub fn tail_clk(seq: &SeqConfig) -> u32 {
+    let used = seq.n_settle_reset + seq.n_ramp_reset + seq.n_settle_signal + seq.n_ramp_signal;
+    (used + 3).saturating_sub(seq.hts)
+}
 
 /// What the core is told of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -246,7 +249,7 @@ pub fn run_rows(
         core.tick(enable, &bits);
     }
     let hts = config.seq.hts;
-    let shown = u64::from(hts) * u64::from(config.seq.rows) + u64::from(TAIL_CLK.min(hts));
+    let shown = u64::from(hts) * u64::from(config.seq.rows) + u64::from(tail_clk(&config.seq));
     for clock in 0..shown {
         let out = core.out();
         let line = u32::try_from(clock / u64::from(hts)).expect("a line of the frame");

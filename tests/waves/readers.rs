@@ -26,10 +26,6 @@ pub fn read(bytes: Vec<u8>) -> Vec<(String, Vec<(u64, String)>)> {
         .hierarchy()
         .all_vars()
         .map(|variable| {
-            let variable = match variable {
-                wellen::ItemRef::Var(variable) => variable,
-                wellen::ItemRef::Scope(_) => unreachable!("these are variables"),
-            };
             let hierarchy = file.hierarchy();
             (hierarchy[variable].full_name(hierarchy), hierarchy[variable].signal_ref())
         })
@@ -118,9 +114,8 @@ pub fn counter_steps(waves: &Waves, scope: &str, adc: &AdcParams) -> usize {
     for pair in values.windows(2) {
         let [(before_ps, before), (time_ps, after)] = [pair[0], pair[1]];
         let (Value::Bits(before), Value::Bits(after)) = (before, after) else { continue };
-        let cleared = at(&clear, before_ps) == 1 || clear.iter().any(|(time, value)| {
-            (before_ps..time_ps).contains(time) && *value == Value::Bits(1)
-        });
+        let cleared = at(&clear, before_ps) == 1
+            || clear.iter().any(|(time, value)| (before_ps..time_ps).contains(time) && *value == Value::Bits(1));
         if cleared || !counts_itself {
             continue;
         }
