@@ -374,6 +374,11 @@ fn impossible_timing_is_refused_with_what_would_do() {
         (&["clock_ppm=[0.0, 2000.0]"], "-1000 to 1000"),
         (&["register_latency_frames=9"], "0 to 8"),
         (&["target_mean=0.0"], "above 0 to 0.99"),
+        (&["exposure=auto", "exposure_lines_max=1705"], "1 to 1704 would do"),
+        (&["exposure=auto", "gain_max=0.5"], "1 or more would do"),
+        (&["exposure=auto", "target_mean=0.01"], "not above the black level"),
+        (&["exposure=auto", "long_exposure=extend_frame"], "refuse would do"),
+        (&["exposure_lines=20000000", "long_exposure=extend_frame"], "at most 16777216 lines would do"),
     ];
     for (assignments, words) in cases {
         let mut arguments = vec!["timing".to_owned(), "paper_6t_vga".to_owned()];

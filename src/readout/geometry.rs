@@ -81,7 +81,8 @@ impl Geometry {
         }
         let group_px = params.binning * params.mosaic_px;
         // A picture without binning may end inside a mosaic; a binned pixel may not.
-        if params.binning > 1 && (window.width_px % group_px != 0 || window.height_px % group_px != 0) {
+        let is_whole = window.width_px.is_multiple_of(group_px) && window.height_px.is_multiple_of(group_px);
+        if params.binning > 1 && !is_whole {
             let down = |side_px: u32| side_px / group_px * group_px;
             let reason = format!(
                 "{} x {} pixels are no whole groups of {group_px}; a window of {} x {} would do",
@@ -185,7 +186,7 @@ fn check_window(window: Window, array: Size, step: u32) -> Result<(), Error> {
         Err(Error::key("sensor.readout.window", format!("[{x_px}, {y_px}, {width_px}, {height_px}]"), reason))
     };
     for (name, start, length, most) in sides {
-        if start % step != 0 || length % step != 0 || length == 0 {
+        if !start.is_multiple_of(step) || !length.is_multiple_of(step) || length == 0 {
             let (start, length) = (start / step * step, (length / step * step).max(step));
             return refused(format!("off the steps of {step} px; {start} with a {name} of {length} would do"));
         }
@@ -219,7 +220,7 @@ mod tests {
                 let window = window(2, 24, 48, 24);
                 let params = ReadoutParams { window, binning, mosaic_px, binning_mode, ..params() };
                 let geometry = Geometry::new(ARRAY, &params).unwrap();
-                let mut seen = vec![0; 48];
+                let mut seen = [0; 48];
                 for row in (0..geometry.output_size().height_px).map(RowIndex) {
                     for (place, array_row) in geometry.rows_of(row).enumerate() {
                         assert_eq!(geometry.output_row(array_row), Some((row, u32::try_from(place).unwrap())));

@@ -20,7 +20,7 @@ use crate::link::LinkParams;
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::optics::{self, Camera, Mosaic};
 use crate::pose::Pose;
-use crate::readout::{FrameLength, Geometry, Schedule, Shutter};
+use crate::readout::{AutoExposure, CodeRange, FrameLength, Geometry, Schedule, Shutter};
 use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::tracker::{CameraCalibration, TrackerParams};
@@ -109,6 +109,17 @@ impl SensorSetup {
         (self.mosaic.width_px(), self.mosaic.height_px())
     }
 
+    /// The controller of an automatic exposure, as it stands before the first frame; none where the exposure is fixed.
+    ///
+    /// # Errors
+    /// Limits that contradict schedule or converter.
+    pub fn auto_exposure(&self) -> Result<Option<AutoExposure>, Error> {
+        let adc = &self.parameters.adc;
+        let range = CodeRange { black_dn: adc.black_level_dn.into(), max_dn: adc.code_max().into(), gain: adc.gain };
+        let auto = self.schedule.params().auto.as_ref();
+        auto.map(|auto| AutoExposure::new(auto, &self.schedule, range)).transpose()
+    }
+
     fn build(resolved: &Resolved) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let size = scenario.size()?;
@@ -131,7 +142,9 @@ impl SensorSetup {
             .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
         let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };
         let mosaic = scenario.mosaic()?.0;
-        Ok(Self { size, mosaic, parameters, schedule, link, extractor, technology })
+        let setup = Self { size, mosaic, parameters, schedule, link, extractor, technology };
+        setup.auto_exposure()?;
+        Ok(setup)
     }
 }
 

@@ -163,7 +163,7 @@ fn legend(body: &mut String, diagram: &TimingDiagram, y_px: f64) -> f64 {
 }
 
 fn exposure_class(slot: usize) -> &'static str {
-    ["a", "b", "d", "a"][slot % 4]
+    ["a", "b", "d", "s"][slot % 4]
 }
 
 /// A band as a parallelogram from the first row's span to the last row's. A readout is a line thick, which may be less than a
