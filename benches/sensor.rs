@@ -1,65 +1,16 @@
-//! Time of the sensor, from mean photons to codes, in one thread. The scene is the peers' (judges/sensor_speed.py): VGA, a ramp
-//! of 0 to 20,000 photons, QE 0.6, full well 11,000 e-, PRNU 1 %, DSNU 3 e-, read noise 4 e-, 10 bit; ours adds dark current
-//! and column offsets. Elements are pixels: the inverse of "elem/s" is the time a pixel.
+//! Time of the sensor, from mean photons to codes, in one thread. Elements are pixels: the inverse of "elem/s" is the time a pixel.
+//! `benches/ratios.rs` compares it with its peers.
 
 // A bench's sizes are small and whole.
 #![allow(clippy::cast_possible_truncation, missing_docs)]
 
+mod common;
+
+use common::{HEIGHT, Sensor, WIDTH, parameters};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use sensel::adc::Converter;
-use sensel::config::Resolved;
-use sensel::draw::{DrawKey, fill_uniforms, normals, poisson};
-use sensel::effects::chain::{Capture, Chain, RowTimes};
-use sensel::effects::{self, Parameters};
-use sensel::plane::Plane;
+use sensel::draw::{DrawKey, fill_uniforms, normals, poisson, poisson_of_one_mean};
 use sensel::simd::{self, Level};
-use sensel::units::{CameraIndex, FrameIndex, Size};
-
-const WIDTH: usize = 640;
-const HEIGHT: u32 = 480;
-
-/// The peers' job as a configuration; what is not named is the default sensor's.
-fn parameters() -> Parameters {
-    let assignments = [
-        "scene.generator=box",
-        "sensor.pixel.fill_factor=1.0",
-        "sensor.pixel.full_well_e=11000.0",
-        "sensor.pixel.dark_current_e_per_s=100.0",
-        "sensor.pixel.read_noise_uv=40.0",
-        "sensor.pixel.dsnu_e=3.0",
-        "sensor.adc.full_scale_uv=117455.0",
-        "sensor.adc.column_gain_sigma=0.0",
-        "sensor.adc.cds=analog",
-    ];
-    let resolved = Resolved::from_layers("bench", "", &assignments.map(str::to_owned)).expect("the keys are known");
-    let scenario = &resolved.scenario;
-    Parameters { pixel: scenario.pixel().expect("in range"), adc: scenario.adc().expect("in range") }
-}
-
-struct Sensor {
-    chain: Chain,
-    photons: Plane<f32>,
-    times: Vec<RowTimes>,
-}
-
-impl Sensor {
-    fn new(photons_max: f32) -> Self {
-        let parameters = parameters();
-        let effects = effects::build_all(&parameters);
-        let row = (0..WIDTH).map(|column| photons_max * column as f32 / (WIDTH - 1) as f32);
-        let size = Size { width_px: WIDTH as u32, height_px: HEIGHT };
-        let photons = Plane::from_values(size, row.cycle().take(size.pixel_count()).collect());
-        let times = vec![RowTimes { exposure_s: 0.01, storage_s: 0.001, readout_s: 0.0 }; HEIGHT as usize];
-        Self { chain: Chain::new(parameters, effects, 1, 2), photons, times }
-    }
-
-    fn frame(&self, frame: u32) -> u16 {
-        let capture = Capture::single(CameraIndex(0), FrameIndex(frame));
-        let captured = self.chain.capture(&self.photons, capture, &self.times);
-        std::hint::black_box(captured.events);
-        captured.codes.at(320, 240)
-    }
-}
 
 fn whole_sensor(criterion: &mut Criterion) {
     // One thread: the figure is a core's. A pool that exists already was made by this same call.
@@ -69,6 +20,9 @@ fn whole_sensor(criterion: &mut Criterion) {
     for (scene, photons_max) in [("ramp_20000_photons", 20_000.0), ("ramp_20_photons", 20.0)] {
         for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
             simd::limit(level);
+            if simd::level() != level {
+                continue; // This machine lacks it.
+            }
             let sensor = Sensor::new(photons_max);
             let mut frame = 0;
             group.bench_function(format!("{scene}/{:?}", simd::level()), |bencher| {
@@ -104,6 +58,9 @@ fn parts(criterion: &mut Criterion) {
             });
         });
     }
+    group.bench_function("poisson_of_one_mean/1.1", |bencher| {
+        bencher.iter(|| poisson_of_one_mean(&uniforms, 1.1, &mut values));
+    });
     let volts: Vec<f32> = (0..WIDTH).map(|column| column as f32 * 200.0).collect();
     let converter = Converter::new(&parameters().adc);
     let mut codes = vec![0; WIDTH];

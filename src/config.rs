@@ -38,9 +38,11 @@ impl Resolved {
     pub fn from_layers(file: &str, text: &str, assignments: &[String]) -> Result<Self, Error> {
         let mut chosen = Tree::parse("defaults", presets::DEFAULTS)?;
         let mut user = Tree::parse(file, text)?;
+        let mut assigned = Tree::default();
         for assignment in assignments {
-            user.merge_exclusive(Tree::from_assignment(assignment)?, EXCLUSIVE);
+            assigned.merge(Tree::from_assignment(assignment)?);
         }
+        user.merge_exclusive(assigned, EXCLUSIVE);
         let mut preview = chosen.clone();
         preview.merge_exclusive(user.clone(), EXCLUSIVE);
         for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {

@@ -53,14 +53,19 @@ impl DrawKey {
         Self(mix(mix(self.0) ^ field))
     }
 
-    /// The key of one effect's draws in one row.
-    pub fn of_row(effect: EffectNumber, place: RowPlace) -> Self {
+    /// The key of one effect's draws in one exposure of one camera, whatever the row: worked out once a frame it saves each row ten
+    /// mixings in series.
+    pub fn of_exposure(effect: EffectNumber, place: RowPlace) -> Self {
         Self::root(place.seed)
             .with(effect.0)
             .with(place.camera.0.into())
             .with(place.frame.0.into())
             .with(place.slot.into())
-            .with(place.row.0.into())
+    }
+
+    /// The key of one effect's draws in one row.
+    pub fn of_row(effect: EffectNumber, place: RowPlace) -> Self {
+        Self::of_exposure(effect, place).with(place.row.0.into())
     }
 }
 

@@ -6,6 +6,7 @@ mod budget;
 mod clock;
 mod geometry;
 mod limits;
+mod hdr;
 mod params;
 mod registers;
 mod schedule;
@@ -17,6 +18,7 @@ pub use auto_exposure::{AutoExposure, AutoExposureParams, CodeRange, RegisterWri
 pub use budget::{DemandKind, LineDemand};
 pub use clock::{ClockSpan, FrameClock};
 pub use geometry::{BinningMode, Geometry, Window};
+pub use hdr::{HdrMerge, MERGED_BITS_MAX};
 pub use params::{Exposure, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Shutter, Trigger};
 pub use registers::{ExposureSettings, Registers};
 pub use schedule::Schedule;

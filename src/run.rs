@@ -2,15 +2,18 @@
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
 pub mod assets;
+mod exposure;
 mod hashes;
 mod light;
 mod motion;
 mod record;
+pub mod sensor;
 pub mod session;
 pub mod setup;
 mod timing;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
+pub use sensor::SensorSetup;
 pub use session::{CameraFrame, Frame, Session};
-pub use setup::{SensorSetup, Setup};
+pub use setup::Setup;
 pub use timing::{burst_utilisation, timing_diagram, timing_record};

@@ -20,7 +20,7 @@ use crate::adc::{Cds, Columns, Converter};
 use crate::effects::chain::RowSamples;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, index, u32_from};
-use crate::readout::{BinningMode, Schedule};
+use crate::readout::BinningMode;
 use crate::run::SensorSetup;
 use analog::Analog;
 use clocks::{Frequency, instant_ps};
@@ -65,7 +65,7 @@ impl<'a> WavePlan<'a> {
     pub fn new(sensor: &'a SensorSetup, asked: Asked<'_>, frames: u32) -> Result<Self, Error> {
         let (adc, schedule) = (&sensor.parameters.adc, &sensor.schedule);
         let selection = Selection::new(asked, schedule.output_size(), frames)?;
-        check_readout(schedule)?;
+        check_readout(sensor)?;
         let (line_clk, pix) = (schedule.line_clk().0, pix_clk(schedule));
         let line_adc_clk = Frequency::hz(adc.clock_hz).clocks_within(line_clk, pix);
         let readout = schedule.params();
@@ -179,7 +179,7 @@ impl<'a> WavePlan<'a> {
     fn send(&self, line: &RowLine, codes: &[u16], signals: &Signals, recorder: &mut Recorder) -> Result<u64, Error> {
         let Some(pins) = &signals.link else { return Ok(0) };
         let link = &self.sensor.link;
-        let packet = crate::link::pack_row(codes, self.sensor.parameters.adc.bits, 0, link)?;
+        let packet = crate::link::pack_row(codes, self.sensor.bits(), 0, link)?;
         let lines = if self.lanes.is_some() { 2 } else { 1 };
         let start_clk = line.start_clk + lines * self.sensor.schedule.line_clk().0;
         let byte_ps = |halves| self.at_ps(start_clk, LinkSignals::byte_clk(link), halves);
@@ -188,14 +188,20 @@ impl<'a> WavePlan<'a> {
     }
 }
 
-/// Refuses readouts in which a row of the picture is not one line of conversions.
-fn check_readout(schedule: &Schedule) -> Result<(), Error> {
-    if schedule.slots().len() > 1 {
-        return Err(Error::key("sensor.readout.hdr", "multi_exposure", "has no waves; none would do"));
+/// Refuses readouts in which a row of the picture is not one line of conversions, or whose exposure only the run knows.
+fn check_readout(sensor: &SensorSetup) -> Result<(), Error> {
+    let (geometry, readout) = (sensor.schedule.geometry(), sensor.schedule.params());
+    let refuse = |key: &str, value: &str, would_do: &str| {
+        Err(Error::key(&format!("sensor.readout.{key}"), value, format!("has no waves; {would_do} would do")))
+    };
+    if sensor.merge.is_some() {
+        return refuse("hdr", "multi_exposure or dual_gain", "none");
     }
-    let geometry = schedule.geometry();
+    if readout.auto.is_some() {
+        return refuse("exposure", "auto", "fixed");
+    }
     if geometry.binning() > 1 && geometry.mode() == BinningMode::Average {
-        return Err(Error::key("sensor.readout.binning_mode", "average", "has no waves; charge or skip would do"));
+        return refuse("binning_mode", "average", "charge or skip");
     }
     Ok(())
 }

@@ -128,7 +128,7 @@ fn a_flat_target_gives_the_code_that_its_light_calls_for() {
         let signal_e = photons * 0.6 * 0.9;
         let expected = 64.0 + signal_e * 10.0 / (110_000.0 / 1024.0);
         let mean = report["frames"][0]["mean_code_dn"].as_f64().unwrap();
-        // Codes are counted from the edge below: the mean lies half a step under the value. Means over 320 columns whose
+        // Both conversions count from the edge below, so the half steps cancel in their difference. Means over 320 columns whose
         // offsets (2 e-) and gains (0.1 %) are one draw of a die, over 76,800 pixels with PRNU 1 %, read noise 10 e- and
         // shot noise; two cameras share the die's numbers at worst.
         let pixels = 76_800.0_f64;
@@ -137,8 +137,8 @@ fn a_flat_target_gives_the_code_that_its_light_calls_for() {
         let se_dn = (columns_e + own_e).sqrt() * 10.0 / (110_000.0 / 1024.0);
         // The luminous constant is stated to four digits.
         let constant_dn = (expected - 64.0) * 5e-5;
-        let error_dn = mean - (expected - 0.5);
-        assert!(error_dn.abs() < 4.0 * se_dn + constant_dn, "{lux} lux: {mean} DN for {expected} - 0.5, SE {se_dn}");
+        let error_dn = mean - expected;
+        assert!(error_dn.abs() < 4.0 * se_dn + constant_dn, "{lux} lux: {mean} DN for {expected}, SE {se_dn}");
     }
 }
 

@@ -8,7 +8,6 @@ mod readers;
 
 use common::{Scratch, sensel};
 use sensel::config::Resolved;
-use sensel::effects::chain::Chain;
 use sensel::files::waves::{fst_bytes, vcd_bytes};
 use sensel::link;
 use sensel::run::{NoClock, NoFiles, NoProgress, SensorSetup, Session, Setup};
@@ -49,9 +48,9 @@ fn resolved(assignments: &[&str]) -> Resolved {
 
 fn wedge_of(sensor: &SensorSetup, asked: Asked<'_>) -> Waves {
     let plan = WavePlan::new(sensor, asked, 1).unwrap();
-    let chain = Chain::new(sensor.parameters.clone(), Vec::new(), 0, 7);
+    let chain = sensor.chain(sensor.parameters.adc.gain, [&[], &[]], 0, 7);
     let width = usize::try_from(sensor.schedule.output_size().width_px).unwrap();
-    plan.waves(&chain.columns(CameraIndex(0), width), &plan.wedge()).unwrap()
+    plan.waves(&chain.first_columns(CameraIndex(0), width), &plan.wedge()).unwrap()
 }
 
 /// Shows three rows of the second frame of a run: every chosen column's counter ends at the frame's code, the comparator rises in the
@@ -75,7 +74,8 @@ fn a_run_shows_the_codes_crossings_and_packets_of_its_frame() {
         .zip([0, 5, 6])
         .map(|(samples, row)| WaveRow { samples: samples.clone(), sent: Some(codes.row(row).to_vec()) })
         .collect();
-    let converters = session.setup().chain.columns(CameraIndex(0), 96);
+    let chain = session.setup().chain(sensor.parameters.adc.gain);
+    let converters = chain.first_columns(CameraIndex(0), 96);
     let waves = plan.waves(&converters, &rows).unwrap();
 
     let latches = rises(&of(&waves, "sequencer", "latch"));
@@ -250,6 +250,8 @@ const REFUSED: &[(&[&str], &str)] = &[
     (&["--waves", "w.fst", "--wave-columns", "0,640"], "640 is out of range; 0 to 639 would do"),
     (&["--waves", "w.fst", "--wave-rows", "a"], "'a' is no number"),
     (&["--waves", "w.fst", "--set", "sensor.adc.columns_per_adc=2"], "columns_per_adc"),
+    (&["--waves", "w.fst", "--set", "sensor.readout.hdr='dual_gain'"], "hdr"),
+    (&["--waves", "w.fst", "--set", "sensor.readout.exposure='auto'"], "fixed would do"),
 ];
 
 #[test]

@@ -3,17 +3,16 @@
 //! Two parts with one border, the comparators' bits: `Comparators` is the analog side in integers, `Counters` the digital one. A
 //! clock of `Comparators`: the ramp steps; every column that has not been crossed compares; a crossed column's bit goes high its
 //! delay later and stays; bits that go high shift the ramp from the next clock on (`Kickback`). A clock of `Counters`: a column
-//! counts while its bit is low. Where the ramp stands below every level that waits, no bit can change: such clocks
-//! cost the ramp alone, and counters take them together (`Counters::hold`).
+//! counts while its bit is low. All columns see one ramp, so those that wait are kept in the order of their levels: a clock costs
+//! the columns whose bits change, and where nothing changes the ramp alone.
 
-use super::convert::columns_of_pass;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use super::kickback::{Kickback, Shift};
 use super::ramp::RampEdges;
 use super::{Cds, Columns, Converter, Counter, Counting, RowWork, Sample};
 use crate::num::{index, u64_from};
-
-/// No clock: nothing was crossed yet.
-const NOT_YET: u32 = u32::MAX;
 
 /// The columns under one ramp during one conversion.
 #[derive(Clone, Debug)]
@@ -23,21 +22,22 @@ pub struct Comparators<'a> {
     shift: Shift,
     clock: u32,
     ramp_nv: i64,
-    levels_nv: Vec<i64>,
     delays_clk: Vec<u32>,
-    /// Clock at which a crossed column's bit goes high.
-    due_clk: Vec<u32>,
+    /// Level and place of columns that have not been crossed, the lowest last.
+    waiting: Vec<(i64, usize)>,
+    /// Clock at which a crossed column's bit goes high, and its place.
+    due: BinaryHeap<Reverse<(u32, usize)>>,
     high: Vec<bool>,
-    /// The lowest level that has not been crossed.
-    lowest_nv: i64,
-    /// Whether a crossed column still waits for its delay.
-    is_any_due: bool,
+    /// Columns whose bits went high at the present clock.
+    flipped: Vec<usize>,
 }
 
 impl<'a> Comparators<'a> {
     /// All bits low, the ramp at its bottom. `chosen` columns of the row, with their levels.
-    pub(super) fn new(columns: &Columns<'a>, chosen: &[usize], levels_nv: Vec<i64>) -> Self {
+    fn new(columns: &Columns<'a>, chosen: &[usize], levels_nv: impl Iterator<Item = i64>) -> Self {
         let converter = columns.converter;
+        let mut waiting: Vec<_> = levels_nv.enumerate().map(|(place, level_nv)| (level_nv, place)).collect();
+        waiting.sort_unstable_by(|a, b| b.cmp(a));
         Self {
             edges: &converter.edges,
             kickback: converter.kickback.as_ref(),
@@ -45,11 +45,10 @@ impl<'a> Comparators<'a> {
             clock: 0,
             ramp_nv: 0,
             delays_clk: chosen.iter().map(|&column| columns.delay_clk(column)).collect(),
-            due_clk: vec![NOT_YET; levels_nv.len()],
-            high: vec![false; levels_nv.len()],
-            lowest_nv: levels_nv.iter().copied().min().unwrap_or(i64::MAX),
-            is_any_due: false,
-            levels_nv,
+            waiting,
+            due: BinaryHeap::new(),
+            high: vec![false; chosen.len()],
+            flipped: Vec::new(),
         }
     }
 
@@ -58,63 +57,68 @@ impl<'a> Comparators<'a> {
         &self.high
     }
 
+    /// Columns, by their place among the chosen, whose bits went high at the present clock.
+    pub fn flipped(&self) -> &[usize] {
+        &self.flipped
+    }
+
     /// The ramp as the columns saw it at the present clock.
     pub fn ramp_nv(&self) -> i64 {
         self.ramp_nv
     }
 
-    /// One rising edge of `adc_clk`. Says whether any bit changed.
-    pub fn tick(&mut self) -> bool {
+    /// One rising edge of `adc_clk`.
+    pub fn tick(&mut self) {
         self.clock += 1;
+        self.flipped.clear();
         let shift_nv = self.kickback.map_or(0, |kickback| kickback.shift_nv(self.shift, self.clock));
         self.ramp_nv = self.edges.edge_nv(self.clock) + shift_nv;
-        if self.ramp_nv <= self.lowest_nv && !self.is_any_due {
-            return false;
+        while let Some(&(level_nv, place)) = self.waiting.last() {
+            if self.ramp_nv <= level_nv {
+                break;
+            }
+            self.waiting.pop();
+            match self.delays_clk[place] {
+                0 => self.flipped.push(place),
+                delay_clk => self.due.push(Reverse((self.clock + delay_clk, place))),
+            }
         }
-        let flips = self.compare(self.ramp_nv);
-        if let Some(kickback) = self.kickback.filter(|_| flips > 0) {
+        while let Some(&Reverse((clock, place))) = self.due.peek() {
+            if clock > self.clock {
+                break;
+            }
+            self.due.pop();
+            self.flipped.push(place);
+        }
+        for &place in &self.flipped {
+            self.high[place] = true;
+        }
+        if let Some(kickback) = self.kickback.filter(|_| !self.flipped.is_empty()) {
+            let flips = crate::num::u32_from(self.flipped.len());
             self.shift = kickback.after_flips(self.shift, self.clock, flips);
         }
-        flips > 0
-    }
-
-    /// Compares all columns; gives back how many bits went high.
-    fn compare(&mut self, ramp_nv: i64) -> u32 {
-        let mut flips = 0;
-        (self.lowest_nv, self.is_any_due) = (i64::MAX, false);
-        for (column, &level_nv) in self.levels_nv.iter().enumerate() {
-            let due_clk = &mut self.due_clk[column];
-            if *due_clk == NOT_YET {
-                if ramp_nv > level_nv {
-                    *due_clk = self.clock + self.delays_clk[column];
-                } else {
-                    self.lowest_nv = self.lowest_nv.min(level_nv);
-                }
-            }
-            if *due_clk == self.clock {
-                self.high[column] = true;
-                flips += 1;
-            }
-            self.is_any_due |= *due_clk != NOT_YET && *due_clk > self.clock;
-        }
-        flips
     }
 }
 
-/// The columns' counters: they see `adc_clk`, the conversion's name and the comparators' bits.
+/// The columns' counters: they see `adc_clk`, the conversion's name and the edges of the comparators' bits.
 #[derive(Clone, Debug)]
 pub struct Counters {
     counting: Counting,
     counter: Counter,
     sample: Sample,
-    /// Of `UpDown`: each column's counter.
-    counts: Vec<i64>,
-    /// Of `Latch`: the shared counter, the word that each column latched in this conversion, and the latched reset counts.
-    shared: u32,
-    latched: Vec<u32>,
-    reset_counts: Vec<u32>,
+    /// Each column's value before this conversion.
+    values: Vec<i64>,
+    /// Clocks of this conversion: what the shared counter shows, or a column's counter has counted while its bit is low.
+    elapsed: u32,
+    /// Word at which a column stopped.
+    held: Vec<u32>,
+    /// Columns whose bits are low.
+    running: u64,
     work: RowWork,
 }
+
+/// No word: the column's bit is low.
+const RUNNING: u32 = u32::MAX;
 
 impl Counters {
     /// Counters at `start` each.
@@ -123,78 +127,62 @@ impl Counters {
             counting,
             counter,
             sample: Sample::Signal,
-            counts: vec![start.into(); columns],
-            shared: 0,
-            latched: vec![0; columns],
-            reset_counts: vec![0; columns],
+            values: vec![start.into(); columns],
+            elapsed: 0,
+            held: vec![RUNNING; columns],
+            running: u64_from(columns),
             work: RowWork::default(),
         }
     }
 
     /// A conversion begins: the shared counter starts anew, the columns' counters go on from where they are.
     pub fn begin(&mut self, sample: Sample) {
-        if sample == Sample::Signal {
-            self.reset_counts = self.latched.iter().map(|&word| self.decoded(word)).collect();
+        for column in 0..self.values.len() {
+            self.values[column] = self.value(column);
         }
         self.sample = sample;
-        self.shared = 0;
-        let none = self.encoded(0);
-        self.latched.fill(none);
+        self.elapsed = 0;
+        self.held.fill(RUNNING);
+        self.running = u64_from(self.held.len());
     }
 
-    /// One clock under the bits that the comparators give at it.
-    pub fn tick(&mut self, bits_before: &[bool], bits: &[bool]) {
-        self.work.comparator_clk += u64_from(bits_before.iter().filter(|bit| !**bit).count());
-        self.count(1, bits);
+    /// One clock, at which the bits of these columns went high. A column's last count is that of the clock before.
+    pub fn tick(&mut self, flipped: &[usize]) {
+        self.work.comparator_clk += self.running;
+        let word = self.encoded(self.elapsed);
+        for &column in flipped {
+            self.held[column] = word;
+        }
+        self.running -= u64_from(flipped.len());
+        self.work.counter_steps += self.running;
+        self.elapsed += 1;
     }
 
-    /// The same as `clocks` clocks at which no bit changes.
-    pub fn hold(&mut self, clocks: u32, bits: &[bool]) {
-        if clocks > 0 {
-            self.work.comparator_clk += u64::from(clocks) * u64_from(bits.iter().filter(|bit| !**bit).count());
-            self.count(clocks, bits);
+    /// Counts of a column in this conversion.
+    fn count(&self, column: usize) -> i64 {
+        match self.held[column] {
+            RUNNING => self.elapsed.into(),
+            word => self.decoded(word).into(),
         }
     }
 
-    fn count(&mut self, clocks: u32, bits: &[bool]) {
-        let low = u64_from(bits.iter().filter(|bit| !**bit).count());
-        self.work.counter_steps += u64::from(clocks) * low;
-        self.shared += clocks;
-        match self.counting {
-            Counting::UpDown => {
-                let step = if self.sample == Sample::Reset { -1 } else { 1 };
-                for (count, &bit) in self.counts.iter_mut().zip(bits) {
-                    *count += if bit { 0 } else { step * i64::from(clocks) };
-                }
-            }
-            Counting::Latch => {
-                // A latch is open while its comparator is low, so it holds the count before the clock of the crossing.
-                let word = self.encoded(self.shared);
-                for (latched, _) in self.latched.iter_mut().zip(bits).filter(|(_, bit)| !**bit) {
-                    *latched = word;
-                }
-            }
+    /// Where a column's counts stand, reset counts taken off.
+    fn value(&self, column: usize) -> i64 {
+        match self.sample {
+            Sample::Reset => self.values[column] - self.count(column),
+            Sample::Signal => self.values[column] + self.count(column),
         }
     }
 
-    /// What each column's counter reads: of `UpDown` its count, of `Latch` the count that it holds in this conversion.
+    /// What a column shows: an up/down counter where it stands, a latch the count that it holds or follows.
     pub fn reading(&self, column: usize) -> i64 {
         match self.counting {
-            Counting::UpDown => self.counts[column],
-            Counting::Latch => self.decoded(self.latched[column]).into(),
+            Counting::UpDown => self.value(column),
+            Counting::Latch => self.count(column),
         }
     }
 
-    /// Counts of a column, reset less signal, on top of where the counters started.
-    fn value(&self, column: usize) -> i64 {
-        match self.counting {
-            Counting::UpDown => self.counts[column],
-            // The start was given to the subtractor as the counters' first value.
-            Counting::Latch => self.counts[column] + self.reading(column) - i64::from(self.reset_counts[column]),
-        }
-    }
-
-    /// Codes, clipped to 0 .. `code_max`.
+    /// Code of a column, clipped to 0 .. `code_max`.
     pub fn code(&self, column: usize, code_max: u32) -> u16 {
         let clipped = self.value(column).clamp(0, code_max.into());
         crate::num::low_u16(u32::try_from(clipped).expect("clipped above"))
@@ -238,7 +226,7 @@ impl Columns<'_> {
         let params = &self.converter.params;
         let mut work = RowWork::default();
         for pass in 0..index(params.columns_per_adc) {
-            let chosen: Vec<usize> = columns_of_pass(params, pass, codes.len()).collect();
+            let chosen: Vec<usize> = self.of_pass(pass, codes.len()).collect();
             let mut counters = self.converter.counters(chosen.len());
             for (sample, samples_uv) in [(Sample::Reset, reset_uv), (Sample::Signal, signal_uv)] {
                 if !samples_uv.is_empty() {
@@ -257,23 +245,15 @@ impl Columns<'_> {
     fn run(&self, sample: Sample, chosen: &[usize], samples_uv: &[f32], counters: &mut Counters) {
         let mut comparators = self.comparators(chosen, samples_uv);
         counters.begin(sample);
-        let (mut held, mut before) = (0, comparators.bits().to_vec());
         for _ in 0..self.converter.steps(sample) {
-            if !comparators.tick() {
-                held += 1;
-                continue;
-            }
-            counters.hold(held, &before);
-            counters.tick(&before, comparators.bits());
-            before.copy_from_slice(comparators.bits());
-            held = 0;
+            comparators.tick();
+            counters.tick(comparators.flipped());
         }
-        counters.hold(held, &before);
     }
 
     /// The comparators of some columns of a row, under the samples of the whole row.
     pub fn comparators(&self, chosen: &[usize], samples_uv: &[f32]) -> Comparators<'_> {
-        let levels_nv = chosen.iter().map(|&column| self.converter.level_nv(samples_uv[column])).collect();
+        let levels_nv = chosen.iter().map(|&column| self.converter.level_nv(samples_uv[column]));
         Comparators::new(self, chosen, levels_nv)
     }
 
@@ -281,9 +261,8 @@ impl Columns<'_> {
     /// `watched` are shown, each during its own pass.
     pub fn watch(&self, signal_uv: &[f32], reset_uv: &[f32], watched: &[usize], see: &mut dyn FnMut(ClockView<'_>)) {
         let params = &self.converter.params;
-        let passes: Vec<Vec<usize>> = (0..index(params.columns_per_adc))
-            .map(|pass| columns_of_pass(params, pass, signal_uv.len()).collect())
-            .collect();
+        let passes: Vec<Vec<usize>> =
+            (0..index(params.columns_per_adc)).map(|pass| self.of_pass(pass, signal_uv.len()).collect()).collect();
         let mut counters: Vec<_> = passes.iter().map(|chosen| self.converter.counters(chosen.len())).collect();
         for (sample, samples_uv) in [(Sample::Reset, reset_uv), (Sample::Signal, signal_uv)] {
             if samples_uv.is_empty() || self.converter.steps(sample) == 0 {
@@ -294,9 +273,8 @@ impl Columns<'_> {
                 let mut comparators = self.comparators(chosen, samples_uv);
                 counters.begin(sample);
                 for clock in 1..=self.converter.steps(sample) {
-                    let before = comparators.bits().to_vec();
                     comparators.tick();
-                    counters.tick(&before, comparators.bits());
+                    counters.tick(comparators.flipped());
                     let bits: Vec<bool> = places.iter().map(|&place| comparators.bits()[place]).collect();
                     let readings: Vec<i64> = places.iter().map(|&place| counters.reading(place)).collect();
                     let (pass, ramp_nv) = (crate::num::u32_from(pass), comparators.ramp_nv());
@@ -312,5 +290,70 @@ impl Converter {
         // One conversion has its black level in the pedestal alone.
         let start = if self.params.cds == Cds::Digital { self.params.black_level_dn } else { 0 };
         Counters::new(self.params.counting, self.params.counter, start, columns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adc::AdcParams;
+    use crate::adc::params::tests::paper_adc;
+    use crate::draw::{DrawKey, uniform_f64};
+    use crate::num::{f32_nearest, u32_truncated};
+
+    /// The definition, column by column and clock by clock: bits of all columns at every clock.
+    fn naive_bits(columns: &Columns<'_>, levels_nv: &[i64], steps: u32, see: &mut dyn FnMut(i64, &[bool])) {
+        let converter = columns.converter;
+        let mut due = vec![None; levels_nv.len()];
+        let mut bits = vec![false; levels_nv.len()];
+        let mut shift = Shift::default();
+        for clock in 1..=steps {
+            let shift_nv = converter.kickback.as_ref().map_or(0, |kickback| kickback.shift_nv(shift, clock));
+            let ramp_nv = converter.edge_nv(clock) + shift_nv;
+            let before = bits.clone();
+            for (column, &level_nv) in levels_nv.iter().enumerate() {
+                if due[column].is_none() && ramp_nv > level_nv {
+                    due[column] = Some(clock + columns.delay_clk(column));
+                }
+                bits[column] |= due[column] == Some(clock);
+            }
+            let flips = bits.iter().zip(&before).filter(|(now, before)| now != before).count();
+            if let Some(kickback) = converter.kickback.as_ref().filter(|_| flips > 0) {
+                shift = kickback.after_flips(shift, clock, crate::num::u32_from(flips));
+            }
+            see(ramp_nv, &bits);
+        }
+    }
+
+    #[test]
+    fn every_bit_at_every_clock_is_as_defined() {
+        let mut stream = DrawKey::root(77).stream();
+        let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);
+        let mut clocks = 0;
+        for case in 0..60_u32 {
+            let params = AdcParams {
+                bits: 3 + case % 7,
+                black_level_dn: 0,
+                reset_counts: 4,
+                comparator_delay_clk: u32_truncated(draw(0.0, 6.0)),
+                comparator_delay_sigma_clk: if case % 3 == 0 { 2.0 } else { 0.0 },
+                kickback_uv: draw(-1.0, 1.0) * 400.0 * f64::from(case % 4),
+                kickback_decay_clk: u32_truncated(draw(1.0, 60.0)),
+                ..paper_adc()
+            };
+            let converter = Converter::new(&params);
+            let columns = converter.columns(DrawKey::root(case.into()), 40);
+            let samples_uv: Vec<f32> = (0..40).map(|_| f32_nearest(draw(-2e4, 1.3e5))).collect();
+            let chosen: Vec<usize> = (0..40).collect();
+            let levels_nv: Vec<i64> = samples_uv.iter().map(|&uv| converter.level_nv(uv)).collect();
+            let mut comparators = columns.comparators(&chosen, &samples_uv);
+            naive_bits(&columns, &levels_nv, converter.steps(Sample::Signal), &mut |ramp_nv, bits| {
+                comparators.tick();
+                assert_eq!((comparators.ramp_nv(), comparators.bits()), (ramp_nv, bits), "case {case}: {params:?}");
+                clocks += 1;
+            });
+        }
+        println!("{clocks} clocks of 40 columns");
+        assert!(clocks > 5_000, "{clocks}");
     }
 }

@@ -13,6 +13,9 @@ use crate::facts::Facts;
 use crate::num::{f32_nearest, lesser};
 use crate::pixel::PixelParams;
 
+/// A smaller share taken off an f32 rounds back to it (2^-26: half of half the least spacing).
+const UNSEEN_SHARE: f64 = 1.490_116_119_384_765_6e-8;
+
 /// Incomplete settling of the column lines.
 pub struct ColumnSettling {
     /// What slewing alone can move in the time, in uV.
@@ -83,6 +86,9 @@ impl Effect for ColumnSettling {
         let variance_e2 = facts.signal_e_max + facts.dark_rms_e * facts.dark_rms_e + spread_e * spread_e;
         let step_uv = gain * (facts.signal_e_max + facts.dark_rms_e + 6.0 * variance_e2.sqrt());
         let missing_uv = self.missing_uv(step_uv);
+        if missing_uv < step_uv * UNSEEN_SHARE {
+            return Some(Omission::NONE);
+        }
         let slope = if step_uv <= self.half_overdrive_uv {
             self.missing_share
         } else {

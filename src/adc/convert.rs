@@ -8,12 +8,12 @@
 
 use super::crossings::{NEVER, crossings};
 use super::kickback::Kickback;
-use super::linear::LinearKernel;
+use super::linear::{LinearKernel, ROUNDER};
 use super::ramp::RampEdges;
 use super::{AdcParams, Cds, column_delay};
 use crate::draw::DrawKey;
 use crate::fidelity::Rung;
-use crate::num::{f32_nearest, i64_half_even, low_u16};
+use crate::num::{f32_nearest, low_u16};
 
 /// Which of a row's conversions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +40,10 @@ pub struct Converter {
     pub(super) edges: RampEdges,
     pub(super) kickback: Option<Kickback>,
     pub(super) pedestal_nv: i64,
-    kernel: Option<LinearKernel>,
+    /// Of equal steps, many columns at a time.
+    pub(super) kernel: Option<LinearKernel>,
+    /// Whether the kernel is all there is: no delays, no kickback.
+    is_plain: bool,
     is_clocked: bool,
 }
 
@@ -50,6 +53,8 @@ pub struct Columns<'a> {
     pub(super) converter: &'a Converter,
     /// Delay of each column in `adc_clk`; empty where all are 0.
     pub(super) delays_clk: Vec<u32>,
+    /// Array columns of those that are converted; none where all are.
+    places: Option<Vec<usize>>,
 }
 
 /// First clocks, counted from 1, at which the columns' comparators are high; `u32::MAX`: never.
@@ -67,9 +72,9 @@ impl Converter {
         let edges = RampEdges::new(params).expect("the parameters were checked");
         let kickback = Kickback::from_params(params);
         let alike = params.comparator_delay_clk == 0 && params.comparator_delay_sigma_clk == 0.0;
-        let is_plain = edges.is_plain() && kickback.is_none() && alike;
         Self {
-            kernel: is_plain.then(|| LinearKernel::new(params)),
+            kernel: edges.is_plain().then(|| LinearKernel::new(params)),
+            is_plain: edges.is_plain() && kickback.is_none() && alike,
             pedestal_nv: edges.edge_nv(params.pedestal_lsb()),
             params: params.clone(),
             edges,
@@ -91,7 +96,7 @@ impl Converter {
 
     /// The converters of a die. `die` is the key of its columns, as `RowPass::column_key` makes it.
     pub fn columns(&self, die: DrawKey, width: usize) -> Columns<'_> {
-        Columns { converter: self, delays_clk: column_delay::delays_clk(&self.params, die, width) }
+        Columns { converter: self, delays_clk: column_delay::delays_clk(&self.params, die, width), places: None }
     }
 
     /// Converts a row of columns whose comparators all have the mean delay. As `Columns::convert_row`.
@@ -100,7 +105,7 @@ impl Converter {
             0 => Vec::new(),
             delay_clk => vec![delay_clk; signal_uv.len()],
         };
-        Columns { converter: self, delays_clk }.convert_row(signal_uv, reset_uv, codes)
+        Columns { converter: self, delays_clk, places: None }.convert_row(signal_uv, reset_uv, codes)
     }
 
     /// The level that a comparator sees, in nV above the bottom of the ramp: the sample, rounded once, half-even, plus pedestal.
@@ -110,7 +115,7 @@ impl Converter {
         let exact_nv = f64::from(sample_uv) * 1000.0;
         let exact_nv = if exact_nv > -FAR_NV { exact_nv } else { -FAR_NV };
         let exact_nv = if exact_nv < FAR_NV { exact_nv } else { FAR_NV };
-        i64_half_even(exact_nv) + self.pedestal_nv
+        crate::num::i64_truncated((exact_nv + ROUNDER) - ROUNDER) + self.pedestal_nv
     }
 
     /// The sample in uV that stands on a level: the inverse of `level_nv` as far as a sample's format goes.
@@ -137,6 +142,28 @@ impl Converter {
 }
 
 impl Columns<'_> {
+    /// Some of these columns, named in rising order: the only ones that are converted from now on.
+    #[must_use]
+    pub fn of(self, places: Vec<usize>) -> Self {
+        let delays_clk = match self.delays_clk.is_empty() {
+            true => Vec::new(),
+            false => places.iter().map(|&place| self.delays_clk[place]).collect(),
+        };
+        Self { delays_clk, places: Some(places), ..self }
+    }
+
+    /// Array columns of those that are converted; none where all are.
+    pub fn places(&self) -> Option<&[usize]> {
+        self.places.as_deref()
+    }
+
+    /// Columns of a row that shared converters take at the same time.
+    pub(super) fn of_pass(&self, pass: usize, width: usize) -> impl Iterator<Item = usize> {
+        let passes = crate::num::index(self.converter.params.columns_per_adc);
+        let place = move |column| self.places.as_ref().map_or(column, |places| places[column]);
+        (0..width).filter(move |&column| place(column) % passes == pass)
+    }
+
     /// Converts a row of samples (uV above the dark level, rounded once, half-even, to nV). `reset_uv` is read only where the reset
     /// sample is converted apart, and may be empty otherwise. A NaN counts no edge. Panics if the lengths differ.
     pub fn convert_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
@@ -144,19 +171,18 @@ impl Columns<'_> {
         assert!(signal_uv.len() == codes.len(), "a column has one code");
         match &self.converter.kernel {
             _ if self.converter.is_clocked => self.convert_by_clock(signal_uv, reset_uv, codes),
-            Some(kernel) => kernel.convert_row(signal_uv, reset_uv, codes),
-            None => self.convert_by_crossings(signal_uv, reset_uv, codes),
+            Some(kernel) if self.converter.is_plain => kernel.convert_row(signal_uv, reset_uv, codes),
+            _ => self.convert_by_crossings(signal_uv, reset_uv, codes),
         }
     }
 
     /// When the columns' comparators go high, in closed form: jumping from event to event where comparators disturb the ramp.
     pub fn crossings(&self, signal_uv: &[f32], reset_uv: &[f32]) -> Crossings {
         let reset_uv = self.checked_reset(signal_uv, reset_uv);
-        let of = |sample, samples_uv: &[f32]| {
-            let levels_nv: Vec<i64> = samples_uv.iter().map(|&uv| self.converter.level_nv(uv)).collect();
-            crossings(self, &levels_nv, self.converter.steps(sample))
-        };
-        Crossings { reset_clk: of(Sample::Reset, reset_uv), signal_clk: of(Sample::Signal, signal_uv) }
+        Crossings {
+            reset_clk: crossings(self, Sample::Reset, reset_uv),
+            signal_clk: crossings(self, Sample::Signal, signal_uv),
+        }
     }
 
     /// Delay of one column in `adc_clk`.
@@ -207,11 +233,6 @@ impl Converter {
         let code = code.clamp(0, self.params.code_max().into());
         low_u16(u32::try_from(code).expect("clipped above"))
     }
-}
-
-/// Columns of pass `pass` of a row: those that a shared converter takes at the same time.
-pub(super) fn columns_of_pass(params: &AdcParams, pass: usize, width: usize) -> impl Iterator<Item = usize> {
-    (pass..width).step_by(crate::num::index(params.columns_per_adc))
 }
 
 #[cfg(test)]

@@ -8,29 +8,32 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::Columns;
-use super::convert::columns_of_pass;
 use super::kickback::{Kickback, Shift};
 use super::ramp::RampEdges;
+use super::{Columns, Sample};
 
 /// The comparator stays low for the whole conversion.
 pub(super) const NEVER: u32 = u32::MAX;
 
-/// Crossing clocks of a conversion of `steps` clocks.
-pub(super) fn crossings(columns: &Columns<'_>, levels_nv: &[i64], steps: u32) -> Vec<u32> {
+/// Crossing clocks of a conversion.
+pub(super) fn crossings(columns: &Columns<'_>, sample: Sample, samples_uv: &[f32]) -> Vec<u32> {
     let converter = columns.converter;
+    let steps = converter.steps(sample);
     let Some(kickback) = &converter.kickback else {
-        let alone = |(column, &level_nv): (usize, &i64)| {
-            let crossed = converter.edges.count(level_nv, steps);
-            high_at(crossed + 1, columns.delay_clk(column), steps)
+        let mut found = match &converter.kernel {
+            Some(kernel) => kernel.counts(sample, samples_uv),
+            None => samples_uv.iter().map(|&uv| converter.edges.count(converter.level_nv(uv), steps)).collect(),
         };
-        return levels_nv.iter().enumerate().map(alone).collect();
+        for (column, crossing) in found.iter_mut().enumerate() {
+            *crossing = high_at(*crossing + 1, columns.delay_clk(column), steps);
+        }
+        return found;
     };
+    let levels_nv: Vec<i64> = samples_uv.iter().map(|&uv| converter.level_nv(uv)).collect();
     let mut found = vec![NEVER; levels_nv.len()];
     for pass in 0..crate::num::index(converter.params.columns_per_adc) {
-        let mut waiting: Vec<(i64, usize)> = columns_of_pass(&converter.params, pass, levels_nv.len())
-            .map(|column| (levels_nv[column], column))
-            .collect();
+        let mut waiting: Vec<(i64, usize)> =
+            columns.of_pass(pass, levels_nv.len()).map(|column| (levels_nv[column], column)).collect();
         waiting.sort_unstable();
         Coupled {
             edges: &converter.edges,

@@ -6,7 +6,7 @@
 //! the general path of the same converter.
 
 use super::ramp::linear_edge_nv;
-use super::{AdcParams, RowWork};
+use super::{AdcParams, RowWork, Sample};
 use crate::num::{f64_from_i64, low_u16, low_u32};
 use crate::simd::{Kernel, dispatch};
 
@@ -27,7 +27,7 @@ pub(super) struct LinearKernel {
 }
 
 /// Adding and subtracting 1.5 * 2^52 rounds |x| <= 2^51 half-even without a cast; the sum's low bits hold the integer.
-const ROUNDER: f64 = 6_755_399_441_055_744.0;
+pub(super) const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// Columns whose sums of clocks stay below 2^32: each runs for at most 2^16 - 1 and 2^16 clocks.
 const COLUMNS_PER_SUM: usize = 16_384;
@@ -48,6 +48,17 @@ impl LinearKernel {
             twice_codes: f64_from_i64(1 << (params.bits - 1)),
             inverse_span_per_nv: 1.0 / f64_from_i64(span_nv),
         }
+    }
+
+    /// Counts of one conversion, one a sample.
+    pub fn counts(&self, sample: Sample, samples_uv: &[f32]) -> Vec<u32> {
+        let last_edge_nv = match sample {
+            Sample::Reset => self.last_reset_edge_nv,
+            Sample::Signal => self.last_edge_nv,
+        };
+        let mut counts = vec![0; samples_uv.len()];
+        dispatch(Counts { kernel: self, samples_uv, last_edge_nv, counts: &mut counts });
+        counts
     }
 
     /// Converts a row; without reset samples its counts are the codes. A NaN counts no edge.
@@ -93,6 +104,25 @@ impl LinearKernel {
 #[inline(always)]
 fn active_clk(count: u32, steps: u32) -> u32 {
     if count < steps { count + 1 } else { steps }
+}
+
+struct Counts<'a> {
+    kernel: &'a LinearKernel,
+    samples_uv: &'a [f32],
+    last_edge_nv: f64,
+    counts: &'a mut [u32],
+}
+
+impl Kernel for Counts<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let kernel = self.kernel.clone();
+        for (count, &sample_uv) in self.counts.iter_mut().zip(self.samples_uv) {
+            *count = kernel.count(sample_uv, self.last_edge_nv);
+        }
+    }
 }
 
 struct ConvertOne<'a> {

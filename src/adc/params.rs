@@ -285,9 +285,14 @@ impl AdcParams {
         f64_from_i64(self.span_nv()) / (1000.0 * f64_from_i64(1 << self.bits))
     }
 
+    /// Whether all steps of the ramp are equal.
+    pub fn has_equal_steps(&self) -> bool {
+        self.ramp == Ramp::Linear && self.ramp_inl_lsb == 0.0 && self.ramp_settling_clk == 0.0
+    }
+
     /// The least step of the ramp in uV: one LSB where the ramp is finest.
     pub fn lsb_uv_min(&self) -> f64 {
-        if self.ramp == Ramp::Linear && self.ramp_inl_lsb == 0.0 && self.ramp_settling_clk == 0.0 {
+        if self.has_equal_steps() {
             return self.lsb_uv();
         }
         f64_from_i64(self.edges().steps_nv().0) / 1000.0
@@ -296,7 +301,7 @@ impl AdcParams {
     /// Signal in uV beyond which the code of a column at its nominal reset level is the greatest.
     pub fn saturation_uv(&self) -> f64 {
         let above_black = self.code_max() - self.black_level_dn;
-        if self.ramp == Ramp::Linear && self.ramp_inl_lsb == 0.0 && self.ramp_settling_clk == 0.0 {
+        if self.has_equal_steps() {
             return f64::from(above_black) * self.lsb_uv();
         }
         let (edges, pedestal) = (self.edges(), self.pedestal_lsb());

@@ -28,8 +28,7 @@ impl RampEdges {
     /// Keys that do not go with the ramp's shape, and ramps that fall somewhere, by the key that makes them fall.
     pub fn new(params: &AdcParams) -> Result<Self, Error> {
         check_keys(params)?;
-        let plain = params.ramp == Ramp::Linear && params.ramp_inl_lsb == 0.0 && params.ramp_settling_clk == 0.0;
-        let table_nv = if plain { None } else { Some(table_nv(params)?) };
+        let table_nv = if params.has_equal_steps() { None } else { Some(table_nv(params)?) };
         let edges = Self { bits: params.bits, span_nv: params.span_nv(), table_nv };
         edges.check_pedestal(params)?;
         Ok(edges)
@@ -86,7 +85,7 @@ impl RampEdges {
     }
 }
 
-/// Edge k of equal steps, halves up. `clock_hz` plays no part: a step is a clock.
+/// Edge k of equal steps, halves up.
 pub(super) fn linear_edge_nv(bits: u32, span_nv: i64, k: u32) -> i64 {
     (i64::from(k) * span_nv + (1 << (bits - 1))) >> bits
 }
@@ -103,8 +102,7 @@ fn check_keys(params: &AdcParams) -> Result<(), Error> {
         let value = format!("{} levels", params.ramp_table_uv.len());
         return Err(Error::key("sensor.adc.ramp_table_uv", value, reason));
     }
-    let plain = shape == Ramp::Linear && params.ramp_inl_lsb == 0.0 && params.ramp_settling_clk == 0.0;
-    if !plain && params.reset_counts_used() > params.code_max() {
+    if !params.has_equal_steps() && params.reset_counts_used() > params.code_max() {
         let most = params.code_max();
         let reason = format!("only a plain linear ramp goes on beyond its last edge; at most {most} would do");
         return Err(Error::key("sensor.adc.reset_counts", params.reset_counts, reason));

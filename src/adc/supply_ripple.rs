@@ -146,7 +146,7 @@ mod tests {
         // The plain product keeps none of the second part: it needs 77 bits.
         assert_ne!((hz * s).fract(), 1.0 / 128.0 + 1.0 / 8_589_934_592.0);
         assert_eq!(turns(1e9, 1e-300), 1e9 * 1e-300);
-        assert_eq!(turns(1e-3, 1e-320), 0.0);
+        assert_eq!(turns(1e-3, 1e-320), 1e-3 * 1e-320);
         assert_eq!(turns(1e9, 1e18), 0.0);
     }
 }

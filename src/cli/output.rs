@@ -116,7 +116,7 @@ impl Output {
     /// What the disk says.
     pub fn frame(&mut self, session: &Session, frame: &Frame) -> Result<(), Error> {
         let started = Instant::now();
-        let bits = session.setup().sensor.parameters.adc.bits;
+        let bits = session.setup().sensor.bits();
         let timestamp_ns = u64_half_even(frame.t_s * 1e9);
         for (index, camera) in frame.cameras.iter().enumerate() {
             self.euroc.add_frame(CameraIndex(u32_from(index)), timestamp_ns, &camera.codes, bits)?;

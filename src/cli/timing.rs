@@ -47,7 +47,7 @@ struct Link {
 impl Link {
     fn new(sensor: &SensorSetup, features: u64) -> Result<Self, Error> {
         let (link, schedule) = (&sensor.link, &sensor.schedule);
-        let traffic = link.traffic(schedule.output_size(), sensor.parameters.adc.bits, features)?;
+        let traffic = link.traffic(schedule.output_size(), sensor.bits(), features)?;
         let utilisation = link.mean_utilisation(&traffic, schedule.frame_time_s());
         let capacity_bps = link.capacity_bits_per_s();
         let payload_bits = sensel::num::f64_from_u64(traffic.container_bits + traffic.feature_bits);

@@ -48,16 +48,18 @@ impl<'a> WaveRequest<'a> {
         let kept = session.watched().iter().cloned();
         let rows: Vec<WaveRow> =
             kept.zip(codes).map(|(samples, sent)| WaveRow { samples, sent: Some(sent.clone()) }).collect();
-        self.write(&session.setup().chain, &rows)
+        let setup = session.setup();
+        self.write(&setup.chain(setup.sensor.parameters.adc.gain), &rows)
     }
 
     /// Writes the waves of the test picture under a die's converters.
     pub fn write_wedge(&self, sensor: &SensorSetup, die_seed: u64) -> Result<(), Error> {
-        self.write(&Chain::new(sensor.parameters.clone(), Vec::new(), 0, die_seed), &self.plan.wedge())
+        let chain = sensor.chain(sensor.parameters.adc.gain, [&[], &[]], 0, die_seed);
+        self.write(&chain, &self.plan.wedge())
     }
 
     fn write(&self, chain: &Chain, rows: &[WaveRow]) -> Result<(), Error> {
         let width = rows.first().map_or(0, |row| row.samples.signal_uv.len());
-        self.file.write(&self.plan.waves(&chain.columns(CameraIndex(0), width), rows)?)
+        self.file.write(&self.plan.waves(&chain.first_columns(CameraIndex(0), width), rows)?)
     }
 }

@@ -8,6 +8,7 @@ use glam::{DQuat, DVec3};
 use super::scenario::Scenario;
 use crate::adc::{AdcParams, Cds, Counter, Counting, Ramp};
 use crate::compute::ExtractorParams;
+use crate::effects::chain::BlackRows;
 use crate::effects::plan::Choice;
 use crate::error::Error;
 use crate::fidelity::{Fidelity, Rung};
@@ -208,6 +209,20 @@ impl Scenario {
         };
         params.check()?;
         Ok(params)
+    }
+
+    /// Optical-black rows, which lie beyond the array's own.
+    ///
+    /// # Errors
+    /// More than 64, an unknown clamp, or a clamp without rows.
+    pub fn black_rows(&self) -> Result<BlackRows, Error> {
+        let rows = within("sensor.optical_black_rows", self.sensor.optical_black_rows, 0..=64, "0 to 64")?;
+        let clamp = one_of("sensor.black_clamp", &self.sensor.black_clamp, &[("none", false), ("frame", true)])?;
+        if clamp && rows == 0 {
+            let reason = "a clamp needs optical_black_rows; 1 or more of these, or black_clamp = none, would do";
+            return Err(Error::key("sensor.black_clamp", &self.sensor.black_clamp, reason));
+        }
+        Ok(BlackRows { rows, first_row: self.sensor.height, clamp })
     }
 
     /// Colour filters, and the photodiode's quantum efficiency behind them.

@@ -6,8 +6,8 @@ use super::scenario::{PerCamera, Readout, Scenario};
 use crate::error::Error;
 use crate::num::{i64_half_even, u64_half_even};
 use crate::readout::{
-    AutoExposureParams, BinningMode, Exposure, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Shutter, Trigger,
-    Window,
+    AutoExposureParams, BinningMode, Exposure, FrameLength, Hdr, LongExposure, MERGED_BITS_MAX, Pulses, ReadoutParams,
+    Shutter, Trigger, Window,
 };
 
 impl Scenario {
@@ -39,6 +39,7 @@ impl Scenario {
             binning_mode: one_of("sensor.readout.binning_mode", &readout.binning_mode, &modes)?,
             mosaic_px: 1,
             hdr: hdr(readout)?,
+            black_rows: self.black_rows()?.rows,
             lanes: readout.lanes,
             lane_clock_hz: readout.lane_clock_hz.unwrap_or(readout.pixel_rate_hz),
             pulses: Pulses {
@@ -52,6 +53,18 @@ impl Scenario {
             register_latency_frames: readout.register_latency_frames,
             auto: auto_exposure(readout)?,
         })
+    }
+}
+
+impl Scenario {
+    /// Depth to which merged codes are companded.
+    ///
+    /// # Errors
+    /// Written outside 8 to 16.
+    pub fn hdr_bits(&self) -> Result<u32, Error> {
+        let unwritten = self.sensor.adc.bits.clamp(8, MERGED_BITS_MAX);
+        let bits = self.sensor.readout.hdr_bits.unwrap_or(unwritten);
+        within("sensor.readout.hdr_bits", bits, 8..=MERGED_BITS_MAX, "8 to 16")
     }
 }
 
@@ -80,7 +93,11 @@ fn exposure(readout: &Readout) -> Result<Exposure, Error> {
 
 fn hdr(readout: &Readout) -> Result<Hdr, Error> {
     let several = Hdr::MultiExposure { exposures: readout.hdr_exposures, ratio: readout.hdr_exposure_ratio };
-    one_of("sensor.readout.hdr", &readout.hdr, &[("none", Hdr::None), ("multi_exposure", several)])
+    one_of(
+        "sensor.readout.hdr",
+        &readout.hdr,
+        &[("none", Hdr::None), ("multi_exposure", several), ("dual_gain", Hdr::DualGain)],
+    )
 }
 
 fn auto_exposure(readout: &Readout) -> Result<Option<AutoExposureParams>, Error> {

@@ -348,12 +348,14 @@ sections! {
         binning: u32,
         /// "charge" (summed before conversion), "average" (codes, a line for each array row), "skip" (the first of them is read).
         binning_mode: String,
-        /// "none", or "multi_exposure": staggered exposures, read line by line in turn.
+        /// "none"; "multi_exposure": staggered exposures, read line by line in turn; "dual_gain": one charge, converted at both conversion gains.
         hdr: String,
         /// Exposures of a frame, 2 to 4.
         hdr_exposures: u32,
         /// Each exposure over the next shorter one, above 1 to 1024.
         hdr_exposure_ratio: f64,
+        /// Depth to which merged codes are companded, 8 to 16; 16: linear. Not written: the converter's depth, 8 at least.
+        hdr_bits: Option<u32>,
         /// Serial lanes from the columns to the output, to 65536; 0: parallel, which takes no time.
         lanes: u32,
         /// Bits a second of each of these lanes; not written: the pixel clock.

@@ -138,7 +138,9 @@ pub(super) fn for_each_step(mean_e: f32, mut step: impl FnMut(u32)) {
     let mut count = 0.0;
     // u + 1/2 > 2^32 sum, in whole u; scaling by a power of two is exact.
     while sum * TWO_TO_32 < TWO_TO_32 - 0.5 && count < 300.0 {
-        step(u32_truncated((sum * TWO_TO_32 - 0.5).floor() + 1.0));
+        // Truncation takes -1/2 to 0 too, where rounding down would give -1: hence the comparison.
+        let scaled = sum * TWO_TO_32 - 0.5;
+        step(u32_truncated(scaled) + u32::from(scaled >= 0.0));
         count += 1.0;
         probability *= mean_e / count;
         sum += probability;

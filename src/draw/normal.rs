@@ -1,14 +1,16 @@
 //! Standard normals of a row. Enters: uniforms. Leaves: their normal quantiles in f32.
 //!
 //! With x = 2 U - 1, the quantile is x P(-ln(1 - x^2)), where P is smooth (Giles, "Approximating the erfinv function", GPU
-//! Computing Gems, 2011). The outer 0.25 % go to `normal_quantile` in f64, the slow twin of the whole row too.
+//! Computing Gems, 2011). The outer 0.12 % go to `normal_quantile` in f64, the slow twin of the whole row too.
 
 use super::exact::normal_quantile;
 use crate::num::{f32_from_i32, f32_nearest};
 use crate::simd::{Kernel, dispatch};
 
-/// Columns that one pass of a kernel holds in registers and L1.
-pub(super) const CHUNK: usize = 64;
+/// Columns that one pass of a kernel holds in L1. Passes are short and each runs over the whole block, because a processor finds
+/// work for its arithmetic units only among the next hundred operations, and one long formula has most of them wait on
+/// each other. Far fewer columns would let the compiler unroll the passes and join them again.
+pub(super) const BLOCK: usize = 128;
 
 /// Writes the standard normal quantile of each uniform. Relative error below 8e-7, and monotone in the
 /// uniform to within that error; u and its complement give values that differ in sign only, beyond rounding in the tails.
@@ -29,15 +31,18 @@ impl Kernel for Normals<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let (uniforms, rest_uniforms) = self.uniforms.as_chunks::<CHUNK>();
-        let (out, rest_out) = self.out.as_chunks_mut::<CHUNK>();
+        let (uniforms, rest_uniforms) = self.uniforms.as_chunks::<BLOCK>();
+        let (out, rest_out) = self.out.as_chunks_mut::<BLOCK>();
         for (uniforms, out) in uniforms.iter().zip(out) {
-            chunk(uniforms, out);
+            block(uniforms, out);
         }
-        let mut uniforms = [CENTRE; CHUNK];
-        let mut padded = [0.0; CHUNK];
+        if rest_out.is_empty() {
+            return;
+        }
+        let mut uniforms = [CENTRE; BLOCK];
+        let mut padded = [0.0; BLOCK];
         uniforms[..rest_uniforms.len()].copy_from_slice(rest_uniforms);
-        chunk(&uniforms, &mut padded);
+        block(&uniforms, &mut padded);
         rest_out.copy_from_slice(&padded[..rest_out.len()]);
     }
 }
@@ -46,24 +51,41 @@ impl Kernel for Normals<'_> {
 pub(super) const CENTRE: u32 = 0x8000_0000;
 
 #[inline(always)]
-fn chunk(uniforms: &[u32; CHUNK], out: &mut [f32; CHUNK]) {
+fn block(uniforms: &[u32; BLOCK], out: &mut [f32; BLOCK]) {
     let mut tails = 0_u32;
-    for column in 0..CHUNK {
-        let (value, tail) = central(uniforms[column]);
-        out[column] = value;
-        tails |= tail;
+    for column in 0..BLOCK {
+        out[column] = one_less_square(uniforms[column]);
+        tails |= if is_tail(uniforms[column]) { u32::MAX } else { 0 };
+    }
+    for value in out.iter_mut() {
+        *value = minus_ln(*value);
+    }
+    for value in out.iter_mut() {
+        *value = smooth(*value);
+    }
+    for column in 0..BLOCK {
+        out[column] *= symmetric(uniforms[column]);
     }
     if tails != 0 {
         mend_tails(uniforms, out);
     }
 }
 
+/// Columns that are looked at together for one that needs f64.
+pub(super) const GROUP: usize = 16;
+
 #[cold]
 #[inline(never)]
-fn mend_tails(uniforms: &[u32; CHUNK], out: &mut [f32; CHUNK]) {
-    for (&uniform, value) in uniforms.iter().zip(out) {
-        if is_tail(uniform) {
-            *value = f32_nearest(normal_quantile(uniform));
+fn mend_tails(uniforms: &[u32; BLOCK], out: &mut [f32; BLOCK]) {
+    for (uniforms, out) in uniforms.as_chunks::<GROUP>().0.iter().zip(out.as_chunks_mut::<GROUP>().0) {
+        let tails = uniforms.iter().fold(false, |tails, &uniform| tails | is_tail(uniform));
+        if !tails {
+            continue;
+        }
+        for (&uniform, value) in uniforms.iter().zip(out) {
+            if is_tail(uniform) {
+                *value = f32_nearest(normal_quantile(uniform));
+            }
         }
     }
 }
@@ -71,30 +93,42 @@ fn mend_tails(uniforms: &[u32; CHUNK], out: &mut [f32; CHUNK]) {
 /// Beyond this |x| in units of 2^-31 the polynomial ends: -ln(1 - x^2) is 6 and |z| 3.23 there.
 const TAIL: i32 = 2_144_819_850;
 
+const UNIT: f32 = 1.0 / 2_147_483_648.0;
+
+/// A uniform's distance from the middle, both halves counted from 0.
+#[inline(always)]
+fn magnitude(uniform: u32) -> i32 {
+    let signed = (uniform ^ CENTRE).cast_signed();
+    signed ^ (signed >> 31)
+}
+
 /// Whether a uniform lies in a tail beyond the polynomial.
 #[inline(always)]
 fn is_tail(uniform: u32) -> bool {
-    let signed = (uniform ^ CENTRE).cast_signed();
-    signed ^ (signed >> 31) > TAIL
+    magnitude(uniform) > TAIL
 }
 
-/// The quantile of a uniform by polynomial, and a mask that is all ones where the uniform lies in a tail beyond it.
+/// x = 2 U - 1, with the same rounding on both sides of the middle.
 #[inline(always)]
-pub(super) fn central(uniform: u32) -> (f32, u32) {
-    const UNIT: f32 = 1.0 / 2_147_483_648.0;
-    let signed = (uniform ^ CENTRE).cast_signed();
-    let sign = signed >> 31;
-    let magnitude = signed ^ sign;
-    // Both |x| and 1 - |x| are taken from integers, so that neither end loses digits.
-    let x = (f32_from_i32(magnitude) + 0.5) * UNIT;
-    let v = (f32_from_i32(i32::MAX - magnitude) + 0.5) * UNIT;
-    let t = minus_ln(v * (2.0 - v));
+fn symmetric(uniform: u32) -> f32 {
+    let x = (f32_from_i32(magnitude(uniform)) + 0.5) * UNIT;
+    f32::from_bits(x.to_bits() | (!uniform & CENTRE))
+}
+
+/// 1 - x^2. Taken from the integers, so that it loses no digits where |x| is near 1.
+#[inline(always)]
+pub(super) fn one_less_square(uniform: u32) -> f32 {
+    let v = (f32_from_i32(i32::MAX - magnitude(uniform)) + 0.5) * UNIT;
+    v * (2.0 - v)
+}
+
+/// P(t), the quantile over x; t up to the tail's seam at 6.
+#[inline(always)]
+fn smooth(t: f32) -> f32 {
     let t2 = t * t;
     let low = (1.253_313_8 + 0.328_129_7 * t) + t2 * (0.016_268_529 - 0.003_179_551_8 * t);
     let high = (-0.000_294_986_15 + 0.000_123_191_93 * t) + t2 * (-0.000_012_783_773 + 0.000_000_476_243_9 * t);
-    let z = x * (low + (t2 * t2) * high);
-    let negative = sign.cast_unsigned() & CENTRE;
-    (f32::from_bits(z.to_bits() | negative), if magnitude > TAIL { u32::MAX } else { 0 })
+    low + (t2 * t2) * high
 }
 
 /// -ln(w) for 0 < w <= 1, absolute error below 5e-7 up to the tail's seam.
@@ -118,7 +152,7 @@ mod tests {
     /// Every 1009th uniform, the ends, the middle and both sides of the tail's seam.
     fn uniforms() -> Vec<u32> {
         let mut uniforms: Vec<u32> = (0..=u32::MAX).step_by(1009).collect();
-        let seam = (0..=CENTRE).step_by(65_536).find(|&uniform| central(uniform).1 == 0).unwrap();
+        let seam = (0..=CENTRE).step_by(65_536).find(|&uniform| !is_tail(uniform)).unwrap();
         for centre in [1 << 12, seam, CENTRE, !seam, u32::MAX - 4096] {
             uniforms.extend((0..8192).map(|step| (centre - 4096).saturating_add(step)));
         }
@@ -134,7 +168,7 @@ mod tests {
         for (&uniform, &value) in uniforms.iter().zip(&values) {
             let exact = normal_quantile(uniform);
             worst = worst.max((f64::from(value) / exact - 1.0).abs());
-            tails += u32::from(central(uniform).1 != 0);
+            tails += u32::from(is_tail(uniform));
         }
         println!("{} uniforms, {tails} in the tails, worst relative error {worst:.3e}", uniforms.len());
         assert!(tails > 1000, "both sides of the seam must be tried");

@@ -15,6 +15,9 @@ use crate::simd::{Kernel, dispatch};
 const LANES: usize = 8;
 /// Columns served by one step of all lanes: two 32-bit halves of each 64-bit word.
 const COLUMNS_PER_STEP: usize = 2 * LANES;
+/// Steps that the kernel takes at a time.
+const STEPS_PER_BLOCK: usize = 4;
+const COLUMNS_PER_BLOCK: usize = STEPS_PER_BLOCK * COLUMNS_PER_STEP;
 /// SplitMix64's increment, 2^64 over the golden ratio, made odd.
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
@@ -50,31 +53,38 @@ impl Kernel for Fill<'_> {
                 *value = seed_word(self.key, lane, word);
             }
         }
-        let mut steps = self.out.chunks_exact_mut(COLUMNS_PER_STEP);
-        for step in &mut steps {
-            let columns: [u32; COLUMNS_PER_STEP] = bytemuck::cast(next(&mut state));
-            step.copy_from_slice(&columns);
+        let mut blocks = self.out.chunks_exact_mut(COLUMNS_PER_BLOCK);
+        for block in &mut blocks {
+            let columns: [u32; COLUMNS_PER_BLOCK] = bytemuck::cast(next(&mut state));
+            block.copy_from_slice(&columns);
         }
-        let rest = steps.into_remainder();
-        let columns: [u32; COLUMNS_PER_STEP] = bytemuck::cast(next(&mut state));
-        rest.copy_from_slice(&columns[..rest.len()]);
+        let rest = blocks.into_remainder();
+        if !rest.is_empty() {
+            let columns: [u32; COLUMNS_PER_BLOCK] = bytemuck::cast(next(&mut state));
+            rest.copy_from_slice(&columns[..rest.len()]);
+        }
     }
 }
 
-/// One step of Xoshiro256++ (Blackman and Vigna, 2019) in all lanes.
+/// The next steps of Xoshiro256++ (Blackman and Vigna, 2019) in all lanes. Lanes are the outer loop, because the compiler
+/// turns that one into vectors; a single step of all lanes it half leaves to scalar rotations.
 #[inline(always)]
-fn next(state: &mut [[u64; LANES]; 4]) -> [u64; LANES] {
-    let mut words = [0; LANES];
-    let [s0, s1, s2, s3] = state;
+fn next(state: &mut [[u64; LANES]; 4]) -> [[u64; LANES]; STEPS_PER_BLOCK] {
+    let mut words = [[0; LANES]; STEPS_PER_BLOCK];
+    let [first, second, third, fourth] = state;
     for lane in 0..LANES {
-        words[lane] = s0[lane].wrapping_add(s3[lane]).rotate_left(23).wrapping_add(s0[lane]);
-        let shifted = s1[lane] << 17;
-        s2[lane] ^= s0[lane];
-        s3[lane] ^= s1[lane];
-        s1[lane] ^= s2[lane];
-        s0[lane] ^= s3[lane];
-        s2[lane] ^= shifted;
-        s3[lane] = s3[lane].rotate_left(45);
+        let (mut s0, mut s1, mut s2, mut s3) = (first[lane], second[lane], third[lane], fourth[lane]);
+        for step in &mut words {
+            step[lane] = s0.wrapping_add(s3).rotate_left(23).wrapping_add(s0);
+            let shifted = s1 << 17;
+            s2 ^= s0;
+            s3 ^= s1;
+            s1 ^= s2;
+            s0 ^= s3;
+            s2 ^= shifted;
+            s3 = s3.rotate_left(45);
+        }
+        (first[lane], second[lane], third[lane], fourth[lane]) = (s0, s1, s2, s3);
     }
     words
 }

@@ -1,18 +1,29 @@
 //! Runs the chosen effects over a frame: one pass an effect over a row buffer that stays in L1, no question asked in a pixel loop.
 //!
 //! Rows are independent but for the effects of `Domain::ArrayElectrons`: only where one of these is chosen, the electrons of the
-//! whole array are held between two sweeps over the rows.
+//! whole window are held between two sweeps over the rows.
+
+mod black;
+mod layout;
+mod reading;
+mod row;
+
+pub use black::BlackRows;
+use layout::Layout;
+use reading::Reading;
+use row::{RowAt, RowBuffers};
 
 use super::Parameters;
-use crate::adc::{self, Converter};
+use crate::adc::{self, Columns};
 use crate::draw::{DrawKey, RowPlace};
-use crate::effect::{ArrayPass, Domain, Effect, RowPass};
+use crate::effect::{ArrayPass, Domain, Effect};
 use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::num::u32_from;
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
-use crate::units::{CameraIndex, FrameIndex, RowIndex};
+use crate::readout::{Geometry, HdrMerge};
+use crate::units::{CameraIndex, FrameIndex, RowIndex, Size};
 
 /// Rows that one task takes. Fixed, so that work is cut the same way on any number of threads.
 const ROWS_PER_CHUNK: usize = 16;
@@ -30,12 +41,17 @@ pub struct RowTimes {
 
 /// Everything between photons and codes of one sensor.
 pub struct Chain {
-    /// Chosen effects in physical order.
-    effects: Vec<Box<dyn Effect>>,
-    /// What pixel and converters are set to.
+    /// What pixel and converters are set to, at the higher gain.
     parameters: Parameters,
-    /// The column converters.
-    converter: Converter,
+    /// Chosen effects up to the charge of the array, in physical order.
+    gathering: Vec<Box<dyn Effect>>,
+    /// One a conversion gain, the most sensitive first.
+    readings: Vec<Reading>,
+    /// How the codes of several readings become one.
+    merge: Option<HdrMerge>,
+    black: BlackRows,
+    /// Window and binning; none where the photons' plane is the array, pixel by pixel.
+    layout: Option<Layout>,
     /// Seed of the run.
     seed: u64,
     /// Seed of the die.
@@ -70,6 +86,8 @@ pub struct Captured {
     pub events: Events,
     /// Electrons of the array at the end of the exposure, where the next frame needs them.
     pub charge_e: Option<Plane<f32>>,
+    /// What the black clamp added to the codes of the first reading.
+    pub black_shift_dn: i32,
 }
 
 /// The samples of one row in microvolts at the converters' inputs.
@@ -81,131 +99,171 @@ pub struct RowSamples {
     pub reset_uv: Vec<f32>,
 }
 
+/// One exposure on its way to codes.
+struct Shot<'a> {
+    /// Mean photons of the window.
+    photons: &'a Plane<f32>,
+    /// Electrons of the window, where effects of the array made them.
+    charge_e: Option<Plane<f32>>,
+    capture: Capture<'a>,
+    /// One entry a row of the window.
+    times: &'a [RowTimes],
+    /// What the black clamp adds to the codes of each reading.
+    shifts_dn: Vec<i32>,
+    /// The converters of each reading.
+    columns: Vec<Columns<'a>>,
+}
+
 impl Chain {
     /// A sensor with these effects, which must stand in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
-    pub fn new(parameters: Parameters, effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
+    pub fn new(parameters: Parameters, mut effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
         assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects stand in physical order");
-        Self { effects, converter: Converter::new(&parameters.adc), parameters, seed, die_seed }
+        let sensed = effects.partition_point(|effect| effect.domain() < Domain::SensedElectrons);
+        let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0)];
+        let black = BlackRows::default();
+        Self { parameters, gathering: effects, readings, merge: None, black, layout: None, seed, die_seed }
     }
 
-    /// The same with its converters on another rung: clock by clock, or in closed form.
+    /// The same sensor that reads every charge a second time at another conversion gain. Effects of the charge itself, which both
+    /// readings share, are the first's.
     #[must_use]
-    pub fn at(self, rung: Rung) -> Self {
-        Self { converter: self.converter.at(rung), ..self }
+    pub fn with_second_reading(
+        mut self,
+        parameters: Parameters,
+        mut effects: Vec<Box<dyn Effect>>,
+        merge: HdrMerge,
+    ) -> Self {
+        assert!(merge.readings() == 2 && self.readings.len() == 1, "two readings become one code");
+        effects.retain(|effect| effect.domain() >= Domain::SensedElectrons);
+        self.readings.push(Reading::new(parameters, effects, 1));
+        self.merge = Some(merge);
+        self
     }
 
-    /// Converters of one camera.
-    pub fn columns(&self, camera: CameraIndex, width: usize) -> adc::Columns<'_> {
-        let capture = Capture::single(camera, FrameIndex(0));
-        let place = RowPlace { seed: self.die_seed, ..self.place(capture, 0) };
-        self.converter.columns(DrawKey::of_row(adc::COLUMN_DELAY, place), width)
+    /// The same sensor with optical-black rows, which are read before the picture.
+    #[must_use]
+    pub fn with_black_rows(mut self, black: BlackRows) -> Self {
+        self.black = black;
+        self
     }
 
-    /// Codes of one exposure from its mean photons, and the events of its conversion. `times` holds one entry a row.
+    /// The same sensor that reads a window, or several pixels as one.
+    #[must_use]
+    pub fn with_geometry(mut self, geometry: Geometry) -> Self {
+        self.layout = Some(Layout::new(geometry));
+        self
+    }
+
+    /// The same sensor with its converters on another rung: clock by clock, or in closed form.
+    #[must_use]
+    pub fn on_rung(mut self, rung: Rung) -> Self {
+        self.readings = self.readings.into_iter().map(|reading| reading.on_rung(rung)).collect();
+        self
+    }
+
+    /// Converters of one camera in each reading: of the columns that are read.
+    fn columns(&self, camera: CameraIndex, width: usize) -> Vec<Columns<'_>> {
+        let (frame, row) = (FrameIndex(0), RowIndex(0));
+        let place = RowPlace { seed: self.die_seed, camera, frame, slot: 0, row };
+        let die = DrawKey::of_row(adc::COLUMN_DELAY, place);
+        let read = self.layout.as_ref().map(Layout::read_columns);
+        self.readings.iter().map(|reading| reading.columns(die, width, read.clone())).collect()
+    }
+
+    /// Codes of one exposure from the mean photons of the window, and the events of its conversion. `times` holds one entry a row
+    /// of the window.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         assert!(times.len() == photons.height_px(), "every row has its times");
-        let charge_e = self.has_array_effects().then(|| self.array_electrons(photons, capture, times));
-        let mut codes = Plane::filled(photons.size(), 0_u16);
-        let width = photons.width_px();
-        let columns = self.columns(capture.camera, width);
+        let mut events = Events::default();
+        let shifts_dn = vec![0; self.readings.len()];
+        let array_width = self.layout.as_ref().map_or(photons.width_px(), Layout::buffer_width);
+        let columns = self.columns(capture.camera, array_width);
+        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn, columns };
+        shot.shifts_dn = self.black_shifts_dn(&shot, &mut events);
+        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot));
+        let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
+        let mut codes = Plane::filled(size, 0_u16);
+        let width = codes.width_px();
         let chunk = |(index, rows): (usize, &mut [u16])| {
-            let mut buffers = RowBuffers::new(width, self.samples());
+            let mut buffers = self.buffers(photons.width_px());
             let mut events = Events::default();
             for (offset, row_codes) in rows.chunks_exact_mut(width).enumerate() {
-                let row = index * ROWS_PER_CHUNK + offset;
-                match &charge_e {
-                    Some(charge_e) => buffers.values.copy_from_slice(charge_e.row(row)),
-                    None => self.gather(photons.row(row), capture, row, times[row], &mut buffers),
-                }
-                self.sense(capture, row, times[row], &mut buffers);
-                let work = columns.convert_row(&buffers.values, &buffers.reset, row_codes);
-                adc::count_row(&self.parameters.adc, self.parameters.pixel.pixel_type, width, work, &mut events);
+                self.output_row(&shot, index * ROWS_PER_CHUNK + offset, &mut buffers, row_codes, &mut events);
             }
             events
         };
-        let chunks: Vec<Events> = map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk);
-        let mut events = Events::default();
-        for part in &chunks {
+        for part in &map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk) {
             events.merge(part);
         }
-        let charge_e = charge_e.filter(|_| self.effects.iter().any(|effect| effect.needs_frame_before()));
-        Captured { codes, events, charge_e }
+        let needed = self.gathering.iter().any(|effect| effect.needs_frame_before());
+        let charge_e = shot.charge_e.filter(|_| needed);
+        Captured { codes, events, charge_e, black_shift_dn: shot.shifts_dn[0] }
     }
 
-    /// Samples of one row at the converters' inputs, before quantisation: where the plan's bounds hold. Effects of the whole
-    /// array see this row alone, as if all rows were like it.
+    /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
+    /// of the whole array see this row alone. The row begins at the array's first column.
     pub fn row_samples(&self, photons: &[f32], capture: Capture<'_>, row: RowIndex, times: RowTimes) -> RowSamples {
-        let mut buffers = RowBuffers::new(photons.len(), self.samples());
-        let row = crate::num::index(row.0);
-        self.gather(photons, capture, row, times, &mut buffers);
+        let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1);
+        let at = self.at(capture, crate::num::index(row.0), times);
+        buffers.values.copy_from_slice(photons);
+        self.gather(at, &mut buffers);
         if self.has_array_effects() {
-            let size = crate::units::Size { width_px: u32_from(photons.len()), height_px: 1 };
-            let mut charge_e = Plane::from_values(size, buffers.values);
+            let size = Size { width_px: u32_from(photons.len()), height_px: 1 };
+            let mut charge_e = Plane::from_values(size, std::mem::take(&mut buffers.values));
             self.act_on_array(&mut charge_e, capture);
             buffers.values = charge_e.values().to_vec();
         }
-        self.sense(capture, row, times, &mut buffers);
+        self.readings[0].sense(at, self.die_seed, &mut buffers);
+        self.readings[0].sample(at, self.die_seed, &mut buffers);
         RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
     }
 
-    /// Samples of some rows of an exposure at the converters' inputs, as `capture` converts them.
-    pub fn samples_of_rows(
-        &self,
-        photons: &Plane<f32>,
-        capture: Capture<'_>,
-        times: &[RowTimes],
-        rows: &[RowIndex],
-    ) -> Vec<RowSamples> {
-        assert!(times.len() == photons.height_px(), "every row has its times");
-        let charge_e = self.has_array_effects().then(|| self.array_electrons(photons, capture, times));
-        let samples = |&row: &RowIndex| {
-            let row = crate::num::index(row.0);
-            let mut buffers = RowBuffers::new(photons.width_px(), self.samples());
-            match &charge_e {
-                Some(charge_e) => buffers.values.copy_from_slice(charge_e.row(row)),
-                None => self.gather(photons.row(row), capture, row, times[row], &mut buffers),
-            }
-            self.sense(capture, row, times[row], &mut buffers);
-            RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
-        };
-        rows.iter().map(samples).collect()
+    /// Converters of one camera in the first reading, of the columns that are read; without window and binning of so many.
+    pub fn first_columns(&self, camera: CameraIndex, width_px: usize) -> Columns<'_> {
+        let width = self.layout.as_ref().map_or(width_px, Layout::buffer_width);
+        self.columns(camera, width).swap_remove(0)
     }
 
     fn samples(&self) -> Samples {
         self.parameters.adc.cds.samples()
     }
 
-    fn effects_of(&self, domains: std::ops::RangeInclusive<Domain>) -> &[Box<dyn Effect>] {
-        let start = self.effects.partition_point(|effect| effect.domain() < *domains.start());
-        let end = self.effects.partition_point(|effect| effect.domain() <= *domains.end());
-        &self.effects[start..end]
+    fn buffers(&self, window_width: usize) -> RowBuffers {
+        let width = self.layout.as_ref().map_or(window_width, Layout::buffer_width);
+        RowBuffers::new(width, self.samples(), self.readings.len())
+    }
+
+    fn array_effects(&self) -> &[Box<dyn Effect>] {
+        let start = self.gathering.partition_point(|effect| effect.domain() < Domain::ArrayElectrons);
+        &self.gathering[start..]
     }
 
     fn has_array_effects(&self) -> bool {
-        !self.effects_of(Domain::ArrayElectrons..=Domain::ArrayElectrons).is_empty()
+        !self.array_effects().is_empty()
     }
 
-    /// Electrons of all rows, after the effects of the whole array.
-    fn array_electrons(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Plane<f32> {
-        let mut charge_e = Plane::filled(photons.size(), 0.0_f32);
-        let width = photons.width_px();
+    /// Electrons of all rows of the window, after the effects of the whole array.
+    fn array_electrons(&self, shot: &Shot<'_>) -> Plane<f32> {
+        let mut charge_e = Plane::filled(shot.photons.size(), 0.0_f32);
+        let width = shot.photons.width_px();
+        let (first_row, first_column) =
+            self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()));
         let chunk = |(index, rows): (usize, &mut [f32])| {
-            let mut buffers = RowBuffers::new(width, Samples::Signal);
+            let mut buffers = self.buffers(width);
             for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
-                let row = index * ROWS_PER_CHUNK + offset;
-                self.gather(photons.row(row), capture, row, times[row], &mut buffers);
-                row_e.copy_from_slice(&buffers.values);
+                self.load(shot, first_row + index * ROWS_PER_CHUNK + offset, &mut buffers);
+                row_e.copy_from_slice(&buffers.values[first_column..]);
             }
         };
         map_chunks(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk);
-        self.act_on_array(&mut charge_e, capture);
+        self.act_on_array(&mut charge_e, shot.capture);
         charge_e
     }
 
     fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) {
         let place = self.place(capture, 0);
         let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e: capture.before_e };
-        for effect in self.effects_of(Domain::ArrayElectrons..=Domain::ArrayElectrons) {
+        for effect in self.array_effects() {
             effect.apply_to_array(&mut pass);
         }
     }
@@ -215,54 +273,16 @@ impl Chain {
         RowPlace { seed: self.seed, camera, frame, slot, row: RowIndex(u32_from(row)) }
     }
 
-    /// From photons to the electrons that a row's pixels gather.
-    fn gather(&self, photons: &[f32], capture: Capture<'_>, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
-        buffers.values.copy_from_slice(photons);
+    fn at(&self, capture: Capture<'_>, row: usize, times: RowTimes) -> RowAt {
+        RowAt { place: self.place(capture, row), times }
+    }
+
+    /// From the photons in the buffer to the electrons that a row's pixels gather.
+    fn gather(&self, at: RowAt, buffers: &mut RowBuffers) {
         pixel::photons_to_mean_electrons(&self.parameters.pixel, &mut buffers.values);
-        let mut pass = buffers.pass(self.place(capture, row), self.die_seed, times);
-        for effect in self.effects_of(Domain::MeanElectrons..=Domain::Electrons) {
+        let mut pass = buffers.pass(at, self.die_seed);
+        for effect in self.gathering.iter().filter(|effect| effect.domain() < Domain::ArrayElectrons) {
             effect.apply(&mut pass);
-        }
-    }
-
-    /// From gathered electrons to the samples at the converters' inputs.
-    fn sense(&self, capture: Capture<'_>, row: usize, times: RowTimes, buffers: &mut RowBuffers) {
-        buffers.reset.fill(0.0);
-        let mut pass = buffers.pass(self.place(capture, row), self.die_seed, times);
-        for effect in self.effects_of(Domain::SensedElectrons..=Domain::SensedElectrons) {
-            effect.apply(&mut pass);
-        }
-        pixel::electrons_to_microvolts(&self.parameters.pixel, pass.values);
-        for effect in self.effects_of(Domain::Microvolts..=Domain::Microvolts) {
-            effect.apply(&mut pass);
-        }
-    }
-}
-
-struct RowBuffers {
-    values: Vec<f32>,
-    reset: Vec<f32>,
-    uniforms: Vec<u32>,
-    draws: Vec<f32>,
-}
-
-impl RowBuffers {
-    fn new(width: usize, samples: Samples) -> Self {
-        let reset = if samples == Samples::Both { width } else { 0 };
-        Self { values: vec![0.0; width], reset: vec![0.0; reset], uniforms: vec![0; width], draws: vec![0.0; width] }
-    }
-
-    fn pass(&mut self, place: RowPlace, die_seed: u64, times: RowTimes) -> RowPass<'_> {
-        RowPass {
-            place,
-            die_seed,
-            exposure_s: times.exposure_s,
-            storage_s: times.storage_s,
-            readout_s: times.readout_s,
-            values: &mut self.values,
-            reset: &mut self.reset,
-            uniforms: &mut self.uniforms,
-            draws: &mut self.draws,
         }
     }
 }

@@ -178,6 +178,19 @@ impl Lens {
         }
     }
 
+    /// The same lens over a picture whose first pixel lies at a place of this one's, and whose pixels are so many of this one's wide.
+    #[must_use]
+    pub fn of_part(&self, first_px: DVec2, step_px: f64) -> Self {
+        let Intrinsics { fx_px, fy_px, cx_px, cy_px } = self.intrinsics;
+        let intrinsics = Intrinsics {
+            fx_px: fx_px / step_px,
+            fy_px: fy_px / step_px,
+            cx_px: (cx_px - first_px.x) / step_px,
+            cy_px: (cy_px - first_px.y) / step_px,
+        };
+        Self { intrinsics, ..*self }
+    }
+
     /// Where a point in the camera's frame (metres, or any multiple) lands, in pixels; not clipped to a picture.
     ///
     /// None for points at or behind the camera's plane, and beyond [`Lens::radius_max`], where the polynomial folds over

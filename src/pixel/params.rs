@@ -256,7 +256,7 @@ pub(crate) mod tests {
     #[test]
     fn double_sampling_removes_ktc_only_where_both_samples_share_a_reset() {
         use crate::pixel::{Samples, ktc_sigmas};
-        let one_uv2 = paper_pixel().ktc_of_one_reset_uv().powi(2);
+        let one_uv2 = paper_pixel().ktc_of_one_reset_uv() * paper_pixel().ktc_of_one_reset_uv();
         let resets = |pixel_type, samples| {
             let variance_uv2 = ktc_sigmas(&PixelParams { pixel_type, ..paper_pixel() }, samples).variance_uv2();
             (variance_uv2 / one_uv2).round()

@@ -75,7 +75,8 @@ pub(super) fn line_demands(
     let rate_hz = f64_from_u64(params.pixel_rate_hz);
     let columns = u64::from(geometry.columns_read());
     let pulses_clk = params.pulses.total_clk();
-    let conversion_s = adc.settling_s() + f64_from_u64(adc.ramp_clk().0) / f64_from_u64(adc.clock_hz);
+    let conversion_s = f64::from(params.hdr.conversions())
+        * (adc.settling_s() + f64_from_u64(adc.ramp_clk().0) / f64_from_u64(adc.clock_hz));
     // A millionth of a clock is forgiven: settling times are decimal fractions, which binary floats round.
     let needed = |time_s: f64| u64_truncated((time_s * rate_hz - 1e-6).ceil());
     let shift_lane_clk = shift_lane_clk(geometry, params, adc.bits);

@@ -78,14 +78,24 @@ pub enum Hdr {
         /// Each exposure over the next shorter one, above 1 to 1024.
         ratio: f64,
     },
+    /// One, whose charge is read at two conversion gains, one after the other.
+    DualGain,
 }
 
 impl Hdr {
     /// Exposures a frame.
     pub fn exposures(self) -> u32 {
         match self {
-            Self::None => 1,
+            Self::None | Self::DualGain => 1,
             Self::MultiExposure { exposures, .. } => exposures,
+        }
+    }
+
+    /// Conversions of a row's charge within its line.
+    pub fn conversions(self) -> u32 {
+        match self {
+            Self::None | Self::MultiExposure { .. } => 1,
+            Self::DualGain => 2,
         }
     }
 }
@@ -155,6 +165,8 @@ pub struct ReadoutParams {
     pub mosaic_px: u32,
     /// Exposures of a frame.
     pub hdr: Hdr,
+    /// Optical-black rows that are read before the picture's, each a line a slot, 0 to 64.
+    pub black_rows: u32,
     /// Serial lanes from the columns' memory to the output, 0: parallel, takes no time; to 65536.
     pub lanes: u32,
     /// Bits a second of each of these lanes.
@@ -211,6 +223,7 @@ impl ReadoutParams {
             binning_mode: BinningMode::Charge,
             mosaic_px: 1,
             hdr: Hdr::None,
+            black_rows: 0,
             lanes: 0,
             lane_clock_hz: pixel_rate_hz,
             pulses: Pulses::default(),

@@ -60,7 +60,7 @@ pub(super) fn frame_demand(slots: &[Slot], reads: u32, fine_clk: u32, params: &R
     let margin = u64::from(params.exposure_margin_lines);
     let kept = if count > 1 { last.offset_lines + margin.max(1) } else { margin };
     FrameDemand {
-        rows: count * (u64::from(reads) - 1) + last.offset_lines + 1,
+        rows: count * (u64::from(params.black_rows) + u64::from(reads) - 1) + last.offset_lines + 1,
         exposure: slots[0].exposure_lines + u64::from(fine_clk > 0) + kept,
     }
 }

@@ -275,6 +275,10 @@ pub struct FrameRecord {
     pub t_s: f64,
     /// Mean code of all cameras.
     pub mean_code_dn: f64,
+    /// Longest exposure in effect, in us.
+    pub exposure_us: f64,
+    /// Gain of the ramp in effect.
+    pub gain: f64,
     /// Features found, all cameras.
     pub found: u32,
     /// Landmarks of the pose.

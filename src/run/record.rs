@@ -83,7 +83,7 @@ impl Session {
             sensor: source.sensor.preset.clone(),
             width_px: setup.sensor.size.width_px,
             height_px: setup.sensor.size.height_px,
-            bits: setup.sensor.parameters.adc.bits,
+            bits: setup.sensor.bits(),
             shutter: source.sensor.readout.shutter.clone(),
             exposure_us: 1e6 * setup.sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s(),
             optics: format!("{}, f/{}", optics.preset, optics.f_number),
@@ -105,8 +105,8 @@ impl Session {
         let cameras = f64_from_usize(self.setup.cameras.len());
         let frame_time_s = sensor.schedule.frame_time_s();
         // The packets were made with these numbers, so they have a traffic.
-        let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, self.mean_features()).ok();
-        let raw_bits = f64_from_usize(sensor.size.pixel_count()) * f64::from(sensor.parameters.adc.bits);
+        let traffic = sensor.link.traffic(sensor.size, sensor.bits(), self.mean_features()).ok();
+        let raw_bits = f64_from_usize(sensor.size.pixel_count()) * f64::from(sensor.bits());
         let container_bits = traffic.as_ref().map_or(0.0, |traffic| f64_from_u64(traffic.container_bits));
         let feature_bits = self.feature_bits();
         Bandwidth {
@@ -137,7 +137,7 @@ impl Session {
     /// Payload bits of the feature packets of one camera's frame with so many features; 0 where features are not sent.
     pub fn feature_bits_of(&self, features: usize) -> u64 {
         let sensor = &self.setup.sensor;
-        let traffic = sensor.link.traffic(sensor.size, sensor.parameters.adc.bits, u64_from(features));
+        let traffic = sensor.link.traffic(sensor.size, sensor.bits(), u64_from(features));
         traffic.map_or(0, |traffic| traffic.feature_bits)
     }
 
@@ -192,6 +192,8 @@ fn frame_record(note: &FrameNotes) -> FrameRecord {
     FrameRecord {
         t_s: note.truth.t_s,
         mean_code_dn: note.mean_code_dn,
+        exposure_us: note.exposure_us,
+        gain: note.gain,
         found: note.found.iter().sum(),
         tracked: note.tracked,
         innovation_px: note.innovation_px,

@@ -2,10 +2,11 @@
 
 use super::assets::Stopwatch;
 use super::hashes::StageHashes;
-use super::setup::{FrameOnLink, Setup};
+use super::sensor::FrameOnLink;
+use super::setup::Setup;
 use crate::compute::{self, Feature};
 use crate::draw::DrawKey;
-use crate::effects::chain::{Capture, RowSamples, RowTimes};
+use crate::effects::chain::{Capture, Chain, RowSamples, RowTimes};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
@@ -14,6 +15,7 @@ use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, index, u32_from, u64
 use crate::optics::{self, Exposure, Sampling};
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
+use crate::readout::{ClockSpan, HdrMerge, Schedule, Shutter};
 use crate::tracker::{FrameInput, TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Span};
 
@@ -55,6 +57,8 @@ pub(super) struct FrameNotes {
     pub estimate: Option<Pose>,
     pub predicted: Option<TimedPose>,
     pub mean_code_dn: f64,
+    pub exposure_us: f64,
+    pub gain: f64,
     pub found: Vec<u32>,
     pub tracked: u32,
     pub innovation_px: Option<f64>,
@@ -77,6 +81,9 @@ pub(super) struct Totals {
 pub struct Session {
     pub(super) setup: Setup,
     tracker: Option<Tracker>,
+    /// Photons to codes, at the gain in effect.
+    chain: Chain,
+    gain: f64,
     /// Electrons of each camera's array in the frame before, where an effect needs them.
     charge_before_e: Vec<Option<Plane<f32>>>,
     watched: Option<Watched>,
@@ -105,7 +112,18 @@ impl Session {
             None
         };
         let charge_before_e = setup.cameras.iter().map(|_| None).collect();
-        Ok(Self { setup, tracker, charge_before_e, watched: None, notes: Vec::new(), totals: Totals::default() })
+        let gain = setup.exposure.gain(FrameIndex(0));
+        let chain = setup.chain(gain);
+        Ok(Self {
+            setup,
+            tracker,
+            chain,
+            gain,
+            charge_before_e,
+            watched: None,
+            notes: Vec::new(),
+            totals: Totals::default(),
+        })
     }
 
     /// What the run is made of.
@@ -113,7 +131,7 @@ impl Session {
         &self.setup
     }
 
-    /// Keeps the first camera's samples of these rows when their frame comes. They change nothing.
+    /// Keeps the first camera's samples of these rows when their frame comes, of its first exposure. They change nothing.
     pub fn watch(&mut self, frame: FrameIndex, rows: &[RowIndex]) {
         self.watched = Some(Watched { frame, rows: rows.to_vec(), samples: Vec::new() });
     }
@@ -130,14 +148,15 @@ impl Session {
     pub fn step(&mut self, watch: &dyn Stopwatch) -> Result<Frame, Error> {
         let frame = FrameIndex(u32_from(self.notes.len()));
         let mut lap = Lap::start(watch);
-        let exposures = self.render(frame)?;
+        let schedules = self.setup.exposure.schedules(frame);
+        let exposures = self.render(frame, &schedules);
         self.totals.stage_s[0] += lap.next_s();
-        let codes = self.capture(frame, &exposures);
+        let codes = self.capture(frame, &schedules, &exposures);
         self.totals.stage_s[1] += lap.next_s();
         let on_sensor = self.setup.sensor.link.mode.sends_features();
         let features = if on_sensor { self.extract(&codes) } else { vec![Vec::new(); codes.len()] };
         self.totals.stage_s[2] += lap.next_s();
-        let packets = self.send(frame, &codes, &features)?;
+        let packets = self.send(frame, &schedules, &codes, &features)?;
         self.totals.stage_s[3] += lap.next_s();
         let input = self.receive(&packets)?;
         // Without features on the link, those of the host's own extractor stand in their place.
@@ -154,13 +173,14 @@ impl Session {
             .zip(features)
             .zip(packets)
             .enumerate()
-            .map(|(camera, (((exposure, codes), features), packets))| {
+            .map(|(camera, (((mut exposures, codes), features), packets))| {
                 let tracked = marks(tracked.as_ref(), camera, features.len());
-                CameraFrame { photons: exposure.photons, codes, features, packets, tracked }
+                let photons = exposures.swap_remove(0).photons;
+                CameraFrame { photons, codes, features, packets, tracked }
             })
             .collect();
         let done = Frame { frame, t_s, truth, cameras, tracked };
-        self.note(&done);
+        self.note(&done, &schedules[0]);
         Ok(done)
     }
 
@@ -168,59 +188,66 @@ impl Session {
         self.setup.motion.world_from_body(t_s).map_err(|error| Error::Run(error.to_string()))
     }
 
-    fn render(&mut self, frame: FrameIndex) -> Result<Vec<Exposure>, Error> {
+    /// What each camera sees, one exposure a slot.
+    fn render(&mut self, frame: FrameIndex, schedules: &[Schedule]) -> Vec<Vec<Exposure>> {
         let setup = &self.setup;
-        let rows: Vec<Span> =
-            (0..setup.sensor.size.height_px).map(|row| setup.sensor.schedule.exposure(frame, RowIndex(row))).collect();
         // The motion was checked to cover the whole run before the first frame.
         let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
-        let mut exposures = Vec::with_capacity(setup.cameras.len());
-        for (camera_index, camera) in setup.cameras.iter().enumerate() {
+        let mut exposures = Vec::with_capacity(setup.windows.len());
+        for (camera_index, (camera, schedule)) in setup.windows.iter().zip(schedules).enumerate() {
             let key = DrawKey::root(setup.resolved.scenario.seed)
                 .with(RENDER_NUMBER)
                 .with(u64_from(camera_index))
                 .with(frame.0.into());
-            let sampling = Sampling {
-                samples_per_pixel: setup.fidelity.samples_per_pixel,
-                saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
-                key,
+            let slot_exposure = |slot: usize| {
+                let sampling = Sampling {
+                    samples_per_pixel: setup.fidelity.samples_per_pixel,
+                    saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
+                    key: if slot == 0 { key } else { key.with(u64_from(slot)) },
+                };
+                let rows = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
+                optics::render(&setup.scene, camera, &rows, &pose, sampling)
             };
-            exposures.push(optics::render(&setup.scene, camera, &rows, &pose, sampling));
+            exposures.push((0..schedule.slots().len()).map(slot_exposure).collect::<Vec<_>>());
         }
-        for exposure in &exposures {
+        let slots = f64_from_usize(schedules[0].slots().len());
+        for exposure in exposures.iter().flatten() {
             self.totals.rays += exposure.rays;
-            self.totals.render_variance_ratio += exposure.render_variance_ratio;
+            self.totals.render_variance_ratio += exposure.render_variance_ratio / slots;
         }
-        Ok(exposures)
+        exposures
     }
 
-    fn capture(&mut self, frame: FrameIndex, exposures: &[Exposure]) -> Vec<Plane<u16>> {
-        let setup = &self.setup;
-        let schedule = &setup.sensor.schedule;
-        let times: Vec<RowTimes> = (0..setup.sensor.size.height_px)
-            .map(|row| RowTimes {
-                exposure_s: schedule.exposure(frame, RowIndex(row)).length_s(),
-                storage_s: schedule.storage_s(RowIndex(row)),
-                readout_s: schedule.readout(frame, RowIndex(row)).start_s,
-            })
-            .collect();
+    /// Codes of each camera: of its exposures, merged where there are several.
+    fn capture(&mut self, frame: FrameIndex, schedules: &[Schedule], exposures: &[Vec<Exposure>]) -> Vec<Plane<u16>> {
+        let gain = self.setup.exposure.gain(frame);
+        if gain.to_bits() != self.gain.to_bits() {
+            (self.chain, self.gain) = (self.setup.chain(gain), gain);
+        }
         let mut codes = Vec::with_capacity(exposures.len());
-        for (camera, exposure) in exposures.iter().enumerate() {
-            let before_e = self.charge_before_e[camera].as_ref();
-            let capture = Capture { camera: CameraIndex(u32_from(camera)), frame, slot: 0, before_e };
-            if let Some(watched) = self.watched.as_mut().filter(|watched| watched.frame == frame && camera == 0) {
-                watched.samples = setup.chain.samples_of_rows(&exposure.photons, capture, &times, &watched.rows);
+        for (camera, (exposures, schedule)) in exposures.iter().zip(schedules).enumerate() {
+            let mut read = Vec::with_capacity(exposures.len());
+            for (slot, exposure) in exposures.iter().enumerate() {
+                let times = row_times(schedule, frame, slot);
+                let before_e = self.charge_before_e[camera].as_ref();
+                let camera_index = CameraIndex(u32_from(camera));
+                let capture = Capture { camera: camera_index, frame, slot: u32_from(slot), before_e };
+                if let Some(watched) = self.watched.as_mut().filter(|w| (w.frame, camera, slot) == (frame, 0, 0)) {
+                    watched.samples = self.chain.samples_of_rows(&exposure.photons, capture, &times, &watched.rows);
+                }
+                let captured = self.chain.capture(&exposure.photons, capture, &times);
+                self.totals.events.merge(&captured.events);
+                read.push(captured.codes);
+                self.charge_before_e[camera] = captured.charge_e;
             }
-            let captured = setup.chain.capture(&exposure.photons, capture, &times);
-            self.totals.events.merge(&captured.events);
-            codes.push(captured.codes);
-            self.charge_before_e[camera] = captured.charge_e;
+            let merge = self.setup.sensor.merge_of(schedule).filter(|_| read.len() > 1);
+            codes.push(merge.map_or_else(|| read[0].clone(), |merge| merge_planes(&merge, &read)));
         }
         codes
     }
 
     fn extract(&mut self, codes: &[Plane<u16>]) -> Vec<Vec<Feature>> {
-        let bits = self.setup.sensor.parameters.adc.bits;
+        let bits = self.setup.sensor.bits();
         let params = &self.setup.sensor.extractor;
         let pattern_px = self.setup.sensor.pattern_px();
         let one = |plane: &Plane<u16>| {
@@ -239,27 +266,26 @@ impl Session {
     fn send(
         &mut self,
         frame: FrameIndex,
+        schedules: &[Schedule],
         codes: &[Plane<u16>],
         features: &[Vec<Feature>],
     ) -> Result<Vec<Vec<u8>>, Error> {
         let sensor = &self.setup.sensor;
-        let schedule = &sensor.schedule;
         let nanoseconds = |seconds: f64| u64_half_even(seconds * 1e9);
-        let row_time_s = if self.setup.is_rolling() { schedule.line_time_s() } else { 0.0 };
-        let metadata = FrameMetadata {
+        let metadata = |schedule: &Schedule| FrameMetadata {
             frame,
             timestamp_ns: nanoseconds(schedule.t_frame(frame)),
             exposure_ns: crate::num::low_u32(nanoseconds(schedule.exposure(frame, RowIndex(0)).length_s())),
-            row_time_ns: crate::num::low_u32(nanoseconds(row_time_s)),
+            row_time_ns: crate::num::low_u32(nanoseconds(row_step_s(schedule, frame))),
             temperature_mk: Some(crate::num::low_u32(u64_half_even(sensor.parameters.pixel.temperature_k * 1e3))),
         };
         let mut packets = Vec::with_capacity(codes.len());
-        for (camera, (codes, features)) in codes.iter().zip(features).enumerate() {
+        for (camera, ((codes, features), schedule)) in codes.iter().zip(features).zip(schedules).enumerate() {
             let out = FrameOut {
                 virtual_channel: crate::num::low_u8(u32_from(camera)),
-                metadata,
+                metadata: metadata(schedule),
                 codes: Some(codes),
-                bits: sensor.parameters.adc.bits,
+                bits: sensor.bits(),
                 features: Some(features),
             };
             // A list without a bound (`top_k = 0`) can outgrow the frame only here.
@@ -281,13 +307,16 @@ impl Session {
             let received = decoded.frames.into_iter().next();
             let received = received.ok_or_else(|| Error::Run("the host received no frame".to_owned()))?;
             let metadata = received.metadata.ok_or_else(|| Error::Run("the host received no metadata".to_owned()))?;
-            input.t_s = f64_from_u64(metadata.timestamp_ns) * 1e-9;
+            // A rig has one time a frame: its first camera's.
+            if input.features.is_empty() {
+                input.t_s = f64_from_u64(metadata.timestamp_ns) * 1e-9;
+            }
             let features = if self.setup.sensor.link.mode.sends_features() {
                 received.features
             } else {
                 // The host runs the same extractor on the picture it received; none of it is the sensor's energy.
                 let picture = received.picture.ok_or_else(|| Error::Run("the host received no picture".to_owned()))?;
-                let bits = self.setup.sensor.parameters.adc.bits;
+                let bits = self.setup.sensor.bits();
                 let (pattern_px, extractor) = (self.setup.sensor.pattern_px(), &self.setup.sensor.extractor);
                 compute::extract_from_mosaic(&picture, bits, pattern_px, extractor, &mut Events::default())
             };
@@ -296,7 +325,7 @@ impl Session {
         Ok(input)
     }
 
-    fn note(&mut self, frame: &Frame) {
+    fn note(&mut self, frame: &Frame, schedule: &Schedule) {
         let mut code_sum = 0_u64;
         for camera in &frame.cameras {
             self.totals.hashes.add(&camera.photons, &camera.codes, &camera.features);
@@ -309,11 +338,15 @@ impl Session {
             t_s: frame.t_s,
             world_from_body: Pose { translation_m, ..Pose::IDENTITY },
         });
+        let mean_code_dn = f64_from_u64(code_sum) / pixels;
+        self.setup.exposure.after_frame(frame.frame, mean_code_dn);
         self.notes.push(FrameNotes {
             truth: TimedPose { t_s: frame.t_s, world_from_body: frame.truth },
             estimate: tracked.and_then(|tracked| tracked.world_from_body),
             predicted,
-            mean_code_dn: f64_from_u64(code_sum) / pixels,
+            mean_code_dn,
+            exposure_us: 1e6 * schedule.exposure_s(),
+            gain: self.gain,
             found: frame.cameras.iter().map(|camera| u32_from(camera.features.len())).collect(),
             tracked: tracked.map_or(0, |tracked| tracked.tracked_features),
             innovation_px: tracked.and_then(|tracked| tracked.innovation_px),
@@ -350,6 +383,46 @@ impl Session {
         let [photons, codes, features] = self.totals.hashes.hex();
         [photons, codes, features, blake3::hash(&self.energy().to_bytes()).to_hex().to_string()]
     }
+}
+
+/// A span for every row of the window; rows that are not read take the last one's that is.
+fn spans(schedule: &Schedule, of_row: impl Fn(RowIndex) -> Option<ClockSpan>) -> Vec<Span> {
+    let window = schedule.geometry().window();
+    let mut spans: Vec<Span> = Vec::new();
+    for row in window.y_px..window.y_px + window.height_px {
+        let span = of_row(RowIndex(row)).map(|span| schedule.span(span)).or_else(|| spans.last().copied());
+        spans.push(span.expect("the window's first row is read"));
+    }
+    spans
+}
+
+fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize) -> Vec<RowTimes> {
+    let exposures = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
+    let readouts = spans(schedule, |row| schedule.row_readout_clk(frame, slot, row));
+    let times = |(exposure, readout): (&Span, &Span)| RowTimes {
+        exposure_s: exposure.length_s(),
+        storage_s: readout.start_s - exposure.end_s,
+        readout_s: readout.start_s,
+    };
+    exposures.iter().zip(&readouts).map(times).collect()
+}
+
+/// From the exposure of one row of the picture to the next one's; 0 where rows are exposed together.
+fn row_step_s(schedule: &Schedule, frame: FrameIndex) -> f64 {
+    let start_s = |row| schedule.exposure(frame, RowIndex(row)).start_s;
+    match schedule.shutter() {
+        Shutter::Global => 0.0,
+        Shutter::Rolling => (start_s(schedule.last_row().0) - start_s(0)) / f64::from(schedule.last_row().0.max(1)),
+    }
+}
+
+fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
+    let mut merged = Plane::filled(read[0].size(), 0_u16);
+    for row in 0..merged.height_px() {
+        let rows: Vec<&[u16]> = read.iter().map(|plane| plane.row(row)).collect();
+        merge.merge_row(&rows, merged.row_mut(row));
+    }
+    merged
 }
 
 /// Published number of the renderer's sample pattern in keys.

@@ -5,7 +5,7 @@
 //! before it is on the link: with lanes a line memory stands between them, so a row's packet follows its conversion by one line
 //! more.
 
-use super::setup::SensorSetup;
+use super::sensor::SensorSetup;
 use crate::adc::AdcParams;
 use crate::error::Error;
 use crate::link::HEADER_BYTES;
@@ -24,7 +24,7 @@ pub fn burst_utilisation(sensor: &SensorSetup) -> Result<f64, Error> {
         return Ok(0.0);
     }
     let rows_apart_s = sensor.schedule.line_time_s() * f64_from_u64(sensor.schedule.lines_per_packet());
-    sensor.link.burst_utilisation(sensor.schedule.output_size().width_px, sensor.parameters.adc.bits, rows_apart_s)
+    sensor.link.burst_utilisation(sensor.schedule.output_size().width_px, sensor.bits(), rows_apart_s)
 }
 
 /// Clocks and times of a sensor that sends so many features a frame, with the spans of a line and of a frame.
@@ -67,7 +67,7 @@ pub fn timing_diagram(sensor: &SensorSetup, features: u64, name: &str) -> Result
             "{} x {}, {} bit, {} shutter",
             size.width_px,
             size.height_px,
-            sensor.parameters.adc.bits,
+            sensor.bits(),
             schedule.shutter().name()
         ),
         hts: schedule.line_clk().0,
@@ -90,7 +90,7 @@ fn packet_s(sensor: &SensorSetup) -> Result<f64, Error> {
         return Ok(0.0);
     }
     let width_px = sensor.schedule.output_size().width_px;
-    Ok(sensor.link.seconds(sensor.link.line_packet_time(width_px, sensor.parameters.adc.bits)?))
+    Ok(sensor.link.seconds(sensor.link.line_packet_time(width_px, sensor.bits())?))
 }
 
 /// From the end of a row's conversion to the start of its packet.
@@ -160,7 +160,7 @@ fn packet_phases(sensor: &SensorSetup, lane: &str) -> Result<Vec<Phase>, Error> 
     if !link.mode.sends_codes() {
         return Ok(Vec::new());
     }
-    let bits = sensor.parameters.adc.bits;
+    let bits = sensor.bits();
     let payload_bytes = link.raw_kind(bits)?.payload_bytes(index(sensor.schedule.output_size().width_px));
     let us = |clocks: Clocks| 1e6 * link.seconds(clocks);
     // Bytes go round the lanes, so that a header ends in the middle of a byte clock where four lanes carry two of them.

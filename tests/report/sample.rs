@@ -44,6 +44,8 @@ fn frame(truth: &TimedPose) -> FrameRecord {
     FrameRecord {
         t_s,
         mean_code_dn: 310.0 + 55.0 * wave,
+        exposure_us: 2000.0,
+        gain: 1.0,
         found: sensel::num::u32_truncated(905.0 + 60.0 * wave),
         tracked: sensel::num::u32_truncated(240.0 + 45.0 * wave),
         innovation_px: Some(0.42),

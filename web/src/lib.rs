@@ -51,7 +51,7 @@ impl Session {
         let camera = &frame.cameras[0];
         let codes_sum: u64 = camera.codes.values().iter().map(|&code| u64::from(code)).sum();
         let pixels = sensel::num::f64_from_usize(setup.sensor.size.pixel_count());
-        let bits = setup.sensor.parameters.adc.bits;
+        let bits = setup.sensor.bits();
         let summary = json!({
             "frame": frame.frame.0,
             "features": camera.features.len(),

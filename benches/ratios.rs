@@ -1,0 +1,126 @@
+//! Ours against each peer, in one run: alternating processes (ours, peer, peer, ours), pinned to one core where `taskset` exists, one
+//! thread each, the best of each side. Prints one JSON row a scene and level; a peer that cannot run makes its row and the run fail.
+//!
+//!     SENSEL_JUDGE_PYTHON=path/to/python cargo bench --bench ratios [-- PEER ...]
+//!
+//! Peers are those of benches/peers/sensor_speed.py: `numpy32` (default), `numpy`, `galsim`.
+
+#![allow(missing_docs)]
+
+mod common;
+
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+use common::{HEIGHT, Sensor, WIDTH};
+use sensel::simd::{self, Level};
+
+/// Scenes by name and greatest photons a pixel.
+const SCENES: [(&str, f32); 2] = [("ramp_0_to_20000_photons", 20_000.0), ("ramp_0_to_20_photons", 20.0)];
+const LEVELS: [Level; 3] = [Level::Baseline, Level::Avx2, Level::Avx512];
+/// Frames timed as one span, so that a span lasts about as long as a peer's frame and meets as many interruptions.
+const FRAMES_A_SPAN: u32 = 8;
+/// Spans that each of our processes times, after one that it does not.
+const SPANS: u32 = 15;
+/// Frames that each peer's process times, after one that it does not.
+const PEER_FRAMES: &str = "15";
+const PYTHON: &str = "SENSEL_JUDGE_PYTHON";
+/// What the parent calls itself with.
+const CHILD: &str = "--ours";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let Some(place) = arguments.iter().position(|argument| argument == CHILD) {
+        println!("{}", ours_ns_per_px(&arguments[place + 1], &arguments[place + 2]));
+        return ExitCode::SUCCESS;
+    }
+    let named: Vec<&str> = arguments.iter().map(String::as_str).filter(|argument| !argument.starts_with('-')).collect();
+    let peers = if named.is_empty() { vec!["numpy32"] } else { named };
+    let mut failed = false;
+    for (scene, photons_max) in SCENES {
+        for level in LEVELS.into_iter().filter(|&level| level <= simd::level()) {
+            for peer in &peers {
+                failed |= !row(scene, photons_max, level, peer);
+            }
+        }
+    }
+    if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}
+
+/// Times both sides and prints their row; gives back whether both ran.
+fn row(scene: &str, photons_max: f32, level: Level, peer: &str) -> bool {
+    let ours = || {
+        let program = std::env::current_exe().map_err(|error| error.to_string())?;
+        let output = run(&program.to_string_lossy(), &[CHILD, scene, &format!("{level:?}")])?;
+        output.trim().parse::<f64>().map_err(|error| format!("ours said {output:?}: {error}"))
+    };
+    let theirs = || peer_ns_per_px(peer, photons_max);
+    let times = || -> Result<(f64, f64), String> {
+        let (first, second, third, fourth) = (ours()?, theirs()?, theirs()?, ours()?);
+        Ok((first.min(fourth), second.min(third)))
+    };
+    let work = format!("sensor {WIDTH}x{HEIGHT} 10 bit {scene}");
+    match times() {
+        Ok((ours_ns, peer_ns)) => {
+            let ratio = peer_ns / ours_ns;
+            let times = format!(r#""ours_ns_per_px":{ours_ns:.2},"peer_ns_per_px":{peer_ns:.2},"ratio":{ratio:.2}"#);
+            println!(r#"{{"work":"{work}","peer":"{peer}",{times},"level":"{level:?}"}}"#);
+        }
+        Err(reason) => {
+            let reason = reason.replace(['\\', '"', '\n'], " ");
+            println!(r#"{{"work":"{work}","peer":"{peer}","level":"{level:?}","failed":"{reason}"}}"#);
+            return false;
+        }
+    }
+    true
+}
+
+fn peer_ns_per_px(peer: &str, photons_max: f32) -> Result<f64, String> {
+    let python = std::env::var(PYTHON).map_err(|_| format!("{PYTHON} names no python with {peer}"))?;
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/sensor_speed.py");
+    let (width, height) = (WIDTH.to_string(), HEIGHT.to_string());
+    let output = run(&python, &[script, peer, &width, &height, "10", PEER_FRAMES, &photons_max.to_string()])?;
+    let row: serde_json::Value = serde_json::from_str(&output).map_err(|error| format!("{output:?}: {error}"))?;
+    row["ns_per_px"].as_f64().ok_or_else(|| format!("{output:?} names no ns_per_px"))
+}
+
+/// Runs one side in a process of its own, pinned where the system can, with one thread; gives back what it prints.
+fn run(program: &str, arguments: &[&str]) -> Result<String, String> {
+    let pinned = Command::new("taskset").arg("--version").output().is_ok_and(|output| output.status.success());
+    let mut command = if pinned { Command::new("taskset") } else { Command::new(program) };
+    if pinned {
+        command.args(["-c", "0", program]);
+    }
+    command.args(arguments).env("OMP_NUM_THREADS", "1").env("RAYON_NUM_THREADS", "1");
+    let output = command.output().map_err(|error| format!("{program}: {error}"))?;
+    if output.status.success() {
+        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
+    }
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    Err(said.lines().last().unwrap_or("it failed and said nothing").to_owned())
+}
+
+/// The best time of a frame, in nanoseconds a pixel.
+fn ours_ns_per_px(scene: &str, level: &str) -> f64 {
+    let (_, photons_max) = SCENES.into_iter().find(|(name, _)| *name == scene).expect("the parent names a scene");
+    let level = LEVELS.into_iter().find(|found| format!("{found:?}") == level).expect("the parent names a level");
+    // The thread that asks is the pool, so that no frame waits for another thread to wake.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
+    assert!(pool.is_ok(), "nothing has used the pool yet");
+    simd::limit(level);
+    assert!(simd::level() == level, "the parent names a level of this machine");
+    let sensor = Sensor::new(photons_max);
+    let mut best_s = f64::INFINITY;
+    for span in 0..=SPANS {
+        let begin = Instant::now();
+        for frame in 0..FRAMES_A_SPAN {
+            std::hint::black_box(sensor.frame(span * FRAMES_A_SPAN + frame));
+        }
+        let taken_s = begin.elapsed().as_secs_f64();
+        if span > 0 {
+            best_s = best_s.min(taken_s);
+        }
+    }
+    let pixels = f64::from(u32::try_from(WIDTH).expect("a VGA row is short")) * f64::from(HEIGHT);
+    best_s * 1e9 / (pixels * f64::from(FRAMES_A_SPAN))
+}

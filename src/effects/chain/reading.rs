@@ -1,0 +1,85 @@
+//! One reading of a pixel's charge: from gathered electrons to codes. Enters: electrons of a row. Leaves: samples, codes, events.
+//!
+//! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with noise of its own.
+
+use super::{Parameters, RowAt, RowBuffers};
+use crate::adc::{self, Columns, Converter};
+use crate::draw::{DrawKey, RowPlace};
+use crate::effect::{Domain, Effect};
+use crate::events::Events;
+use crate::fidelity::Rung;
+use crate::pixel;
+
+/// A conversion gain with everything behind it.
+pub(super) struct Reading {
+    pub parameters: Parameters,
+    /// Effects on sensed electrons and on microvolts, in physical order.
+    effects: Vec<Box<dyn Effect>>,
+    converter: Converter,
+    /// Counted into the slot of its draws, so that readings of one exposure err apart.
+    number: u32,
+}
+
+impl Reading {
+    /// The reading of that number; effects of earlier domains are left to the caller.
+    pub fn new(parameters: Parameters, effects: Vec<Box<dyn Effect>>, number: u32) -> Self {
+        assert!(
+            effects.iter().all(|effect| effect.domain() >= Domain::SensedElectrons),
+            "a reading begins at the sense node"
+        );
+        Self { converter: Converter::new(&parameters.adc), parameters, effects, number }
+    }
+
+    /// From gathered electrons to electrons at the sense node, in place.
+    pub fn sense(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
+        let mut pass = buffers.pass(self.numbered(at), die_seed);
+        for effect in self.effects.iter().filter(|effect| effect.domain() == Domain::SensedElectrons) {
+            effect.apply(&mut pass);
+        }
+    }
+
+    /// From electrons at the sense node to the samples at the converters' inputs, in place.
+    pub fn sample(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
+        buffers.reset.fill(0.0);
+        let mut pass = buffers.pass(self.numbered(at), die_seed);
+        pixel::electrons_to_microvolts(&self.parameters.pixel, pass.values);
+        for effect in self.effects.iter().filter(|effect| effect.domain() == Domain::Microvolts) {
+            effect.apply(&mut pass);
+        }
+    }
+
+    /// The same with its converters on another rung.
+    pub fn on_rung(self, rung: Rung) -> Self {
+        Self { converter: self.converter.at(rung), ..self }
+    }
+
+    /// The converters of a die, of the columns that are read; none named: all.
+    pub fn columns(&self, die: DrawKey, width: usize, read: Option<Vec<usize>>) -> Columns<'_> {
+        let columns = self.converter.columns(die, width);
+        match read {
+            Some(read) => columns.of(read),
+            None => columns,
+        }
+    }
+
+    /// Codes of a row of samples at the array's columns; those that are not read stay as they are. Counts the conversions.
+    pub fn convert(&self, columns: &Columns<'_>, buffers: &RowBuffers, codes: &mut [u16], events: &mut Events) {
+        let (adc, pixel_type) = (&self.parameters.adc, self.parameters.pixel.pixel_type);
+        let Some(read) = columns.places() else {
+            let work = columns.convert_row(&buffers.values, &buffers.reset, codes);
+            adc::count_row(adc, pixel_type, codes.len(), work, events);
+            return;
+        };
+        let picked = |row: &[f32]| -> Vec<f32> { read.iter().filter_map(|&place| row.get(place).copied()).collect() };
+        let mut read_codes = vec![0; read.len()];
+        let work = columns.convert_row(&picked(&buffers.values), &picked(&buffers.reset), &mut read_codes);
+        for (&place, code) in read.iter().zip(read_codes) {
+            codes[place] = code;
+        }
+        adc::count_row(adc, pixel_type, read.len(), work, events);
+    }
+
+    fn numbered(&self, at: RowAt) -> RowAt {
+        RowAt { place: RowPlace { slot: at.place.slot + self.number, ..at.place }, ..at }
+    }
+}

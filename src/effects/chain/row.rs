@@ -1,0 +1,214 @@
+//! One output row: loads the array rows that it is made of, reads them, and makes their codes one. Enters: a shot and a row's number.
+//! Leaves: codes of the row, and the events of its conversions.
+
+use super::layout::{Layout, means};
+use super::{Capture, Chain, RowSamples, RowTimes, Shot};
+use crate::draw::RowPlace;
+use crate::effect::RowPass;
+use crate::events::{Event, Events};
+use crate::num::index;
+use crate::pixel::Samples;
+use crate::plane::Plane;
+use crate::readout::BinningMode;
+use crate::units::RowIndex;
+
+use super::black::shift_row;
+
+/// Which row, and when.
+#[derive(Clone, Copy)]
+pub(super) struct RowAt {
+    pub place: RowPlace,
+    pub times: RowTimes,
+}
+
+/// Room for one row.
+pub(super) struct RowBuffers {
+    pub values: Vec<f32>,
+    pub reset: Vec<f32>,
+    uniforms: Vec<u32>,
+    draws: Vec<f32>,
+    /// Charge that is read more than once, or added up.
+    charge_e: Vec<f32>,
+    /// Codes of each reading at the array's columns.
+    codes: Vec<Vec<u16>>,
+}
+
+impl RowBuffers {
+    pub fn new(width: usize, samples: Samples, readings: usize) -> Self {
+        let reset = if samples == Samples::Both { width } else { 0 };
+        Self {
+            values: vec![0.0; width],
+            reset: vec![0.0; reset],
+            uniforms: vec![0; width],
+            draws: vec![0.0; width],
+            charge_e: Vec::new(),
+            codes: vec![Vec::new(); readings],
+        }
+    }
+
+    pub fn pass(&mut self, at: RowAt, die_seed: u64) -> RowPass<'_> {
+        let RowAt { place, times } = at;
+        RowPass {
+            place,
+            die_seed,
+            exposure_s: times.exposure_s,
+            storage_s: times.storage_s,
+            readout_s: times.readout_s,
+            values: &mut self.values,
+            reset: &mut self.reset,
+            uniforms: &mut self.uniforms,
+            draws: &mut self.draws,
+        }
+    }
+}
+
+impl Chain {
+    /// Codes of one row of the picture.
+    pub(super) fn output_row(
+        &self,
+        shot: &Shot<'_>,
+        row: usize,
+        buffers: &mut RowBuffers,
+        codes: &mut [u16],
+        events: &mut Events,
+    ) {
+        let Some(layout) = &self.layout else {
+            self.read_array_rows(shot, &[row], buffers, codes, events);
+            return;
+        };
+        let mut full = vec![0; layout.buffer_width()];
+        if layout.mode() == Some(BinningMode::Average) {
+            let mut sums_dn = vec![0; codes.len()];
+            for array_row in layout.rows(row) {
+                self.read_array_rows(shot, &[array_row], buffers, &mut full, events);
+                layout.add_codes(&full, &mut sums_dn);
+            }
+            means(&sums_dn, layout.pixels_of_one(), codes);
+        } else {
+            self.read_array_rows(shot, &layout.charge_rows(row), buffers, &mut full, events);
+            layout.pick(&full, codes);
+        }
+    }
+
+    /// Samples of some rows of the picture at the converters' inputs in the first reading, one a column that is read, as `capture`
+    /// converts them.
+    pub fn samples_of_rows(
+        &self,
+        photons: &Plane<f32>,
+        capture: Capture<'_>,
+        times: &[RowTimes],
+        rows: &[RowIndex],
+    ) -> Vec<RowSamples> {
+        assert!(times.len() == photons.height_px(), "every row has its times");
+        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
+        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot));
+        let read = self.layout.as_ref().map(Layout::read_columns);
+        let picked = |row: Vec<f32>| match &read {
+            Some(read) => read.iter().filter_map(|&place| row.get(place).copied()).collect(),
+            None => row,
+        };
+        let samples = |&row: &RowIndex| {
+            let array_rows = self.layout.as_ref().map_or(vec![index(row.0)], |layout| layout.charge_rows(index(row.0)));
+            let mut buffers = self.buffers(photons.width_px());
+            self.load_together(0, &shot, &array_rows, &mut buffers);
+            self.readings[0].sample(self.at_row(&shot, array_rows[0]), self.die_seed, &mut buffers);
+            RowSamples { signal_uv: picked(buffers.values), reset_uv: picked(buffers.reset) }
+        };
+        rows.iter().map(samples).collect()
+    }
+
+    /// The electrons of an array row into the buffer: as the effects of the array left them, or gathered now.
+    pub(super) fn load(&self, shot: &Shot<'_>, array_row: usize, buffers: &mut RowBuffers) {
+        let (first_row, first_column) =
+            self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()));
+        let row = array_row - first_row;
+        let (outside, inside) = buffers.values.split_at_mut(first_column);
+        outside.fill(0.0);
+        if let Some(charge_e) = &shot.charge_e {
+            inside.copy_from_slice(charge_e.row(row));
+        } else {
+            inside.copy_from_slice(shot.photons.row(row));
+            self.gather(self.at(shot.capture, array_row, shot.times[row]), buffers);
+        }
+    }
+
+    /// Codes, at the array's columns, of array rows that are converted together: every reading, clamped, and merged where there are
+    /// several.
+    fn read_array_rows(
+        &self,
+        shot: &Shot<'_>,
+        array_rows: &[usize],
+        buffers: &mut RowBuffers,
+        codes: &mut [u16],
+        events: &mut Events,
+    ) {
+        let Some(merge) = &self.merge else {
+            self.load_together(0, shot, array_rows, buffers);
+            self.read_once(0, self.at_row(shot, array_rows[0]), shot, buffers, codes, events);
+            return;
+        };
+        let mut read = std::mem::take(&mut buffers.codes);
+        for (number, codes) in read.iter_mut().enumerate() {
+            codes.resize(buffers.values.len(), 0);
+            self.load_together(number, shot, array_rows, buffers);
+            self.read_once(number, self.at_row(shot, array_rows[0]), shot, buffers, codes, events);
+        }
+        let rows: Vec<&[u16]> = read.iter().map(Vec::as_slice).collect();
+        merge.merge_row(&rows, codes);
+        buffers.codes = read;
+    }
+
+    fn at_row(&self, shot: &Shot<'_>, array_row: usize) -> RowAt {
+        let first_row = self.layout.as_ref().map_or(0, Layout::first_row);
+        self.at(shot.capture, array_row, shot.times[array_row - first_row])
+    }
+
+    /// Electrons at the sense node into the buffer: of one array row, or of several whose charges meet there.
+    fn load_together(&self, number: usize, shot: &Shot<'_>, array_rows: &[usize], buffers: &mut RowBuffers) {
+        let reading = &self.readings[number];
+        let binned = self.layout.as_ref().filter(|layout| layout.mode() == Some(BinningMode::Charge));
+        let Some(layout) = binned else {
+            self.load(shot, array_rows[0], buffers);
+            reading.sense(self.at_row(shot, array_rows[0]), self.die_seed, buffers);
+            return;
+        };
+        let mut sums_e = std::mem::take(&mut buffers.charge_e);
+        sums_e.clear();
+        sums_e.resize(buffers.values.len(), 0.0);
+        for &array_row in array_rows {
+            self.load(shot, array_row, buffers);
+            reading.sense(self.at_row(shot, array_row), self.die_seed, buffers);
+            layout.add_charges(&buffers.values, &mut sums_e);
+        }
+        buffers.values.copy_from_slice(&sums_e);
+        buffers.charge_e = sums_e;
+    }
+
+    /// From electrons at the sense node to clamped codes of one reading.
+    pub(super) fn read_once(
+        &self,
+        number: usize,
+        at: RowAt,
+        shot: &Shot<'_>,
+        buffers: &mut RowBuffers,
+        codes: &mut [u16],
+        events: &mut Events,
+    ) {
+        let (reading, columns) = (&self.readings[number], &shot.columns[number]);
+        reading.sample(at, self.die_seed, buffers);
+        reading.convert(columns, buffers, codes, events);
+        self.count_others(number, events);
+        shift_row(codes, shot.shifts_dn[number], reading.parameters.adc.code_max());
+    }
+
+    /// Counts what charge binning does besides a row's conversions: every pixel is reset and transferred; one of the group is
+    /// counted with its conversion.
+    fn count_others(&self, number: usize, events: &mut Events) {
+        let Some(layout) = self.layout.as_ref().filter(|layout| layout.mode() == Some(BinningMode::Charge)) else {
+            return;
+        };
+        let others = u64::from(layout.output_size().width_px) * u64::from(layout.pixels_of_one() - 1);
+        events.add(Event::PixelReset, others);
+        events.add(Event::ChargeTransfer, others * self.readings[number].parameters.pixel.pixel_type.transfers());
+    }
+}

@@ -1,0 +1,243 @@
+//! A sensor's parameters and times, checked, without any scene: enough for `timing` and `characterize`. Enters: a resolved scenario.
+//! Leaves: what every stage between light and link is set to.
+
+use crate::adc::AdcParams;
+use crate::compute::ExtractorParams;
+use crate::config::Resolved;
+use crate::effect::Effect;
+use crate::effects::chain::{BlackRows, Chain};
+use crate::effects::{self, Parameters};
+use crate::energy::Technology;
+use crate::error::Error;
+use crate::events::Block;
+use crate::link::LinkParams;
+use crate::num::f64_from_u64;
+use crate::optics::Mosaic;
+use crate::pixel::{PixelParams, PixelType};
+use crate::readout::{AutoExposure, CodeRange, FrameLength, Geometry, Hdr, HdrMerge, Schedule};
+use crate::units::Size;
+
+/// Everything between light and link of one camera.
+#[derive(Clone, Debug)]
+pub struct SensorSetup {
+    /// The array.
+    pub array: Size,
+    /// The picture: what is read of the array.
+    pub size: Size,
+    /// Colour filters, as they lie over the picture's pixels.
+    pub mosaic: Mosaic,
+    /// Pixel and converters, at the higher gain where there are two.
+    pub parameters: Parameters,
+    /// The same at the lower of two conversion gains.
+    pub second: Option<Parameters>,
+    /// How several readings of a pixel become one code.
+    pub merge: Option<HdrMerge>,
+    /// Rows behind metal.
+    pub black: BlackRows,
+    /// The sequencer's times, of the first camera.
+    pub schedule: Schedule,
+    /// The link.
+    pub link: LinkParams,
+    /// The extractor.
+    pub extractor: ExtractorParams,
+    /// Constants of energy.
+    pub technology: Technology,
+}
+
+impl SensorSetup {
+    /// Checks sensor, extractor, link and technology.
+    ///
+    /// # Errors
+    /// Any value out of range or combination that cannot be; with file, line, key, value and what would do.
+    pub fn new(resolved: &Resolved) -> Result<Self, Error> {
+        Self::build(resolved).map_err(|error| resolved.tree.locate(error))
+    }
+
+    /// Depth of the codes that leave the sensor.
+    pub fn bits(&self) -> u32 {
+        self.merge.as_ref().map_or(self.parameters.adc.bits, HdrMerge::bits)
+    }
+
+    /// Mean photons of its longest exposure that fill a pixel, or its converter's range where that is less; infinite for a pixel that
+    /// sees no light.
+    pub fn saturation_photons(&self) -> f64 {
+        let least = self.second.as_ref().unwrap_or(&self.parameters);
+        let (pixel, adc) = (&least.pixel, &least.adc);
+        let range_e = adc.saturation_uv() / pixel.conversion_gain_uv_per_e;
+        crate::num::lesser(range_e, pixel.full_well_e) / (pixel.quantum_efficiency * pixel.fill_factor)
+    }
+
+    /// The controller of an automatic exposure, as it stands before the first frame; none where the exposure is fixed.
+    ///
+    /// # Errors
+    /// Limits that contradict schedule or converter.
+    pub fn auto_exposure(&self) -> Result<Option<AutoExposure>, Error> {
+        let Some(params) = &self.schedule.params().auto else { return Ok(None) };
+        let adc = &self.parameters.adc;
+        AdcParams { gain: params.gain_max, ..adc.clone() }.check()?;
+        let max_dn = f64::from((1_u32 << self.bits()) - 1);
+        let range = CodeRange { black_dn: adc.black_level_dn.into(), max_dn, gain: adc.gain };
+        AutoExposure::new(params, &self.schedule, range).map(Some)
+    }
+
+    /// Columns and rows after which the colour filters repeat.
+    pub fn pattern_px(&self) -> (usize, usize) {
+        (self.mosaic.width_px(), self.mosaic.height_px())
+    }
+
+    /// How readings become one with the exposures of this schedule.
+    pub fn merge_of(&self, schedule: &Schedule) -> Option<HdrMerge> {
+        let merge = self.merge.as_ref()?;
+        Some(if schedule.slots().len() > 1 { merge.with_sensitivities(&exposures(schedule)) } else { merge.clone() })
+    }
+
+    /// Everything between photons and codes at a gain of the ramp, with the effects of these names in the first and in the second
+    /// reading.
+    pub fn chain(&self, gain: f64, chosen: [&[&str]; 2], seed: u64, die_seed: u64) -> Chain {
+        let at_gain = |parameters: &Parameters| {
+            let mut parameters = parameters.clone();
+            parameters.adc.gain = gain;
+            parameters
+        };
+        let first = at_gain(&self.parameters);
+        let built = effects_named(&first, chosen[0]);
+        let mut chain = Chain::new(first, built, seed, die_seed).with_black_rows(self.black);
+        if let (Some(second), Some(merge)) = (&self.second, &self.merge) {
+            let second = at_gain(second);
+            let built = effects_named(&second, chosen[1]);
+            chain = chain.with_second_reading(second, built, merge.clone());
+        }
+        let geometry = *self.schedule.geometry();
+        if geometry.output_size() == geometry.array_size() { chain } else { chain.with_geometry(geometry) }
+    }
+
+    fn build(resolved: &Resolved) -> Result<Self, Error> {
+        let scenario = &resolved.scenario;
+        let array = scenario.size()?;
+        let parameters = Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? };
+        parameters.adc.check_pitch(&parameters.pixel)?;
+        let link = scenario.link()?;
+        let whole = scenario.mosaic()?.0;
+        let mut readout = scenario.readout()?;
+        let (columns, rows) = (whole.width_px(), whole.height_px());
+        readout.mosaic_px = crate::num::u32_from(columns.max(rows));
+        if readout.binning > 1 && columns.max(rows) % columns.min(rows) != 0 {
+            let reason = format!("a pattern of {columns} x {rows} filters cannot be binned by colour; 1 would do");
+            return Err(Error::key("sensor.readout.binning", readout.binning, reason));
+        }
+        let geometry = Geometry::new(array, &readout)?;
+        let (size, window) = (geometry.output_size(), geometry.window());
+        let second = (readout.hdr == Hdr::DualGain).then(|| second_reading(&parameters)).transpose()?;
+        // The merged depth decides the packets, which decide the line: so the ratio comes first, and the exposures' own with them.
+        let merge = nominal_merge(&parameters, second.as_ref(), readout.hdr)?;
+        let hdr_bits = scenario.hdr_bits()?;
+        let merge = merge.map(|merge| merge.companded(hdr_bits));
+        let bits = merge.as_ref().map_or(parameters.adc.bits, HdrMerge::bits);
+        let packet_time_s =
+            if link.mode.sends_codes() { link.seconds(link.line_packet_time(size.width_px, bits)?) } else { 0.0 };
+        let schedule = Schedule::new(array, &readout, &parameters.adc, packet_time_s)?;
+        let extractor = scenario.extractor()?;
+        FrameOnLink { size, bits, features: extractor.top_k.unwrap_or(0).into() }.check(&link, &schedule)?;
+        let technology = Technology::by_name(&scenario.energy.technology)
+            .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
+        let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };
+        let mosaic = whole.starting_at(window.x_px, window.y_px);
+        let black = scenario.black_rows()?;
+        let merge =
+            merge.map(
+                |merge| {
+                    if schedule.slots().len() > 1 { merge.with_sensitivities(&exposures(&schedule)) } else { merge }
+                },
+            );
+        let setup =
+            Self { array, size, mosaic, parameters, second, merge, black, schedule, link, extractor, technology };
+        setup.auto_exposure()?;
+        Ok(setup)
+    }
+}
+
+/// The effects of these names that the parameters have, in physical order.
+fn effects_named(parameters: &Parameters, names: &[&str]) -> Vec<Box<dyn Effect>> {
+    let mut built = effects::build_all(parameters);
+    built.retain(|effect| names.contains(&effect.name()));
+    built
+}
+
+/// Exposures of a frame's slots in clocks, the longest first.
+fn exposures(schedule: &Schedule) -> Vec<f64> {
+    (0..schedule.slots().len()).map(|slot| f64_from_u64(schedule.exposure_clk(slot).0)).collect()
+}
+
+/// The pixel at its lower conversion gain. A lateral overflow capacitor adds what it holds to the well; it is reset before the
+/// exposure, so the reset level that double sampling takes belongs to another reset.
+fn second_reading(parameters: &Parameters) -> Result<Parameters, Error> {
+    let pixel = &parameters.pixel;
+    let Some(low_uv_per_e) = pixel.low_conversion_gain_uv_per_e else {
+        let reason = "dual gain needs sensor.pixel.low_conversion_gain_uv_per_e; that, or hdr = none, would do";
+        return Err(Error::key("sensor.readout.hdr", "dual_gain", reason));
+    };
+    let pixel_type = if pixel.overflow_capacity_e > 0.0 { PixelType::T5 } else { pixel.pixel_type };
+    let second = PixelParams {
+        pixel_type,
+        conversion_gain_uv_per_e: low_uv_per_e,
+        full_well_e: pixel.full_well_e + pixel.overflow_capacity_e,
+        low_conversion_gain_uv_per_e: None,
+        ..pixel.clone()
+    };
+    Ok(Parameters { pixel: second, adc: parameters.adc.clone() })
+}
+
+/// How readings become one, at the ratios that the configuration names.
+fn nominal_merge(first: &Parameters, second: Option<&Parameters>, hdr: Hdr) -> Result<Option<HdrMerge>, Error> {
+    let (bits, black_dn) = (first.adc.bits, first.adc.black_level_dn);
+    match (hdr, second) {
+        (Hdr::MultiExposure { exposures, ratio }, _) => {
+            let mut sensitivities = vec![1.0];
+            for _ in 1..exposures {
+                sensitivities.push(sensitivities[sensitivities.len() - 1] / ratio);
+            }
+            HdrMerge::new("sensor.readout.hdr_exposure_ratio", bits, black_dn, &sensitivities).map(Some)
+        }
+        (Hdr::DualGain, Some(second)) => {
+            let gains = [first, second].map(|parameters| parameters.pixel.conversion_gain_uv_per_e);
+            HdrMerge::new("sensor.pixel.low_conversion_gain_uv_per_e", bits, black_dn, &gains).map(Some)
+        }
+        (Hdr::None | Hdr::DualGain, _) => Ok(None),
+    }
+}
+
+/// What one frame puts on the link.
+pub(super) struct FrameOnLink {
+    pub size: Size,
+    pub bits: u32,
+    pub features: u64,
+}
+
+impl FrameOnLink {
+    /// Whether rows, features and the packets around them pass within a frame's time.
+    ///
+    /// # Errors
+    /// They do not; the error names the frame length that would do.
+    pub fn check(&self, link: &LinkParams, schedule: &Schedule) -> Result<(), Error> {
+        let busy = link.traffic(self.size, self.bits, self.features)?.busy;
+        let rows = if link.mode.sends_codes() { self.size.height_px } else { 0 };
+        let row_time_s =
+            if rows > 0 { link.seconds(link.line_packet_time(self.size.width_px, self.bits)?) } else { 0.0 };
+        // Rows leave as they are read; everything else needs the lines that are left.
+        let rows_lines = if rows > 0 { f64_from_u64(schedule.frame_demand().rows) } else { 0.0 };
+        let rest_s = link.seconds(busy) - f64::from(rows) * row_time_s;
+        let lines = rows_lines + (rest_s / schedule.line_time_s()).ceil();
+        // A triggered frame has its trigger's period; a millionth of a line is rounding.
+        if lines <= schedule.frame_time_s() / schedule.line_time_s() + 1e-6 {
+            return Ok(());
+        }
+        let needed = format!("rows and {} features a frame need {lines:.0} lines on this link", self.features);
+        if let FrameLength::RateHz(rate_hz) = schedule.params().frame {
+            let fastest_hz = 1.0 / (lines * schedule.line_time_s());
+            let reason = format!("{needed}; {fastest_hz:.3} or less, fewer features or a faster link would do");
+            return Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, reason));
+        }
+        let reason = format!("{needed}; vts = {lines:.0}, fewer features or a faster link would do");
+        Err(Error::key("sensor.readout.vts", schedule.vts(), reason))
+    }
+}
