@@ -191,17 +191,17 @@ impl<'a> WavePlan<'a> {
 /// Refuses readouts in which a row of the picture is not one line of conversions, or whose exposure only the run knows.
 fn check_readout(sensor: &SensorSetup) -> Result<(), Error> {
     let (geometry, readout) = (sensor.schedule.geometry(), sensor.schedule.params());
-    let refuse = |key: &str, value: &str, would_do: &str| {
-        Err(Error::key(&format!("sensor.readout.{key}"), value, format!("has no waves; {would_do} would do")))
+    let refuse = |key: &str, would_do: &str| {
+        Err(Error::key(&format!("sensor.readout.{key}"), "", format!("has no waves; {would_do} would do")))
     };
     if sensor.merge.is_some() {
-        return refuse("hdr", "multi_exposure or dual_gain", "none");
+        return refuse("hdr", "none");
     }
     if readout.auto.is_some() {
-        return refuse("exposure", "auto", "fixed");
+        return refuse("exposure", "fixed");
     }
     if geometry.binning() > 1 && geometry.mode() == BinningMode::Average {
-        return refuse("binning_mode", "average", "charge or skip");
+        return refuse("binning_mode", "charge or skip");
     }
     Ok(())
 }

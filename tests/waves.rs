@@ -57,10 +57,28 @@ fn wedge_of(sensor: &SensorSetup, asked: Asked<'_>) -> Waves {
 /// clock of the closed form's crossing, and the bytes on the link are in the frame's packets.
 #[test]
 fn a_run_shows_the_codes_crossings_and_packets_of_its_frame() {
-    let resolved = resolved(&["run.frames=2", "sensor.adc.comparator_delay_clk=3", "sensor.adc.kickback_uv=5.0"]);
+    let cases: [&[&str]; 3] = [
+        &["sensor.adc.comparator_delay_clk=3", "sensor.adc.kickback_uv=5.0"],
+        &[
+            "sensor.readout.window=[8, 8, 64, 48]",
+            "sensor.readout.shutter='rolling'",
+            "run.effects='all'",
+            "sensor.adc.comparator_delay_sigma_clk=2.0",
+        ],
+        &["sensor.readout.binning=2", "sensor.adc.counting='latch'", "run.rung='clocked'"],
+    ];
+    for case in cases {
+        check_run(case);
+    }
+}
+
+fn check_run(case: &[&str]) {
+    let resolved = resolved(&[&["run.frames=2"], case].concat());
     let sensor = SensorSetup::new(&resolved).unwrap();
-    let columns = [0, 1, 17, 48, 94, 95];
-    let asked = Asked { rows: Some("0,5,6"), columns: Some("0,1,17,48,94-95"), frame: Some(1) };
+    let width = usize::try_from(sensor.schedule.output_size().width_px).unwrap();
+    let columns = [0, 1, 17, width / 2, width - 2, width - 1];
+    let listed = columns.map(|column| column.to_string()).join(",");
+    let asked = Asked { rows: Some("0,5,6"), columns: Some(&listed), frame: Some(1) };
     let plan = WavePlan::new(&sensor, asked, 2).unwrap();
     let mut session = Session::new(Setup::new(resolved, &NoFiles, &NoProgress).unwrap()).unwrap();
     session.watch(FrameIndex(1), &plan.selection().rows);
@@ -75,7 +93,7 @@ fn a_run_shows_the_codes_crossings_and_packets_of_its_frame() {
         .map(|(samples, row)| WaveRow { samples: samples.clone(), sent: Some(codes.row(row).to_vec()) })
         .collect();
     let chain = session.setup().chain(sensor.parameters.adc.gain);
-    let converters = chain.first_columns(CameraIndex(0), 96);
+    let converters = chain.first_columns(CameraIndex(0), width);
     let waves = plan.waves(&converters, &rows).unwrap();
 
     let latches = rises(&of(&waves, "sequencer", "latch"));

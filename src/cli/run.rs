@@ -109,14 +109,14 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let keep = super::output::Keep::parse(&arguments.keep)?;
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
     let sensor = sensel::run::SensorSetup::new(&located.resolved)?;
-    let frames = located.resolved.scenario.frames()?;
-    let waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, frames)?;
+    let waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, &located.resolved)?;
     OutputFolder::check(&target)?;
     let setup = prepare(located, shared)?;
     let prepared_s = watch.now_s();
 
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;
+    let frames = session.setup().frames;
     if let Some(waves) = &waves {
         waves.watch(&mut session);
     }

@@ -16,7 +16,7 @@ pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
     let resolved = &located.resolved;
     let sensor = SensorSetup::new(resolved)?;
     let expected_features = u64::from(resolved.scenario.compute.top_k);
-    let waves = WaveRequest::new(&arguments.waves, None, &sensor, 1)?;
+    let waves = WaveRequest::new(&arguments.waves, None, &sensor, resolved)?;
     let diagram = run::timing_diagram(&sensor, expected_features, &located.name)?;
     if let Some(path) = &arguments.svg {
         std::fs::write(path, diagram.svg()).map_err(|source| place::io(path, source))?;

@@ -1,5 +1,6 @@
 //! `--waves` of `run` and `timing`: what is asked for, checked before anything runs, and the file at the end.
 
+use sensel::config::Resolved;
 use sensel::effects::chain::Chain;
 use sensel::error::Error;
 use sensel::files::waves::WaveFile;
@@ -21,12 +22,17 @@ impl<'a> WaveRequest<'a> {
         arguments: &WaveArguments,
         frame: Option<u32>,
         sensor: &'a SensorSetup,
-        frames: u32,
+        resolved: &Resolved,
     ) -> Result<Option<Self>, Error> {
         let Some(path) = &arguments.waves else { return Ok(None) };
         let file = WaveFile::new(path)?;
         let (rows, columns) = (arguments.wave_rows.as_deref(), arguments.wave_columns.as_deref());
-        let plan = WavePlan::new(sensor, Asked { rows, columns, frame }, frames)?;
+        let asked = Asked { rows, columns, frame };
+        let plan = WavePlan::new(sensor, asked, resolved.scenario.frames()?).map_err(|error| match &error {
+            // Options have their own names; keys have a place in a file.
+            Error::Config { key, .. } if key.starts_with("sensor.") => resolved.tree.locate(error),
+            _ => error,
+        })?;
         Ok(Some(Self { plan, file }))
     }
 

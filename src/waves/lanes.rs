@@ -148,8 +148,8 @@ impl LinkSignals {
     }
 
     /// Sends a packet as a burst that leaves low power at byte clock 0; `byte_ps` and `bit_ps` give the instants of half byte clocks and of
-    /// half unit intervals; gives back when the lanes are on their way to low power. A lane's bits are its synchronisation byte and its bytes; outside of them it stands at 0, whether in low power,
-    /// preparation or trail.
+    /// half unit intervals. A lane's bits are its synchronisation byte and its bytes; outside of them it stands at 0, whether in low
+    /// power, preparation or trail. Gives back when the last byte is over.
     pub fn send(
         &self,
         recorder: &mut Recorder,
