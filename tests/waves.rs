@@ -73,7 +73,8 @@ fn a_run_shows_the_codes_crossings_and_packets_of_its_frame() {
 }
 
 fn check_run(case: &[&str]) {
-    let resolved = resolved(&[&["run.frames=2"], case].concat());
+    let assignments = [&["run.frames=2"], case].concat();
+    let (resolved, again) = (resolved(&assignments), resolved(&assignments));
     let sensor = SensorSetup::new(&resolved).unwrap();
     let width = usize::try_from(sensor.schedule.output_size().width_px).unwrap();
     let columns = [0, 1, 17, width / 2, width - 2, width - 1];
@@ -85,6 +86,10 @@ fn check_run(case: &[&str]) {
     session.step(&NoClock).unwrap();
     assert!(session.watched().is_empty(), "the other frame is kept");
     let frame = session.step(&NoClock).unwrap();
+    let mut unwatched = Session::new(Setup::new(again, &NoFiles, &NoProgress).unwrap()).unwrap();
+    unwatched.step(&NoClock).unwrap();
+    unwatched.step(&NoClock).unwrap();
+    assert_eq!(session.hashes(), unwatched.hashes(), "watching changed the run");
     let codes = &frame.cameras[0].codes;
     let rows: Vec<WaveRow> = session
         .watched()

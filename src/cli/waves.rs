@@ -33,6 +33,7 @@ impl<'a> WaveRequest<'a> {
             Error::Config { key, .. } if key.starts_with("sensor.") => resolved.tree.locate(error),
             _ => error,
         })?;
+        file.check()?;
         Ok(Some(Self { plan, file }))
     }
 

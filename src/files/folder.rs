@@ -99,18 +99,32 @@ impl Drop for OutputFolder {
 pub fn replace_file(target: &Path, bytes: &[u8]) -> Result<(), Error> {
     // A link keeps pointing where it did: what it points at is replaced.
     let target = std::fs::canonicalize(target).unwrap_or_else(|_| target.to_owned());
-    let name = target.file_name().ok_or_else(|| refused(&target, "has no name of its own; name a file"))?;
-    let parent = match target.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    std::fs::create_dir_all(parent).map_err(io_error(parent))?;
-    let holder = fresh_folder(parent, &name.to_string_lossy(), "building")?;
+    let holder = folder_beside(&target)?;
     let beside = holder.join("file");
     let written = std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, &target));
     // The error of the writing is the one to report; an empty folder that stays is hidden and harmless.
     let _ = std::fs::remove_dir_all(&holder);
     written.map_err(io_error(&target))
+}
+
+/// Whether a file could be made beside `target`, before long work is done for it.
+///
+/// # Errors
+/// The disk says no.
+pub fn check_file(target: &Path) -> Result<(), Error> {
+    let holder = folder_beside(target)?;
+    std::fs::remove_dir(&holder).map_err(io_error(&holder))
+}
+
+/// A hidden folder in the folder of a file, which is made where it is not there.
+fn folder_beside(target: &Path) -> Result<PathBuf, Error> {
+    let name = target.file_name().ok_or_else(|| refused(target, "has no name of its own; name a file"))?;
+    let parent = match target.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(parent).map_err(io_error(parent))?;
+    fresh_folder(parent, &name.to_string_lossy(), "building")
 }
 
 fn refused(target: &Path, reason: &str) -> Error {

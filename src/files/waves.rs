@@ -11,7 +11,7 @@ use fst_writer::{
 };
 use vcd::{IdCode, TimescaleUnit, VarType};
 
-use super::folder::replace_file;
+use super::folder::{check_file, replace_file};
 use crate::error::Error;
 use crate::waves::{Kind, Signal, Value, Waves};
 
@@ -64,9 +64,12 @@ impl WaveFile {
         Ok(Self { path: path.to_owned(), format })
     }
 
-    /// Where it will stand.
-    pub fn path(&self) -> &Path {
-        &self.path
+    /// Whether it could be written, before long work is done for it.
+    ///
+    /// # Errors
+    /// The disk says no.
+    pub fn check(&self) -> Result<(), Error> {
+        check_file(&self.path)
     }
 
     /// Writes the file beside its place and renames it.
