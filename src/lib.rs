@@ -55,5 +55,6 @@ pub mod effects;
 pub mod config;
 pub mod run;
 pub mod waves;
+pub mod characterize;
 #[cfg(feature = "cli")]
 pub mod files;

@@ -1,5 +1,6 @@
 //! Rust twin = Verilog on every clock and every pin, under Verilator, over more than a million clocks a block: random and directed
-//! parameters, stalls, resets in mid-conversion. Registers wake up with random values. And Yosys: synthesisable, at the size that docs/rtl.md gives.
+//! parameters, stalls, resets in mid-conversion. Registers wake up with random values. And Yosys: synthesisable, at the size that
+//! docs/rtl.md gives.
 #![cfg(feature = "outside")]
 #![allow(clippy::unwrap_used)] // Helpers of tests fail by panicking, as tests do.
 
@@ -15,7 +16,7 @@ mod synthesis;
 mod verilate;
 
 use cases::{Random, comparators, core_config};
-use judge::{Judge, Pin};
+use judge::Judge;
 use pins::{cds_in, cds_out, core_in, core_out, lane_in, lane_out, ramp_in, ramp_out, seq_in, seq_out};
 use rtl_models::cds::{Cds, CdsConfig, CdsIn, CdsOut};
 use rtl_models::lane_shift::{LaneConfig, LaneIn, LaneOut, LaneShift};
@@ -277,7 +278,7 @@ fn the_whole_core_equals_its_twin_on_every_clock() {
     let columns_max = u32::try_from(CORE_COLUMNS).unwrap();
     let config = core_config(&mut random, 3, columns_max, 6);
     let (inputs, no_codes) = (core_in(&config, &CoreIn::default(), 0), [0; 2 * CORE_COLUMNS]);
-    let outputs: Vec<Pin<'_>> = core_out(&CoreOut::default(), 0, &no_codes).into();
+    let outputs = core_out(&CoreOut::default(), 0, &no_codes);
     let mut judge = Judge::new("sensor_core", &["-GCOLUMNS=32"], &inputs, &outputs);
     let mut rows = 0;
     for case in 0..330_u32 {

@@ -1,6 +1,6 @@
-// Plays one frame to one style of the core and times it. Enters: a file with the pins of the configuration (32 bits each, in the order of
-// CONFIG), the clocks to run, the columns, and one crossing a column for each ramp in the order in which ramps start. Leaves, on stdout: the
-// nanoseconds of the run and, where the second argument is 1, the hash of every pin of every clock.
+// Plays one frame to one style of the core and times it. Enters: a file with the pins of the configuration (32 bits each, in the order
+// of CONFIG), the clocks to run, the columns, and one crossing a column for each ramp in the order in which ramps start. Leaves, on
+// stdout: the nanoseconds of the run and, where the second argument is 1, the hash of every pin of every clock.
 //
 // The comparators' bits of every step are worked out before the timer starts.
 #include <chrono>
@@ -79,6 +79,7 @@ int main(int, char** arguments) {
     const auto start = std::chrono::steady_clock::now();
     const uint64_t hash = capture ? run<true>(config, clocks, bits, words) : run<false>(config, clocks, bits, words);
     const auto end = std::chrono::steady_clock::now();
-    printf("%lld %016llx\n", (long long)std::chrono::duration_cast<std::chrono::nanoseconds>(end - start).count(), (unsigned long long)hash);
+    const long long taken = std::chrono::duration_cast<std::chrono::nanoseconds>(end - start).count();
+    printf("%lld %016llx\n", taken, (unsigned long long)hash);
     return 0;
 }

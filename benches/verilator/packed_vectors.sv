@@ -1,4 +1,5 @@
-// Style 1: all columns in one process over packed vectors, codes clipped when they are latched, and the committed lane_shift behind a packed bus.
+// Style 1: all columns in one process over packed vectors, codes clipped when they are latched, and the committed lane_shift behind a
+// packed bus.
 module packed_vectors #(
     parameter COLUMNS   = 640,
     parameter MAX_LANES = 1

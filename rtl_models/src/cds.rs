@@ -215,7 +215,8 @@ impl<'a> ColumnRow<'a> {
         match (self.config.latch_mode, row.reset_steps > 0) {
             (false, true) => self.count(row, codes, |column| steps_below(row.reset[column], row.reset_steps)),
             (false, false) => self.count(row, codes, |_| 0),
-            (true, _) => self.latch(row, codes),
+            (true, true) => self.latch::<true>(row, codes),
+            (true, false) => self.latch::<false>(row, codes),
         }
     }
 
@@ -243,19 +244,35 @@ impl<'a> ColumnRow<'a> {
         toggles
     }
 
-    fn latch(&mut self, row: &RowCrossings<'_>, codes: &mut [u16]) -> u64 {
+    /// What `Cds::run_ramp` does in latch mode, as plain arithmetic of all columns.
+    #[inline(always)]
+    fn latch<const DOUBLE: bool>(&mut self, row: &RowCrossings<'_>, codes: &mut [u16]) -> u64 {
+        let (black, code_max, columns) = (i32::from(self.config.black), self.config.code_max(), codes.len());
+        let (values, latches) = (&mut self.values[..columns], &mut self.latched[..columns]);
+        let (reset, signal) = (if DOUBLE { &row.reset[..columns] } else { &[] }, &row.signal[..columns]);
+        let gray_mask = if self.config.gray { u32::MAX } else { 0 };
+        let encode = |count: u32| count ^ ((count >> 1) & gray_mask);
         let mut toggles = 0;
-        for (column, code) in codes.iter_mut().enumerate() {
-            let (value, latched) = (self.values[column], self.latched[column]);
-            let mut one = Cds { value, latched, crossed: false, toggles: 0 };
-            one.clear(&self.config);
-            if row.reset_steps > 0 {
-                one.run_ramp(&self.config, true, row.reset_steps, row.reset[column]);
+        let mut start = 0;
+        while start < columns {
+            let end = columns.min(start + 4096);
+            let mut part = 0_u32;
+            for column in start..end {
+                let up = steps_below(signal[column], row.signal_steps);
+                let down = if DOUBLE { steps_below(reset[column], row.reset_steps) } else { 0 };
+                let low = black - down.cast_signed();
+                let high = low + up.cast_signed();
+                let between = if DOUBLE { encode(down) } else { latches[column] };
+                part += bits_set(register(values[column] ^ black)) + bits_set(register(low ^ high));
+                part += bits_set(between ^ encode(up));
+                if DOUBLE {
+                    part += bits_set(register(black ^ low)) + bits_set(latches[column] ^ between);
+                }
+                (values[column], latches[column]) = (high, encode(up));
+                codes[column] = clipped(high, code_max);
             }
-            one.run_ramp(&self.config, false, row.signal_steps, row.signal[column]);
-            (self.values[column], self.latched[column]) = (one.value, one.latched);
-            *code = clipped(one.value, self.config.code_max());
-            toggles += one.toggles;
+            toggles += u64::from(part);
+            start = end;
         }
         toggles
     }

@@ -1,5 +1,5 @@
-//! Builds a Verilog block with Verilator and a C++ harness, once for each content of all that goes in. Enters: file names, flags. Leaves: the
-//! path of a program under `target/rtl`.
+//! Builds a Verilog block with Verilator and a C++ harness, once for each content of all that goes in. Enters: file names, flags.
+//! Leaves: the path of a program under `target/rtl`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

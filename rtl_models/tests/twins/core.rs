@@ -3,7 +3,7 @@
 use crate::cases::{Random, comparators, core_config};
 use rtl_models::NEVER;
 use rtl_models::cds::Cds;
-use rtl_models::event_core::{CHANGES_PER_LINE, Change, EventCore, FrameCrossings, LatchedRow, Trace};
+use rtl_models::event_core::{CHANGES_PER_LINE, Change, Counts, EventCore, FrameCrossings, LatchedRow, Trace};
 use rtl_models::lane_planes::{LanePlanes, plane_bit};
 use rtl_models::readout_seq::SeqIn;
 use rtl_models::sensor_core::{CoreConfig, CoreIn, CoreOut, SensorCore};
@@ -45,6 +45,38 @@ fn ticked(config: CoreConfig, clocks: u64, enabled: u64, reset: &[u32], signal: 
     Ticked { outs, latched, column_toggles: core.column_toggles(), ramp_toggles, count_toggles }
 }
 
+/// Every pin of every clock; returns the bits that flipped on the lanes.
+fn compare_pins(config: &CoreConfig, ticked: &Ticked, trace: &Trace<'_>, counts: &Counts) -> u64 {
+    let lanes = usize::try_from(config.lanes).unwrap();
+    let words = trace.planes.valid.len();
+    let mut change = 0;
+    let (mut lane_pins, mut lane_toggles, mut overrun) = (0, 0, false);
+    for (clock, out) in (0..).zip(&ticked.outs) {
+        while change < counts.changes && trace.changes[change].clock <= clock {
+            change += 1;
+        }
+        let pins = if change == 0 { Default::default() } else { trace.changes[change - 1].pins };
+        assert_eq!(pins, out.seq, "clock {clock}: {config:?}");
+        let planes = &trace.planes;
+        let lane =
+            (0..lanes).fold(0, |pins, l| pins | u16::from(plane_bit(&planes.lanes[words * l..][..words], clock)) << l);
+        let strobes =
+            [&*planes.busy, planes.valid, planes.word_start, planes.row_start].map(|plane| plane_bit(plane, clock));
+        assert_eq!(lane, out.lane.lane, "clock {clock}: {config:?}");
+        let lane_out = &out.lane;
+        assert_eq!(
+            strobes,
+            [lane_out.busy, lane_out.valid, lane_out.word_start, lane_out.row_start],
+            "clock {clock}: {config:?}"
+        );
+        overrun |= trace.rows[..counts.rows].iter().any(|row| row.lost && row.clock + 1 == clock);
+        assert_eq!(overrun, out.lane.overrun, "clock {clock}: {config:?}");
+        lane_toggles += u64::from((lane ^ lane_pins).count_ones());
+        lane_pins = lane;
+    }
+    lane_toggles
+}
+
 /// Runs both forms and compares all; returns the clocks compared, and the rows lost.
 fn check(config: CoreConfig, random: &mut Random) -> (u64, u32) {
     let seq = config.seq;
@@ -84,31 +116,7 @@ fn check(config: CoreConfig, random: &mut Random) -> (u64, u32) {
         core.run(most.min(1 + random.next() % (2 * u64::from(seq.hts))), enable, &all, &mut trace);
     }
     let counts = core.counts();
-    let mut change = 0;
-    let (mut lane_pins, mut lane_toggles, mut overrun) = (0, 0, false);
-    for (clock, out) in (0..).zip(&ticked.outs) {
-        while change < counts.changes && trace.changes[change].clock <= clock {
-            change += 1;
-        }
-        let pins = if change == 0 { Default::default() } else { trace.changes[change - 1].pins };
-        assert_eq!(pins, out.seq, "clock {clock}: {config:?}");
-        let planes = &trace.planes;
-        let lane =
-            (0..lanes).fold(0, |pins, l| pins | u16::from(plane_bit(&planes.lanes[words * l..][..words], clock)) << l);
-        let strobes =
-            [&*planes.busy, planes.valid, planes.word_start, planes.row_start].map(|plane| plane_bit(plane, clock));
-        assert_eq!(lane, out.lane.lane, "clock {clock}: {config:?}");
-        let lane_out = &out.lane;
-        assert_eq!(
-            strobes,
-            [lane_out.busy, lane_out.valid, lane_out.word_start, lane_out.row_start],
-            "clock {clock}: {config:?}"
-        );
-        overrun |= trace.rows[..counts.rows].iter().any(|row| row.lost && row.clock + 1 == clock);
-        assert_eq!(overrun, out.lane.overrun, "clock {clock}: {config:?}");
-        lane_toggles += u64::from((lane ^ lane_pins).count_ones());
-        lane_pins = lane;
-    }
+    let lane_toggles = compare_pins(&config, &ticked, &trace, &counts);
     assert_eq!(counts.rows, ticked.latched.len(), "{config:?}");
     for (index, (clock, codes)) in ticked.latched.iter().enumerate() {
         assert_eq!(trace.rows[index].clock, *clock, "{config:?}");
