@@ -4,11 +4,14 @@
 //!
 //! Light falls straight onto the pixels: no lens, no scene, so photons a pixel and exposure are known. Exposure times are set freely
 //! in whole nanoseconds under constant light, also beyond the sequencer's longest, as with a lengthened frame. All effects of the
-//! sensor act (no plan). The array's first rows and columns are measured. A monochrome sensor has one channel: `Measurement` is what
-//! one channel leaves, and one descriptor holds one channel.
+//! sensor act (no plan). The array's first rows and columns are measured, pixel by pixel, whatever window or binning the readout has. One
+//! descriptor holds one colour plane. A sensor of several readings a pixel (HDR) is measured in the first alone, the most sensitive.
 
 pub mod analysis;
+mod beyond;
+pub mod channel;
 mod defects;
+mod dither;
 mod fits;
 pub mod measure;
 mod model;
@@ -78,7 +81,7 @@ impl Bench {
     /// What the sink says.
     pub fn run(&self, mut sink: impl FnMut(&Shot, &Plane<u16>) -> Result<(), Error>) -> Result<Measurement, Error> {
         let mut measurement = Measurement::new(&self.set);
-        let times = shoot::Times::new(&self.sensor.schedule, self.set.size);
+        let times = shoot::Times::new(&self.sensor, &self.set);
         for shot in self.set.shots() {
             let codes = shoot::shoot(&self.chain, &self.set, &shot, &times);
             sink(&shot, &codes)?;

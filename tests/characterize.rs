@@ -17,7 +17,7 @@ fn sensor(assignments: &[&str]) -> Resolved {
 }
 
 fn small() -> Options {
-    Options { size: Some(Size { width_px: 160, height_px: 120 }), points: 40, stack: 32 }
+    Options { size: Some(Size { width_px: 160, height_px: 120 }), points: 40, stack: 32, ..Options::default() }
 }
 
 fn measured(assignments: &[&str], options: &Options) -> (Characterization, Truth) {

@@ -17,7 +17,7 @@ use sensel::units::{CameraIndex, FrameIndex, Size};
 
 const SEED: u64 = 20_261_121;
 
-/// Lanes and clock of a link that carries each preset's rows: those of its driver where it has one.
+/// Lanes and clock of the link that each preset brings: those of its driver where it has one.
 const LINKS: &[(&str, u32, u64)] = &[
     ("paper_6t_vga", 1, 240_000_000),
     ("ov7251", 1, 240_000_000),
@@ -30,26 +30,22 @@ const LINKS: &[(&str, u32, u64)] = &[
     ("hdr_3_exposures", 2, 456_000_000),
 ];
 
-fn assignments(name: &str) -> Vec<String> {
-    let (_, lanes, frequency_hz) = LINKS.iter().find(|link| link.0 == name).unwrap();
-    let mut list = vec![format!("sensor.preset={name}")];
-    list.extend([format!("link.lanes={lanes}"), format!("link.frequency_hz={frequency_hz}")]);
-    list
-}
-
 fn setup(name: &str, more: &[String]) -> SensorSetup {
-    let all = [assignments(name), more.to_vec()].concat();
+    let all = [vec![format!("sensor.preset={name}")], more.to_vec()].concat();
     SensorSetup::new(&Resolved::from_layers("scenario", "", &all).unwrap()).unwrap()
 }
 
 #[test]
-fn every_sensor_preset_has_a_link_here_and_fits_its_line() {
+fn every_sensor_preset_brings_a_link_that_carries_it_and_fits_its_line() {
     let names = presets::names(Kind::Sensor);
     assert_eq!(names, LINKS.iter().map(|link| link.0).collect::<Vec<_>>().as_slice());
-    for name in names {
+    for &(name, lanes, frequency_hz) in LINKS {
         let setup = setup(name, &[]);
         assert!(setup.schedule.fps() > 1.0, "{name}");
+        assert_eq!((setup.link.lanes, setup.link.frequency_hz), (lanes, frequency_hz), "{name}");
     }
+    // A scenario's own link still wins.
+    assert_eq!(setup("imx219", &["link.lanes=4".to_owned()]).link.lanes, 4);
 }
 
 #[test]
@@ -365,9 +361,7 @@ fn timing_runs_and_the_list_names_every_preset() {
     let list = sensel(&["presets"]);
     let json = sensel(&["presets", "--json"]).json();
     for (place, (name, ..)) in LINKS.iter().enumerate() {
-        let mut arguments = vec!["timing".to_owned(), "box".to_owned(), "--json".to_owned()];
-        arguments.extend(assignments(name).into_iter().flat_map(|text| ["--set".to_owned(), text]));
-        let timing = sensel(&arguments).json();
+        let timing = sensel(&["timing", name, "--json"]).json();
         let fps = setup(name, &[]).schedule.fps();
         assert_eq!(timing["fps"].as_f64().unwrap(), fps, "{name}");
         assert!(list.stdout.lines().any(|line| line.starts_with(&format!("  {name:<16} "))), "{name}");

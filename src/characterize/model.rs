@@ -2,15 +2,19 @@
 //! the spatial variances that an endless number of frames would give, saturation and quantisation included.
 //!
 //! Charge is taken as normal about its mean with a Poisson's variance, which is enough for two moments; patterns are averaged over by
-//! quadrature. Every effect of `effects::ALL` has its part here (a test holds the two lists together).
+//! quadrature. Where reset and signal are converted apart, each has its own noise and its own quantiser on the ramp, and an offset of
+//! the column that both carry moves both. Effects that are not modelled here stand in `beyond` with the figures that they touch.
 
+use super::dither::{Dither, pattern_variance, variance_amplitude_dn2};
 use super::measure::{Point, Transfer};
-use super::moments::{Moments, clipped, normal_cdf, normal_nodes, quantised};
+use super::moments::{Difference, Level, Moments, clipped, normal_cdf, normal_nodes, quantised};
 use super::set::{Exposure, Set};
 use super::shoot::Times;
 use super::spatial::Parts;
-use crate::num::{f64_from_u64, f64_from_usize};
-use crate::pixel::ktc_sigmas;
+use super::uncertainty::DieErrors;
+use crate::effects::{Parameters, sampling};
+use crate::num::{f64_from_u64, f64_from_usize, greater, lesser, u32_truncated};
+use crate::pixel::{SampleSigmas, Samples, flicker_variance_uv2, ktc_sigmas};
 use crate::run::SensorSetup;
 
 /// A sensor in the words of EMVA 1288, as its configuration implies them.
@@ -18,12 +22,24 @@ use crate::run::SensorSetup;
 pub struct Model {
     /// Overall gain K: conversion gain over the size of an LSB.
     pub gain_dn_per_e: f64,
-    /// QE as the standard means it: electrons per photon on the pixel, fill factor included.
+    /// QE as the standard means it: electrons per photon on the pixel, fill factor and filter included.
     pub efficiency: f64,
-    /// Read noise and what is left of kTC noise, in e-, quantisation excluded.
-    pub noise_e: f64,
-    /// At the die's temperature.
+    /// Read noise and what is left of kTC noise in the signal sample (or the difference), in e-^2, quantisation excluded.
+    pub signal_noise_e2: f64,
+    /// The same of the reset sample; 0 where it is not converted apart.
+    pub reset_noise_e2: f64,
+    /// Dark current of the photodiode at the die's temperature.
     pub dark_e_per_s: f64,
+    /// Dark current of the node on which charge waits.
+    pub storage_dark_e_per_s: f64,
+    /// Dark current's spread between pixels, relative.
+    pub dcnu: f64,
+    /// Response of the storage node to light, relative to the photodiode's.
+    pub parasitic: f64,
+    /// Share of the stored charge that leaks away a second.
+    pub leakage_per_s: f64,
+    /// Share of the gain that is lost at full well.
+    pub compression: f64,
     /// Mean wait between exposure and readout.
     pub storage_s: f64,
     /// Its spread over rows: dark charge of the wait is a row pattern.
@@ -34,11 +50,29 @@ pub struct Model {
     pub column_gain: f64,
     /// Of the dark signal, between pixels.
     pub dsnu_e: f64,
-    /// Of the offset, between columns.
+    /// Of the offset, between columns, as far as sampling leaves it.
     pub column_offset_e: f64,
+    /// Of the offset, between rows.
+    pub row_offset_e: f64,
+    /// Temporal noise that rows and columns share.
+    pub shared: Shared,
+    /// Of the offset, between columns, that reset and signal both carry when they are converted.
+    column_common_dn: f64,
     full_well_e: f64,
-    black_level_dn: f64,
-    code_max: u32,
+    /// Counts below a column without signal.
+    pedestal_dn: f64,
+    /// The two conversions; none where one is made.
+    difference: Option<Difference>,
+    code_max: f64,
+}
+
+/// Parts of the temporal variance in the dark that all pixels of a row, and of a column, have in common.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shared {
+    /// Of a row, in DN^2.
+    pub row_dn2: f64,
+    /// Of a column, in DN^2.
+    pub column_dn2: f64,
 }
 
 /// What the frames would give in the mean.
@@ -56,49 +90,112 @@ pub struct Expectation {
     pub third_dn3: [f64; 2],
     /// Share of codes 0 in the dark.
     pub dark_clipped: f64,
+    /// What the chance of the die's columns adds to dark means and variances.
+    pub die: DieErrors,
 }
 
+#[derive(Clone, Copy, Default)]
 struct Spot {
     moments: Moments,
     variance_square: f64,
 }
 
+impl Spot {
+    fn add(&mut self, weight: f64, found: &Moments) {
+        self.moments.mean += weight * found.mean;
+        self.moments.variance += weight * found.variance;
+        self.moments.third += weight * found.third;
+        self.variance_square += weight * found.variance * found.variance;
+    }
+
+    /// Of a signal's count less a reset's, which do not know of each other.
+    fn less(&self, reset: &Self) -> Self {
+        let (up, down) = (&self.moments, &reset.moments);
+        Self {
+            moments: Moments {
+                mean: up.mean - down.mean,
+                variance: up.variance + down.variance,
+                third: up.third - down.third,
+            },
+            variance_square: self.variance_square + reset.variance_square + 2.0 * up.variance * down.variance,
+        }
+    }
+}
+
+/// Standard deviations within which a clip is taken to be met: 3e-6 of a normal lie beyond, of a noise of a few DN.
+const CLIP_SIGMAS: f64 = 4.5;
+
 impl Model {
     /// Of a sensor and the waits of the measured rows.
-    pub fn new(sensor: &SensorSetup, times: &Times) -> Self {
+    pub fn new(sensor: &SensorSetup, set: &Set) -> Self {
         let (pixel, adc) = (&sensor.parameters.pixel, &sensor.parameters.adc);
-        let (storage_s, storage_sigma_s) = times.mean_and_sigma_s();
+        let (storage_s, storage_sigma_s) = Times::new(sensor, set).mean_and_sigma_s();
         let per_e = pixel.conversion_gain_uv_per_e;
-        let (read_e, ktc_e2) =
-            (pixel.read_noise_uv / per_e, ktc_sigmas(pixel, adc.cds.samples()).variance_uv2() / (per_e * per_e));
-        let offset_uv = if adc.cds.is_double() { adc.column_offset_residual_uv } else { adc.column_offset_uv };
+        let samples = adc.cds.samples();
+        let noise_uv2 = noise_uv2(&sensor.parameters);
+        let lsb_uv2 = adc.lsb_uv() * adc.lsb_uv();
+        let ramp_uv2 = adc.sigmas_of_conversions(adc.ramp_noise_uv).variance_uv2();
+        let offset_uv = if samples.is_double() { adc.column_offset_residual_uv } else { adc.column_offset_uv };
+        let is_digital = samples == Samples::Both;
+        let code_max = f64::from(adc.code_max());
         Self {
             gain_dn_per_e: per_e / adc.lsb_uv(),
-            efficiency: pixel.quantum_efficiency * pixel.fill_factor,
-            noise_e: (read_e * read_e + ktc_e2).sqrt(),
+            efficiency: set.efficiency,
+            signal_noise_e2: noise_uv2[0] / (per_e * per_e),
+            reset_noise_e2: noise_uv2[1] / (per_e * per_e),
             dark_e_per_s: pixel.dark_current_now_e_per_s(),
+            storage_dark_e_per_s: pixel
+                .at_temperature(pixel.storage_dark_e_per_s.unwrap_or(pixel.dark_current_e_per_s)),
+            dcnu: pixel.dcnu,
+            parasitic: pixel.parasitic_light,
+            leakage_per_s: pixel.storage_leakage_per_s,
+            compression: pixel.gain_compression,
+            row_offset_e: adc.row_offset_uv / per_e,
+            shared: Shared {
+                row_dn2: (adc.row_noise_uv * adc.row_noise_uv + ramp_uv2) / lsb_uv2,
+                column_dn2: adc.column_noise_uv * adc.column_noise_uv / lsb_uv2,
+            },
             storage_s,
             storage_sigma_s,
             prnu: pixel.prnu,
             column_gain: adc.column_gain_sigma,
             dsnu_e: pixel.dsnu_e,
             column_offset_e: offset_uv / per_e,
+            column_common_dn: if is_digital { adc.column_offset_uv / adc.lsb_uv() } else { 0.0 },
             full_well_e: pixel.full_well_e,
-            black_level_dn: adc.black_level_dn.into(),
-            code_max: adc.code_max(),
+            pedestal_dn: adc.pedestal_lsb().into(),
+            difference: is_digital.then(|| Difference {
+                black_dn: adc.black_level_dn.into(),
+                reset_counts: adc.reset_counts_used().into(),
+                code_max,
+            }),
+            code_max,
         }
+    }
+
+    /// Noise of samples and conversions, in e-, quantisation excluded.
+    pub fn noise_e(&self) -> f64 {
+        (self.signal_noise_e2 + self.reset_noise_e2).sqrt()
+    }
+
+    /// Conversions whose quantisation a code carries.
+    pub fn conversions(&self) -> f64 {
+        if self.difference.is_some() { 2.0 } else { 1.0 }
     }
 
     /// Temporal noise in the dark at no exposure, before the converter, in DN: read noise, kTC, and the shot noise of the dark charge
     /// that gathers while rows wait.
     pub fn dark_sigma_dn(&self) -> f64 {
-        self.gain_dn_per_e * (self.noise_e * self.noise_e + self.dark_e_per_s * self.storage_s).sqrt()
+        let storage_e = self.storage_dark_e_per_s * self.storage_s;
+        self.gain_dn_per_e * (self.signal_noise_e2 + self.reset_noise_e2 + storage_e).sqrt()
     }
 
     /// Everything the set would measure.
     pub fn expect(&self, set: &Set) -> Expectation {
+        let reset = self.reset_spot();
+        let spot = |exposure: &Exposure, is_lit| self.spot(exposure, is_lit, &reset);
         let spots: Vec<[Spot; 2]> =
-            set.points.iter().map(|exposure| [self.spot(exposure, true), self.spot(exposure, false)]).collect();
+            set.points.iter().map(|exposure| [spot(exposure, true), spot(exposure, false)]).collect();
         let point = |(exposure, [bright, dark]): (&Exposure, &[Spot; 2])| Point {
             exposure_ns: f64_from_u64(exposure.exposure_ns),
             photons: exposure.photons,
@@ -107,7 +204,7 @@ impl Model {
             dark_mean_dn: dark.moments.mean,
             dark_variance_dn2: dark.moments.variance,
         };
-        let half = [self.spot(&set.half, true), self.spot(&set.half, false)];
+        let half = [spot(&set.half, true), spot(&set.half, false)];
         Expectation {
             transfer: Transfer {
                 points: set.points.iter().zip(&spots).map(point).collect(),
@@ -118,67 +215,191 @@ impl Model {
             dark: self.parts(set, false, &half[1].moments),
             third_dn3: [self.third_dn3(set, &half[0].moments, true), self.third_dn3(set, &half[1].moments, false)],
             dark_clipped: self.dark_clipped(set),
+            die: self.die_errors(set),
         }
     }
 
-    fn charge_e(&self, exposure: &Exposure, is_lit: bool) -> (f64, f64) {
+    /// Mean photoelectrons and dark charge of a pixel, before the well clips and the storage node leaks.
+    pub fn charge_e(&self, exposure: &Exposure, is_lit: bool) -> (f64, f64) {
         let light_e = if is_lit { self.efficiency * exposure.photons } else { 0.0 };
-        (light_e, self.dark_e_per_s * (exposure.exposure_s() + self.storage_s))
+        let parasitic_e = light_e * self.parasitic * self.storage_s / exposure.exposure_s();
+        (light_e + parasitic_e, self.dark_e_per_s * exposure.exposure_s() + self.storage_dark_e_per_s * self.storage_s)
+    }
+
+    /// Share of the charge that is still there when the mean row is read.
+    fn kept(&self) -> f64 {
+        libm::exp(-self.leakage_per_s * self.storage_s)
+    }
+
+    /// Spread over rows of the charge that waits: dark charge and light gather, stored charge leaks.
+    pub fn row_e(&self, exposure: &Exposure, is_lit: bool) -> f64 {
+        let (light_e, dark_e) = self.charge_e(exposure, is_lit);
+        let light_e_per_s = if is_lit { self.efficiency * exposure.photons / exposure.exposure_s() } else { 0.0 };
+        let gathered = self.storage_dark_e_per_s + self.parasitic * light_e_per_s;
+        (gathered - self.leakage_per_s * (light_e + dark_e)).abs() * self.storage_sigma_s * self.kept()
+    }
+
+    /// Mean and variance of charge in the well to those of what the floating diffusion gives, in e- of its gain at no charge: each
+    /// electron stays with the share that is kept; then g N (1 - c N / full well).
+    fn sensed(&self, mean_e: f64, variance_e2: f64) -> (f64, f64) {
+        let kept = self.kept();
+        let (mean_e, variance_e2) =
+            (kept * mean_e, kept * kept * variance_e2 + kept * (1.0 - kept) * greater(0.0, mean_e));
+        let lost = self.compression / self.full_well_e;
+        let slope = self.slope(mean_e);
+        (mean_e - lost * (mean_e * mean_e + variance_e2), slope * slope * variance_e2)
+    }
+
+    /// Gain of small changes at a charge that is sensed, relative to that at no charge.
+    fn slope(&self, charge_e: f64) -> f64 {
+        1.0 - 2.0 * self.compression * charge_e / self.full_well_e
+    }
+
+    /// Both samples pass the columns' gains, whose mean square is a little above 1.
+    fn gain_square(&self) -> f64 {
+        self.gain_dn_per_e * self.gain_dn_per_e * (1.0 + self.column_gain * self.column_gain)
+    }
+
+    fn reset_sigma_dn(&self) -> f64 {
+        (self.gain_square() * self.reset_noise_e2).sqrt()
+    }
+
+    /// Counts of the reset ramp over the columns.
+    fn reset_spot(&self) -> Spot {
+        let Some(difference) = &self.difference else { return Spot::default() };
+        let sigma = self.reset_sigma_dn();
+        let mut sum = Spot::default();
+        for (x, weight) in normal_nodes(nodes_for(self.column_common_dn, sigma)) {
+            let mean = self.pedestal_dn + x * self.column_common_dn;
+            sum.add(weight, &quantised(Level { mean, sigma }, 0.0, difference.reset_counts));
+        }
+        sum
     }
 
     /// Moments of one frame's codes, averaged over the patterns.
-    fn spot(&self, exposure: &Exposure, is_lit: bool) -> Spot {
+    fn spot(&self, exposure: &Exposure, is_lit: bool, reset: &Spot) -> Spot {
         let (light_e, dark_e) = self.charge_e(exposure, is_lit);
         let response_e = self.prnu * light_e;
-        let row_e = self.dark_e_per_s * self.storage_sigma_s;
-        let spread_e = (response_e * response_e + self.dsnu_e * self.dsnu_e + row_e * row_e).sqrt();
+        let (row_e, thermal_e) = (self.row_e(exposure, is_lit), self.dcnu * dark_e);
+        let spread_e = [response_e, self.dsnu_e, row_e, thermal_e].into_iter().fold(0.0, libm::hypot);
         // Of a pixel that deviates by x spreads, light is responsible for this share in the mean.
         let response_share = if spread_e > 0.0 { response_e * response_e / spread_e } else { 0.0 };
-        let (pixels, columns) = (normal_nodes(41), normal_nodes(15));
-        let gain_square = self.gain_dn_per_e * self.gain_dn_per_e * (1.0 + self.column_gain * self.column_gain);
-        let mut sum = Spot { moments: Moments::default(), variance_square: 0.0 };
-        for &(x, pixel_weight) in &pixels {
+        let mut sum = Spot::default();
+        for (x, weight) in normal_nodes(41) {
             let mean_e = light_e + dark_e + x * spread_e;
-            let shot_e2 = crate::num::greater(0.0, light_e + dark_e + x * response_share);
+            let shot_e2 = greater(0.0, light_e + dark_e + x * response_share);
             let (charge_e, charge_e2) = clipped(mean_e, shot_e2.sqrt(), f64::NEG_INFINITY, self.full_well_e);
-            let sigma_dn = (gain_square * (charge_e2 + self.noise_e * self.noise_e)).sqrt();
-            let column_e = libm::hypot(charge_e * self.column_gain, self.column_offset_e);
-            for &(y, column_weight) in &columns {
-                let mean_dn = self.black_level_dn + self.gain_dn_per_e * (charge_e + y * column_e);
-                let found = quantised(mean_dn, sigma_dn, self.code_max);
-                let weight = pixel_weight * column_weight;
-                sum.moments.mean += weight * found.mean;
-                sum.moments.variance += weight * found.variance;
-                sum.moments.third += weight * found.third;
-                sum.variance_square += weight * found.variance * found.variance;
+            let (charge_e, charge_e2) = self.sensed(charge_e, charge_e2);
+            let found = self.pixel_spot(charge_e, charge_e2, reset);
+            sum.moments.mean += weight * found.moments.mean;
+            sum.moments.variance += weight * found.moments.variance;
+            sum.moments.third += weight * found.moments.third;
+            sum.variance_square += weight * found.variance_square;
+        }
+        sum
+    }
+
+    /// The same of pixels of one mean charge, averaged over the columns.
+    fn pixel_spot(&self, charge_e: f64, charge_e2: f64, reset: &Spot) -> Spot {
+        let sigma = (self.gain_square() * (charge_e2 + self.signal_noise_e2)).sqrt();
+        let mean = self.pedestal_dn + self.gain_dn_per_e * charge_e;
+        let lines_e = libm::hypot(self.column_offset_e, self.row_offset_e);
+        let own_dn = self.gain_dn_per_e * libm::hypot(charge_e * self.column_gain, lines_e);
+        let Some(difference) = &self.difference else {
+            let mut sum = Spot::default();
+            for (x, weight) in normal_nodes(nodes_for(own_dn, sigma)) {
+                sum.add(weight, &quantised(Level { mean: mean + x * own_dn, sigma }, 0.0, self.code_max));
+            }
+            return sum;
+        };
+        if self.meets_clip(difference, mean, sigma, own_dn) {
+            return self.clipped_spot(difference, Level { mean, sigma }, own_dn);
+        }
+        let spread_dn = libm::hypot(own_dn, self.column_common_dn);
+        let mut sum = Spot::default();
+        for (x, weight) in normal_nodes(nodes_for(spread_dn, sigma)) {
+            sum.add(weight, &quantised(Level { mean: mean + x * spread_dn, sigma }, 0.0, self.code_max));
+        }
+        let mut found = sum.less(reset);
+        found.moments.mean += difference.black_dn;
+        found
+    }
+
+    /// Whether a count or the code may clip, so that the two conversions cannot be taken apart.
+    fn meets_clip(&self, difference: &Difference, mean: f64, sigma: f64, own_dn: f64) -> bool {
+        let common = self.column_common_dn;
+        let reset = self.reset_sigma_dn();
+        let outside = |mean: f64, sigmas: [f64; 4], high: f64| {
+            let reach = CLIP_SIGMAS * sigmas.into_iter().fold(0.0, libm::hypot);
+            mean - reach < 0.0 || mean + reach > high
+        };
+        let code = mean + difference.black_dn - self.pedestal_dn;
+        outside(mean, [sigma, own_dn, common, 0.0], self.code_max)
+            || outside(self.pedestal_dn, [reset, common, 0.0, 0.0], difference.reset_counts)
+            || outside(code, [sigma, own_dn, reset, 0.0], self.code_max)
+    }
+
+    /// Near a clip: the mixture over the reset's counts in each column.
+    fn clipped_spot(&self, difference: &Difference, signal: Level, own_dn: f64) -> Spot {
+        let sigma = self.reset_sigma_dn();
+        let (own, common) = (normal_nodes(9), normal_nodes(15));
+        let mut sum = Spot::default();
+        for &(x, own_weight) in &own {
+            for &(y, common_weight) in &common {
+                let offset = y * self.column_common_dn;
+                let level = Level { mean: signal.mean + x * own_dn + offset, ..signal };
+                let found = difference.moments(level, Level { mean: self.pedestal_dn + offset, sigma });
+                sum.add(own_weight * common_weight, &found);
             }
         }
         sum
     }
 
-    /// Third cumulant of the temporal noise: K^3 times the charge's, which is Poisson's (its mean), and the quantiser's.
+    /// Third cumulant of the temporal noise: K^3 times that of f(N), and the quantiser's. For N Poisson of mean m (what leaks leaves it
+    /// Poisson) the cumulant is f'^3 m + 3 f'^2 f'' m^2 and higher powers of f'' (delta method).
     fn third_dn3(&self, set: &Set, moments: &Moments, is_lit: bool) -> f64 {
         let (light_e, dark_e) = self.charge_e(&set.half, is_lit);
+        let mean_e = self.kept() * (light_e + dark_e);
+        let (slope, bend) = (self.slope(mean_e), -2.0 * self.compression / self.full_well_e);
+        let charge_e3 = slope * slope * (slope * mean_e + 3.0 * bend * mean_e * mean_e);
         let k = self.gain_dn_per_e;
-        k * k * k * (1.0 + 3.0 * self.column_gain * self.column_gain) * (light_e + dark_e) + moments.third
+        k * k * k * (1.0 + 3.0 * self.column_gain * self.column_gain) * charge_e3 + moments.third
+    }
+
+    /// The conversions at a charge, dithered by their own noise.
+    fn dithers(&self, charge_e: f64, charge_e2: f64) -> (Dither, Dither) {
+        let k = self.gain_dn_per_e;
+        let signal =
+            Dither::new(self.pedestal_dn + k * charge_e, self.gain_square() * (self.signal_noise_e2 + charge_e2));
+        let reset = match self.difference {
+            Some(_) => Dither::new(self.pedestal_dn, self.gain_square() * self.reset_noise_e2),
+            None => Dither::none(),
+        };
+        (signal, reset)
     }
 
     /// Spatial variances of the mean frame, split as the standard splits them.
     fn parts(&self, set: &Set, is_lit: bool, moments: &Moments) -> Parts {
         let (light_e, dark_e) = self.charge_e(&set.half, is_lit);
-        let k = self.gain_dn_per_e;
+        let k2 = self.gain_dn_per_e * self.gain_dn_per_e;
         let column_gain2 = self.column_gain * self.column_gain;
-        let response_e = self.prnu * light_e;
-        let pixel_e2 = (response_e * response_e + self.dsnu_e * self.dsnu_e) * (1.0 + column_gain2);
-        let charge_e = light_e + dark_e;
-        let column_e2 = column_gain2 * charge_e * charge_e + self.column_offset_e * self.column_offset_e;
-        let row_e = self.dark_e_per_s * self.storage_sigma_s;
-        let (pixel, column, row) = (k * k * pixel_e2, k * k * column_e2, k * k * row_e * row_e);
-        let phase = self.black_level_dn + k * charge_e;
-        let noise = k * k * (self.noise_e * self.noise_e + charge_e);
-        let seen = |part: f64, other: f64| through_quantiser(part, noise + other, phase);
-        let total = seen(pixel + column + row, 0.0);
-        let (column_seen, row_seen) = (seen(column, pixel + row), seen(row, pixel + column));
+        let (sensed_e, sensed_e2) = self.sensed(light_e + dark_e, light_e + dark_e);
+        let slope = self.slope(self.kept() * (light_e + dark_e));
+        let own_e = [self.prnu * light_e, self.dcnu * dark_e, self.dsnu_e].into_iter().fold(0.0, libm::hypot);
+        let pixel_e = self.kept() * slope * own_e;
+        let pixel_e2 = pixel_e * pixel_e * (1.0 + column_gain2);
+        let column_e2 = column_gain2 * sensed_e * sensed_e + self.column_offset_e * self.column_offset_e;
+        let row_e = libm::hypot(slope * self.row_e(&set.half, is_lit), self.row_offset_e);
+        let (pixel, column, row) = (k2 * pixel_e2, k2 * column_e2, k2 * row_e * row_e);
+        let (signal, reset) = self.dithers(sensed_e, sensed_e2);
+        let common = self.column_common_dn * self.column_common_dn;
+        let total = pattern_variance(&signal, &reset, pixel + column + row, common);
+        let column_seen = pattern_variance(&signal.averaged(pixel + row), &reset, column, common);
+        let row_seen = pattern_variance(&signal.averaged(pixel + column + common), &Dither::none(), row, 0.0);
+        // The standard takes off a line's mean what independent noise leaves in it; of noise that the line shares all is left.
+        let frames = f64::from(set.stack);
+        let column_seen = column_seen + self.shared.column_dn2 / frames;
+        let row_seen = row_seen + self.shared.row_dn2 / frames;
         Parts {
             mean_dn: moments.mean,
             stack_variance_dn2: moments.variance,
@@ -187,7 +408,34 @@ impl Model {
             column_dn2: column_seen,
             // The standard divides the whole by MN - 1 and the lines by their number: 1 / MN of the lines' variance stays with the pixels.
             pixel_dn2: total - (column_seen + row_seen) * (1.0 - 1.0 / f64_from_usize(set.size.pixel_count())),
-            frames: f64::from(set.stack),
+            frames,
+            rows: set.size.height_px.into(),
+            columns: set.size.width_px.into(),
+        }
+    }
+
+    /// What a frame's finite number of columns leaves to chance: each column's offset meets the quantisers at another phase, and moves
+    /// the dark mean and variance of its pixels. A phase cos(2 pi c) over c normal of variance w varies by (1 - exp(-4 pi^2 w)) / 2
+    /// in the mean over all starting phases.
+    fn die_errors(&self, set: &Set) -> DieErrors {
+        let dark_e = self.storage_dark_e_per_s * self.storage_s;
+        let offset_dn = libm::hypot(self.gain_dn_per_e * self.column_offset_e, self.column_common_dn);
+        let phases =
+            0.5 * (1.0 - libm::exp(-4.0 * std::f64::consts::PI * std::f64::consts::PI * offset_dn * offset_dn));
+        let chance = (phases / f64::from(set.size.width_px)).sqrt();
+        let pixel_dn2 = self.gain_square() * self.dsnu_e * self.dsnu_e;
+        let (signal, _) = self.dithers(dark_e, dark_e);
+        let signal_noise = self.gain_square() * (self.signal_noise_e2 + dark_e);
+        let mut variance_dn2 = variance_amplitude_dn2(signal_noise, pixel_dn2);
+        if self.difference.is_some() {
+            // One offset moves both conversions, so their swings may add.
+            variance_dn2 += variance_amplitude_dn2(self.gain_square() * self.reset_noise_e2, 0.0);
+        }
+        // The reset's mean does not change with light or time, and so leaves every difference.
+        DieErrors {
+            mean_dn: chance * signal.averaged(pixel_dn2).mean_amplitude_dn(),
+            variance_dn2: chance * variance_dn2,
+            shared: self.shared,
             rows: set.size.height_px.into(),
             columns: set.size.width_px.into(),
         }
@@ -195,62 +443,52 @@ impl Model {
 
     fn dark_clipped(&self, set: &Set) -> f64 {
         let (_, dark_e) = self.charge_e(&set.half, false);
-        let spread_e2 = self.noise_e * self.noise_e
+        let spread_e2 = self.signal_noise_e2
+            + self.reset_noise_e2
             + dark_e
             + self.dsnu_e * self.dsnu_e
-            + self.column_offset_e * self.column_offset_e;
-        let level_dn = self.black_level_dn + self.gain_dn_per_e * dark_e;
+            + self.column_offset_e * self.column_offset_e
+            + self.row_offset_e * self.row_offset_e;
+        // The mean of one conversion lies half a code below its level, that of a difference at its level.
+        let (black_dn, least_dn) =
+            self.difference.as_ref().map_or((self.pedestal_dn, 1.0), |difference| (difference.black_dn, 0.5));
+        let level_dn = black_dn + self.gain_dn_per_e * dark_e;
         let sigma_dn = self.gain_dn_per_e * spread_e2.sqrt();
-        if sigma_dn > 0.0 { normal_cdf((1.0 - level_dn) / sigma_dn) } else { f64::from(u8::from(level_dn < 1.0)) }
-    }
-}
-
-/// Variance of a pattern of variance `part` about `mean_dn` once noise of variance `noise` has dithered the quantiser.
-///
-/// The mean of floor(x + noise) is x - 1/2 + sin(2 pi x) exp(-2 pi^2 noise) / pi and higher harmonics, below exp(-8 pi^2 noise) / (2
-/// pi), left out: 1e-4 DN at the least noise that is measurable (Widrow and Kollar, "Quantization Noise", 2008, chapter 4).
-fn through_quantiser(part: f64, noise: f64, mean_dn: f64) -> f64 {
-    use std::f64::consts::PI;
-    let dither = libm::exp(-2.0 * PI * PI * noise) / PI;
-    let blur = libm::exp(-2.0 * PI * PI * part);
-    let phase = 2.0 * PI * mean_dn;
-    let covariance = 2.0 * PI * part * libm::cos(phase) * blur;
-    let sine = libm::sin(phase) * blur;
-    let square = 0.5 * (1.0 - blur * blur * blur * blur * libm::cos(2.0 * phase));
-    part + 2.0 * dither * covariance + dither * dither * (square - sine * sine)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Effects whose part in the figures is modelled here.
-    const KNOWN_EFFECTS: [&str; 9] = [
-        "prnu",
-        "shot_noise",
-        "dark_current",
-        "dsnu",
-        "full_well",
-        "ktc_noise",
-        "read_noise",
-        "column_gain",
-        "column_offset",
-    ];
-
-    #[test]
-    fn every_effect_has_its_part_in_the_model() {
-        assert_eq!(crate::effects::names(), KNOWN_EFFECTS, "the truth of `characterize` knows all effects or none");
-    }
-
-    #[test]
-    fn a_coarse_quantiser_steepens_or_flattens_a_faint_pattern_by_its_phase() {
-        // d/dx of the mean code is 1 + 2 cos(2 pi x) exp(-2 pi^2 s^2): at a code's lower edge (x integer) steeper, in its middle flatter.
-        let (part, noise) = (1e-6, 0.16);
-        let slope = 2.0 * libm::exp(-2.0 * std::f64::consts::PI * std::f64::consts::PI * noise);
-        for (mean_dn, expected) in [(64.0, 1.0 + slope), (64.5, 1.0 - slope)] {
-            let found = (through_quantiser(part, noise, mean_dn) / part).sqrt();
-            // The pattern's own width of 1e-3 DN bends the slope by 2 pi^2 1e-6.
-            assert!((found - expected).abs() < 1e-4, "{found} for {expected}");
+        if sigma_dn > 0.0 {
+            normal_cdf((least_dn - level_dn) / sigma_dn)
+        } else {
+            f64::from(u8::from(level_dn < least_dn))
         }
     }
+}
+
+/// Nodes that average over levels of that spread: a seventh of a code apart where a quantiser shows through the noise.
+fn nodes_for(spread_dn: f64, sigma_dn: f64) -> u32 {
+    if sigma_dn > 1.0 {
+        return 15;
+    }
+    2 * u32_truncated(lesser(150.0, greater(7.0, 35.0 * spread_dn))) + 1
+}
+
+/// Variances of the noise in the signal sample (or the difference) and in the reset sample in uV^2, what lines share included. On a
+/// ramp of equal steps, jitter of the clock is one level's noise.
+fn noise_uv2(parameters: &Parameters) -> [f64; 2] {
+    let (pixel, adc) = (&parameters.pixel, &parameters.adc);
+    let samples = adc.cds.samples();
+    let flicker_uv = flicker_variance_uv2(pixel, sampling(parameters)).sqrt();
+    let jitter_uv = 1e-12 * adc.lsb_uv() * f64_from_u64(adc.clock_hz) * adc.ramp_jitter_ps;
+    let of_row = SampleSigmas { signal_uv: adc.row_noise_uv, reset_uv: 0.0 };
+    let of_column = SampleSigmas { signal_uv: adc.column_noise_uv, reset_uv: 0.0 };
+    let parts = [
+        SampleSigmas::of_difference(pixel.read_noise_uv, samples),
+        SampleSigmas::of_difference(flicker_uv, samples),
+        ktc_sigmas(pixel, samples),
+        adc.sigmas_of_conversions(adc.comparator_noise_uv),
+        adc.sigmas_of_conversions(adc.ramp_noise_uv),
+        adc.sigmas_of_conversions(jitter_uv),
+        of_row,
+        of_column,
+    ];
+    let sum = |of: fn(&SampleSigmas) -> f64| parts.iter().map(|part| of(part) * of(part)).sum::<f64>();
+    [sum(|part| part.signal_uv), sum(|part| part.reset_uv)]
 }

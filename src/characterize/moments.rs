@@ -44,33 +44,91 @@ pub fn clipped(mean: f64, sigma: f64, low: f64, high: f64) -> (f64, f64) {
     (mean + sigma * first, sigma * sigma * greater(0.0, second - first * first))
 }
 
-/// Moments of floor(x) clipped to 0 ..= `code_max`, for x normal.
-pub fn quantised(mean: f64, sigma: f64, code_max: u32) -> Moments {
-    let top = f64::from(code_max);
+/// A normal level on a ramp, in codes above its bottom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Level {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+}
+
+/// Moments of floor(x) clipped to whole `low ..= high`, for x normal.
+pub fn quantised(level: Level, low: f64, high: f64) -> Moments {
+    let Level { mean, sigma } = level;
     if sigma > SMOOTH_SIGMA_DN {
         // floor(x) is x - 1/2 plus an error that is uniform while x is inside.
-        let (clipped_mean, clipped_variance) = clipped(mean - 0.5, sigma, 0.0, top);
-        let inside = normal_cdf((top + 0.5 - mean) / sigma) - normal_cdf(-(mean - 0.5) / sigma);
+        let (clipped_mean, clipped_variance) = clipped(mean - 0.5, sigma, low, high);
+        let inside = normal_cdf((high + 0.5 - mean) / sigma) - normal_cdf((low + 0.5 - mean) / sigma);
         return Moments { mean: clipped_mean, variance: clipped_variance + greater(0.0, inside) / 12.0, third: 0.0 };
     }
-    let reach = 9.0 * sigma + 1.0;
-    let code = |value: f64| i64_truncated(libm::floor(greater(0.0, lesser(top, value))));
-    let (first, last) = (code(mean - reach), code(mean + reach));
+    let first = first_code(level, low, high);
     // Sums of P(code >= k) from the lowest possible code: sums of small numbers keep their digits.
     let (mut sum, mut squares, mut cubes) = (0.0, 0.0, 0.0);
-    for k in first + 1..=last {
-        let edge = f64_from_i64(k);
-        let reached = if sigma > 0.0 { normal_cdf((mean - edge) / sigma) } else { f64::from(u8::from(mean >= edge)) };
-        let step = f64_from_i64(k - first);
+    for (step, reached) in (1_u32..).zip(reached(level, low, high)) {
+        let step = f64::from(step);
         sum += reached;
         squares += (2.0 * step - 1.0) * reached;
         cubes += (3.0 * step * step - 3.0 * step + 1.0) * reached;
     }
-    let variance = squares - sum * sum;
     Moments {
-        mean: f64_from_i64(first) + sum,
-        variance: greater(0.0, variance),
+        mean: first + sum,
+        variance: greater(0.0, squares - sum * sum),
         third: cubes - 3.0 * sum * squares + 2.0 * sum * sum * sum,
+    }
+}
+
+/// The lowest code that a level meets with any likelihood worth counting.
+fn first_code(level: Level, low: f64, high: f64) -> f64 {
+    libm::floor(greater(low, lesser(high, level.mean - 9.0 * level.sigma - 1.0)))
+}
+
+/// Chance of each code above the first, or a greater one.
+fn reached(level: Level, low: f64, high: f64) -> impl Iterator<Item = f64> {
+    let Level { mean, sigma } = level;
+    let first = i64_truncated(first_code(level, low, high));
+    let last = i64_truncated(libm::floor(greater(low, lesser(high, mean + 9.0 * sigma + 1.0))));
+    (first + 1..=last).map(f64_from_i64).map(move |edge| {
+        if sigma > 0.0 { normal_cdf((mean - edge) / sigma) } else { f64::from(u8::from(mean >= edge)) }
+    })
+}
+
+/// Two conversions of one pixel: the reset level counts down from the black level, the signal up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// Where the counter starts.
+    pub black_dn: f64,
+    /// Greatest count of the reset ramp.
+    pub reset_counts: f64,
+    /// Greatest code.
+    pub code_max: f64,
+}
+
+impl Difference {
+    /// Moments of black - floor(reset) + floor(signal), each count and the result clipped: a mixture over the reset's counts.
+    pub fn moments(&self, signal: Level, reset: Level) -> Moments {
+        let first = first_code(reset, 0.0, self.reset_counts);
+        let at_least: Vec<f64> = std::iter::once(1.0).chain(reached(reset, 0.0, self.reset_counts)).collect();
+        let (mut sum, mut squares, mut cubes) = (0.0, 0.0, 0.0);
+        for (index, reached) in at_least.iter().enumerate() {
+            let chance = reached - at_least.get(index + 1).copied().unwrap_or(0.0);
+            let shift = self.black_dn - first - crate::num::f64_from_usize(index);
+            let (low, high) = (greater(0.0, shift), lesser(self.code_max, self.code_max + shift));
+            if !(chance > 0.0) {
+                continue;
+            }
+            let found = quantised(Level { mean: signal.mean + shift, ..signal }, low, greater(low, high));
+            // About the signal's unclipped mean, so that no digits cancel.
+            let step = found.mean - signal.mean;
+            sum += chance * step;
+            squares += chance * (found.variance + step * step);
+            cubes += chance * (found.third + 3.0 * step * found.variance + step * step * step);
+        }
+        Moments {
+            mean: signal.mean + sum,
+            variance: greater(0.0, squares - sum * sum),
+            third: cubes - 3.0 * sum * squares + 2.0 * sum * sum * sum,
+        }
     }
 }
 
@@ -101,7 +159,8 @@ mod tests {
     #[test]
     fn both_sides_of_the_seam_of_smoothness_agree() {
         for mean in [40.0, 40.25, 40.5, 63.2, 0.3] {
-            let (below, above) = (quantised(mean, 0.999_999_999, 64), quantised(mean, 1.000_000_001, 64));
+            let at = |sigma| quantised(Level { mean, sigma }, 0.0, 64.0);
+            let (below, above) = (at(0.999_999_999), at(1.000_000_001));
             // First harmonic of the quantiser at sigma 1: exp(-2 pi^2) (4 sigma^2 + 1/pi^2) = 1.1e-8; at a clip the
             // code next to it makes up to half a code's worth of difference in what counts as inside.
             let tolerance = if mean > 10.0 && mean < 60.0 { 2e-8 } else { 0.05 };
@@ -112,9 +171,28 @@ mod tests {
 
     #[test]
     fn a_noiseless_value_has_one_code() {
-        assert_eq!(quantised(7.9, 0.0, 15), Moments { mean: 7.0, variance: 0.0, third: 0.0 });
-        assert_eq!(quantised(99.0, 0.0, 15).mean, 15.0);
-        assert_eq!(quantised(-3.0, 0.0, 15).mean, 0.0);
+        let at = |mean| quantised(Level { mean, sigma: 0.0 }, 0.0, 15.0);
+        assert_eq!(at(7.9), Moments { mean: 7.0, variance: 0.0, third: 0.0 });
+        assert_eq!((at(99.0).mean, at(-3.0).mean), (15.0, 0.0));
+    }
+
+    #[test]
+    fn two_conversions_subtract_and_their_moments_add_until_a_clip_is_near() {
+        let both = Difference { black_dn: 64.0, reset_counts: 128.0, code_max: 1023.0 };
+        for (signal, reset) in [((164.3, 0.3), (64.9, 0.25)), ((500.0, 9.0), (63.5, 0.9)), ((70.0, 0.0), (64.5, 0.0))] {
+            let (signal, reset) = (Level { mean: signal.0, sigma: signal.1 }, Level { mean: reset.0, sigma: reset.1 });
+            let (up, down) = (quantised(signal, 0.0, 1023.0), quantised(reset, 0.0, 128.0));
+            let found = both.moments(signal, reset);
+            // Sums of some 20 terms of order 1e3, squared: 1e-10.
+            assert!((found.mean - (64.0 - down.mean + up.mean)).abs() < 1e-9, "{found:?} {up:?} {down:?}");
+            assert!((found.variance - up.variance - down.variance).abs() < 1e-8, "{found:?} {up:?} {down:?}");
+            assert!((found.third - up.third + down.third).abs() < 1e-6, "{found:?} {up:?} {down:?}");
+        }
+        // Beyond the ramp the signal counts 1023 always; the reset's count is left where it stands above the black level.
+        let full = both.moments(Level { mean: 2000.0, sigma: 0.0 }, Level { mean: 70.5, sigma: 0.0 });
+        assert_eq!((full.mean, full.variance), (1017.0, 0.0));
+        assert_eq!(both.moments(Level { mean: 2000.0, sigma: 0.0 }, Level { mean: 60.5, sigma: 0.0 }).mean, 1023.0);
+        assert_eq!(both.moments(Level { mean: 0.5, sigma: 0.0 }, Level { mean: 500.0, sigma: 0.0 }).mean, 0.0);
     }
 
     #[test]

@@ -18,6 +18,7 @@ pub fn html(record: &Characterization) -> String {
         figures(record),
         pair(&linearity(record), &deviations(record)),
         pair(&dark_mean(record), &dark_variance(record)),
+        pair(&differential(record), &integral(record)),
         maps(record),
         pair(&profiles(record, true), &profiles(record, false)),
         pair(&spectra(record, true), &spectra(record, false)),
@@ -53,13 +54,18 @@ fn pair(left: &str, right: &str) -> String {
 fn header(record: &Characterization) -> String {
     let set = &record.set;
     let longest_s = set.points.last().map_or(0.0, super::set::Exposure::exposure_s);
-    let chips = [
+    let mut chips = vec![
         format!("{} \u{d7} {} px, {} bit", set.size.width_px, set.size.height_px, set.bits),
         format!("{} points, two bright and two dark frames each", set.points.len()),
         format!("stacks of {} frames", set.stack),
         format!("exposures up to {longest_s:.4} s"),
         format!("seed {}, die {}", record.seed, record.die),
     ];
+    if !set.channel.is_whole() {
+        chips.insert(0, format!("pixels of filter {}", set.channel.name()));
+    }
+    chips.extend(record.reading.map(str::to_owned));
+    let filter = if set.channel.is_whole() { "" } else { " before its filter" };
     let chips: String = chips.iter().map(|chip| format!("<li>{chip}</li>")).collect();
     let limit = if longest_s > 1.000_001 * set.exposure_limit_s {
         format!(
@@ -71,7 +77,7 @@ fn header(record: &Characterization) -> String {
     };
     format!(
         "<header class=\"top\"><p class=\"kicker\">EMVA 1288 release 4.0</p><h1>{}</h1>\
-         <p>Measured on simulated frames under uniform light of {:.4e} photons a pixel and second, all effects of the sensor on.{limit}</p>\
+         <p>Measured on simulated frames under uniform light of {:.4e} photons a pixel and second{filter}, all effects of the sensor on.{limit}</p>\
          <ul class=\"chips\">{chips}</ul></header>",
         escaped(&record.name),
         set.photons_per_s
@@ -175,6 +181,40 @@ fn deviations(record: &Characterization) -> String {
         "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.",
         &chart(&axes, &[line("no deviation", 1, ends), dots("measured", 0, points)]),
     )
+}
+
+/// At most a thousand points: of each run of codes that one stands for, the value farthest from 0.
+fn thinned(values: &[f64]) -> Vec<(f64, f64)> {
+    let run = values.len().div_ceil(1000).max(1);
+    let farthest = |run: &[f64]| {
+        run.iter().copied().fold(0.0, |most: f64, value: f64| if value.abs() > most.abs() { value } else { most })
+    };
+    let place = |(index, part): (usize, &[f64])| (f64_from_usize(index * run), farthest(part));
+    values.chunks(run).enumerate().map(place).collect()
+}
+
+fn differential(record: &Characterization) -> String {
+    let found = &record.linearity;
+    let axes = Axes { title: "DNL", x_label: "code above the lowest", y_label: "DNL in LSB", ..Axes::default() };
+    let lead = format!(
+        "Width of each code less 1, by the histogram of a ramp (IEEE 1241) through one column's converter without noise: \
+         {:+.3} to {:+.3} LSB, known to {:.3} LSB; {} missing codes.",
+        found.dnl_lsb[0], found.dnl_lsb[1], found.error_lsb, found.missing_codes
+    );
+    section("Converter: codes", &lead, &chart(&axes, &[line("DNL", 0, thinned(&record.density.dnl_lsb))]))
+}
+
+fn integral(record: &Characterization) -> String {
+    let found = &record.linearity;
+    let axes = Axes { title: "INL", x_label: "code above the lowest", y_label: "INL in LSB", ..Axes::default() };
+    let bits =
+        found.enob_bits.map_or("none below 4 bits".to_owned(), |bits| format!("{bits:.2} of {} bits", found.bits));
+    let lead = format!(
+        "Distance of each transition from the line through the first and the last: {:+.3} to {:+.3} LSB. Effective bits of a \
+         full-scale sine: {bits}.",
+        found.inl_lsb[0], found.inl_lsb[1]
+    );
+    section("Converter: ramp", &lead, &chart(&axes, &[line("INL", 0, thinned(&record.density.inl_lsb))]))
 }
 
 fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&Point) -> f64) -> String {
@@ -291,6 +331,15 @@ fn meaning(name: &str) -> &'static str {
     }
 }
 
+/// Why nothing is expected of some figures, each reason once.
+fn reasons(record: &Characterization) -> String {
+    let mut reasons: Vec<&String> =
+        record.figures.iter().filter_map(|(_, figure)| figure.not_expected.as_ref()).collect();
+    reasons.sort();
+    reasons.dedup();
+    reasons.iter().map(|reason| format!("<p class=\"note\">{}</p>", escaped(reason))).collect()
+}
+
 fn figures(record: &Characterization) -> String {
     let number = |value: Option<f64>| value.map_or(String::new(), significant);
     let row = |(name, figure): (&str, &Figure)| {
@@ -300,6 +349,10 @@ fn figures(record: &Characterization) -> String {
         }
         let want = figure.truth.clone().unwrap_or_default();
         let expected = match (want.value, want.abs_tol) {
+            _ if figure.not_expected.is_some() => {
+                let cause = figure.not_expected.as_deref().and_then(|reason| reason.split(": ").next());
+                format!("<span class=\"note\">nothing: {}</span>", escaped(cause.unwrap_or_default()))
+            }
             (Some(value), Some(tolerance)) => format!("{} \u{b1} {}", significant(value), significant(tolerance)),
             _ => format!("{} to {}", number(want.min), number(want.max)),
         };
@@ -320,7 +373,8 @@ fn figures(record: &Characterization) -> String {
             "<div class=\"scroll\"><table><thead><tr><th>figure</th><th>meaning</th><th class=\"num\">measured</th>\
              <th class=\"num\">standard error</th><th class=\"num\">expected, 4.5 standard errors</th>\
              <th class=\"num\">configured</th></tr></thead>\
-             <tbody>{rows}</tbody></table></div>"
+             <tbody>{rows}</tbody></table></div>{}",
+            reasons(record)
         ),
     )
 }

@@ -9,11 +9,16 @@ use super::defects::{Histogram, high_passed, histogram};
 use super::measure::{Measurement, Point};
 use super::spatial::{Profile, profiles, spectrogram, transposed};
 use super::truth::{Truth, Want};
-use super::uncertainty::{standard_errors, variance_squares};
+use super::uncertainty::{DieErrors, standard_errors, variance_squares};
 use super::{Bench, Set};
+use crate::adc::density::{Density, Linearity, linearity, ramp_histogram};
+use crate::adc::{AdcParams, Converter};
 use crate::config::Resolved;
 use crate::num::f64_from_u64;
 use crate::report::Ordered;
+
+/// Samples of the ramp histogram in each LSB, as `adc::density::linearity` takes them.
+const SAMPLES_PER_LSB: u32 = 64;
 
 /// Version of the form of `characterization.json`.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -31,6 +36,8 @@ pub struct Figure {
     pub truth: Option<Want>,
     /// Why there is no value.
     pub not_measurable: Option<String>,
+    /// Why there is a value and nothing that it has to be.
+    pub not_expected: Option<String>,
 }
 
 /// Everything that one channel's measurement leaves.
@@ -47,6 +54,12 @@ pub struct Characterization {
     pub die: u64,
     /// What was shot.
     pub set: Set,
+    /// The converter on its own, by code density.
+    pub linearity: Linearity,
+    /// The codes behind it.
+    pub density: Density,
+    /// Which of several readings of a pixel was measured; none where there is one.
+    pub reading: Option<&'static str>,
     /// Means and variances.
     pub summary: Summary,
     /// By name.
@@ -86,7 +99,7 @@ impl Characterization {
     pub fn new(name: &str, resolved: &Resolved, bench: &Bench, measurement: &Measurement) -> Self {
         let summary = Summary::of(measurement);
         let measured = figures(&summary);
-        let errors = standard_errors(&summary, &measured, &variance_squares(&summary.transfer));
+        let errors = standard_errors(&summary, &measured, &variance_squares(&summary.transfer), DieErrors::default());
         let truth = bench.truth();
         let figure = |(name, &value): (&str, &f64)| {
             let reason = truth.not_measurable.get(name).cloned();
@@ -97,12 +110,14 @@ impl Characterization {
                 unit: unit(name),
                 truth: truth.wants.get(name).cloned(),
                 not_measurable: reason.clone(),
+                not_expected: truth.not_expected.get(name).cloned(),
             };
             (name.to_owned(), figure)
         };
         let figures = measured.iter().map(figure).collect();
         let (dark_map_dn, response_map_percent) = maps(measurement);
         let (dark_histogram, response_histogram) = histograms(measurement);
+        let (linearity, density) = converter(&bench.sensor().parameters.adc);
         Self {
             name: name.to_owned(),
             config: resolved.canonical_text(),
@@ -110,6 +125,9 @@ impl Characterization {
             seed: resolved.scenario.seed,
             die: resolved.scenario.sensor.die,
             set: bench.set().clone(),
+            linearity,
+            density,
+            reading: reading(bench),
             figures,
             dark_clipped: measurement.dark_clipped,
             dark_map_dn,
@@ -151,9 +169,11 @@ impl Characterization {
                 "sequencer_exposure_max_s": set.exposure_limit_s,
                 "exposures": "set freely in whole nanoseconds under constant light; \
                               the sequencer rounds to lines and ends at sequencer_exposure_max_s",
-                "channels": ["all"],
+                "channels": [set.channel.name()],
+                "reading": self.reading,
             }),
             figures: &self.figures,
+            converter: self.converter_json(),
             dark_clipped: self.dark_clipped,
             transfer: &self.summary.transfer.points,
             spectrograms: json!({
@@ -187,11 +207,43 @@ impl Characterization {
         profiles(map, crate::num::index(self.set.size.width_px))
     }
 
+    fn converter_json(&self) -> Value {
+        let found = &self.linearity;
+        json!({
+            "method": "IEEE 1241: histogram of a ramp, 64 samples an LSB; fit of a full-scale sine. Columns alone, no noise",
+            "bits": found.bits, "code_min": found.codes[0], "code_max": found.codes[1], "lsb_uv": found.lsb_uv,
+            "dnl_min_lsb": found.dnl_lsb[0], "dnl_max_lsb": found.dnl_lsb[1],
+            "inl_min_lsb": found.inl_lsb[0], "inl_max_lsb": found.inl_lsb[1],
+            "missing_codes": found.missing_codes, "error_lsb": found.error_lsb, "enob_bits": found.enob_bits,
+        })
+    }
+
     fn profile_json(&self, map: &[f64]) -> Value {
         let (across, down) = self.profiles(map);
         let one = |profile: Profile| json!({"mean": profile.mean, "min": profile.least, "max": profile.most});
         json!({"horizontal": one(across), "vertical": one(down)})
     }
+}
+
+/// The converter by code density, in millionths of an LSB: what lies below is rounding of the method.
+fn converter(adc: &AdcParams) -> (Linearity, Density) {
+    // Adding 0 turns a negative zero into zero.
+    let rounded = |value: f64| (1e6 * value).round_ties_even() / 1e6 + 0.0;
+    let (found, mut density) = (linearity(adc), ramp_histogram(&Converter::new(adc), SAMPLES_PER_LSB));
+    for values in [&mut density.dnl_lsb, &mut density.inl_lsb] {
+        values.iter_mut().for_each(|value| *value = rounded(*value));
+    }
+    (Linearity { dnl_lsb: found.dnl_lsb.map(rounded), inl_lsb: found.inl_lsb.map(rounded), ..found }, density)
+}
+
+/// The standard knows sensors of one reading a pixel.
+fn reading(bench: &Bench) -> Option<&'static str> {
+    let sensor = bench.sensor();
+    if sensor.second.is_some() {
+        return Some("the reading at the higher conversion gain alone, before both are merged");
+    }
+    let is_one = sensor.schedule.slots().len() == 1;
+    (!is_one).then_some("one exposure alone, before the exposures are merged")
 }
 
 /// The form of `characterization.json`.
@@ -207,6 +259,7 @@ struct Record<'a> {
     config: &'a str,
     set: Value,
     figures: &'a Ordered<Figure>,
+    converter: Value,
     dark_clipped: f64,
     transfer: &'a [Point],
     spectrograms: Value,

@@ -4,6 +4,7 @@
 //! point; section 8: stacks of bright and dark frames at half saturation. Light is constant and the exposure time varies (method 1),
 //! so that dark current is measured as well.
 
+use super::channel::Channel;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_u64, greater, lesser, u64_half_even};
 use crate::run::SensorSetup;
@@ -12,17 +13,19 @@ use crate::units::{FrameIndex, Size};
 /// How large the measurement is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Rows and columns that are measured; none: 320 x 240, or the array where that is smaller.
+    /// Rows and columns that are measured, of the colour plane where there are several; none: 320 x 240, or all where that is less.
     pub size: Option<Size>,
     /// Points of photon transfer.
     pub points: u32,
     /// Frames of each spatial stack.
     pub stack: u32,
+    /// Letter of the filter whose pixels are measured; none: of the filter that passes most.
+    pub channel: Option<char>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { size: None, points: 42, stack: 48 }
+        Self { size: None, points: 42, stack: 48, channel: None }
     }
 }
 
@@ -54,8 +57,12 @@ impl Exposure {
 /// The whole measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Set {
-    /// The measured region.
+    /// The measured region, of its colour plane.
     pub size: Size,
+    /// The colour plane.
+    pub channel: Channel,
+    /// Electrons per photon before the filter: QE as the standard means it, fill factor included.
+    pub efficiency: f64,
     /// Depth of the codes.
     pub bits: u32,
     /// Photon transfer, exposure rising.
@@ -93,16 +100,17 @@ impl Set {
     /// # Errors
     /// Options out of range, or a sensor that does not respond to light.
     pub fn new(sensor: &SensorSetup, options: &Options) -> Result<Self, Error> {
-        let size = region(sensor, options)?;
+        let channel = Channel::choose(&sensor.mosaic, options.channel)?;
+        let size = region(channel.plane_size(sensor.array), options)?;
         count("points", options.points, 40, 1000)?;
         count("stack", options.stack, 32, 2000)?;
         let (pixel, adc) = (&sensor.parameters.pixel, &sensor.parameters.adc);
-        let efficiency = pixel.quantum_efficiency * pixel.fill_factor;
+        let efficiency = pixel.quantum_efficiency * pixel.fill_factor * channel.transmission();
         if !(efficiency > 0.0) {
             let reason = "a pixel without response cannot be measured; above 0 would do";
             return Err(Error::key("sensor.pixel.quantum_efficiency", pixel.quantum_efficiency, reason));
         }
-        let range_e = f64::from(adc.code_max() - adc.black_level_dn) * adc.lsb_uv() / pixel.conversion_gain_uv_per_e;
+        let range_e = adc.saturation_uv() / pixel.conversion_gain_uv_per_e;
         let saturation_e = lesser(range_e, pixel.full_well_e);
         let exposure_max_s = exposure_max_s(sensor, saturation_e);
         // The exposure at which the mean pixel is full.
@@ -112,6 +120,8 @@ impl Set {
         let at = |share: f64| exposure(photons_per_s, share * full_s);
         Ok(Self {
             size,
+            channel,
+            efficiency,
             bits: adc.bits,
             points: shares(options.points).into_iter().map(at).collect(),
             half: at(0.5),
@@ -182,8 +192,7 @@ fn exposure_max_s(sensor: &SensorSetup, saturation_e: f64) -> f64 {
     greater(lesser(greater(longest_s, wanted_s), 0.05 * saturation_e / rate_e_per_s), 1e-6)
 }
 
-fn region(sensor: &SensorSetup, options: &Options) -> Result<Size, Error> {
-    let array = sensor.size;
+fn region(array: Size, options: &Options) -> Result<Size, Error> {
     let Some(asked) = options.size else {
         return Ok(Size {
             width_px: array.width_px.min(SIZE.width_px),

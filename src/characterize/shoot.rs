@@ -1,39 +1,64 @@
-//! One frame of uniform light. Enters: a chain, a shot, the rows' waits. Leaves: codes. The only place here that knows how a chain
+//! One frame of uniform light. Enters: a chain, a shot, the rows' times. Leaves: codes. The only place here that knows how a chain
 //! is asked for a frame.
 
-use super::set::{Set, Shot};
+use super::set::{Exposure, Set, Shot};
 use crate::effects::chain::{Capture, Chain, RowTimes};
-use crate::num::f32_nearest;
+use crate::num::{f64_from_usize, greater};
 use crate::plane::Plane;
-use crate::readout::Schedule;
-use crate::units::{CameraIndex, RowIndex, Size};
+use crate::run::SensorSetup;
+use crate::units::{CameraIndex, RowIndex};
 
-/// Waits of the region's rows between exposure and readout, in seconds: those of the sequencer.
+/// When the rows of the measured part of the array are read: as the sequencer reads them.
 pub struct Times {
+    /// Wait between exposure and readout in seconds, of every row of the array's part.
     storage_s: Vec<f64>,
+    /// The same of the rows that are kept.
+    kept_s: Vec<f64>,
+    line_s: f64,
+    /// From frame to frame: the sequencer's, or the longest exposure where that is more.
+    period_s: f64,
 }
 
 impl Times {
-    /// Of the first rows of the array.
-    pub fn new(schedule: &Schedule, size: Size) -> Self {
-        Self { storage_s: (0..size.height_px).map(|row| schedule.storage_s(RowIndex(row))).collect() }
+    /// Of the first rows of the array. Rows beyond a window wait as its last one does.
+    pub fn new(sensor: &SensorSetup, set: &Set) -> Self {
+        let schedule = &sensor.schedule;
+        let binning = schedule.geometry().binning();
+        let wait_s = |row: u32| schedule.storage_s(RowIndex(row / binning).min(schedule.last_row()));
+        let rows = set.channel.array_size(set.size).height_px;
+        Self {
+            storage_s: (0..rows).map(wait_s).collect(),
+            kept_s: (0..set.size.height_px).map(|row| wait_s(set.channel.array_row(row))).collect(),
+            line_s: schedule.line_time_s(),
+            period_s: greater(schedule.frame_time_s(), set.points.last().map_or(0.0, Exposure::exposure_s)),
+        }
     }
 
-    /// Mean and population standard deviation over the rows.
+    /// Mean and population standard deviation of the waits over the kept rows.
     pub fn mean_and_sigma_s(&self) -> (f64, f64) {
-        let count = crate::num::f64_from_usize(self.storage_s.len());
-        let mean = self.storage_s.iter().sum::<f64>() / count;
-        let square = self.storage_s.iter().map(|wait_s| (wait_s - mean) * (wait_s - mean)).sum::<f64>() / count;
+        let count = f64_from_usize(self.kept_s.len());
+        let mean = self.kept_s.iter().sum::<f64>() / count;
+        let square = self.kept_s.iter().map(|wait_s| (wait_s - mean) * (wait_s - mean)).sum::<f64>() / count;
         (mean, square.sqrt())
+    }
+
+    /// Of a shot.
+    fn of(&self, shot: &Shot) -> Vec<RowTimes> {
+        let exposure_s = shot.exposure.exposure_s();
+        let start_s = f64::from(shot.frame.0) * self.period_s;
+        let row = |(row, &storage_s): (usize, &f64)| RowTimes {
+            exposure_s,
+            storage_s,
+            readout_s: start_s + f64_from_usize(row) * self.line_s,
+        };
+        self.storage_s.iter().enumerate().map(row).collect()
     }
 }
 
 /// Codes of one shot.
 pub fn shoot(chain: &Chain, set: &Set, shot: &Shot, times: &Times) -> Plane<u16> {
     let photons = if shot.is_lit { shot.exposure.photons } else { 0.0 };
-    let light = Plane::filled(set.size, f32_nearest(photons));
-    let exposure_s = shot.exposure.exposure_s();
-    let rows: Vec<RowTimes> =
-        times.storage_s.iter().map(|&storage_s| RowTimes { exposure_s, storage_s, readout_s: 0.0 }).collect();
-    chain.capture(&light, Capture::single(CameraIndex(0), shot.frame), &rows).codes
+    let light = set.channel.light(set.channel.array_size(set.size), photons);
+    let captured = chain.capture(&light, Capture::single(CameraIndex(0), shot.frame), &times.of(shot));
+    set.channel.pick(captured.codes, set.size)
 }

@@ -8,11 +8,11 @@
 use serde::Serialize;
 
 use super::analysis::{DARK_VARIANCE_MIN_DN2, Figures, Shape, Summary, figures};
+use super::beyond::beyond;
 use super::measure::Transfer;
 use super::model::{Expectation, Model};
 use super::set::Set;
-use super::shoot::Times;
-use super::uncertainty::{deviation_errors, standard_errors, variance_error};
+use super::uncertainty::{deviation_errors, standard_errors};
 use crate::num::{greater, lesser, u64_half_even};
 use crate::report::Ordered;
 use crate::run::SensorSetup;
@@ -62,17 +62,28 @@ pub struct Truth {
     pub wants: Ordered<Want>,
     /// Why a figure is not measurable on this sensor with this set.
     pub not_measurable: Ordered<String>,
+    /// Why nothing is expected of a figure that can be measured.
+    pub not_expected: Ordered<String>,
 }
 
 /// The truth about a sensor measured by a set.
 pub fn truth(sensor: &SensorSetup, set: &Set) -> Truth {
-    let model = Model::new(sensor, &Times::new(&sensor.schedule, set.size));
+    let model = Model::new(sensor, set);
     let expectation = model.expect(set);
-    let shape = Shape { third_dn3: expectation.third_dn3, rho_frame: 0.0, rho_row: 0.0, rho_column: 0.0 };
+    // A line's mean holds all of what it shares, and its share of the rest, which the figure takes off.
+    let common = |shared_dn2: f64, length: u32| {
+        shared_dn2 / expectation.bright.stack_variance_dn2 * (1.0 - 1.0 / f64::from(length))
+    };
+    let shape = Shape {
+        third_dn3: expectation.third_dn3,
+        rho_frame: 0.0,
+        rho_row: common(model.shared.row_dn2, set.size.width_px),
+        rho_column: common(model.shared.column_dn2, set.size.height_px),
+    };
     let summary =
         Summary { transfer: expectation.transfer.clone(), bright: expectation.bright, dark: expectation.dark, shape };
     let expected = figures(&summary);
-    let errors = standard_errors(&summary, &expected, &expectation.variance_squares);
+    let errors = standard_errors(&summary, &expected, &expectation.variance_squares, expectation.die);
     let mut truth = Truth::default();
     if let Some(reason) = nothing_measurable(sensor, set, &model, &expectation) {
         expected.iter().for_each(|(name, _)| truth.not_measurable.insert(name, reason.clone()));
@@ -81,7 +92,12 @@ pub fn truth(sensor: &SensorSetup, set: &Set) -> Truth {
     let saturation = SaturationRange::of(&expectation);
     let hidden = hidden_pattern(&model, &summary);
     let configured = configured(&model, set);
+    let beyond = beyond(&sensor.parameters);
     for (name, &value) in expected.iter() {
+        if let Some(reason) = beyond.iter().find(|beyond| beyond.touched.has(name)) {
+            truth.not_expected.insert(name, format!("{}: {}", reason.name, reason.reason));
+            continue;
+        }
         let own = *errors.get(name).expect("every figure has its error");
         let error = own + if name.starts_with("PRNU") { value * hidden } else { 0.0 };
         let (plain, formula) = configured.get(name).map_or((None, None), |plain| (Some(plain.0), Some(plain.1)));
@@ -95,7 +111,7 @@ pub fn truth(sensor: &SensorSetup, set: &Set) -> Truth {
 
 /// Reasons that leave no figure at all.
 fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectation: &Expectation) -> Option<String> {
-    let dark_e = model.dark_e_per_s * (set.half.exposure_s() + model.storage_s);
+    let (_, dark_e) = model.charge_e(&set.half, false);
     if dark_e > DARK_FILL_MAX * set.saturation_e {
         return Some(format!(
             "dark charge of {dark_e:.3e} e- fills {:.0} % of saturation before any light; a cooler die would do",
@@ -250,7 +266,8 @@ impl SaturationRange {
     /// Every point whose variance is within 4.5 standard errors of the greatest may turn out greatest.
     fn of(expectation: &Expectation) -> Self {
         let transfer: &Transfer = &expectation.transfer;
-        let error = |index: usize| variance_error(expectation.variance_squares[index][0], transfer.pixels);
+        let error =
+            |index: usize| expectation.die.variance_error(expectation.variance_squares[index][0], transfer.pixels);
         let variance = |index: usize| transfer.points[index].variance_dn2;
         let peak = transfer.saturation();
         let reaches =
@@ -261,7 +278,7 @@ impl SaturationRange {
             range.photons = [lesser(range.photons[0], photons), greater(range.photons[1], photons)];
             let fitted = transfer.linear(index);
             let deviations = Transfer::deviations(fitted, fitted);
-            for (deviation, error) in deviations.into_iter().zip(deviation_errors(transfer, index)) {
+            for (deviation, error) in deviations.into_iter().zip(deviation_errors(transfer, index, expectation.die)) {
                 range.deviation[0] = lesser(range.deviation[0], deviation - SIGMAS * error);
                 range.deviation[1] = greater(range.deviation[1], deviation + SIGMAS * error);
             }
@@ -273,19 +290,27 @@ impl SaturationRange {
 /// Plain values of the configuration with their formulas.
 fn configured(model: &Model, set: &Set) -> Ordered<(f64, &'static str)> {
     let k = model.gain_dn_per_e * (1.0 + model.column_gain * model.column_gain);
-    let noise_e = (model.noise_e * model.noise_e + model.dark_e_per_s * model.storage_s).sqrt();
-    let sigma_y = greater(k * k * noise_e * noise_e + 1.0 / 12.0, DARK_VARIANCE_MIN_DN2).sqrt();
-    let light_e = model.efficiency * set.half.photons;
-    let dark_e = model.dark_e_per_s * (set.half.exposure_s() + model.storage_s);
+    let noise_e = libm::hypot(model.noise_e(), (model.storage_dark_e_per_s * model.storage_s).sqrt());
+    let sigma_y = greater(k * k * noise_e * noise_e + model.conversions() / 12.0, DARK_VARIANCE_MIN_DN2).sqrt();
+    let (light_e, dark_e) = model.charge_e(&set.half, true);
     let column_e = libm::hypot(model.column_offset_e, model.column_gain * dark_e);
-    let row_e = model.dark_e_per_s * model.storage_sigma_s;
+    let row_e = libm::hypot(model.row_e(&set.half, false), model.row_offset_e);
+    let pixel_e = libm::hypot(model.dsnu_e, model.dcnu * dark_e);
     let column_gain = model.column_gain * (1.0 + 2.0 * dark_e / light_e).sqrt();
     let all: [(&str, f64, &'static str); 21] = [
         ("K", k, "conversion gain / LSB * (1 + column_gain_sigma^2)"),
-        ("R", model.gain_dn_per_e * model.efficiency, "conversion gain / LSB * QE * fill factor"),
-        ("QE", 100.0 * model.efficiency, "QE * fill factor"),
-        ("sigma_d", noise_e, "sqrt(read noise^2 + kTC left^2 + dark charge while rows wait)"),
-        ("sigma_y_dark", sigma_y, "sqrt(max(0.24, K^2 sigma_d^2 + 1/12)), one quantisation a code"),
+        ("R", model.gain_dn_per_e * model.efficiency, "conversion gain / LSB * QE * fill factor, QE behind the filter"),
+        ("QE", 100.0 * model.efficiency, "QE of the filter in its best band * fill factor"),
+        (
+            "sigma_d",
+            noise_e,
+            "root of the noises' variances and dark charge while rows wait; the standard takes off one quantisation, not two",
+        ),
+        (
+            "sigma_y_dark",
+            sigma_y,
+            "sqrt(max(0.24, K^2 sigma_d^2 + 1/12 a conversion)), two conversions a code where the reset level has its own",
+        ),
         ("u_I_mean", model.dark_e_per_s, "dark current at the die's temperature"),
         ("u_I_var", model.dark_e_per_s, "dark current at the die's temperature"),
         ("u_e_sat", set.saturation_e, "least of full well and converter range; variance peaks a little below"),
@@ -293,10 +318,10 @@ fn configured(model: &Model, set: &Set) -> Ordered<(f64, &'static str)> {
         ("u_e_min", sigma_y / k + 0.5, "sigma_y_dark / K + 1/2"),
         ("u_p_min", (sigma_y / k + 0.5) / model.efficiency, "u_e_min / QE"),
         ("SNR_max", set.saturation_e.sqrt(), "sqrt(u_e_sat)"),
-        ("DSNU1288", libm::hypot(libm::hypot(model.dsnu_e, column_e), row_e), "root of the sum of its parts' squares"),
-        ("DSNU1288_row", row_e, "dark current * spread of the rows' wait"),
+        ("DSNU1288", libm::hypot(libm::hypot(pixel_e, column_e), row_e), "root of the sum of its parts' squares"),
+        ("DSNU1288_row", row_e, "row offset, dark current * spread of the rows' wait"),
         ("DSNU1288_col", column_e, "column offset left by double sampling, column gain * dark charge"),
-        ("DSNU1288_pixel", model.dsnu_e, "dsnu_e"),
+        ("DSNU1288_pixel", pixel_e, "dsnu_e, spread of the dark current"),
         ("PRNU1288", 100.0 * libm::hypot(model.prnu, column_gain), "root of the sum of its parts' squares"),
         ("PRNU1288_row", 0.0, "no response differs from row to row"),
         ("PRNU1288_col", 100.0 * column_gain, "column_gain_sigma, dark charge counted in"),

@@ -12,8 +12,53 @@
 use super::analysis::{Figures, PARTS, Summary};
 use super::fits;
 use super::measure::{Point, Transfer};
+use super::model::Shared;
 use super::spatial::Parts;
 use crate::num::{f64_from_usize, greater};
+
+/// What adds to the noise of independent pixels: the die's columns, whose offsets meet quantisers at phases of their own (one standard
+/// deviation of the mean over all columns, in the dark; points share it, so it does not average out over them), and noise that
+/// lines share, of which there are only as many draws as lines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DieErrors {
+    /// Of the mean.
+    pub mean_dn: f64,
+    /// Of the temporal variance.
+    pub variance_dn2: f64,
+    /// Noise that lines share.
+    pub shared: Shared,
+    /// Rows of a frame.
+    pub rows: f64,
+    /// Columns of a frame.
+    pub columns: f64,
+}
+
+impl Default for DieErrors {
+    fn default() -> Self {
+        Self { mean_dn: 0.0, variance_dn2: 0.0, shared: Shared::default(), rows: 1.0, columns: 1.0 }
+    }
+}
+
+impl DieErrors {
+    /// Standard error of a point's variance from one pair of frames.
+    pub fn variance_error(&self, square: f64, pixels: f64) -> f64 {
+        let lines = libm::hypot(
+            self.shared.row_dn2 * (2.0 / self.rows).sqrt(),
+            self.shared.column_dn2 * (2.0 / self.columns).sqrt(),
+        );
+        libm::hypot((2.0 * square / pixels).sqrt(), lines)
+    }
+
+    /// Square of the standard error of a point's mean from two frames.
+    fn mean_error_dn2(&self, variance_dn2: f64, pixels: f64) -> f64 {
+        0.5 * (variance_dn2 / pixels + self.shared.row_dn2 / self.rows + self.shared.column_dn2 / self.columns)
+    }
+
+    /// Standard error of a point's signal, bright less dark.
+    fn signal_error(&self, point: &Point, pixels: f64) -> f64 {
+        (self.mean_error_dn2(point.variance_dn2, pixels) + self.mean_error_dn2(point.dark_variance_dn2, pixels)).sqrt()
+    }
+}
 
 /// Mean square of the pixels' variances at each point, bright and dark. Measured points take the square of the mean.
 pub fn variance_squares(transfer: &Transfer) -> Vec<[f64; 2]> {
@@ -21,44 +66,44 @@ pub fn variance_squares(transfer: &Transfer) -> Vec<[f64; 2]> {
     transfer.points.iter().map(squares).collect()
 }
 
-/// Standard errors of all figures of `figures`, which were made from `summary`.
-pub fn standard_errors(summary: &Summary, figures: &Figures, squares: &[[f64; 2]]) -> Figures {
+/// Standard errors of all figures of `figures`, which were made from `summary`; with those that the die adds, where they are known.
+pub fn standard_errors(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], die: DieErrors) -> Figures {
     let mut errors = Figures::default();
-    sensitivity(summary, figures, squares, &mut errors);
-    nonuniformity(summary, figures, &mut errors);
-    shape(summary, figures, &mut errors);
+    sensitivity(summary, figures, squares, die, &mut errors);
+    nonuniformity(summary, figures, die.shared, &mut errors);
+    shape(summary, figures, die.shared, &mut errors);
     errors
 }
 
-/// Standard error of a point's variance from one pair of frames.
-pub fn variance_error(square: f64, pixels: f64) -> f64 {
-    (2.0 * square / pixels).sqrt()
-}
-
-/// Standard error of a point's signal, bright less dark.
-fn signal_error(point: &Point, pixels: f64) -> f64 {
-    ((point.variance_dn2 + point.dark_variance_dn2) / (2.0 * pixels)).sqrt()
-}
-
-fn sensitivity(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], errors: &mut Figures) {
+fn sensitivity(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], die: DieErrors, errors: &mut Figures) {
     let (transfer, pixels) = (&summary.transfer, summary.transfer.pixels);
     let of = |name: &str| *figures.get(name).expect("errors belong to figures that exist");
     let points = transfer.sensitivity();
-    let through_origin = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
-        let (xe, xx) = pairs.fold((0.0, 0.0), |(xe, xx), (x, error)| (xe + x * x * error * error, xx + x * x));
-        xe.sqrt() / xx
+    // An error that all points share moves the slope by itself times sum x / sum x^2.
+    let through_origin = |shared: f64, pairs: &mut dyn Iterator<Item = (f64, f64)>| {
+        let (x1, xe, xx) =
+            pairs.fold((0.0, 0.0, 0.0), |(x1, xe, xx), (x, error)| (x1 + x, xe + x * x * error * error, xx + x * x));
+        libm::hypot(xe.sqrt(), shared * x1) / xx
     };
-    let k_error = through_origin(&mut points.iter().zip(squares).map(|(point, [bright, dark])| {
-        (point.signal_dn(), libm::hypot(variance_error(*bright, pixels), variance_error(*dark, pixels)))
-    }));
-    let r_error = through_origin(&mut points.iter().map(|point| (point.photons, signal_error(point, pixels))));
+    let k_error = through_origin(
+        die.variance_dn2,
+        &mut points.iter().zip(squares).map(|(point, [bright, dark])| {
+            (point.signal_dn(), libm::hypot(die.variance_error(*bright, pixels), die.variance_error(*dark, pixels)))
+        }),
+    );
+    let r_error =
+        through_origin(die.mean_dn, &mut points.iter().map(|point| (point.photons, die.signal_error(point, pixels))));
     let (k, r) = (of("K"), of("R"));
     let (k_relative, r_relative) = (k_error / k, r_error / r);
     let efficiency_relative = libm::hypot(k_relative, r_relative);
 
     let most = |of: &dyn Fn(usize) -> f64| (0..transfer.points.len()).map(of).fold(0.0, greater);
-    let dark_variance_error = most(&|index| variance_error(squares[index][1], pixels));
-    let dark_mean_error = most(&|index| (transfer.points[index].dark_variance_dn2 / (2.0 * pixels)).sqrt());
+    // What all points share counts as if it were each point's alone times the root of their number, which it cannot exceed.
+    let shared = f64_from_usize(transfer.points.len()).sqrt();
+    let own = most(&|index| die.variance_error(squares[index][1], pixels));
+    let dark_variance_error = libm::hypot(own, shared * die.variance_dn2);
+    let own = most(&|index| die.mean_error_dn2(transfer.points[index].dark_variance_dn2, pixels).sqrt());
+    let dark_mean_error = libm::hypot(own, shared * die.mean_dn);
     let (slope, offset) = fits::line_errors(transfer.points.iter().map(|point| point.exposure_ns * 1e-9));
     let sigma_y = of("sigma_y_dark");
     let sigma_y_error = offset * dark_variance_error / (2.0 * sigma_y);
@@ -85,42 +130,49 @@ fn sensitivity(summary: &Summary, figures: &Figures, squares: &[[f64; 2]], error
         ("DR_dB", decibels(threshold / of("u_p_min"))),
     ];
     all.into_iter().for_each(|(name, error)| errors.insert(name, error));
-    let error = deviation_errors(transfer, transfer.saturation()).into_iter().fold(0.0, greater);
+    let error = deviation_errors(transfer, transfer.saturation(), die).into_iter().fold(0.0, greater);
     errors.insert("LE_min", error);
     errors.insert("LE_max", error);
 }
 
 /// Standard error in % of each fitted point's relative deviation: its own, and the fitted line's, which is at most that of two
 /// parameters found from all of them.
-pub fn deviation_errors(transfer: &Transfer, saturation: usize) -> Vec<f64> {
+pub fn deviation_errors(transfer: &Transfer, saturation: usize, die: DieErrors) -> Vec<f64> {
     let fitted = transfer.linear(saturation);
-    let own = |point: &Point| 100.0 * signal_error(point, transfer.pixels) / point.signal_dn();
+    let own =
+        |point: &Point| 100.0 * libm::hypot(die.signal_error(point, transfer.pixels), die.mean_dn) / point.signal_dn();
     let most = fitted.iter().map(own).fold(0.0, greater);
     let line = most * (2.0 / f64_from_usize(fitted.len().max(1))).sqrt();
     fitted.iter().map(|point| libm::hypot(own(point), line)).collect()
 }
 
 /// Lines or pixels that a part is averaged over, and the noise that is left in the mean of one.
-fn averaging(suffix: &str, parts: &Parts) -> (f64, f64) {
+fn averaging(suffix: &str, parts: &Parts, shared: Shared) -> (f64, f64) {
     let noise = parts.stack_variance_dn2 / parts.frames;
     let pixel = crate::num::greater(0.0, parts.pixel_dn2) + noise;
     match suffix {
-        "_row" => (parts.rows, pixel / parts.columns),
-        "_col" => (parts.columns, pixel / parts.rows),
+        "_row" => (parts.rows, pixel / parts.columns + shared.row_dn2 / parts.frames),
+        "_col" => (parts.columns, pixel / parts.rows + shared.column_dn2 / parts.frames),
         _ => (parts.rows * parts.columns, noise),
     }
 }
 
 /// Standard error of a part of the dark stack's spatial variance, in DN^2.
-pub fn dark_part_error(suffix: &str, parts: &Parts, part: impl Fn(&Parts) -> f64) -> f64 {
-    let (count, noise) = averaging(suffix, parts);
+pub fn dark_part_error(suffix: &str, parts: &Parts, shared: Shared, part: impl Fn(&Parts) -> f64) -> f64 {
+    let (count, noise) = averaging(suffix, parts, shared);
     (2.0 / (count - 1.0)).sqrt() * (greater(0.0, part(parts)) + noise)
 }
 
 /// Standard error of bright less dark of a part, in DN^2. The pattern of the dark is in both, so what it adds to the difference is its
 /// chance correlation with the response's pattern, 2 sqrt(d s_dark^2 / m).
-pub fn bright_part_error(suffix: &str, bright: &Parts, dark: &Parts, part: impl Fn(&Parts) -> f64) -> f64 {
-    let ((count, bright_noise), (_, dark_noise)) = (averaging(suffix, bright), averaging(suffix, dark));
+pub fn bright_part_error(
+    suffix: &str,
+    bright: &Parts,
+    dark: &Parts,
+    shared: Shared,
+    part: impl Fn(&Parts) -> f64,
+) -> f64 {
+    let ((count, bright_noise), (_, dark_noise)) = (averaging(suffix, bright, shared), averaging(suffix, dark, shared));
     let pattern = greater(0.0, part(dark));
     let response = greater(0.0, part(bright) - pattern);
     let noise = bright_noise + dark_noise;
@@ -136,25 +188,25 @@ fn whole(error: impl Fn(&str, fn(&Parts) -> f64) -> f64, suffix: &str, part: fn(
     PARTS[1..].iter().map(|&(suffix, part)| error(suffix, part)).fold(0.0, libm::hypot)
 }
 
-fn nonuniformity(summary: &Summary, figures: &Figures, errors: &mut Figures) {
+fn nonuniformity(summary: &Summary, figures: &Figures, shared: Shared, errors: &mut Figures) {
     let (bright, dark) = (&summary.bright, &summary.dark);
     let of = |name: &str| *figures.get(name).expect("errors belong to figures that exist");
     let k_relative = *errors.get("K").expect("sensitivity comes first") / of("K");
     for (suffix, part) in PARTS {
-        let error = whole(|suffix, part| dark_part_error(suffix, dark, part), suffix, part);
+        let error = whole(|suffix, part| dark_part_error(suffix, dark, shared, part), suffix, part);
         let name = format!("DSNU1288{suffix}");
         let figure = of(&name);
         errors.insert(name, figure * libm::hypot(error / (2.0 * part(dark)), k_relative));
     }
     for (suffix, part) in PARTS {
-        let error = whole(|suffix, part| bright_part_error(suffix, bright, dark, part), suffix, part);
+        let error = whole(|suffix, part| bright_part_error(suffix, bright, dark, shared, part), suffix, part);
         let name = format!("PRNU1288{suffix}");
         let figure = of(&name);
         errors.insert(name, figure * error / (2.0 * (part(bright) - part(dark))));
     }
 }
 
-fn shape(summary: &Summary, figures: &Figures, errors: &mut Figures) {
+fn shape(summary: &Summary, figures: &Figures, shared: Shared, errors: &mut Figures) {
     let (bright, dark) = (&summary.bright, &summary.dark);
     let (frames, pixels) = (bright.frames, summary.transfer.pixels);
     let cumulant = (6.0 * frames / ((frames - 1.0) * (frames - 2.0) * pixels)).sqrt();
@@ -165,7 +217,11 @@ fn shape(summary: &Summary, figures: &Figures, errors: &mut Figures) {
     let k = *figures.get("K").expect("errors belong to figures that exist");
     let shot_dn2 = bright.stack_variance_dn2 - dark.stack_variance_dn2;
     errors.insert("x_k3_ratio", libm::hypot(third(bright), third(dark)) / (k * shot_dn2));
-    errors.insert("x_rho_frame", 1.0 / (pixels * (frames - 1.0)).sqrt());
-    errors.insert("x_rho_row", (2.0 / (bright.rows * frames)).sqrt() / bright.columns);
-    errors.insert("x_rho_col", (2.0 / (bright.columns * frames)).sqrt() / bright.rows);
+    // Of noise that lines share there are as many draws as lines; the rest is each pixel's.
+    let total_dn2 = bright.stack_variance_dn2;
+    let (row, column) = (shared.row_dn2 / total_dn2, shared.column_dn2 / total_dn2);
+    let pairs = 1.0 / pixels + row * row / bright.rows + column * column / bright.columns;
+    errors.insert("x_rho_frame", (pairs / (frames - 1.0)).sqrt());
+    errors.insert("x_rho_row", (2.0 / (bright.rows * frames)).sqrt() * (row + 1.0 / bright.columns));
+    errors.insert("x_rho_col", (2.0 / (bright.columns * frames)).sqrt() * (column + 1.0 / bright.rows));
 }

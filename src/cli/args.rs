@@ -176,7 +176,7 @@ pub struct ConfigArguments {
 pub struct CharacterizeArguments {
     /// A sensor preset's name, or a scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
     pub sensor: Option<String>,
-    /// Rows and columns that are measured, from the first on (default: 320x240, or the array where that is smaller).
+    /// Rows and columns that are measured, from the first on, of one colour's pixels (default: 320x240, or all where that is less).
     #[arg(long, value_name = "WxH")]
     pub size: Option<String>,
     /// Points of photon transfer, 40 to 1000 (default: 42).
@@ -185,6 +185,9 @@ pub struct CharacterizeArguments {
     /// Frames of each spatial stack, 32 to 2000 (default: 48).
     #[arg(long)]
     pub stack: Option<u32>,
+    /// Letter of the colour filter whose pixels are measured (default: the one that passes most).
+    #[arg(long, value_name = "LETTER")]
+    pub channel: Option<char>,
 }
 
 /// Whatever a verb of a later version is given.

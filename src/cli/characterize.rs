@@ -78,6 +78,7 @@ fn options(arguments: &CharacterizeArguments) -> Result<Options, Error> {
         size,
         points: arguments.points.unwrap_or(usual.points),
         stack: arguments.stack.unwrap_or(usual.stack),
+        channel: arguments.channel,
     })
 }
 
@@ -99,12 +100,26 @@ fn summary(record: &Characterization, target: &Path, seconds: f64) {
         set.points.len(),
         set.stack
     );
+    outln!("channel: {}{}", set.channel.name(), record.reading.map_or(String::new(), |reading| format!("; {reading}")));
+    let converter = &record.linearity;
+    outln!(
+        "converter: DNL {:+.3} to {:+.3} LSB, INL {:+.3} to {:+.3} LSB (each to {:.3} LSB), {} missing codes, ENOB {}",
+        converter.dnl_lsb[0],
+        converter.dnl_lsb[1],
+        converter.inl_lsb[0],
+        converter.inl_lsb[1],
+        converter.error_lsb,
+        converter.missing_codes,
+        converter.enob_bits.map_or("none below 4 bits".to_owned(), |bits| format!("{bits:.2} bits"))
+    );
     let mut missing = 0;
     for (name, figure) in record.figures.iter() {
         match (figure.value, figure.standard_error, &figure.not_measurable) {
             (Some(value), error, _) => {
                 let error = error.map_or(String::new(), |error| format!("+- {error:.2e}"));
-                outln!("  {name:<16} {:>12} {error:<11} {}", significant(value), figure.unit);
+                let reason = figure.not_expected.as_ref().and_then(|reason| reason.split_once(": "));
+                let note = reason.map_or(String::new(), |(cause, _)| format!("  (nothing expected: {cause})"));
+                outln!("  {name:<16} {:>12} {error:<11} {}{note}", significant(value), figure.unit);
             }
             (None, _, reason) => {
                 missing += 1;
@@ -113,6 +128,11 @@ fn summary(record: &Characterization, target: &Path, seconds: f64) {
             }
         }
     }
+    let mut reasons: Vec<&String> =
+        record.figures.iter().filter_map(|(_, figure)| figure.not_expected.as_ref()).collect();
+    reasons.sort();
+    reasons.dedup();
+    reasons.iter().for_each(|reason| outln!("  {reason}"));
     outln!("  took             {seconds:.1} s for {} frames", set.frames());
     outln!("report: {}", target.join("characterization.html").display());
     outln!("{} measured, {missing} not measurable", record.figures.iter().count() - missing);
