@@ -123,6 +123,7 @@ impl SensorSetup {
         let link = scenario.link()?;
         let whole = scenario.mosaic()?.0;
         let mut readout = scenario.readout()?;
+        readout.check()?;
         let (columns, rows) = (whole.width_px(), whole.height_px());
         readout.mosaic_px = crate::num::u32_from(columns.max(rows));
         if readout.binning > 1 && columns.max(rows) % columns.min(rows) != 0 {
