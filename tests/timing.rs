@@ -144,7 +144,7 @@ fn random_params(cases: &mut Cases) -> ReadoutParams {
         frame: if cases.between(0, 3) == 0 { FrameLength::RateHz(rate_hz) } else { plain.frame },
         exposure_fine_clk: if hdr == Hdr::None { cases.between(0, 1) * cases.between(0, 19) } else { 0 },
         exposure_margin_lines: cases.between(0, 25),
-        exposure_lines_min: cases.between(0, 2),
+        exposure_lines_min: cases.between(u32::from(hdr != Hdr::None), 2),
         long_exposure: cases.one(&[LongExposure::Refuse, LongExposure::Refuse, LongExposure::ExtendFrame]),
         window: (cases.between(0, 1) == 0).then_some(window),
         binning: cases.one(&[1, 2, 4]),
