@@ -13,6 +13,7 @@ macro_rules! outln {
 }
 
 mod args;
+mod characterize;
 mod features;
 mod interrupt;
 mod listing;
@@ -69,7 +70,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Schema) => listing::schema(),
         Some(Verb::Config(own)) => listing::config(own, shared),
         Some(Verb::Ladder(_)) => later("ladder"),
-        Some(Verb::Characterize(_)) => later("characterize"),
+        Some(Verb::Characterize(own)) => characterize::main(own, shared),
         Some(Verb::Sweep(_)) => later("sweep"),
     }
 }
@@ -79,6 +80,6 @@ fn later(verb: &'static str) -> Result<(), Error> {
     Err(Error::Unknown {
         what: "verb of this version:",
         name: verb.to_owned(),
-        known: "run, plan, timing, power, features, track, presets, schema, config (ladder, characterize and sweep come later)".to_owned(),
+        known: "run, plan, timing, power, features, track, characterize, presets, schema, config (ladder and sweep come later)".to_owned(),
     })
 }

@@ -102,8 +102,10 @@ pub struct ArrayPass<'a> {
     pub die_seed: u64,
     /// Electrons of each pixel.
     pub charge_e: &'a mut Plane<f32>,
-    /// Electrons that the frame before left at this point; none in the first frame.
+    /// Electrons that the frame before left behind in the array; none in the first frame.
     pub before_e: Option<&'a Plane<f32>>,
+    /// Electrons that this frame leaves behind for the next, where an effect leaves some.
+    pub left_e: Option<Plane<f32>>,
 }
 
 /// An effect with its parameters, ready to run.
@@ -133,10 +135,5 @@ pub trait Effect: Send + Sync {
     /// Applies an effect of `Domain::ArrayElectrons` to the whole array. Never called for others.
     fn apply_to_array(&self, _array: &mut ArrayPass<'_>) {
         unreachable!("{} acts on rows", self.name())
-    }
-
-    /// Whether the effect needs the frame before this one.
-    fn needs_frame_before(&self) -> bool {
-        false
     }
 }

@@ -4,10 +4,12 @@
 pub mod chain;
 pub mod plan;
 pub mod regions;
+pub mod variation;
 
 use crate::adc::{self, AdcParams};
 use crate::effect::Effect;
-use crate::pixel::{self, PixelParams};
+use crate::num::f64_from_u64;
+use crate::pixel::{self, PixelParams, Sampling};
 
 /// What effects are made from.
 #[derive(Clone, Debug)]
@@ -28,12 +30,35 @@ pub struct Entry {
     pub build: fn(&Parameters) -> Option<Box<dyn Effect>>,
 }
 
+/// The samples with the time between them: from reset sample to signal sample pass the rest of the reset conversion, where there is
+/// one, and the settling of the signal. Both levels are met at one height of the ramp, as in a dark pixel; a bright one is met up to a
+/// ramp later.
+pub fn sampling(parameters: &Parameters) -> Sampling {
+    let adc = &parameters.adc;
+    let samples = adc.cds.samples();
+    if !samples.is_double() {
+        return Sampling { samples, interval_s: 0.0 };
+    }
+    let reset_s = f64::from(adc.reset_counts_used()) / f64_from_u64(adc.clock_hz);
+    Sampling { samples, interval_s: reset_s + 1e-6 * adc.settle_signal_us }
+}
+
 /// All effects in the order in which light and charge meet them.
 pub const ALL: &[Entry] = &[
     Entry {
         name: "prnu",
         summary: "response differs from pixel to pixel, a pattern of the die",
         build: |parameters| pixel::Prnu::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "parasitic_light",
+        summary: "light on the storage node while a row waits for readout",
+        build: |parameters| pixel::ParasiticLight::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "dead_pixels",
+        summary: "pixels of the die that see no light",
+        build: |parameters| pixel::DeadPixels::from_params(&parameters.pixel),
     },
     Entry {
         name: "shot_noise",
@@ -46,14 +71,54 @@ pub const ALL: &[Entry] = &[
         build: |parameters| pixel::DarkCurrent::from_params(&parameters.pixel),
     },
     Entry {
+        name: "hot_pixels",
+        summary: "pixels of the die with a dark current of their own",
+        build: |parameters| pixel::HotPixels::from_params(&parameters.pixel),
+    },
+    Entry {
         name: "dsnu",
         summary: "dark signal differs from pixel to pixel, a pattern of the die",
         build: |parameters| pixel::Dsnu::from_params(&parameters.pixel),
     },
     Entry {
+        name: "blooming",
+        summary: "charge beyond the well spills into neighbours",
+        build: |parameters| pixel::Blooming::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "image_lag",
+        summary: "charge stays behind the transfer gate and is read with the next frame",
+        build: |parameters| pixel::ImageLag::from_params(&parameters.pixel),
+    },
+    Entry {
         name: "full_well",
         summary: "charge beyond the well is lost",
         build: |parameters| pixel::FullWell::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "storage_leakage",
+        summary: "stored charge leaks away while a row waits for readout",
+        build: |parameters| pixel::StorageLeakage::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "gain_compression",
+        summary: "conversion gain falls as the well fills",
+        build: |parameters| pixel::GainCompression::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "die_gain",
+        summary: "conversion gain differs from die to die",
+        build: |parameters| pixel::DieGain::from_params(&parameters.pixel),
+    },
+    Entry {
+        name: "rts_noise",
+        summary: "traps of source followers switch between two states",
+        build: |parameters| pixel::RtsNoise::from_params(&parameters.pixel, sampling(parameters)),
+    },
+    Entry {
+        name: "flicker_noise",
+        summary: "source follower 1/f noise through the sampling",
+        build: |parameters| pixel::flicker_noise(&parameters.pixel, sampling(parameters)),
     },
     Entry {
         name: "ktc_noise",
@@ -71,9 +136,19 @@ pub const ALL: &[Entry] = &[
         build: |parameters| adc::ColumnSettling::from_params(&parameters.adc, &parameters.pixel),
     },
     Entry {
+        name: "stuck_pixels",
+        summary: "pixels of the die at the bottom or the top of the range",
+        build: |parameters| pixel::StuckPixels::from_params(&parameters.pixel),
+    },
+    Entry {
         name: "column_gain",
         summary: "gain differs from column to column, a pattern of the die",
         build: |parameters| adc::ColumnGain::from_params(&parameters.adc),
+    },
+    Entry {
+        name: "die_offset",
+        summary: "black level differs from die to die",
+        build: |parameters| pixel::DieOffset::from_params(&parameters.pixel),
     },
     Entry {
         name: "column_offset",

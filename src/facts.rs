@@ -5,10 +5,12 @@
 pub struct Facts {
     /// Least mean photoelectrons of a pixel of the region.
     pub signal_e_min: f64,
-    /// Greatest mean photoelectrons of a pixel of the region.
+    /// Greatest mean photoelectrons of a pixel of the region, parasitic light included.
     pub signal_e_max: f64,
-    /// Root mean square of what a pixel holds in the dark, in electrons: dark charge, its pattern, and noise before the
-    /// column's gain.
+    /// Greatest mean photoelectrons of any pixel of any frame: what neighbours and the frame before can bring.
+    pub frame_e_max: f64,
+    /// Root mean square of what a pixel holds beside its own light, in electrons: dark charge, its pattern, charge of neighbours
+    /// and of the frame before, and noise before the column's gain.
     pub dark_rms_e: f64,
     /// Exposure in seconds.
     pub exposure_s: f64,
@@ -20,4 +22,8 @@ pub struct Facts {
     pub pixels: f64,
     /// Conversion gain from electrons to the ADC's input, in microvolts per electron.
     pub conversion_gain_uv_per_e: f64,
+    /// Greatest slope of a pixel's charge over what the array gathers: above 1 where charge may spill over.
+    pub spill_slope_max: f64,
+    /// Greatest slope of the samples over the charge, relative to the conversion gain: above 1 where dies differ in gain.
+    pub gain_slope_max: f64,
 }

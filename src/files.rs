@@ -1,7 +1,8 @@
-//! The only module that touches a disk. Enters: paths. Leaves: folders other programs read (EuRoC), an output folder that
+//! The only module that touches a disk. Enters: paths. Leaves: folders other programs read (EuRoC, EMVA 1288), an output folder that
 //! is whole or absent, a cache that may lose but never lies. It computes nothing.
 
 pub mod cache;
+pub mod emva;
 pub mod euroc;
 pub mod folder;
 pub mod picture;

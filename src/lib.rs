@@ -54,5 +54,6 @@ pub mod report;
 pub mod effects;
 pub mod config;
 pub mod run;
+pub mod characterize;
 #[cfg(feature = "cli")]
 pub mod files;

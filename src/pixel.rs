@@ -3,32 +3,75 @@
 //! The two structural steps (`photons_to_mean_electrons`, `electrons_to_microvolts`) always run; everything else is an
 //! effect that a scene may or may not call for.
 
+mod blooming;
 mod dark_current;
+mod dark_rates;
+mod dead_pixels;
+mod defects;
+mod die;
+mod die_gain;
+mod die_offset;
 mod dsnu;
+mod flicker_noise;
 mod full_well;
+mod gain_compression;
+mod hot_pixels;
+mod image_lag;
 mod ktc_noise;
+mod parasitic_light;
 mod params;
 mod pattern;
+mod places;
 mod prnu;
 mod read_noise;
 mod row;
+mod row_memory;
+mod rts_noise;
 mod sample_noise;
 mod shot_noise;
+mod storage_leakage;
+mod stuck_pixels;
+mod thinning;
 
+pub use blooming::{Blooming, spill_slope_max};
 pub use dark_current::DarkCurrent;
+pub use dead_pixels::DeadPixels;
+pub use defects::{Defect, DefectKind, defects};
+pub use die_gain::{DieGain, die_gain_max};
+pub use die_offset::DieOffset;
 pub use dsnu::Dsnu;
+pub use flicker_noise::{flicker_noise, flicker_variance_uv2};
 pub use full_well::FullWell;
+pub use gain_compression::{GainCompression, compressed_slope_min};
+pub use hot_pixels::HotPixels;
+pub use image_lag::ImageLag;
 pub use ktc_noise::{ktc_noise, ktc_sigmas};
+#[cfg(test)]
+pub(crate) use params::tests as params_tests;
 pub use params::{PixelParams, PixelType};
 pub(crate) use params::{above, within};
+pub use parasitic_light::{ParasiticLight, parasitic_share};
 pub use pattern::Pattern;
 pub use prnu::Prnu;
 pub use read_noise::read_noise;
 pub use row::{add_scaled, add_to_all, scale_all, scale_by_pattern};
-pub use sample_noise::{SampleNoise, SampleSigmas, Samples};
+pub use rts_noise::RtsNoise;
+pub use sample_noise::{SampleNoise, SampleSigmas, Samples, Sampling};
 pub use shot_noise::ShotNoise;
+pub use storage_leakage::StorageLeakage;
+pub use stuck_pixels::StuckPixels;
 
 use crate::num::f32_nearest;
+
+/// Mean of the dark charge of sound pixels, and mean square of all pixels', in electrons, on the die that draws the most.
+pub fn dark_charge_e(params: &PixelParams, exposure_s: f64, storage_s: f64) -> (f64, f64) {
+    let rates = dark_rates::DarkRates::of(params);
+    let mean_e = rates.mean_e(exposure_s, storage_s);
+    let spread_e = rates.dcnu * mean_e;
+    // An exponential of mean m has the mean square 2 m^2.
+    let (hot_share, hot_e) = (1e-6 * params.hot_ppm, rates.hot_mean_e(exposure_s, storage_s));
+    (mean_e, mean_e * mean_e + spread_e * spread_e + mean_e + hot_share * (hot_e + 2.0 * hot_e * (hot_e + mean_e)))
+}
 
 /// Turns mean photons on the pixel into mean photoelectrons, in place: quantum efficiency times fill factor.
 pub fn photons_to_mean_electrons(params: &PixelParams, values: &mut [f32]) {
@@ -145,12 +188,15 @@ mod tests {
             let facts = Facts {
                 signal_e_min: 0.0,
                 signal_e_max: mean_e.into(),
+                frame_e_max: mean_e.into(),
                 dark_rms_e: 0.0,
                 exposure_s: 0.0,
                 storage_s_max: 0.0,
                 temperature_k: 300.0,
                 pixels: 4e4,
                 conversion_gain_uv_per_e: 10.0,
+                spill_slope_max: 1.0,
+                gain_slope_max: 1.0,
             };
             let bound = well.omission(&facts).unwrap();
             assert!(

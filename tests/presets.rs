@@ -155,7 +155,7 @@ impl Figures {
         let spatial_e2 = pixel.dsnu_e * pixel.dsnu_e + column_e * column_e;
         Self {
             system_gain_dn_per_e: 1.0 / step_e,
-            saturation_e: setup.saturation_photons() * pixel.quantum_efficiency * pixel.fill_factor,
+            saturation_e: SensorSetup::saturation_of(&setup.parameters) * pixel.quantum_efficiency * pixel.fill_factor,
             dark_sigma_e: temporal_e2.sqrt(),
             dark_spread_e: (temporal_e2 + spatial_e2).sqrt(),
         }
@@ -264,7 +264,7 @@ fn dark_and_bright_frames_show_the_figures_and_the_black_level_does_not_clip() {
         );
         assert!(temporal > 0.3, "{name}: EMVA 1288 cannot measure {temporal} DN");
 
-        let bright = two_frames(&setup, 0.9 * setup.saturation_photons());
+        let bright = two_frames(&setup, 0.9 * SensorSetup::saturation_of(&setup.parameters));
         let signal_e = 0.9 * figures.saturation_e;
         let expected = signal_e / (signal_e + figures.dark_sigma_e * figures.dark_sigma_e).sqrt();
         let snr = (mean(&bright[0]) - mean(&dark[0])) / temporal_sigma(&bright);

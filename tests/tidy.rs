@@ -5,8 +5,31 @@ use std::path::{Path, PathBuf};
 
 /// Modules in the data's order; each may use only those before it.
 const ORDER: &[&str] = &[
-    "num", "units", "plane", "pose", "error", "simd", "draw", "events", "facts", "fidelity", "effect", "scene",
-    "optics", "pixel", "adc", "readout", "compute", "link", "energy", "tracker", "report", "effects", "config", "run",
+    "num",
+    "units",
+    "plane",
+    "pose",
+    "error",
+    "simd",
+    "draw",
+    "events",
+    "facts",
+    "fidelity",
+    "effect",
+    "scene",
+    "optics",
+    "pixel",
+    "adc",
+    "readout",
+    "compute",
+    "link",
+    "energy",
+    "tracker",
+    "report",
+    "effects",
+    "config",
+    "run",
+    "characterize",
     "files",
 ];
 

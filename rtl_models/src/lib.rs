@@ -1,5 +1,44 @@
 //! Bit-true twins of the sensor's digital blocks: no floats, no allocator, no `unsafe`.
+//!
+//! Each block of `verilog/` stands here under the same name, with the same ports, reset and latency: a `tick` is one rising edge of
+//! `adc_clk`, and what it returns are the pins after that edge. Beside each `tick` stands a form that skips the clocks in which
+//! nothing changes (`advance`, `run_ramp`, `write_row`, `EventCore`), equal to it in every result. Where analog and digital meet, the
+//! digital side sees one bit a column, the comparator's; the analog side says when it rises as a *crossing*: the number, from 1, of the
+//! first ramp step at which the bit is high, or [`NEVER`].
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod cds;
+pub mod event_core;
+pub mod lane_planes;
+pub mod lane_shift;
 pub mod ramp_adc;
+pub mod ramp_counter;
+pub mod readout_seq;
+pub mod sensor_core;
+
+/// The crossing of a comparator that stays low through the whole ramp.
+pub const NEVER: u32 = u32::MAX;
+
+/// Ramp steps at or below a level whose comparator rises at `crossing` in a ramp of `steps`: the code of that ramp alone.
+#[inline(always)]
+pub const fn steps_below(crossing: u32, steps: u32) -> u32 {
+    let below = crossing.saturating_sub(1);
+    if below < steps { below } else { steps }
+}
+
+/// Bits set, by the steps that vectorise without a population-count instruction.
+#[inline(always)]
+const fn bits_set(word: u32) -> u32 {
+    let pairs = word - ((word >> 1) & 0x5555_5555);
+    let fours = (pairs & 0x3333_3333) + ((pairs >> 2) & 0x3333_3333);
+    let eights = (fours + (fours >> 4)) & 0x0F0F_0F0F;
+    let sixteens = eights + (eights >> 8);
+    (sixteens + (sixteens >> 16)) & 0x3F
+}
+
+/// Bits that differ, for toggle counts.
+#[inline(always)]
+fn flips(before: u32, after: u32) -> u64 {
+    u64::from(bits_set(before ^ after))
+}

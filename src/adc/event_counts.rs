@@ -7,10 +7,10 @@ use crate::pixel::PixelType;
 
 /// Counts the events of reading and converting one row of `columns` columns.
 ///
-/// A counter in a column steps once for each clock before its crossing, in both conversions. Its comparator is active for one clock more, in
-/// which it crosses, unless the ramp ends first. A shared counter runs for the whole ramp: it steps once a clock, its lines toggle
-/// along all columns (a binary count from 0 to N toggles 2 N - ones(N) times, a Gray count N times), and each column
-/// writes a latch as wide as the ramp's last count.
+/// A counter in a column steps once for each clock before its crossing, in both conversions. Its comparator is active for one clock
+/// more, in which it crosses, unless the ramp ends first. A shared counter runs for the whole ramp: it steps once a clock, its lines
+/// toggle along all columns (a binary count from 0 to N toggles 2 N - ones(N) times, a Gray count N times), and each column writes a
+/// latch as wide as the ramp's last count.
 pub fn count_row(params: &AdcParams, pixel_type: PixelType, columns: usize, work: RowWork, events: &mut Events) {
     let columns = u64_from(columns);
     let passes = u64::from(params.columns_per_adc);

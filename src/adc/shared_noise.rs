@@ -17,13 +17,13 @@ use crate::units::RowIndex;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shared {
     /// The columns of a row that are converted together, in one frame.
-    ByConversion,
+    Conversion,
     /// All columns of a row, in one frame.
-    ByRow,
+    Row,
     /// All columns of a row, in all frames.
-    ByRowOfDie,
+    RowOfDie,
     /// All rows of a column, in one frame.
-    ByColumn,
+    Column,
 }
 
 /// A normal draw that many pixels share.
@@ -38,23 +38,23 @@ pub struct SharedNoise {
 
 /// Noise of a row in one frame, 203; `None` where it is 0.
 pub fn row_noise(params: &AdcParams) -> Option<Box<dyn Effect>> {
-    of_difference("row_noise", 203, Shared::ByRow, params.row_noise_uv)
+    of_difference("row_noise", 203, Shared::Row, params.row_noise_uv)
 }
 
 /// Offset of a row of the die, 204; `None` where it is 0.
 pub fn row_offset(params: &AdcParams) -> Option<Box<dyn Effect>> {
-    of_difference("row_offset", 204, Shared::ByRowOfDie, params.row_offset_uv)
+    of_difference("row_offset", 204, Shared::RowOfDie, params.row_offset_uv)
 }
 
 /// Noise of a column in one frame, 205; `None` where it is 0.
 pub fn column_noise(params: &AdcParams) -> Option<Box<dyn Effect>> {
-    of_difference("column_noise", 205, Shared::ByColumn, params.column_noise_uv)
+    of_difference("column_noise", 205, Shared::Column, params.column_noise_uv)
 }
 
 /// Noise of the ramp in one conversion, 207; `None` where it is 0.
 pub fn ramp_noise(params: &AdcParams) -> Option<Box<dyn Effect>> {
     let sigmas = params.sigmas_of_conversions(params.ramp_noise_uv);
-    boxed("ramp_noise", 207, Shared::ByConversion, sigmas, index(params.columns_per_adc))
+    boxed("ramp_noise", 207, Shared::Conversion, sigmas, index(params.columns_per_adc))
 }
 
 fn of_difference(name: &'static str, number: u64, shared: Shared, sigma_uv: f64) -> Option<Box<dyn Effect>> {
@@ -75,15 +75,15 @@ fn boxed(
 impl SharedNoise {
     fn signal_key(&self, row: &RowPass<'_>) -> DrawKey {
         match self.shared {
-            Shared::ByConversion | Shared::ByRow => row.temporal_key(self.number),
-            Shared::ByRowOfDie => row.pattern_key(self.number),
-            Shared::ByColumn => DrawKey::of_row(self.number, RowPlace { row: RowIndex(0), ..row.place }),
+            Shared::Conversion | Shared::Row => row.temporal_key(self.number),
+            Shared::RowOfDie => row.pattern_key(self.number),
+            Shared::Column => DrawKey::of_row(self.number, RowPlace { row: RowIndex(0), ..row.place }),
         }
     }
 
     /// One normal a column of the row, in `draws`.
     fn draw(&self, key: DrawKey, uniforms: &mut [u32], draws: &mut [f32]) {
-        let drawn = if self.shared == Shared::ByColumn { draws.len() } else { self.passes.min(draws.len()) };
+        let drawn = if self.shared == Shared::Column { draws.len() } else { self.passes.min(draws.len()) };
         fill_uniforms(key, &mut uniforms[..drawn]);
         normals(&uniforms[..drawn], &mut draws[..drawn]);
         for column in drawn..draws.len() {
@@ -107,7 +107,7 @@ impl Effect for SharedNoise {
 
     fn cost_ns_per_px(&self) -> f64 {
         let samples = if self.sigmas.reset_uv > 0.0 { 2.0 } else { 1.0 };
-        samples * if self.shared == Shared::ByColumn { 1.3 } else { 0.4 }
+        samples * if self.shared == Shared::Column { 1.3 } else { 0.4 }
     }
 
     /// The variance of a pixel. It is shared, so an eye or a tracker sees it in stripes long before a pixel's own noise of the same

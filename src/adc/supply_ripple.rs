@@ -113,10 +113,12 @@ impl Effect for SupplyRipple {
         if self.converter.params.cds == Cds::Digital { 12.0 } else { 6.0 }
     }
 
-    /// A sine moves a sample by its amplitude at most, two samples apart by twice that.
+    /// A sine moves a sample by its amplitude at most, two samples apart by twice that. Pixels that cross at other clocks meet it at
+    /// other phases: what is bounded by +-B has a variance of at most B^2 (Popoviciu).
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let samples = if self.converter.params.cds == Cds::Digital { 2.0 } else { 1.0 };
-        Some(Omission { bias_e: samples * self.amplitude_uv / facts.conversion_gain_uv_per_e, variance_e2: 0.0 })
+        let most_e = samples * self.amplitude_uv / facts.conversion_gain_uv_per_e;
+        Some(Omission { bias_e: most_e, variance_e2: most_e * most_e })
     }
 
     fn reason(&self, facts: &Facts) -> String {

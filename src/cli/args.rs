@@ -68,8 +68,8 @@ pub enum Verb {
     Config(ConfigArguments),
     /// What accuracy costs in time (comes later).
     Ladder(LaterArguments),
-    /// EMVA 1288 measurement of a sensor (comes later).
-    Characterize(LaterArguments),
+    /// Measures a sensor by EMVA 1288: frames, descriptor and truth for a judge, every figure, a report.
+    Characterize(CharacterizeArguments),
     /// A design space (comes later).
     Sweep(LaterArguments),
 }
@@ -138,6 +138,22 @@ pub struct ConfigArguments {
     pub what: String,
     /// A scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
     pub scenario: Option<String>,
+}
+
+/// A sensor and how large its measurement is.
+#[derive(Args, Debug)]
+pub struct CharacterizeArguments {
+    /// A sensor preset's name, or a scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
+    pub sensor: Option<String>,
+    /// Rows and columns that are measured, from the first on (default: 320x240, or the array where that is smaller).
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<String>,
+    /// Points of photon transfer, 40 to 1000 (default: 42).
+    #[arg(long)]
+    pub points: Option<u32>,
+    /// Frames of each spatial stack, 32 to 2000 (default: 48).
+    #[arg(long)]
+    pub stack: Option<u32>,
 }
 
 /// Whatever a verb of a later version is given.

@@ -58,7 +58,7 @@ pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, E
 }
 
 /// What the command line lays over a scenario.
-fn assignments(shared: &Shared, more: &[String]) -> Vec<String> {
+pub fn assignments(shared: &Shared, more: &[String]) -> Vec<String> {
     let seed = shared.seed.map(|seed| format!("seed={seed}"));
     let threads = shared.threads.map(|threads| format!("run.threads={threads}"));
     more.iter().cloned().chain(seed).chain(threads).chain(shared.set.iter().cloned()).collect()

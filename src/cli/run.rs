@@ -84,7 +84,7 @@ pub fn located(arguments: &RunArguments, shared: &Shared) -> Result<Located, Err
 }
 
 /// Uses as many threads as the scenario says, for the whole program.
-fn use_threads(threads: u32) -> Result<(), Error> {
+pub fn use_threads(threads: u32) -> Result<(), Error> {
     let threads = usize::try_from(threads).unwrap_or(0);
     let made = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     made.map_err(|error| Error::Run(format!("{threads} threads: {error}")))

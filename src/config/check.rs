@@ -10,6 +10,7 @@ use crate::adc::{AdcParams, Cds, Counter, Counting, Ramp};
 use crate::compute::ExtractorParams;
 use crate::effects::chain::BlackRows;
 use crate::effects::plan::Choice;
+use crate::effects::variation::{Corner, Variation};
 use crate::error::Error;
 use crate::fidelity::{Fidelity, Rung};
 use crate::link::{LinkParams, Mode, RawKind};
@@ -206,6 +207,9 @@ impl Scenario {
             defect_cluster_share: pixel.defect_cluster_share,
             low_conversion_gain_uv_per_e: pixel.low_conversion_gain_uv_per_e,
             overflow_capacity_e: pixel.overflow_capacity_e,
+            die_gain_sigma: self.sensor.die_gain_sigma,
+            die_offset_uv: self.sensor.die_offset_uv,
+            die_dark_sigma: self.sensor.die_dark_sigma,
         };
         params.check()?;
         Ok(params)
@@ -246,6 +250,21 @@ impl Scenario {
             return Err(Error::key(key, "", "is missing; this, or qe_by_filter for each filter, would do"));
         }
         Mosaic::parse(&pixel.cfa, &efficiencies)
+    }
+
+    /// Process corner and supply of the die.
+    ///
+    /// # Errors
+    /// An unknown corner, a supply out of range or too far from the one that the figures are given for.
+    pub fn variation(&self) -> Result<Variation, Error> {
+        let sensor = &self.sensor;
+        let corners = Corner::ALL.map(|corner| (corner.name(), corner));
+        Variation {
+            corner: one_of("sensor.corner", &sensor.corner, &corners)?,
+            supply_v: within("sensor.supply_v", sensor.supply_v, 0.5..=10.0, "0.5 to 10")?,
+            supply_nominal_v: within("sensor.supply_nominal_v", sensor.supply_nominal_v, 0.5..=10.0, "0.5 to 10")?,
+        }
+        .checked()
     }
 
     fn cds(&self) -> Result<Cds, Error> {

@@ -130,7 +130,7 @@ sections! {
         width: u32,
         /// Rows, 16 to 4096.
         height: u32,
-        /// Of the die, 150 to 450.
+        /// Of the die, 0 to 450.
         temperature_k: f64,
         /// Process corner: "tt", "ff", "ss", "fs", "sf".
         corner: String,

@@ -67,7 +67,7 @@ pub struct Capture<'a> {
     pub frame: FrameIndex,
     /// Exposure within the frame; 0 for single exposures.
     pub slot: u32,
-    /// Electrons of the array in the frame before, as `Captured::charge_e` gave them; none in the first frame.
+    /// Electrons that the frame before left in the array, as `Captured::charge_e` gave them; none in the first frame.
     pub before_e: Option<&'a Plane<f32>>,
 }
 
@@ -84,7 +84,7 @@ pub struct Captured {
     pub codes: Plane<u16>,
     /// Events of reset, transfer, conversion and readout.
     pub events: Events,
-    /// Electrons of the array at the end of the exposure, where the next frame needs them.
+    /// Electrons that stay in the array for the next frame, where an effect leaves some.
     pub charge_e: Option<Plane<f32>>,
     /// What the black clamp added to the codes of the first reading.
     pub black_shift_dn: i32,
@@ -179,7 +179,9 @@ impl Chain {
         let columns = self.columns(capture.camera, array_width);
         let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn, columns };
         shot.shifts_dn = self.black_shifts_dn(&shot, &mut events);
-        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot));
+        let array = self.has_array_effects().then(|| self.array_electrons(&shot));
+        let left_e;
+        (shot.charge_e, left_e) = array.map_or((None, None), |(charge_e, left_e)| (Some(charge_e), left_e));
         let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
         let mut codes = Plane::filled(size, 0_u16);
         let width = codes.width_px();
@@ -194,9 +196,7 @@ impl Chain {
         for part in &map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk) {
             events.merge(part);
         }
-        let needed = self.gathering.iter().any(|effect| effect.needs_frame_before());
-        let charge_e = shot.charge_e.filter(|_| needed);
-        Captured { codes, events, charge_e, black_shift_dn: shot.shifts_dn[0] }
+        Captured { codes, events, charge_e: left_e, black_shift_dn: shot.shifts_dn[0] }
     }
 
     /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
@@ -235,8 +235,8 @@ impl Chain {
         !self.array_effects().is_empty()
     }
 
-    /// Electrons of all rows of the window, after the effects of the whole array.
-    fn array_electrons(&self, shot: &Shot<'_>) -> Plane<f32> {
+    /// Electrons of all rows of the window, after the effects of the whole array, and those that stay for the next frame.
+    fn array_electrons(&self, shot: &Shot<'_>) -> (Plane<f32>, Option<Plane<f32>>) {
         let mut charge_e = Plane::filled(shot.photons.size(), 0.0_f32);
         let width = shot.photons.width_px();
         let (first_row, first_column) =
@@ -249,16 +249,17 @@ impl Chain {
             }
         };
         map_chunks(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk);
-        self.act_on_array(&mut charge_e, shot.capture);
-        charge_e
+        let left_e = self.act_on_array(&mut charge_e, shot.capture);
+        (charge_e, left_e)
     }
 
-    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) {
-        let place = self.place(capture, 0);
-        let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e: capture.before_e };
+    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) -> Option<Plane<f32>> {
+        let (place, before_e) = (self.place(capture, 0), capture.before_e);
+        let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e, left_e: None };
         for effect in self.array_effects() {
             effect.apply_to_array(&mut pass);
         }
+        pass.left_e
     }
 
     fn place(&self, capture: Capture<'_>, row: usize) -> RowPlace {

@@ -4,7 +4,7 @@
 //! `bias^2 + variance <= (accuracy * sigma_t)^2`. An effect that cannot state a bound stays. The bound holds up to the image,
 //! before quantisation; decisions downstream can flip on any difference.
 
-use crate::effect::{Effect, Omission};
+use crate::effect::{Domain, Effect, Omission};
 use crate::facts::Facts;
 
 /// A region with the noise its pixels have anyway.
@@ -98,12 +98,22 @@ impl Choice {
     }
 }
 
+/// Bound of what an effect's absence changes at the end of the chain: its own, times the greatest slope of what comes after it.
+pub fn bound(effect: &dyn Effect, facts: &Facts) -> Option<Omission> {
+    let spill = if effect.domain() < Domain::ArrayElectrons { facts.spill_slope_max } else { 1.0 };
+    let slope = spill * facts.gain_slope_max;
+    let own = effect.omission(facts)?;
+    Some(Omission { bias_e: slope * own.bias_e, variance_e2: slope * slope * own.variance_e2 })
+}
+
 /// Decides which effects run. `accuracy` is the share of a pixel's own noise that all omissions together may reach.
 pub fn plan(effects: Vec<Box<dyn Effect>>, regions: &[Region], accuracy: f64, choice: &Choice) -> Plan {
     assert!(accuracy >= 0.0, "a negative error budget cannot be met");
     assert!(!regions.is_empty(), "a plan needs at least one region");
-    let omissions: Vec<Vec<Option<Omission>>> =
-        effects.iter().map(|effect| regions.iter().map(|region| effect.omission(&region.facts)).collect()).collect();
+    let omissions: Vec<Vec<Option<Omission>>> = effects
+        .iter()
+        .map(|effect| regions.iter().map(|region| bound(effect.as_ref(), &region.facts)).collect())
+        .collect();
     let omit = choose(&effects, &omissions, regions, accuracy, choice);
 
     let mut plan = Plan {
@@ -241,12 +251,15 @@ mod tests {
         let facts = Facts {
             signal_e_min: 0.0,
             signal_e_max: 100.0,
+            frame_e_max: 100.0,
             dark_rms_e: 0.0,
             exposure_s: 0.01,
             storage_s_max: 0.0,
             temperature_k: 300.0,
             pixels: 1.0,
             conversion_gain_uv_per_e: 10.0,
+            spill_slope_max: 1.0,
+            gain_slope_max: 1.0,
         };
         Region { facts, sigma_e }
     }
@@ -267,6 +280,14 @@ mod tests {
         assert_eq!(plan.omitted.len(), 2);
         assert_eq!(plan.kept.len(), 1);
         assert!((plan.bound.bias_e - 0.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_bound_grows_by_the_slope_of_what_comes_after() {
+        let mut spilling = region(1.0);
+        (spilling.facts.spill_slope_max, spilling.facts.gain_slope_max) = (3.0, 2.0);
+        let found = bound(sample("a", 1.0, 1.0).as_ref(), &spilling.facts).unwrap();
+        assert_eq!(found, Omission { bias_e: 6.0, variance_e2: 36.0 });
     }
 
     #[test]

@@ -1,18 +1,31 @@
 //! Dark current. Enters: electrons. Leaves: electrons with the dark charge of exposure and storage added.
 //!
-//! Model: a Poisson draw of its own with mean rate(T) (exposure + storage); the rate is given at 300 K and doubles every
-//! `dark_doubling_k` (EMVA 1288 release 4.0, section on dark current).
+//! Model: a Poisson draw of its own with mean rate(T) exposure + storage rate(T) wait; rates are given at 300 K and double every
+//! `dark_doubling_k` (EMVA 1288 release 4.0, section on dark current). Over the pixels of a die each rate has a lognormal factor
+//! of mean 1 and sigma `dcnu` (DCNU; lognormal as measured tails of dark current are: Widenhorn et al., "Temperature dependence of
+//! dark current in a CCD", SPIE 4669, 2002, show spreads that are skewed like it), photodiode and storage node apart. Over dies
+//! all rates share a factor exp(sigma z).
 
+use std::sync::Arc;
+
+use super::dark_rates::DarkRates;
+use super::die::{Die, dark_factor};
+use super::row_memory::RowMemory;
 use super::{PixelParams, add_scaled};
-use crate::draw::{EffectNumber, fill_uniforms, poisson_of_one_mean};
+use crate::draw::{DrawKey, EffectNumber, fill_uniforms, normals, poisson, poisson_of_one_mean};
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::f32_nearest;
 
 /// Charge that gathers without light.
 pub struct DarkCurrent {
-    rate_e_per_s: f64,
+    rates: DarkRates,
+    factors: RowMemory<f32>,
 }
+
+/// Fields of the keys of the patterns of photodiode and storage node.
+const PHOTODIODE: u64 = 2;
+const STORAGE: u64 = 3;
 
 impl DarkCurrent {
     /// Published number.
@@ -20,12 +33,27 @@ impl DarkCurrent {
 
     /// `None` where no dark charge gathers.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
-        let rate_e_per_s = params.dark_current_now_e_per_s();
-        (rate_e_per_s > 0.0).then(|| Box::new(Self { rate_e_per_s }) as Box<dyn Effect>)
+        let rates = DarkRates::of(params);
+        let effect = Self { rates, factors: RowMemory::default() };
+        (rates.photodiode_e_per_s > 0.0 || rates.storage_e_per_s > 0.0).then(|| Box::new(effect) as Box<dyn Effect>)
     }
 
     fn most_e(&self, facts: &Facts) -> f64 {
-        self.rate_e_per_s * (facts.exposure_s + facts.storage_s_max)
+        self.rates.mean_e(facts.exposure_s, facts.storage_s_max)
+    }
+
+    /// The lognormal factors of a row's pixels.
+    fn factors(&self, key: DrawKey, uniforms: &mut [u32]) -> Arc<[f32]> {
+        let s = self.rates.log_sigma();
+        self.factors.row(key, uniforms.len(), || {
+            fill_uniforms(key, uniforms);
+            let mut factors = vec![0.0; uniforms.len()];
+            normals(uniforms, &mut factors);
+            for factor in &mut factors {
+                *factor = f32_nearest(libm::exp(s * f64::from(*factor) - 0.5 * s * s));
+            }
+            factors
+        })
     }
 }
 
@@ -43,12 +71,14 @@ impl Effect for DarkCurrent {
     }
 
     fn cost_ns_per_px(&self) -> f64 {
-        0.6
+        if self.rates.dcnu > 0.0 { 1.8 } else { 0.6 }
     }
 
+    /// The mean over pixels is the bias; over pixels the charge has its Poisson variance and that of its rate.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let most_e = self.most_e(facts);
-        Some(Omission { bias_e: most_e, variance_e2: most_e })
+        let spread_e = self.rates.dcnu * most_e;
+        Some(Omission { bias_e: most_e, variance_e2: most_e + spread_e * spread_e })
     }
 
     fn reason(&self, facts: &Facts) -> String {
@@ -57,9 +87,24 @@ impl Effect for DarkCurrent {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        let mean_e = f32_nearest(self.rate_e_per_s * (row.exposure_s + row.storage_s));
-        fill_uniforms(row.temporal_key(Self::NUMBER), row.uniforms);
-        poisson_of_one_mean(row.uniforms, mean_e, row.draws);
+        let factor = dark_factor(self.rates.die_sigma, Die::of(row));
+        let exposure_e = factor * self.rates.photodiode_e_per_s * row.exposure_s;
+        let storage_e = factor * self.rates.storage_e_per_s * row.storage_s;
+        if self.rates.dcnu > 0.0 {
+            let key = row.pattern_key(Self::NUMBER);
+            row.draws.fill(0.0);
+            for (mean_e, field) in [(exposure_e, PHOTODIODE), (storage_e, STORAGE)] {
+                if mean_e > 0.0 {
+                    let factors = self.factors(key.with(field), row.uniforms);
+                    add_scaled(row.draws, &factors, f32_nearest(mean_e));
+                }
+            }
+            fill_uniforms(row.temporal_key(Self::NUMBER), row.uniforms);
+            poisson(row.uniforms, row.draws);
+        } else {
+            fill_uniforms(row.temporal_key(Self::NUMBER), row.uniforms);
+            poisson_of_one_mean(row.uniforms, f32_nearest(exposure_e + storage_e), row.draws);
+        }
         add_scaled(row.values, row.draws, 1.0);
     }
 }

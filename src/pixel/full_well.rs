@@ -3,6 +3,7 @@
 //! Model: a hard clip at the saturation capacity (EMVA 1288 release 4.0); charge beyond it is lost.
 
 use super::PixelParams;
+use super::dark_rates::DarkRates;
 use super::row::clip_above;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
@@ -12,9 +13,11 @@ use crate::num::{f32_nearest, greater};
 /// The pixel's limit of charge. Called for only where some pixel can come near it.
 pub struct FullWell {
     capacity_e: f64,
-    dark_e_per_s: f64,
+    rates: DarkRates,
     prnu: f64,
     dsnu_e: f64,
+    /// Whether other pixels or the frame before can add to a pixel's charge.
+    is_shared: bool,
 }
 
 impl FullWell {
@@ -25,18 +28,40 @@ impl FullWell {
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
         Some(Box::new(Self {
             capacity_e: params.full_well_e,
-            dark_e_per_s: params.dark_current_now_e_per_s(),
+            rates: DarkRates::of(params),
             prnu: params.prnu,
             dsnu_e: params.dsnu_e,
+            is_shared: params.blooming > 0.0 || params.image_lag > 0.0,
         }))
     }
 
     /// Greatest mean charge and the variance of patterns between pixels.
     fn mean_and_pattern(&self, facts: &Facts) -> (f64, f64) {
-        let mean_e = facts.signal_e_max + self.dark_e_per_s * (facts.exposure_s + facts.storage_s_max);
-        let gain_e = self.prnu * facts.signal_e_max;
+        let light_e = if self.is_shared { facts.frame_e_max } else { facts.signal_e_max };
+        let mean_e = light_e + self.rates.most_e(facts.exposure_s, facts.storage_s_max);
+        let gain_e = self.prnu * light_e;
         (mean_e, gain_e * gain_e + self.dsnu_e * self.dsnu_e)
     }
+}
+
+/// Bound of the charge over the well, where it is rare: where both moments fall below what the charge itself spreads.
+///
+/// With x the charge over the full well and any theta > 0: x <= exp(theta x - 1) / theta and
+/// x^2 <= 4 exp(theta x - 2) / theta^2, so both moments follow from the generating function of the charge, Poisson plus
+/// normal patterns (Chernoff).
+pub(super) fn well_excess(mean_e: f64, pattern_e2: f64, capacity_e: f64) -> Option<Omission> {
+    let variance_e2 = mean_e + pattern_e2;
+    let room_e = capacity_e - mean_e;
+    if variance_e2 <= 0.0 {
+        return Some(Omission::NONE);
+    }
+    if room_e <= 0.0 {
+        return None;
+    }
+    let theta = libm::log1p(room_e / variance_e2);
+    let exponent = mean_e * libm::expm1(theta) + 0.5 * theta * theta * pattern_e2 - theta * capacity_e;
+    let (first, second) = (libm::exp(exponent - 1.0) / theta, 4.0 * libm::exp(exponent - 2.0) / (theta * theta));
+    (second < variance_e2).then_some(Omission { bias_e: first, variance_e2: second })
 }
 
 impl Effect for FullWell {
@@ -56,24 +81,14 @@ impl Effect for FullWell {
         0.05
     }
 
-    /// With x the charge over the full well and any theta > 0: x <= exp(theta x - 1) / theta and
-    /// x^2 <= 4 exp(theta x - 2) / theta^2, so both moments follow from the generating function of the charge, Poisson plus
-    /// normal patterns (Chernoff). Above the full well the excess itself is the bias, with the charge's own spread.
+    /// Near the full well and above it the excess itself is the bias, with the charge's own spread.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let (mean_e, pattern_e2) = self.mean_and_pattern(facts);
-        let variance_e2 = mean_e + pattern_e2;
-        let room_e = self.capacity_e - mean_e;
-        let spread = Omission { bias_e: greater(0.0, -room_e) + variance_e2.sqrt(), variance_e2 };
-        if mean_e <= 0.0 && pattern_e2 <= 0.0 {
-            return Some(Omission::NONE);
-        }
-        if room_e <= 0.0 {
-            return Some(spread);
-        }
-        let theta = libm::log1p(room_e / variance_e2);
-        let exponent = mean_e * libm::expm1(theta) + 0.5 * theta * theta * pattern_e2 - theta * self.capacity_e;
-        let (first, second) = (libm::exp(exponent - 1.0) / theta, 4.0 * libm::exp(exponent - 2.0) / (theta * theta));
-        if second < variance_e2 { Some(Omission { bias_e: first, variance_e2: second }) } else { Some(spread) }
+        let rare = well_excess(mean_e, pattern_e2, self.capacity_e);
+        rare.or_else(|| {
+            let variance_e2 = mean_e + pattern_e2;
+            Some(Omission { bias_e: greater(0.0, mean_e - self.capacity_e) + variance_e2.sqrt(), variance_e2 })
+        })
     }
 
     fn reason(&self, facts: &Facts) -> String {

@@ -76,7 +76,7 @@ pub struct PixelParams {
     pub dark_current_e_per_s: f64,
     /// Warming in K that doubles the dark current, above 0 to 100; 8 for silicon near room temperature.
     pub dark_doubling_k: f64,
-    /// Temperature of the die in K, 150 to 450.
+    /// Temperature of the die in K, 0 to 450. Dark current and kTC noise vanish at 0 K; carriers are not taken to freeze out.
     pub temperature_k: f64,
     /// Sigma of the read noise in uV at the ADC's input, after double sampling, 0 to 1e6. EMVA 1288 temporal dark noise.
     pub read_noise_uv: f64,
@@ -124,7 +124,16 @@ pub struct PixelParams {
     pub low_conversion_gain_uv_per_e: Option<f64>,
     /// Capacity of the lateral overflow capacitor in e- beyond the full well, 0 to 1e9; read at the lower gain.
     pub overflow_capacity_e: f64,
+    /// Sigma of the conversion gain from die to die relative to its mean, 0 to 0.15.
+    pub die_gain_sigma: f64,
+    /// Sigma of the black level from die to die in uV, 0 to 1e6.
+    pub die_offset_uv: f64,
+    /// Sigma of the logarithm of the dark current from die to die, 0 to 3.
+    pub die_dark_sigma: f64,
 }
+
+/// Dark current beyond which no sensor is one: it fills the greatest full well in a millisecond.
+const DARK_NOW_E_PER_S_MAX: f64 = 1e12;
 
 /// Gain of the source follower between floating diffusion and column.
 pub const SOURCE_FOLLOWER_GAIN: f64 = 0.85;
@@ -139,7 +148,7 @@ impl PixelParams {
         within("sensor.pixel.full_well_e", self.full_well_e, 1.0, 1e9)?;
         within("sensor.pixel.dark_current_e_per_s", self.dark_current_e_per_s, 0.0, 1e9)?;
         above("sensor.pixel.dark_doubling_k", self.dark_doubling_k, 0.0, 100.0)?;
-        within("sensor.temperature_k", self.temperature_k, 150.0, 450.0)?;
+        within("sensor.temperature_k", self.temperature_k, 0.0, 450.0)?;
         within("sensor.pixel.read_noise_uv", self.read_noise_uv, 0.0, 1e6)?;
         within("sensor.pixel.ktc_noise_uv", self.ktc_noise_uv.unwrap_or(0.0), 0.0, 1e6)?;
         within("sensor.pixel.prnu", self.prnu, 0.0, 0.15)?;
@@ -170,12 +179,37 @@ impl PixelParams {
             above("sensor.pixel.low_conversion_gain_uv_per_e", low, 0.0, self.conversion_gain_uv_per_e)?;
         }
         within("sensor.pixel.overflow_capacity_e", self.overflow_capacity_e, 0.0, 1000000000.0)?;
-        Ok(())
+        within("sensor.die_gain_sigma", self.die_gain_sigma, 0.0, 0.15)?;
+        within("sensor.die_offset_uv", self.die_offset_uv, 0.0, 1e6)?;
+        within("sensor.die_dark_sigma", self.die_dark_sigma, 0.0, 3.0)?;
+        self.check_dark_now()
     }
 
-    /// Dark current at the die's temperature in e-/s.
+    /// Refuses a doubling step so short that the rates at the die's temperature leave all meaning.
+    fn check_dark_now(&self) -> Result<(), Error> {
+        let rates = [self.dark_current_e_per_s, self.storage_dark_e_per_s.unwrap_or(0.0), self.hot_dark_e_per_s];
+        if rates.into_iter().all(|rate_e_per_s| self.at_temperature(rate_e_per_s) <= DARK_NOW_E_PER_S_MAX) {
+            return Ok(());
+        }
+        let reason = format!(
+            "brings a dark current beyond {DARK_NOW_E_PER_S_MAX:e} e-/s at {} K; a longer step or less dark current would do",
+            self.temperature_k
+        );
+        Err(Error::key("sensor.pixel.dark_doubling_k", self.dark_doubling_k, reason))
+    }
+
+    /// A rate given at 300 K, at the die's temperature.
+    pub fn at_temperature(&self, rate_e_per_s: f64) -> f64 {
+        // A rate of 0 stays 0 where the factor overflows.
+        if rate_e_per_s == 0.0 {
+            return 0.0;
+        }
+        rate_e_per_s * libm::exp2((self.temperature_k - 300.0) / self.dark_doubling_k)
+    }
+
+    /// Dark current of the photodiode at the die's temperature in e-/s.
     pub fn dark_current_now_e_per_s(&self) -> f64 {
-        self.dark_current_e_per_s * libm::exp2((self.temperature_k - 300.0) / self.dark_doubling_k)
+        self.at_temperature(self.dark_current_e_per_s)
     }
 
     /// Sigma of one reset's kTC noise at the ADC's input in uV: as given, else sqrt(A k T g / q).
@@ -243,6 +277,9 @@ pub(crate) mod tests {
             defect_cluster_share: 0.0,
             low_conversion_gain_uv_per_e: None,
             overflow_capacity_e: 0.0,
+            die_gain_sigma: 0.0,
+            die_offset_uv: 0.0,
+            die_dark_sigma: 0.0,
         }
     }
 
@@ -280,7 +317,13 @@ pub(crate) mod tests {
             (PixelParams { quantum_efficiency: 1.1, ..paper_pixel() }, "sensor.pixel.quantum_efficiency = 1.1"),
             (PixelParams { fill_factor: 0.0, ..paper_pixel() }, "sensor.pixel.fill_factor = 0"),
             (PixelParams { read_noise_uv: f64::NAN, ..paper_pixel() }, "sensor.pixel.read_noise_uv = NaN"),
-            (PixelParams { temperature_k: 77.0, ..paper_pixel() }, "sensor.temperature_k = 77"),
+            (PixelParams { temperature_k: 451.0, ..paper_pixel() }, "sensor.temperature_k = 451"),
+            (PixelParams { temperature_k: -1.0, ..paper_pixel() }, "sensor.temperature_k = -1"),
+            (
+                PixelParams { temperature_k: 450.0, dark_doubling_k: 0.1, ..paper_pixel() },
+                "sensor.pixel.dark_doubling_k = 0.1",
+            ),
+            (PixelParams { die_dark_sigma: 4.0, ..paper_pixel() }, "sensor.die_dark_sigma = 4"),
         ];
         for (params, expected) in bad {
             let message = params.check().unwrap_err().to_string();

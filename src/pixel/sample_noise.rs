@@ -27,6 +27,15 @@ impl Samples {
     }
 }
 
+/// The samples with the time between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    /// What is sampled and what is converted.
+    pub samples: Samples,
+    /// From the reset sample to the signal sample in seconds; 0 where there is no reset sample.
+    pub interval_s: f64,
+}
+
 /// Sigma of the draws in the two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleSigmas {

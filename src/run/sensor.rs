@@ -58,11 +58,15 @@ impl SensorSetup {
         self.merge.as_ref().map_or(self.parameters.adc.bits, HdrMerge::bits)
     }
 
-    /// Mean photons of its longest exposure that fill a pixel, or its converter's range where that is less; infinite for a pixel that
-    /// sees no light.
+    /// Mean photons of its longest exposure that fill a pixel in its least sensitive reading, or its converter's range where that is
+    /// less; infinite for a pixel that sees no light.
     pub fn saturation_photons(&self) -> f64 {
-        let least = self.second.as_ref().unwrap_or(&self.parameters);
-        let (pixel, adc) = (&least.pixel, &least.adc);
+        Self::saturation_of(self.second.as_ref().unwrap_or(&self.parameters))
+    }
+
+    /// The same of one reading.
+    pub fn saturation_of(parameters: &Parameters) -> f64 {
+        let (pixel, adc) = (&parameters.pixel, &parameters.adc);
         let range_e = adc.saturation_uv() / pixel.conversion_gain_uv_per_e;
         crate::num::lesser(range_e, pixel.full_well_e) / (pixel.quantum_efficiency * pixel.fill_factor)
     }
@@ -114,7 +118,7 @@ impl SensorSetup {
     fn build(resolved: &Resolved) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let array = scenario.size()?;
-        let parameters = Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? };
+        let parameters = scenario.variation()?.of(Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? })?;
         parameters.adc.check_pitch(&parameters.pixel)?;
         let link = scenario.link()?;
         let whole = scenario.mosaic()?.0;

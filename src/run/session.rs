@@ -84,7 +84,7 @@ pub struct Session {
     /// Photons to codes, at the gain in effect.
     chain: Chain,
     gain: f64,
-    /// Electrons of each camera's array in the frame before, where an effect needs them.
+    /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,

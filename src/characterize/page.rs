@@ -1,0 +1,344 @@
+//! `characterization.html`: one self-contained page. Enters: a characterization. Leaves: HTML without scripts or network. Every number on
+//! it stands in `characterization.json` as well.
+
+use super::Characterization;
+use super::defects::Histogram;
+use super::measure::{Point, Transfer};
+use super::picture::{Axes, Series, Shape, chart, map};
+use super::record::Figure;
+use crate::num::{f64_from_u64, f64_from_usize};
+
+/// The whole page.
+pub fn html(record: &Characterization) -> String {
+    let title = format!("{} \u{b7} EMVA 1288", escaped(&record.name));
+    let body = [
+        header(record),
+        "<main>".to_owned(),
+        pair(&transfer(record), &noise_ratio(record)),
+        figures(record),
+        pair(&linearity(record), &deviations(record)),
+        pair(&dark_mean(record), &dark_variance(record)),
+        maps(record),
+        pair(&profiles(record, true), &profiles(record, false)),
+        pair(&spectra(record, true), &spectra(record, false)),
+        pair(
+            &histogram(&record.dark_histogram, "Dark signal of pixels", "deviation from the mean in DN"),
+            &histogram(&record.response_histogram, "Response of pixels, 5 x 5 high pass", "deviation in %"),
+        ),
+        configuration(record),
+        "</main>".to_owned(),
+    ];
+    let style = include_str!("../report/html/style.css");
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\n<style>\n{style}</style></head>\n\
+         <body>\n{}\n<footer>sensel {} \u{b7} every number on this page stands in characterization.json</footer></body></html>\n",
+        body.join("\n"),
+        env!("CARGO_PKG_VERSION")
+    )
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn section(heading: &str, lead: &str, content: &str) -> String {
+    format!("<section><h2>{heading}</h2><p class=\"soft\">{lead}</p>{content}</section>")
+}
+
+fn pair(left: &str, right: &str) -> String {
+    format!("<div class=\"pair\">{left}{right}</div>")
+}
+
+fn header(record: &Characterization) -> String {
+    let set = &record.set;
+    let longest_s = set.points.last().map_or(0.0, super::set::Exposure::exposure_s);
+    let chips = [
+        format!("{} \u{d7} {} px, {} bit", set.size.width_px, set.size.height_px, set.bits),
+        format!("{} points, two bright and two dark frames each", set.points.len()),
+        format!("stacks of {} frames", set.stack),
+        format!("exposures up to {longest_s:.4} s"),
+        format!("seed {}, die {}", record.seed, record.die),
+    ];
+    let chips: String = chips.iter().map(|chip| format!("<li>{chip}</li>")).collect();
+    let limit = if longest_s > 1.000_001 * set.exposure_limit_s {
+        format!(
+            " Exposures go beyond the sequencer's longest of {:.4} s, as with a lengthened frame, so that dark current shows.",
+            set.exposure_limit_s
+        )
+    } else {
+        String::new()
+    };
+    format!(
+        "<header class=\"top\"><p class=\"kicker\">EMVA 1288 release 4.0</p><h1>{}</h1>\
+         <p>Measured on simulated frames under uniform light of {:.4e} photons a pixel and second, all effects of the sensor on.{limit}</p>\
+         <ul class=\"chips\">{chips}</ul></header>",
+        escaped(&record.name),
+        set.photons_per_s
+    )
+}
+
+fn dots(name: &str, ink: usize, points: Vec<(f64, f64)>) -> Series {
+    Series { name: name.to_owned(), ink, shape: Shape::Dots, points }
+}
+
+fn line(name: &str, ink: usize, points: Vec<(f64, f64)>) -> Series {
+    Series { name: name.to_owned(), ink, shape: Shape::Line, points }
+}
+
+fn points_of(record: &Characterization, of: impl Fn(&Point) -> (f64, f64)) -> Vec<(f64, f64)> {
+    record.summary.transfer.points.iter().map(of).collect()
+}
+
+fn transfer(record: &Characterization) -> String {
+    let transfer = &record.summary.transfer;
+    let shot = |point: &Point| (point.signal_dn(), point.variance_dn2 - point.dark_variance_dn2);
+    let k = record.measured("K");
+    let last = transfer.sensitivity().last().map_or(0.0, Point::signal_dn);
+    let full = &transfer.points[transfer.saturation()];
+    let axes = Axes {
+        title: "Photon transfer",
+        x_label: "signal in DN",
+        y_label: "variance less dark in DN\u{b2}",
+        ..Axes::default()
+    };
+    let series = [
+        dots("measured", 0, points_of(record, shot)),
+        line(&format!("K = {k:.5} DN/e-, up to 70 %"), 1, vec![(0.0, 0.0), (last, k * last)]),
+        dots("saturation: greatest variance", 2, vec![shot(full)]),
+    ];
+    section(
+        "Photon transfer",
+        "Shot noise grows in proportion to the signal; the slope is the overall gain K, the peak is saturation.",
+        &chart(&axes, &series),
+    )
+}
+
+/// Temporal SNR as measured, its formula from the measured figures, the total with patterns, and the limit of an ideal sensor.
+fn noise_ratio(record: &Characterization) -> String {
+    let of = |name: &str| record.measured(name);
+    let efficiency = of("QE") / 100.0;
+    let noise_e2 = of("sigma_y_dark") * of("sigma_y_dark") / (of("K") * of("K"));
+    let squared = |name: &str| if of(name).is_finite() { of(name) * of(name) } else { 0.0 };
+    let (dsnu_e2, prnu2) = (squared("DSNU1288"), squared("PRNU1288") * 1e-4);
+    let measured = |point: &Point| (point.photons, point.signal_dn() / point.variance_dn2.sqrt());
+    let curve = |of: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+        let (Some(first), Some(last)) = (record.set.points.first(), record.set.points.last()) else {
+            return Vec::new();
+        };
+        let decades = libm::log10(last.photons / first.photons);
+        (0..=60)
+            .map(|step| first.photons * libm::pow(10.0, decades * f64::from(step) / 60.0))
+            .map(|x| (x, of(x)))
+            .collect()
+    };
+    let temporal = |photons: f64| efficiency * photons / (noise_e2 + efficiency * photons).sqrt();
+    let total = |photons: f64| {
+        let signal_e = efficiency * photons;
+        signal_e / (noise_e2 + dsnu_e2 + signal_e + prnu2 * signal_e * signal_e).sqrt()
+    };
+    let axes = Axes { title: "SNR over photons", x_label: "photons a pixel", y_label: "SNR", x_log: true, y_log: true };
+    let below: Vec<(f64, f64)> =
+        points_of(record, measured).into_iter().filter(|(photons, _)| *photons <= of("u_p_sat")).collect();
+    let series = [
+        line("ideal sensor: sqrt(photons)", 2, curve(&|photons| photons.sqrt())),
+        line("temporal, from the figures", 1, curve(&temporal)),
+        line("total, with DSNU and PRNU", 3, curve(&total)),
+        dots("measured up to saturation", 0, below),
+    ];
+    section("Signal-to-noise ratio", "How far the sensor is from counting every photon.", &chart(&axes, &series))
+}
+
+fn linearity(record: &Characterization) -> String {
+    let r = record.measured("R");
+    let last = record.summary.transfer.sensitivity().last().map_or(0.0, |point| point.photons);
+    let axes =
+        Axes { title: "Signal over photons", x_label: "photons a pixel", y_label: "signal in DN", ..Axes::default() };
+    let series = [
+        dots("measured", 0, points_of(record, |point| (point.photons, point.signal_dn()))),
+        line(&format!("R = {r:.5} DN/photon, up to 70 %"), 1, vec![(0.0, 0.0), (last, r * last)]),
+    ];
+    section("Sensitivity", "Mean signal less dark; its slope is the responsivity R.", &chart(&axes, &series))
+}
+
+fn deviations(record: &Characterization) -> String {
+    let transfer = &record.summary.transfer;
+    let fitted = transfer.linear(transfer.saturation());
+    let found = Transfer::deviations(fitted, fitted);
+    let points: Vec<(f64, f64)> =
+        fitted.iter().zip(found).map(|(point, deviation)| (point.photons, deviation)).collect();
+    let axes =
+        Axes { title: "Linearity error", x_label: "photons a pixel", y_label: "deviation in %", ..Axes::default() };
+    let ends = [points.first(), points.last()].into_iter().flatten().map(|point| (point.0, 0.0)).collect();
+    section(
+        "Linearity",
+        "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.",
+        &chart(&axes, &[line("no deviation", 1, ends), dots("measured", 0, points)]),
+    )
+}
+
+fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&Point) -> f64) -> String {
+    let points = points_of(record, |point| (point.exposure_ns * 1e-6, of(point)));
+    let (slope, offset) = super::fits::line(&points);
+    let ends = [points.first(), points.last()].into_iter().flatten().map(|&(x, _)| (x, slope * x + offset)).collect();
+    let axes = Axes { title, x_label: "exposure in ms", y_label: label, ..Axes::default() };
+    chart(&axes, &[dots("measured", 0, points), line("fit", 1, ends)])
+}
+
+fn dark_mean(record: &Characterization) -> String {
+    let drawn = dark_chart(record, "Dark signal over exposure", "dark signal in DN", |point| point.dark_mean_dn);
+    section("Dark signal", "Its slope over exposure time is the dark current.", &drawn)
+}
+
+fn dark_variance(record: &Characterization) -> String {
+    let drawn = dark_chart(record, "Dark noise over exposure", "variance in DN\u{b2}", |point| point.dark_variance_dn2);
+    section("Dark noise", "Its offset is the temporal dark noise; its slope again the dark current.", &drawn)
+}
+
+fn maps(record: &Characterization) -> String {
+    let one = |values: &[f64], what: &str, unit: &str| {
+        let squares: f64 = values.iter().map(|value| value * value).sum();
+        let sigma = (squares / f64_from_usize(values.len())).sqrt();
+        let limit = if sigma > 0.0 { 3.0 * sigma } else { 1.0 };
+        map(
+            values,
+            record.set.size,
+            limit,
+            &format!("{what}: black to white is \u{b1}{limit:.3} {unit}, three standard deviations"),
+        )
+    };
+    let drawn = pair(
+        &one(&record.dark_map_dn, "Mean dark frame", "DN"),
+        &one(&record.response_map_percent, "Response at half saturation", "%"),
+    );
+    section(
+        "Non-uniformity",
+        "Mean of the stacks: what stays from frame to frame. What temporal noise is left of it is taken off in the figures.",
+        &drawn,
+    )
+}
+
+fn profiles(record: &Characterization, is_dark: bool) -> String {
+    let (values, heading, label) = if is_dark {
+        (&record.dark_map_dn, "Dark profiles", "deviation in DN")
+    } else {
+        (&record.response_map_percent, "Response profiles", "deviation in %")
+    };
+    let (across, down) = record.profiles(values);
+    let points = |means: Vec<f64>| (0_u32..).zip(means).map(|(place, mean)| (f64::from(place), mean)).collect();
+    let axes = Axes { title: heading, x_label: "column or row", y_label: label, ..Axes::default() };
+    let series = [
+        line("horizontal: means of columns", 0, points(across.mean)),
+        line("vertical: means of rows", 1, points(down.mean)),
+    ];
+    section(heading, "Means of columns and of rows about the mean of all.", &chart(&axes, &series))
+}
+
+fn spectra(record: &Characterization, is_dark: bool) -> String {
+    let (values, heading, label) = if is_dark {
+        (&record.dark_map_dn, "Dark spectrograms", "power in DN\u{b2}")
+    } else {
+        (&record.response_map_percent, "Response spectrograms", "power in %\u{b2}")
+    };
+    let points = |is_vertical: bool| {
+        let power = record.spectrum(values, is_vertical);
+        let last = 2.0 * f64_from_usize(power.len() - 1);
+        (0_u32..).zip(power).skip(1).map(|(place, power)| (f64::from(place) / last, power)).collect()
+    };
+    let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: label, y_log: true, ..Axes::default() };
+    let series = [line("horizontal", 0, points(false)), line("vertical", 1, points(true))];
+    section(
+        heading,
+        "White patterns are flat; rows or columns that differ lift one of the two.",
+        &chart(&axes, &series),
+    )
+}
+
+fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
+    let counts = found.bins.iter().zip(&found.counts).map(|(&bin, &count)| (bin, f64_from_u64(count))).collect();
+    // Below a hundredth of a pixel the normal says nothing and would stretch the axis.
+    let normal = found.bins.iter().zip(&found.normal).map(|(&bin, &count)| (bin, count));
+    let normal = normal.filter(|(_, count)| *count >= 0.3).collect();
+    let axes = Axes { title: heading, x_label: label, y_label: "pixels", y_log: true, ..Axes::default() };
+    let lead = format!("{} pixels lie beyond five standard deviations.", found.beyond_5_sigma);
+    section(heading, &lead, &chart(&axes, &[dots("pixels", 0, counts), line("normal of the same variance", 1, normal)]))
+}
+
+/// What a figure is, for a reader of the table.
+fn meaning(name: &str) -> &'static str {
+    match name {
+        "K" => "overall system gain",
+        "R" => "responsivity",
+        "QE" => "quantum efficiency, fill factor included",
+        "sigma_d" => "temporal dark noise",
+        "sigma_y_dark" => "temporal dark noise at the output",
+        "u_I_mean" => "dark current from the mean",
+        "u_I_var" => "dark current from the variance",
+        "u_e_sat" | "u_p_sat" => "saturation capacity",
+        "u_e_min" | "u_p_min" => "absolute sensitivity threshold",
+        "SNR_max" | "SNR_max_dB" => "greatest signal-to-noise ratio",
+        "DR_dB" => "dynamic range",
+        "LE_min" | "LE_max" => "linearity error",
+        "x_k3_ratio" => "third cumulant over Poisson's",
+        "x_rho_frame" => "correlation of noise between frames",
+        "x_rho_row" => "temporal variance common to a row",
+        "x_rho_col" => "temporal variance common to a column",
+        _ if name.ends_with("_row") => "part of rows",
+        _ if name.ends_with("_col") => "part of columns",
+        _ if name.ends_with("_pixel") => "part of single pixels",
+        _ if name.starts_with("DSNU") => "dark signal non-uniformity",
+        _ => "photo response non-uniformity",
+    }
+}
+
+fn figures(record: &Characterization) -> String {
+    let number = |value: Option<f64>| value.map_or(String::new(), significant);
+    let row = |(name, figure): (&str, &Figure)| {
+        let head = format!("<tr><th>{name}</th><td>{}</td>", meaning(name));
+        if let Some(reason) = &figure.not_measurable {
+            return format!("{head}<td colspan=\"4\" class=\"note\">not measurable: {}</td></tr>", escaped(reason));
+        }
+        let want = figure.truth.clone().unwrap_or_default();
+        let expected = match (want.value, want.abs_tol) {
+            (Some(value), Some(tolerance)) => format!("{} \u{b1} {}", significant(value), significant(tolerance)),
+            _ => format!("{} to {}", number(want.min), number(want.max)),
+        };
+        format!(
+            "{head}<td class=\"num\">{} {}</td><td class=\"num\">{}</td><td class=\"num\">{expected}</td>\
+             <td class=\"num\">{}</td></tr>",
+            number(figure.value),
+            if figure.unit == "1" { "" } else { figure.unit },
+            number(figure.standard_error),
+            number(want.configured)
+        )
+    };
+    let rows: String = record.figures.iter().map(row).collect();
+    section(
+        "Figures",
+        "Measured on the frames, with the standard error that their number leaves, beside what the configuration implies.",
+        &format!(
+            "<div class=\"scroll\"><table><thead><tr><th>figure</th><th>meaning</th><th class=\"num\">measured</th>\
+             <th class=\"num\">standard error</th><th class=\"num\">expected, 4.5 standard errors</th>\
+             <th class=\"num\">configured</th></tr></thead>\
+             <tbody>{rows}</tbody></table></div>"
+        ),
+    )
+}
+
+/// Four significant digits.
+fn significant(value: f64) -> String {
+    let size = value.abs();
+    if size >= 1e6 || (size > 0.0 && size < 1e-3) {
+        return format!("{value:.2e}");
+    }
+    let digits = [(1e3, 0), (1e2, 1), (1e1, 2), (1.0, 3)];
+    let places = digits.into_iter().find(|(least, _)| size >= *least).map_or(4, |(_, places)| places);
+    format!("{value:.places$}")
+}
+
+fn configuration(record: &Characterization) -> String {
+    let text =
+        format!("<details><summary>Effective configuration</summary><pre>{}</pre></details>", escaped(&record.config));
+    let hash = format!("<p class=\"hash note\">config {}</p>", record.config_hash);
+    section("Configuration", "The same configuration, seed and version give the same frames.", &(text + &hash))
+}

@@ -1,0 +1,130 @@
+//! `sensel characterize`: an EMVA 1288 measurement of a sensor, and the folder for its judge.
+
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use sensel::characterize::{Bench, Characterization, Options};
+use sensel::config::Resolved;
+use sensel::config::presets::{Kind, names};
+use sensel::error::Error;
+use sensel::files::emva::EmvaWriter;
+use sensel::files::folder::OutputFolder;
+use sensel::units::Size;
+
+use super::args::{CharacterizeArguments, Shared};
+use super::{interrupt, place, progress, run};
+
+/// `sensel characterize`.
+pub fn main(arguments: &CharacterizeArguments, shared: &Shared) -> Result<(), Error> {
+    let started = Instant::now();
+    let (name, resolved) = resolved(arguments.sensor.as_deref(), shared)?;
+    run::use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
+    let bench = Bench::new(&resolved, &options(arguments)?)?;
+    let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-emva1288")));
+    let folder = OutputFolder::create(&target)?;
+    let mut writer = EmvaWriter::create(folder.path(), bench.set())?;
+    let bar = progress::bar("frames", bench.set().frames(), shared.quiet);
+    let interrupted = interrupt::watch();
+    let measurement = bench.run(|shot, codes| {
+        if interrupted.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        bar.inc(1);
+        writer.frame(shot, codes)
+    })?;
+    bar.finish_and_clear();
+    writer.finish(&bench.truth())?;
+    let record = Characterization::new(&name, &resolved, &bench, &measurement);
+    write(folder.path(), "characterization.json", &record.to_json())?;
+    write(folder.path(), "characterization.html", &sensel::characterize::page::html(&record))?;
+    write(folder.path(), "config.toml", &record.config)?;
+    folder.commit()?;
+    if shared.json {
+        outln!("{}", record.figures_json());
+    } else if !shared.quiet {
+        summary(&record, &target, started.elapsed().as_secs_f64());
+    }
+    Ok(())
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
+    let path = folder.join(name);
+    std::fs::write(&path, text).map_err(|source| place::io(&path, source))
+}
+
+/// A sensor preset by its name, else a scenario.
+fn resolved(sensor: Option<&str>, shared: &Shared) -> Result<(String, Resolved), Error> {
+    if let Some(preset) = sensor.filter(|name| names(Kind::Sensor).contains(name)) {
+        let text = format!("[sensor]\npreset = \"{preset}\"\n");
+        let assignments = place::assignments(shared, &[]);
+        return Ok((preset.to_owned(), Resolved::from_layers("command line", &text, &assignments)?));
+    }
+    let located = place::locate(sensor, shared, &[]).map_err(|error| match error {
+        Error::Unknown { what: "scenario", name, known } => Error::Unknown {
+            what: "sensor preset or scenario",
+            name,
+            known: format!("{}, {known}", names(Kind::Sensor).join(", ")),
+        },
+        other => other,
+    })?;
+    Ok((located.name, located.resolved))
+}
+
+fn options(arguments: &CharacterizeArguments) -> Result<Options, Error> {
+    let size = arguments.size.as_deref().map(size).transpose()?;
+    let usual = Options::default();
+    Ok(Options {
+        size,
+        points: arguments.points.unwrap_or(usual.points),
+        stack: arguments.stack.unwrap_or(usual.stack),
+    })
+}
+
+fn size(text: &str) -> Result<Size, Error> {
+    let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    let (width_px, height_px) =
+        sides.ok_or_else(|| Error::key("size", text, "is no size; WIDTHxHEIGHT such as 320x240 would do"))?;
+    Ok(Size { width_px, height_px })
+}
+
+fn summary(record: &Characterization, target: &Path, seconds: f64) {
+    let set = &record.set;
+    outln!(
+        "{}: EMVA 1288 release 4.0, {}x{}, {} bit, {} points, stacks of {}",
+        record.name,
+        set.size.width_px,
+        set.size.height_px,
+        set.bits,
+        set.points.len(),
+        set.stack
+    );
+    let mut missing = 0;
+    for (name, figure) in record.figures.iter() {
+        match (figure.value, figure.standard_error, &figure.not_measurable) {
+            (Some(value), error, _) => {
+                let error = error.map_or(String::new(), |error| format!("+- {error:.2e}"));
+                outln!("  {name:<16} {:>12} {error:<11} {}", significant(value), figure.unit);
+            }
+            (None, _, reason) => {
+                missing += 1;
+                let reason = reason.as_deref().unwrap_or("the data hold none");
+                outln!("  {name:<16} not measurable: {reason}");
+            }
+        }
+    }
+    outln!("  took             {seconds:.1} s for {} frames", set.frames());
+    outln!("report: {}", target.join("characterization.html").display());
+    outln!("{} measured, {missing} not measurable", record.figures.iter().count() - missing);
+}
+
+/// Five significant digits.
+fn significant(value: f64) -> String {
+    let size = value.abs();
+    if size >= 1e6 || (size > 0.0 && size < 1e-3) {
+        return format!("{value:.4e}");
+    }
+    let digits = [(1e4, 0), (1e3, 1), (1e2, 2), (1e1, 3), (1.0, 4)];
+    let places = digits.into_iter().find(|(least, _)| size >= *least).map_or(5, |(_, places)| places);
+    format!("{value:.places$}")
+}

@@ -1,0 +1,93 @@
+//! The folder that EMVA 1288 judges read. Enters: frames in the set's order. Leaves: `frames/*.raw` (row-major, u16 little-endian above 8
+//! bits, else u8, black level not removed), the descriptor `emva1288.txt`, `truth.json`.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::io_error;
+use crate::characterize::{Set, Shot, Truth};
+use crate::error::Error;
+use crate::num::low_u8;
+use crate::plane::Plane;
+
+/// Name of the descriptor.
+const DESCRIPTOR: &str = "emva1288.txt";
+
+/// Why writing into a `String` is expected to work.
+const TEXT: &str = "writing to a string cannot fail";
+
+/// A folder under construction.
+pub struct EmvaWriter {
+    folder: PathBuf,
+    bits: u32,
+    descriptor: String,
+}
+
+impl EmvaWriter {
+    /// Starts `folder`, which exists.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn create(folder: &Path, set: &Set) -> Result<Self, Error> {
+        let frames = folder.join("frames");
+        std::fs::create_dir_all(&frames).map_err(io_error(&frames))?;
+        let (width, height) = (set.size.width_px, set.size.height_px);
+        let descriptor = format!("v 4.0\nn {} {width} {height}\n", set.bits);
+        Ok(Self { folder: folder.to_owned(), bits: set.bits, descriptor })
+    }
+
+    /// Writes one frame and its line. Frames come in the order of `Set::shots`.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn frame(&mut self, shot: &Shot, codes: &Plane<u16>) -> Result<(), Error> {
+        let exposure_ns = shot.exposure.exposure_ns;
+        // Floats are printed with all the digits they need to come back as they were.
+        match (shot.is_first, shot.is_lit) {
+            (true, true) => writeln!(self.descriptor, "b {exposure_ns} {}", shot.exposure.photons).expect(TEXT),
+            (true, false) => writeln!(self.descriptor, "d {exposure_ns}").expect(TEXT),
+            (false, _) => {}
+        }
+        let name = format!("frames/f{:05}.raw", shot.frame.0);
+        writeln!(self.descriptor, "i {name}").expect(TEXT);
+        let path = self.folder.join(name);
+        std::fs::write(&path, raw(codes, self.bits)).map_err(io_error(&path))
+    }
+
+    /// Writes descriptor and truth. A truth without any figure is not written: there is nothing to judge.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn finish(self, truth: &Truth) -> Result<(), Error> {
+        let write = |name: &str, text: &str| {
+            let path = self.folder.join(name);
+            std::fs::write(&path, text).map_err(io_error(&path))
+        };
+        write(DESCRIPTOR, &self.descriptor)?;
+        if !truth.wants.is_empty() {
+            write("truth.json", &truth.to_json())?;
+        }
+        Ok(())
+    }
+}
+
+fn raw(codes: &Plane<u16>, bits: u32) -> Vec<u8> {
+    if bits > 8 {
+        return codes.values().iter().flat_map(|code| code.to_le_bytes()).collect();
+    }
+    codes.values().iter().map(|&code| low_u8(code.into())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Size;
+
+    #[test]
+    fn samples_are_little_endian_words_above_eight_bits_and_bytes_below() {
+        let codes = Plane::from_values(Size { width_px: 2, height_px: 1 }, vec![0x0102, 7]);
+        assert_eq!(raw(&codes, 10), [2, 1, 7, 0]);
+        let codes = Plane::from_values(Size { width_px: 2, height_px: 1 }, vec![255, 7]);
+        assert_eq!(raw(&codes, 8), [255, 7]);
+    }
+}

@@ -1,0 +1,65 @@
+//! Dead pixels. Enters: mean photoelectrons. Leaves: the same, 0 where the die's pixel sees no light.
+//!
+//! Model: at places of the die the photodiode is not connected: no photoelectron arrives, dark charge and noise stay.
+
+use super::PixelParams;
+use super::die::Die;
+use super::places::Places;
+use crate::draw::EffectNumber;
+use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::facts::Facts;
+
+/// Pixels that see no light.
+pub struct DeadPixels {
+    places: Places,
+    prnu: f64,
+}
+
+impl DeadPixels {
+    /// Published number.
+    pub const NUMBER: EffectNumber = EffectNumber(116);
+
+    /// `None` where no pixel is dead.
+    pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
+        dead_places(params).map(|places| Box::new(Self { places, prnu: params.prnu }) as Box<dyn Effect>)
+    }
+}
+
+/// Where the dead pixels of these parameters are.
+pub(super) fn dead_places(params: &PixelParams) -> Option<Places> {
+    Places::new(DeadPixels::NUMBER, params.dead_ppm, params.defect_cluster_share)
+}
+
+impl Effect for DeadPixels {
+    fn name(&self) -> &'static str {
+        "dead_pixels"
+    }
+
+    fn number(&self) -> EffectNumber {
+        Self::NUMBER
+    }
+
+    fn domain(&self) -> Domain {
+        Domain::MeanElectrons
+    }
+
+    fn cost_ns_per_px(&self) -> f64 {
+        0.05
+    }
+
+    /// A dead pixel lacks its whole signal, with its shot noise and its response's pattern.
+    fn omission(&self, facts: &Facts) -> Option<Omission> {
+        let pattern_e = self.prnu * facts.signal_e_max;
+        Some(Omission { bias_e: facts.signal_e_max, variance_e2: facts.signal_e_max + pattern_e * pattern_e })
+    }
+
+    fn reason(&self, facts: &Facts) -> String {
+        format!("a dead pixel lacks up to {:.3e} e-", facts.signal_e_max)
+    }
+
+    fn apply(&self, row: &mut RowPass<'_>) {
+        for site in self.places.sites(Die::of(row), row.place.row, row.uniforms).iter() {
+            row.values[site.column] = 0.0;
+        }
+    }
+}

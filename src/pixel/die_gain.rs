@@ -1,0 +1,70 @@
+//! Gain of the die. Enters: microvolts of the charge. Leaves: the same, scaled as this die's conversion gain lies from the mean of
+//! all dies.
+//!
+//! Model: one normal deviate of relative sigma `die_gain_sigma` a die and camera, equal in all pixels and frames: the floating diffusion's
+//! capacitance follows the process.
+
+use super::die::{Die, NORMAL_MAX};
+use super::{PixelParams, scale_all};
+use crate::draw::EffectNumber;
+use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::facts::Facts;
+use crate::num::f32_nearest;
+
+/// Die-to-die spread of the conversion gain.
+pub struct DieGain {
+    sigma: f64,
+    prnu: f64,
+}
+
+impl DieGain {
+    /// Published number.
+    pub const NUMBER: EffectNumber = EffectNumber(119);
+
+    /// `None` where all dies are alike.
+    pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
+        let sigma = params.die_gain_sigma;
+        (sigma > 0.0).then(|| Box::new(Self { sigma, prnu: params.prnu }) as Box<dyn Effect>)
+    }
+}
+
+/// The greatest factor that a die's draw can give.
+pub fn die_gain_max(params: &PixelParams) -> f64 {
+    1.0 + NORMAL_MAX * params.die_gain_sigma
+}
+
+impl Effect for DieGain {
+    fn name(&self) -> &'static str {
+        "die_gain"
+    }
+
+    fn number(&self) -> EffectNumber {
+        Self::NUMBER
+    }
+
+    fn domain(&self) -> Domain {
+        Domain::Microvolts
+    }
+
+    fn cost_ns_per_px(&self) -> f64 {
+        0.1
+    }
+
+    /// For the die that lies farthest out of all that a draw can give; the charge's own noise is scaled with it.
+    fn omission(&self, facts: &Facts) -> Option<Omission> {
+        let most = NORMAL_MAX * self.sigma;
+        let charge_e = facts.signal_e_max + facts.dark_rms_e;
+        let pattern_e = self.prnu * facts.signal_e_max;
+        let noise_e2 = charge_e + facts.dark_rms_e * facts.dark_rms_e + pattern_e * pattern_e;
+        Some(Omission { bias_e: most * charge_e, variance_e2: most * most * noise_e2 })
+    }
+
+    fn reason(&self, facts: &Facts) -> String {
+        format!("{:.2} % of {:.0} e- between dies", 100.0 * self.sigma, facts.signal_e_max)
+    }
+
+    fn apply(&self, row: &mut RowPass<'_>) {
+        let factor = 1.0 + self.sigma * Die::of(row).deviation(Self::NUMBER);
+        scale_all(row.values, f32_nearest(factor));
+    }
+}

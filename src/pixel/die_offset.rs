@@ -1,0 +1,62 @@
+//! Offset of the die. Enters: microvolts. Leaves: microvolts of the signal sample, moved as this die's black level lies from the mean of
+//! all dies.
+//!
+//! Model: one normal deviate of sigma `die_offset_uv` a die and camera, equal in all pixels and frames, which double sampling does not
+//! remove: what the references of ramp and black level differ by. It acts after the columns' gains.
+
+use super::die::{Die, NORMAL_MAX};
+use super::{PixelParams, add_to_all};
+use crate::draw::EffectNumber;
+use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::facts::Facts;
+use crate::num::f32_nearest;
+
+/// Die-to-die spread of the black level.
+pub struct DieOffset {
+    sigma_uv: f64,
+}
+
+impl DieOffset {
+    /// Published number.
+    pub const NUMBER: EffectNumber = EffectNumber(118);
+
+    /// `None` where all dies are alike.
+    pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
+        let sigma_uv = params.die_offset_uv;
+        (sigma_uv > 0.0).then(|| Box::new(Self { sigma_uv }) as Box<dyn Effect>)
+    }
+}
+
+impl Effect for DieOffset {
+    fn name(&self) -> &'static str {
+        "die_offset"
+    }
+
+    fn number(&self) -> EffectNumber {
+        Self::NUMBER
+    }
+
+    fn domain(&self) -> Domain {
+        Domain::Microvolts
+    }
+
+    fn cost_ns_per_px(&self) -> f64 {
+        0.1
+    }
+
+    /// For the die that lies farthest out of all that a draw can give.
+    fn omission(&self, facts: &Facts) -> Option<Omission> {
+        let bias_e = NORMAL_MAX * self.sigma_uv / facts.conversion_gain_uv_per_e;
+        Some(Omission { bias_e, variance_e2: 0.0 })
+    }
+
+    fn reason(&self, facts: &Facts) -> String {
+        let sigma_e = self.sigma_uv / facts.conversion_gain_uv_per_e;
+        format!("{:.1} uV is {sigma_e:.2} e- between dies", self.sigma_uv)
+    }
+
+    fn apply(&self, row: &mut RowPass<'_>) {
+        let offset_uv = self.sigma_uv * Die::of(row).deviation(Self::NUMBER);
+        add_to_all(row.values, f32_nearest(offset_uv));
+    }
+}

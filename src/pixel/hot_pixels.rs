@@ -1,0 +1,81 @@
+//! Hot pixels. Enters: electrons. Leaves: electrons with the dark charge of hot pixels added.
+//!
+//! Model: at places of the die a pixel has dark current of its own, exponentially distributed over hot pixels with mean
+//! `hot_dark_e_per_s` at 300 K, drawn as Poisson over exposure and wait (radiation and metal defects each add a generation centre; the
+//! tail of measured dark-current histograms is exponential: Virmontois et al., IEEE Trans. Nucl. Sci. 57, 2010).
+
+use super::PixelParams;
+use super::dark_rates::DarkRates;
+use super::die::{Die, dark_factor, exponential};
+use super::places::Places;
+use crate::draw::{EffectNumber, fill_uniforms, poisson_quantile};
+use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::facts::Facts;
+use crate::num::f32_nearest;
+
+/// Pixels with a dark current of their own.
+pub struct HotPixels {
+    rates: DarkRates,
+    places: Places,
+}
+
+impl HotPixels {
+    /// Published number.
+    pub const NUMBER: EffectNumber = EffectNumber(115);
+
+    /// `None` where no pixel is hot.
+    pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
+        let rates = DarkRates::of(params);
+        let places = hot_places(params)?;
+        (rates.hot_e_per_s > 0.0).then(|| Box::new(Self { rates, places }) as Box<dyn Effect>)
+    }
+}
+
+/// Where the hot pixels of these parameters are.
+pub(super) fn hot_places(params: &PixelParams) -> Option<Places> {
+    Places::new(HotPixels::NUMBER, params.hot_ppm, params.defect_cluster_share)
+}
+
+impl Effect for HotPixels {
+    fn name(&self) -> &'static str {
+        "hot_pixels"
+    }
+
+    fn number(&self) -> EffectNumber {
+        Self::NUMBER
+    }
+
+    fn domain(&self) -> Domain {
+        Domain::Electrons
+    }
+
+    fn cost_ns_per_px(&self) -> f64 {
+        0.1
+    }
+
+    /// For the hottest pixel that a draw can give, so it holds in every pixel.
+    fn omission(&self, facts: &Facts) -> Option<Omission> {
+        let most_e = self.rates.hot_e_max(facts.exposure_s, facts.storage_s_max);
+        Some(Omission { bias_e: most_e, variance_e2: most_e })
+    }
+
+    fn reason(&self, facts: &Facts) -> String {
+        let most_e = self.rates.hot_e_max(facts.exposure_s, facts.storage_s_max);
+        format!("up to {most_e:.3e} e- in the hottest pixel at {} K", facts.temperature_k)
+    }
+
+    fn apply(&self, row: &mut RowPass<'_>) {
+        let die = Die::of(row);
+        let sites = self.places.sites(die, row.place.row, row.uniforms);
+        if sites.is_empty() {
+            return;
+        }
+        let rate_e_per_s = self.rates.hot_e_per_s * dark_factor(self.rates.die_sigma, die);
+        let mean_e = rate_e_per_s * (row.exposure_s + row.storage_s);
+        fill_uniforms(row.temporal_key(Self::NUMBER), row.uniforms);
+        for site in sites.iter() {
+            let own_e = f32_nearest(mean_e * exponential(site.uniform));
+            row.values[site.column] += f32_nearest(poisson_quantile(row.uniforms[site.column], own_e));
+        }
+    }
+}

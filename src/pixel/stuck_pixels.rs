@@ -1,0 +1,71 @@
+//! Stuck pixels. Enters: microvolts. Leaves: microvolts far outside every converter's range where the die's pixel is stuck.
+//!
+//! Model: at places of the die the signal sample is at the bottom or the top of the range, half of them each, whatever the light.
+
+use super::PixelParams;
+use super::die::Die;
+use super::places::{Places, Site};
+use crate::draw::EffectNumber;
+use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::facts::Facts;
+
+/// Pixels whose signal does not move.
+pub struct StuckPixels {
+    places: Places,
+}
+
+/// A kilovolt: the widest ramp spans 10 V, so no gain or noise after this brings a stuck pixel back into range.
+const FAR_UV: f32 = 1e9;
+
+impl StuckPixels {
+    /// Published number.
+    pub const NUMBER: EffectNumber = EffectNumber(117);
+
+    /// `None` where no pixel is stuck.
+    pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
+        stuck_places(params).map(|places| Box::new(Self { places }) as Box<dyn Effect>)
+    }
+}
+
+/// Where the stuck pixels of these parameters are.
+pub(super) fn stuck_places(params: &PixelParams) -> Option<Places> {
+    Places::new(StuckPixels::NUMBER, params.stuck_ppm, params.defect_cluster_share)
+}
+
+/// Whether a stuck pixel is at the top of the range.
+pub(super) fn is_high(site: Site) -> bool {
+    site.uniform >= 1 << 31
+}
+
+impl Effect for StuckPixels {
+    fn name(&self) -> &'static str {
+        "stuck_pixels"
+    }
+
+    fn number(&self) -> EffectNumber {
+        Self::NUMBER
+    }
+
+    fn domain(&self) -> Domain {
+        Domain::Microvolts
+    }
+
+    fn cost_ns_per_px(&self) -> f64 {
+        0.05
+    }
+
+    /// A stuck pixel is wrong by as much as the range allows, under any light: never left out.
+    fn omission(&self, _facts: &Facts) -> Option<Omission> {
+        None
+    }
+
+    fn reason(&self, _facts: &Facts) -> String {
+        "a stuck pixel is off by the converter's range".to_owned()
+    }
+
+    fn apply(&self, row: &mut RowPass<'_>) {
+        for &site in self.places.sites(Die::of(row), row.place.row, row.uniforms).iter() {
+            row.values[site.column] = if is_high(site) { FAR_UV } else { -FAR_UV };
+        }
+    }
+}
