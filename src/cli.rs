@@ -25,6 +25,7 @@ mod progress;
 mod run;
 mod timing;
 mod track;
+mod waves;
 
 use std::process::ExitCode;
 
@@ -59,7 +60,7 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
     match arguments.verb.as_ref() {
-        None => run::main(&args::RunArguments::default(), shared),
+        None => run::main(&args::RunVerbArguments::default(), shared),
         Some(Verb::Run(own)) => run::main(own, shared),
         Some(Verb::Plan(own)) => plan::main(own, shared),
         Some(Verb::Timing(own)) => timing::main(own, shared),

@@ -54,6 +54,7 @@ pub mod report;
 pub mod effects;
 pub mod config;
 pub mod run;
+pub mod waves;
 pub mod characterize;
 #[cfg(feature = "cli")]
 pub mod files;

@@ -172,6 +172,19 @@ pub fn pack_frame(frame: &FrameOut, params: &LinkParams, events: &mut Events) ->
     Ok(bytes)
 }
 
+/// The bytes of one row's packet, as `pack_frame` has them: header, codes, checksum.
+///
+/// # Errors
+/// A row that the container cannot carry.
+pub fn pack_row(codes: &[u16], bits: u32, virtual_channel: u8, params: &LinkParams) -> Result<Vec<u8>, Error> {
+    let kind = params.raw_kind(bits)?;
+    check_shape(kind, Size { width_px: u32_from(codes.len()), height_px: 1 })?;
+    let (mut payload, mut bytes) = (Vec::new(), Vec::new());
+    kind.pack(codes, &mut payload);
+    push_long(&mut bytes, virtual_channel, DataType::Raw(kind), &payload);
+    Ok(bytes)
+}
+
 /// Sides are 16-bit numbers in the embedded data, and a row is one packet.
 fn check_shape(kind: RawKind, size: Size) -> Result<(), Error> {
     for (key, side_px) in [("sensor.width", size.width_px), ("sensor.height", size.height_px)] {

@@ -29,6 +29,7 @@ const ORDER: &[&str] = &[
     "effects",
     "config",
     "run",
+    "waves",
     "characterize",
     "files",
 ];

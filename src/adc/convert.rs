@@ -110,7 +110,7 @@ impl Converter {
 
     /// The level that a comparator sees, in nV above the bottom of the ramp: the sample, rounded once, half-even, plus pedestal.
     /// Beyond 2^40 nV (1,100 V) only the side matters; a NaN is far below.
-    pub(super) fn level_nv(&self, sample_uv: f32) -> i64 {
+    pub fn level_nv(&self, sample_uv: f32) -> i64 {
         const FAR_NV: f64 = 1_099_511_627_776.0;
         let exact_nv = f64::from(sample_uv) * 1000.0;
         let exact_nv = if exact_nv > -FAR_NV { exact_nv } else { -FAR_NV };

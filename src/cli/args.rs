@@ -49,7 +49,7 @@ pub struct Shared {
 #[derive(Subcommand, Debug)]
 pub enum Verb {
     /// Runs a scenario from photons to pose and writes report, pictures, packets and trajectories.
-    Run(RunArguments),
+    Run(RunVerbArguments),
     /// Says which effects a scenario calls for, which are left out, and the bound of what that changes; simulates nothing.
     Plan(ScenarioArguments),
     /// Says line and frame times, exposure limits, latency and link use of a sensor, and where a line's time goes.
@@ -93,6 +93,34 @@ pub struct RunArguments {
     pub keep: Vec<String>,
 }
 
+/// What a run also writes.
+#[derive(Args, Debug, Default)]
+pub struct RunVerbArguments {
+    /// What is run.
+    #[command(flatten)]
+    pub run: RunArguments,
+    /// Waveforms of one of its frames.
+    #[command(flatten)]
+    pub waves: WaveArguments,
+    /// Frame of the waveforms, from 0 (default: 0).
+    #[arg(long, value_name = "N", requires = "waves")]
+    pub wave_frame: Option<u32>,
+}
+
+/// Waveforms.
+#[derive(Args, Debug, Default)]
+pub struct WaveArguments {
+    /// Waveforms of the sensor: a file ending in .fst or .vcd, for GTKWave or Surfer.
+    #[arg(long, value_name = "FILE")]
+    pub waves: Option<PathBuf>,
+    /// Rows of the waveforms, as 0,1,2-5 (default: the first two).
+    #[arg(long, value_name = "LIST", requires = "waves")]
+    pub wave_rows: Option<String>,
+    /// Columns of the waveforms, as 0,100,639 (default: the first, the middle and the last).
+    #[arg(long, value_name = "LIST", requires = "waves")]
+    pub wave_columns: Option<String>,
+}
+
 /// A scenario.
 #[derive(Args, Debug)]
 pub struct ScenarioArguments {
@@ -108,6 +136,9 @@ pub struct TimingArguments {
     /// Draws the time of a line and of a frame.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Waveforms of a test picture, a wedge from dark to full scale.
+    #[command(flatten)]
+    pub waves: WaveArguments,
 }
 
 /// A picture for the extractor.

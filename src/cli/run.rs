@@ -10,11 +10,12 @@ use sensel::files::folder::OutputFolder;
 use sensel::report::Report;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
 
-use super::args::{RunArguments, Shared};
+use super::args::{RunArguments, RunVerbArguments, Shared};
 use super::interrupt;
 use super::output::Output;
 use super::place::{self, Located};
 use super::progress;
+use super::waves::WaveRequest;
 
 /// Most that baked light may take of the user's disk.
 const CACHE_BYTES: u64 = 1 << 30;
@@ -100,13 +101,15 @@ pub fn prepare(located: Located, shared: &Shared) -> Result<Setup, Error> {
 }
 
 /// `sensel run`.
-pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
+    let arguments = &verb.run;
     let watch = Wall(Instant::now());
     let located = located(arguments, shared)?;
     let name = located.name.clone();
     let keep = super::output::Keep::parse(&arguments.keep)?;
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
-    sensel::run::SensorSetup::new(&located.resolved)?;
+    let sensor = sensel::run::SensorSetup::new(&located.resolved)?;
+    let waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, &located.resolved)?;
     OutputFolder::check(&target)?;
     let setup = prepare(located, shared)?;
     let prepared_s = watch.now_s();
@@ -114,14 +117,19 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;
     let frames = session.setup().frames;
+    if let Some(waves) = &waves {
+        waves.watch(&mut session);
+    }
     let bar = progress::bar("frames", u64::from(frames), shared.quiet);
     let interrupted = interrupt::watch();
+    let mut wave_codes = None;
     for _ in 0..frames {
         if interrupted.load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
         }
         let frame = session.step(&watch)?;
         output.frame(&session, &frame)?;
+        wave_codes = waves.as_ref().and_then(|waves| waves.codes_of(&frame)).or(wave_codes);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -129,6 +137,9 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     report.cost.insert("prepare", per_frame(prepared_s, frames));
     report.cost.insert("write", per_frame(output.seconds(), frames));
     output.finish(&session, &report)?;
+    if let (Some(waves), Some(codes)) = (&waves, &wave_codes) {
+        waves.write_watched(&session, codes)?;
+    }
 
     if shared.json {
         out!("{}", report.to_json()?);

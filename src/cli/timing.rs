@@ -7,6 +7,7 @@ use sensel::units::{FrameIndex, RowIndex};
 use serde_json::{Value, json};
 
 use super::args::{Shared, TimingArguments};
+use super::waves::WaveRequest;
 use super::{listing, place};
 
 /// `sensel timing`.
@@ -15,9 +16,13 @@ pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
     let resolved = &located.resolved;
     let sensor = SensorSetup::new(resolved)?;
     let expected_features = u64::from(resolved.scenario.compute.top_k);
+    let waves = WaveRequest::new(&arguments.waves, None, &sensor, resolved)?;
     let diagram = run::timing_diagram(&sensor, expected_features, &located.name)?;
     if let Some(path) = &arguments.svg {
         std::fs::write(path, diagram.svg()).map_err(|source| place::io(path, source))?;
+    }
+    if let Some(waves) = &waves {
+        waves.write_wedge(&sensor, resolved.scenario.sensor.die)?;
     }
     let link = Link::new(&sensor, expected_features)?;
     if shared.json {

@@ -91,6 +91,7 @@ pub struct Captured {
 }
 
 /// The samples of one row in microvolts at the converters' inputs.
+#[derive(Clone, Debug, PartialEq)]
 pub struct RowSamples {
     /// Signal, above the dark level.
     pub signal_uv: Vec<f32>,
@@ -215,6 +216,12 @@ impl Chain {
         self.readings[0].sense(at, self.die_seed, &mut buffers);
         self.readings[0].sample(at, self.die_seed, &mut buffers);
         RowSamples { signal_uv: buffers.values, reset_uv: buffers.reset }
+    }
+
+    /// Converters of one camera in the first reading, of the columns that are read; without window and binning of so many.
+    pub fn first_columns(&self, camera: CameraIndex, width_px: usize) -> Columns<'_> {
+        let width = self.layout.as_ref().map_or(width_px, Layout::buffer_width);
+        self.columns(camera, width).swap_remove(0)
     }
 
     fn samples(&self) -> Samples {

@@ -92,6 +92,41 @@ impl Drop for OutputFolder {
     }
 }
 
+/// Writes a file beside its place and renames it there, so that it is whole or what it was before.
+///
+/// # Errors
+/// The disk says no; then nothing changed.
+pub fn replace_file(target: &Path, bytes: &[u8]) -> Result<(), Error> {
+    // A link keeps pointing where it did: what it points at is replaced.
+    let target = std::fs::canonicalize(target).unwrap_or_else(|_| target.to_owned());
+    let holder = folder_beside(&target)?;
+    let beside = holder.join("file");
+    let written = std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, &target));
+    // The error of the writing is the one to report; an empty folder that stays is hidden and harmless.
+    let _ = std::fs::remove_dir_all(&holder);
+    written.map_err(io_error(&target))
+}
+
+/// Whether a file could be made beside `target`, before long work is done for it.
+///
+/// # Errors
+/// The disk says no.
+pub fn check_file(target: &Path) -> Result<(), Error> {
+    let holder = folder_beside(target)?;
+    std::fs::remove_dir(&holder).map_err(io_error(&holder))
+}
+
+/// A hidden folder in the folder of a file, which is made where it is not there.
+fn folder_beside(target: &Path) -> Result<PathBuf, Error> {
+    let name = target.file_name().ok_or_else(|| refused(target, "has no name of its own; name a file"))?;
+    let parent = match target.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(parent).map_err(io_error(parent))?;
+    fresh_folder(parent, &name.to_string_lossy(), "building")
+}
+
 fn refused(target: &Path, reason: &str) -> Error {
     Error::key("out", target.display(), reason)
 }
@@ -152,6 +187,19 @@ mod tests {
         }
         assert_eq!(names(target.parent().unwrap()), ["run"], "nothing is left beside it");
         assert_eq!(names(&target), [MARKER, "a"]);
+    }
+
+    #[test]
+    fn a_file_is_replaced_whole_and_leaves_nothing_beside_it() {
+        let scratch = Scratch::new();
+        let target = scratch.path().join("deep/wave.vcd");
+        for content in ["first", "second"] {
+            replace_file(&target, content.as_bytes()).unwrap();
+            assert_eq!(std::fs::read_to_string(&target).unwrap(), content);
+        }
+        assert_eq!(names(target.parent().unwrap()), ["wave.vcd"]);
+        assert_eq!(replace_file(target.parent().unwrap(), b"").unwrap_err().exit_code(), 4);
+        assert_eq!(names(target.parent().unwrap()), ["wave.vcd"]);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::sensor::FrameOnLink;
 use super::setup::Setup;
 use crate::compute::{self, Feature};
 use crate::draw::DrawKey;
-use crate::effects::chain::{Capture, Chain, RowTimes};
+use crate::effects::chain::{Capture, Chain, RowSamples, RowTimes};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
@@ -86,8 +86,16 @@ pub struct Session {
     gain: f64,
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
+    watched: Option<Watched>,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,
+}
+
+/// Rows of the first camera whose samples are kept when their frame is sensed.
+struct Watched {
+    frame: FrameIndex,
+    rows: Vec<RowIndex>,
+    samples: Vec<RowSamples>,
 }
 
 impl Session {
@@ -106,12 +114,31 @@ impl Session {
         let charge_before_e = setup.cameras.iter().map(|_| None).collect();
         let gain = setup.exposure.gain(FrameIndex(0));
         let chain = setup.chain(gain);
-        Ok(Self { setup, tracker, chain, gain, charge_before_e, notes: Vec::new(), totals: Totals::default() })
+        Ok(Self {
+            setup,
+            tracker,
+            chain,
+            gain,
+            charge_before_e,
+            watched: None,
+            notes: Vec::new(),
+            totals: Totals::default(),
+        })
     }
 
     /// What the run is made of.
     pub fn setup(&self) -> &Setup {
         &self.setup
+    }
+
+    /// Keeps the first camera's samples of these rows when their frame comes, of its first exposure. They change nothing.
+    pub fn watch(&mut self, frame: FrameIndex, rows: &[RowIndex]) {
+        self.watched = Some(Watched { frame, rows: rows.to_vec(), samples: Vec::new() });
+    }
+
+    /// Samples of the watched rows at the converters' inputs; empty before their frame.
+    pub fn watched(&self) -> &[RowSamples] {
+        self.watched.as_ref().map_or(&[], |watched| &watched.samples)
     }
 
     /// Simulates the next frame of the rig.
@@ -205,6 +232,9 @@ impl Session {
                 let before_e = self.charge_before_e[camera].as_ref();
                 let camera_index = CameraIndex(u32_from(camera));
                 let capture = Capture { camera: camera_index, frame, slot: u32_from(slot), before_e };
+                if let Some(watched) = self.watched.as_mut().filter(|w| (w.frame, camera, slot) == (frame, 0, 0)) {
+                    watched.samples = self.chain.samples_of_rows(&exposure.photons, capture, &times, &watched.rows);
+                }
                 let captured = self.chain.capture(&exposure.photons, capture, &times);
                 self.totals.events.merge(&captured.events);
                 read.push(captured.codes);

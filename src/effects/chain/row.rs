@@ -2,12 +2,15 @@
 //! Leaves: codes of the row, and the events of its conversions.
 
 use super::layout::{Layout, means};
-use super::{Chain, RowTimes, Shot};
+use super::{Capture, Chain, RowSamples, RowTimes, Shot};
 use crate::draw::RowPlace;
 use crate::effect::RowPass;
 use crate::events::{Event, Events};
+use crate::num::index;
 use crate::pixel::Samples;
+use crate::plane::Plane;
 use crate::readout::BinningMode;
+use crate::units::RowIndex;
 
 use super::black::shift_row;
 
@@ -85,6 +88,33 @@ impl Chain {
             self.read_array_rows(shot, &layout.charge_rows(row), buffers, &mut full, events);
             layout.pick(&full, codes);
         }
+    }
+
+    /// Samples of some rows of the picture at the converters' inputs in the first reading, one a column that is read, as `capture`
+    /// converts them.
+    pub fn samples_of_rows(
+        &self,
+        photons: &Plane<f32>,
+        capture: Capture<'_>,
+        times: &[RowTimes],
+        rows: &[RowIndex],
+    ) -> Vec<RowSamples> {
+        assert!(times.len() == photons.height_px(), "every row has its times");
+        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
+        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot).0);
+        let read = self.layout.as_ref().map(Layout::read_columns);
+        let picked = |row: Vec<f32>| match &read {
+            Some(read) => read.iter().filter_map(|&place| row.get(place).copied()).collect(),
+            None => row,
+        };
+        let samples = |&row: &RowIndex| {
+            let array_rows = self.layout.as_ref().map_or(vec![index(row.0)], |layout| layout.charge_rows(index(row.0)));
+            let mut buffers = self.buffers(photons.width_px());
+            self.load_together(0, &shot, &array_rows, &mut buffers);
+            self.readings[0].sample(self.at_row(&shot, array_rows[0]), self.die_seed, &mut buffers);
+            RowSamples { signal_uv: picked(buffers.values), reset_uv: picked(buffers.reset) }
+        };
+        rows.iter().map(samples).collect()
     }
 
     /// The electrons of an array row into the buffer: as the effects of the array left them, or gathered now.

@@ -1,0 +1,72 @@
+//! `--waves` of `run` and `timing`: what is asked for, checked before anything runs, and the file at the end.
+
+use sensel::config::Resolved;
+use sensel::effects::chain::Chain;
+use sensel::error::Error;
+use sensel::files::waves::WaveFile;
+use sensel::run::{Frame, SensorSetup, Session};
+use sensel::units::{CameraIndex, RowIndex};
+use sensel::waves::{Asked, WavePlan, WaveRow};
+
+use super::args::WaveArguments;
+
+/// Waveforms that were asked for.
+pub struct WaveRequest<'a> {
+    plan: WavePlan<'a>,
+    file: WaveFile,
+}
+
+impl<'a> WaveRequest<'a> {
+    /// Checks file, rows, columns and frame; none where no waves were asked for.
+    pub fn new(
+        arguments: &WaveArguments,
+        frame: Option<u32>,
+        sensor: &'a SensorSetup,
+        resolved: &Resolved,
+    ) -> Result<Option<Self>, Error> {
+        let Some(path) = &arguments.waves else { return Ok(None) };
+        let file = WaveFile::new(path)?;
+        let (rows, columns) = (arguments.wave_rows.as_deref(), arguments.wave_columns.as_deref());
+        let asked = Asked { rows, columns, frame };
+        let plan = WavePlan::new(sensor, asked, resolved.scenario.frames()?).map_err(|error| match &error {
+            // Options have their own names; keys have a place in a file.
+            Error::Config { key, .. } if key.starts_with("sensor.") => resolved.tree.locate(error),
+            _ => error,
+        })?;
+        file.check()?;
+        Ok(Some(Self { plan, file }))
+    }
+
+    /// Makes the session keep what the waves need.
+    pub fn watch(&self, session: &mut Session) {
+        let selection = self.plan.selection();
+        session.watch(selection.frame, &selection.rows);
+    }
+
+    /// The chosen rows' codes, where the frame is the chosen one.
+    pub fn codes_of(&self, frame: &Frame) -> Option<Vec<Vec<u16>>> {
+        let selection = self.plan.selection();
+        let row = |row: &RowIndex| frame.cameras[0].codes.row(sensel::num::index(row.0)).to_vec();
+        (frame.frame == selection.frame).then(|| selection.rows.iter().map(row).collect())
+    }
+
+    /// Writes the waves of the chosen rows, from what the session kept of them and the frame's codes.
+    pub fn write_watched(&self, session: &Session, codes: &[Vec<u16>]) -> Result<(), Error> {
+        let kept = session.watched().iter().cloned();
+        let rows: Vec<WaveRow> =
+            kept.zip(codes).map(|(samples, sent)| WaveRow { samples, sent: Some(sent.clone()) }).collect();
+        let setup = session.setup();
+        self.write(&setup.chain(setup.sensor.parameters.adc.gain), &rows)
+    }
+
+    /// Writes the waves of the test picture under a die's converters.
+    pub fn write_wedge(&self, sensor: &SensorSetup, die_seed: u64) -> Result<(), Error> {
+        let chain = sensor.chain(sensor.parameters.adc.gain, [&[], &[]], 0, die_seed);
+        self.write(&chain, &self.plan.wedge())
+    }
+
+    fn write(&self, chain: &Chain, rows: &[WaveRow]) -> Result<(), Error> {
+        let width = rows.first().map_or(0, |row| row.samples.signal_uv.len());
+        self.file.write(&self.plan.waves(&chain.first_columns(CameraIndex(0), width), rows)?)
+    }
+}
