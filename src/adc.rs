@@ -13,6 +13,7 @@ mod convert;
 mod crossings;
 pub mod density;
 mod event_counts;
+mod fast;
 mod kickback;
 mod linear;
 mod params;

@@ -1,8 +1,11 @@
 //! What an effect is: one physical imperfection between photons and codes that a scene may or may not call for.
 
+use std::cell::RefCell;
+
 use crate::draw::{DrawKey, EffectNumber, RowPlace};
 use crate::facts::Facts;
 use crate::plane::Plane;
+use crate::units::{FrameIndex, RowIndex};
 
 /// What leaving an effect out can change in one pixel, referred to its input in electrons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,12 +68,14 @@ pub struct RowPass<'a> {
     pub uniforms: &'a mut [u32],
     /// Room for draws, as long as the row.
     pub draws: &'a mut [f32],
+    /// Keys that earlier rows asked for.
+    pub keys: &'a KeptKeys,
 }
 
 impl RowPass<'_> {
     /// Key of an effect's draws that differ from frame to frame.
     pub fn temporal_key(&self, effect: EffectNumber) -> DrawKey {
-        DrawKey::of_row(effect, self.place)
+        self.keys.of_row(effect, self.place)
     }
 
     /// Key of an effect's draws in the reset sample, apart from those in the signal sample.
@@ -80,19 +85,38 @@ impl RowPass<'_> {
 
     /// Key of an effect's pattern in this row: part of the die, equal in all frames.
     pub fn pattern_key(&self, effect: EffectNumber) -> DrawKey {
-        let frame = crate::units::FrameIndex(0);
-        DrawKey::of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, ..self.place })
+        let frame = FrameIndex(0);
+        self.keys.of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, ..self.place })
     }
 
     /// Key of an effect's column pattern: part of the die, equal in all rows and frames.
     pub fn column_key(&self, effect: EffectNumber) -> DrawKey {
-        let (frame, row) = (crate::units::FrameIndex(0), crate::units::RowIndex(0));
-        DrawKey::of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, row, ..self.place })
+        let (frame, row) = (FrameIndex(0), RowIndex(0));
+        self.keys.of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, row, ..self.place })
     }
 }
 
 /// Field of the key of draws in the reset sample.
 const RESET_SAMPLE: u64 = 1;
+
+/// Keys of exposures by effect, kept from row to row: working one out takes ten mixings in series.
+#[derive(Default)]
+pub struct KeptKeys(RefCell<Vec<(EffectNumber, RowPlace, DrawKey)>>);
+
+impl KeptKeys {
+    /// As `DrawKey::of_row`, its slow twin.
+    pub fn of_row(&self, effect: EffectNumber, place: RowPlace) -> DrawKey {
+        let exposure = RowPlace { row: RowIndex(0), ..place };
+        let mut kept = self.0.borrow_mut();
+        let found = kept.iter().find(|entry| entry.0 == effect && entry.1 == exposure).map(|entry| entry.2);
+        let key = found.unwrap_or_else(|| {
+            let key = DrawKey::of_exposure(effect, exposure);
+            kept.push((effect, exposure, key));
+            key
+        });
+        key.with(place.row.0.into())
+    }
+}
 
 /// The whole array at the end of an exposure.
 pub struct ArrayPass<'a> {
@@ -135,5 +159,26 @@ pub trait Effect: Send + Sync {
     /// Applies an effect of `Domain::ArrayElectrons` to the whole array. Never called for others.
     fn apply_to_array(&self, _array: &mut ArrayPass<'_>) {
         unreachable!("{} acts on rows", self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::CameraIndex;
+
+    #[test]
+    fn kept_keys_equal_those_worked_out_anew() {
+        let keys = KeptKeys::default();
+        let mut tried = 0;
+        for case in (0..64).chain(0..64) {
+            let bit = |place: u32| case >> place & 1;
+            let (camera, frame, row) = (CameraIndex(bit(1)), FrameIndex(bit(2)), RowIndex(bit(4)));
+            let place = RowPlace { seed: bit(0).into(), camera, frame, slot: bit(3), row };
+            let effect = EffectNumber(u64::from(bit(5)));
+            assert_eq!(keys.of_row(effect, place), DrawKey::of_row(effect, place), "{effect:?} at {place:?}");
+            tried += 1;
+        }
+        assert_eq!((tried, keys.0.borrow().len()), (128, 32));
     }
 }

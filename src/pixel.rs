@@ -88,7 +88,7 @@ mod tests {
     use super::params::tests::paper_pixel;
     use super::*;
     use crate::draw::RowPlace;
-    use crate::effect::{Effect, RowPass};
+    use crate::effect::{Effect, KeptKeys, RowPass};
     use crate::facts::Facts;
     use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
@@ -124,6 +124,7 @@ mod tests {
             reset: &mut [],
             uniforms,
             draws,
+            keys: &KeptKeys::default(),
         });
         let mean = values.iter().map(|&value| f64::from(value)).sum::<f64>() / 4e4;
         (mean, values.iter().map(|&value| (f64::from(value) - mean) * (f64::from(value) - mean)).sum::<f64>() / 4e4)
@@ -181,6 +182,7 @@ mod tests {
                 reset: &mut [],
                 uniforms,
                 draws,
+                keys: &KeptKeys::default(),
             });
             let lost: Vec<f64> = values.iter().map(|&value| (f64::from(value) - 1000.0).max(0.0)).collect();
             let mean = lost.iter().sum::<f64>() / 4e4;

@@ -91,7 +91,7 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("sensor.adc.ramp", "curved", "linear"),
     ("sensor.adc.cds", "twice", "none, analog, digital"),
     ("sensor.readout.shutter", "iris", "global, rolling"),
-    ("sensor.readout.exposure", "auto", "fixed"),
+    ("sensor.readout.exposure", "sometimes", "fixed, auto"),
     ("sensor.readout.hts", "100", "hts = 665 would do"),
     ("sensor.readout.vts", "100", "vts = 480"),
     ("sensor.readout.pixel_rate_hz", "0", "1 kHz to 100 GHz"),

@@ -144,7 +144,7 @@ fn random_params(cases: &mut Cases) -> ReadoutParams {
         frame: if cases.between(0, 3) == 0 { FrameLength::RateHz(rate_hz) } else { plain.frame },
         exposure_fine_clk: if hdr == Hdr::None { cases.between(0, 1) * cases.between(0, 19) } else { 0 },
         exposure_margin_lines: cases.between(0, 25),
-        exposure_lines_min: cases.between(0, 2),
+        exposure_lines_min: cases.between(u32::from(hdr != Hdr::None), 2),
         long_exposure: cases.one(&[LongExposure::Refuse, LongExposure::Refuse, LongExposure::ExtendFrame]),
         window: (cases.between(0, 1) == 0).then_some(window),
         binning: cases.one(&[1, 2, 4]),
@@ -401,15 +401,29 @@ fn a_key_of_a_higher_layer_takes_the_place_of_its_rival() {
     assert!(!shown.contains("exposure_us"), "{shown}");
 }
 
+/// What the schedule knows is carried through a run's pixels, and its report says so.
 #[test]
-fn a_run_refuses_what_only_timing_knows() {
-    for assignment in ["window=[0, 0, 320, 240]", "binning=2", "exposure=auto", "clock_ppm=1.0", "sync_skew_us=1.0"] {
-        let set = format!("sensor.readout.{assignment}");
-        let timing = sensel(&["timing", "box", "--set", &set]);
-        assert_eq!(timing.code, 0, "{timing:?}");
-        let run = sensel(&["plan", "box", "--set", &set]);
-        assert_eq!(run.code, 2, "{assignment}");
-        assert!(run.stderr.contains("a run comes with a later version"), "{}", run.stderr);
+fn a_run_carries_what_timing_knows() {
+    let size = |report: &serde_json::Value| {
+        let side = |name: &str| report["scenario"][name].as_u64().unwrap();
+        (side("width_px"), side("height_px"), side("bits"))
+    };
+    for (assignments, expected) in [
+        (&["window=[64, 32, 320, 240]"][..], (320, 240, 10)),
+        (&["binning=2", "binning_mode=charge"], (320, 240, 10)),
+        (&["binning=2", "binning_mode=average"], (320, 240, 10)),
+        (&["binning=4", "binning_mode=skip"], (160, 120, 10)),
+        (&["shutter=rolling", "hdr=multi_exposure", "hdr_bits=12"], (640, 480, 12)),
+        (&["exposure=auto"], (640, 480, 10)),
+        (&["clock_ppm=1.0"], (640, 480, 10)),
+        (&["sync_skew_us=1.0"], (640, 480, 10)),
+    ] {
+        let folder = common::Scratch::new("carried");
+        let out = folder.join("out");
+        let mut arguments = vec!["run", "box", "--frames", "1", "--json", "--out", &out];
+        let sets: Vec<String> = assignments.iter().map(|key| format!("sensor.readout.{key}")).collect();
+        sets.iter().for_each(|set| arguments.extend(["--set", set]));
+        assert_eq!(size(&sensel(&arguments).json()), expected, "{assignments:?}");
     }
 }
 

@@ -3,8 +3,9 @@
 //!
 //! Edge k (1 .. 2^b - 1) stands at round(k span / 2^b) nV, halves up. A count is the number of edges at or below a sample plus
 //! pedestal. `Converter` takes this path where all steps are equal, no comparator lags and none disturbs the ramp; its slow twin is
-//! the general path of the same converter.
+//! the general path of the same converter. Blocks of columns far enough from all edges are served in f32 (`FastLine`).
 
+use super::fast::{BLOCK, BlockWork, FastLine};
 use super::ramp::linear_edge_nv;
 use super::{AdcParams, RowWork, Sample};
 use crate::num::{f64_from_i64, low_u16, low_u32};
@@ -13,6 +14,8 @@ use crate::simd::{Kernel, dispatch};
 /// A row's conversions, with everything that does not depend on the signal done beforehand.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LinearKernel {
+    /// None where f32 would be in doubt too often.
+    fast: Option<FastLine>,
     pedestal_nv: f64,
     /// Last edge of the signal's ramp.
     last_edge_nv: f64,
@@ -37,8 +40,10 @@ impl LinearKernel {
     pub fn new(params: &AdcParams) -> Self {
         let span_nv = params.span_nv();
         let edge_nv = |k| f64_from_i64(linear_edge_nv(params.bits, span_nv, k));
+        let pedestal_nv = edge_nv(params.pedestal_lsb());
         Self {
-            pedestal_nv: edge_nv(params.pedestal_lsb()),
+            fast: FastLine::new(params, pedestal_nv),
+            pedestal_nv,
             last_edge_nv: edge_nv(params.code_max()),
             last_reset_edge_nv: edge_nv(params.reset_counts_used()),
             signal_steps: params.code_max(),
@@ -98,6 +103,36 @@ impl LinearKernel {
         let count = units * self.inverse_span_per_nv;
         low_u32(((count - 0.5) + ROUNDER).to_bits())
     }
+
+    /// Exact codes of one conversion a column.
+    #[inline(always)]
+    fn convert_one(&self, signal_uv: &[f32], codes: &mut [u16]) -> BlockWork {
+        let (mut steps, mut clocks) = (0, 0);
+        for (code, &signal_uv) in codes.iter_mut().zip(signal_uv) {
+            let count = self.count(signal_uv, self.last_edge_nv);
+            steps += count;
+            clocks += active_clk(count, self.signal_steps);
+            *code = low_u16(count);
+        }
+        [steps, clocks]
+    }
+
+    /// Exact codes of two conversions a column.
+    #[inline(always)]
+    fn convert_both(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> BlockWork {
+        let (mut steps, mut clocks) = (0, 0);
+        for ((code, &signal_uv), &reset_uv) in codes.iter_mut().zip(signal_uv).zip(reset_uv) {
+            let up = self.count(signal_uv, self.last_edge_nv);
+            let down = self.count(reset_uv, self.last_reset_edge_nv);
+            steps += up + down;
+            clocks += active_clk(up, self.signal_steps) + active_clk(down, self.reset_steps);
+            let counter = self.black_level_dn - down.cast_signed() + up.cast_signed();
+            let counter = if counter > 0 { counter } else { 0 };
+            let counter = if counter < self.code_max { counter } else { self.code_max };
+            *code = low_u16(counter.cast_unsigned());
+        }
+        [steps, clocks]
+    }
 }
 
 /// Clocks in which a comparator is active: up to its crossing, or to the ramp's end.
@@ -132,20 +167,19 @@ struct ConvertOne<'a> {
 }
 
 impl Kernel for ConvertOne<'_> {
-    /// Counter steps and comparator clocks.
-    type Output = [u32; 2];
+    type Output = BlockWork;
 
     #[inline(always)]
-    fn run(self) -> [u32; 2] {
+    fn run(self) -> BlockWork {
         let kernel = self.kernel.clone();
-        let (mut steps, mut clocks) = (0, 0);
-        for (code, &signal_uv) in self.codes.iter_mut().zip(self.signal_uv) {
-            let count = kernel.count(signal_uv, kernel.last_edge_nv);
-            steps += count;
-            clocks += active_clk(count, kernel.signal_steps);
-            *code = low_u16(count);
+        let (signals_uv, rest_uv) = self.signal_uv.as_chunks::<BLOCK>();
+        let (codes, rest) = self.codes.as_chunks_mut::<BLOCK>();
+        let mut work = kernel.convert_one(rest_uv, rest);
+        for (codes, signal_uv) in codes.iter_mut().zip(signals_uv) {
+            let quick = kernel.fast.as_ref().and_then(|fast| fast.convert_one(signal_uv, codes));
+            work = sum(work, quick.unwrap_or_else(|| kernel.convert_one(signal_uv, codes)));
         }
-        [steps, clocks]
+        work
     }
 }
 
@@ -157,22 +191,23 @@ struct ConvertBoth<'a> {
 }
 
 impl Kernel for ConvertBoth<'_> {
-    type Output = [u32; 2];
+    type Output = BlockWork;
 
     #[inline(always)]
-    fn run(self) -> [u32; 2] {
+    fn run(self) -> BlockWork {
         let kernel = self.kernel.clone();
-        let (mut steps, mut clocks) = (0, 0);
-        for ((code, &signal_uv), &reset_uv) in self.codes.iter_mut().zip(self.signal_uv).zip(self.reset_uv) {
-            let up = kernel.count(signal_uv, kernel.last_edge_nv);
-            let down = kernel.count(reset_uv, kernel.last_reset_edge_nv);
-            steps += up + down;
-            clocks += active_clk(up, kernel.signal_steps) + active_clk(down, kernel.reset_steps);
-            let counter = kernel.black_level_dn - down.cast_signed() + up.cast_signed();
-            let counter = if counter > 0 { counter } else { 0 };
-            let counter = if counter < kernel.code_max { counter } else { kernel.code_max };
-            *code = low_u16(counter.cast_unsigned());
+        let (signals_uv, rest_signal_uv) = self.signal_uv.as_chunks::<BLOCK>();
+        let (resets_uv, rest_reset_uv) = self.reset_uv.as_chunks::<BLOCK>();
+        let (codes, rest) = self.codes.as_chunks_mut::<BLOCK>();
+        let mut work = kernel.convert_both(rest_signal_uv, rest_reset_uv, rest);
+        for ((codes, signal_uv), reset_uv) in codes.iter_mut().zip(signals_uv).zip(resets_uv) {
+            let quick = kernel.fast.as_ref().and_then(|fast| fast.convert_both(signal_uv, reset_uv, codes));
+            work = sum(work, quick.unwrap_or_else(|| kernel.convert_both(signal_uv, reset_uv, codes)));
         }
-        [steps, clocks]
+        work
     }
+}
+
+fn sum(a: BlockWork, b: BlockWork) -> BlockWork {
+    [a[0] + b[0], a[1] + b[1]]
 }

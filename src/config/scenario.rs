@@ -165,7 +165,8 @@ sections! {
         quantum_efficiency: Option<f64>,
         /// "mono", or the pattern of colour filters: "RGGB", "RCCB", rows apart by slashes up to 4 x 4 ("BGRG/GIGI/RGBG/GIGI").
         cfa: String,
-        /// Efficiency behind each filter by its letter: [600-700, 500-600, 400-500 nm] or the same and [.., 700-1000 nm], 0 to 1. A monochrome
+        /// Efficiency behind each filter by its letter: [600-700, 500-600, 400-500 nm] or the same and [.., 700-1000
+        /// nm], 0 to 1. A monochrome
         /// array has the letter M, or `quantum_efficiency`.
         qe_by_filter: Option<std::collections::BTreeMap<String, Vec<f64>>>,
         /// Share of the pixel that collects light, above 0, to 1.
@@ -348,13 +349,14 @@ sections! {
         binning: u32,
         /// "charge" (summed before conversion), "average" (codes, a line for each array row), "skip" (the first of them is read).
         binning_mode: String,
-        /// "none"; "multi_exposure": staggered exposures, read line by line in turn; "dual_gain": one charge, converted at both conversion gains.
+        /// "none"; "multi_exposure": staggered exposures, read line by line in turn; "dual_gain": one charge, converted
+        /// at both conversion gains.
         hdr: String,
         /// Exposures of a frame, 2 to 4.
         hdr_exposures: u32,
         /// Each exposure over the next shorter one, above 1 to 1024.
         hdr_exposure_ratio: f64,
-        /// Depth to which merged codes are companded, 8 to 16; 16: linear. Not written: the converter's depth, 8 at least.
+        /// Depth to which merged codes are companded, 8 to 16, where they need more. Not written: the converter's depth, 8 at least.
         hdr_bits: Option<u32>,
         /// Serial lanes from the columns to the output, to 65536; 0: parallel, which takes no time.
         lanes: u32,

@@ -53,14 +53,15 @@ impl Kernel for Fill<'_> {
                 *value = seed_word(self.key, lane, word);
             }
         }
-        let mut blocks = self.out.chunks_exact_mut(COLUMNS_PER_BLOCK);
-        for block in &mut blocks {
-            let columns: [u32; COLUMNS_PER_BLOCK] = bytemuck::cast(next(&mut state));
-            block.copy_from_slice(&columns);
+        let mut words = [[0; LANES]; STEPS_PER_BLOCK];
+        let (blocks, rest) = self.out.as_chunks_mut::<COLUMNS_PER_BLOCK>();
+        for block in blocks {
+            next(&mut state, &mut words);
+            *block = bytemuck::cast(words);
         }
-        let rest = blocks.into_remainder();
         if !rest.is_empty() {
-            let columns: [u32; COLUMNS_PER_BLOCK] = bytemuck::cast(next(&mut state));
+            next(&mut state, &mut words);
+            let columns: [u32; COLUMNS_PER_BLOCK] = bytemuck::cast(words);
             rest.copy_from_slice(&columns[..rest.len()]);
         }
     }
@@ -69,12 +70,11 @@ impl Kernel for Fill<'_> {
 /// The next steps of Xoshiro256++ (Blackman and Vigna, 2019) in all lanes. Lanes are the outer loop, because the compiler
 /// turns that one into vectors; a single step of all lanes it half leaves to scalar rotations.
 #[inline(always)]
-fn next(state: &mut [[u64; LANES]; 4]) -> [[u64; LANES]; STEPS_PER_BLOCK] {
-    let mut words = [[0; LANES]; STEPS_PER_BLOCK];
+fn next(state: &mut [[u64; LANES]; 4], words: &mut [[u64; LANES]; STEPS_PER_BLOCK]) {
     let [first, second, third, fourth] = state;
     for lane in 0..LANES {
         let (mut s0, mut s1, mut s2, mut s3) = (first[lane], second[lane], third[lane], fourth[lane]);
-        for step in &mut words {
+        for step in words.iter_mut() {
             step[lane] = s0.wrapping_add(s3).rotate_left(23).wrapping_add(s0);
             let shifted = s1 << 17;
             s2 ^= s0;
@@ -86,7 +86,6 @@ fn next(state: &mut [[u64; LANES]; 4]) -> [[u64; LANES]; STEPS_PER_BLOCK] {
         }
         (first[lane], second[lane], third[lane], fourth[lane]) = (s0, s1, s2, s3);
     }
-    words
 }
 
 /// The uniform of one column: the slow twin of `fill_uniforms`.

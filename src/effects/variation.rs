@@ -165,13 +165,16 @@ fn with_supply(mut parameters: Parameters, ratio: f64) -> Parameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::adc::Ramp;
     use crate::adc::params_tests::paper_adc;
     use crate::pixel::params_tests::paper_pixel;
 
     fn parameters() -> Parameters {
         let mut parameters = Parameters { pixel: paper_pixel(), adc: paper_adc() };
         (parameters.adc.comparator_delay_clk, parameters.adc.column_bias_ua) = (7, 3.0);
-        parameters.adc.ramp_table_uv = vec![100.1, 200.3];
+        // A table of one bit has one edge.
+        (parameters.adc.ramp, parameters.adc.bits, parameters.adc.black_level_dn) = (Ramp::Table, 1, 0);
+        (parameters.adc.ramp_table_uv, parameters.adc.reset_counts) = (vec![55_000.0], 1);
         parameters.pixel.storage_leakage_per_s = 0.3;
         parameters
     }

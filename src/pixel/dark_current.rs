@@ -6,7 +6,7 @@
 //! dark current in a CCD", SPIE 4669, 2002, show spreads that are skewed like it), photodiode and storage node apart. Over dies
 //! all rates share a factor exp(sigma z).
 
-use std::sync::Arc;
+use std::borrow::Cow;
 
 use super::dark_rates::DarkRates;
 use super::die::{Die, dark_factor};
@@ -43,7 +43,7 @@ impl DarkCurrent {
     }
 
     /// The lognormal factors of a row's pixels.
-    fn factors(&self, key: DrawKey, uniforms: &mut [u32]) -> Arc<[f32]> {
+    fn factors(&self, key: DrawKey, uniforms: &mut [u32]) -> Cow<'_, [f32]> {
         let s = self.rates.log_sigma();
         self.factors.row(key, uniforms.len(), || {
             fill_uniforms(key, uniforms);

@@ -4,7 +4,7 @@
 //! A row knows its places from its own seeds and those of the row above, so rows stay independent. The density of seeds is set
 //! so that the density of defective pixels is the one that was asked for.
 
-use std::sync::Arc;
+use std::borrow::Cow;
 
 use super::die::Die;
 use super::row_memory::RowMemory;
@@ -48,7 +48,7 @@ impl Places {
     }
 
     /// The row's defects from left to right. `uniforms` is room as long as the row.
-    pub(super) fn sites(&self, die: Die, row: RowIndex, uniforms: &mut [u32]) -> Arc<[Site]> {
+    pub(super) fn sites(&self, die: Die, row: RowIndex, uniforms: &mut [u32]) -> Cow<'_, [Site]> {
         let key = die.key(self.number, row);
         self.memory.row(key, uniforms.len(), || self.find(die, row, key, uniforms))
     }

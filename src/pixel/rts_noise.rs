@@ -7,7 +7,7 @@
 //! Theuwissen, "Random telegraph signal in CMOS image sensor pixels", IEDM 2006). A signal alone carries 0 or A. Frames are taken to
 //! lie many times 1/rate apart: states of two frames are drawn apart.
 
-use std::sync::Arc;
+use std::borrow::Cow;
 
 use super::die::{Die, exponential};
 use super::row_memory::RowMemory;
@@ -18,6 +18,7 @@ use crate::facts::Facts;
 use crate::num::{f32_nearest, u64_half_even};
 
 /// A pixel with a trap.
+#[derive(Clone, Copy)]
 struct Trap {
     column: usize,
     amplitude_uv: f32,
@@ -58,7 +59,7 @@ impl RtsNoise {
         (params.rts_ppm > 0.0 && params.rts_amplitude_uv > 0.0).then(|| Box::new(effect) as Box<dyn Effect>)
     }
 
-    fn traps(&self, row: &mut RowPass<'_>) -> Arc<[Trap]> {
+    fn traps(&self, row: &mut RowPass<'_>) -> Cow<'_, [Trap]> {
         let key = Die::of(row).key(Self::NUMBER, row.place.row);
         let uniforms = &mut *row.uniforms;
         self.traps.row(key, uniforms.len(), || {

@@ -187,7 +187,8 @@ fn check_window(window: Window, array: Size, step: u32) -> Result<(), Error> {
     };
     for (name, start, length, most) in sides {
         if !start.is_multiple_of(step) || !length.is_multiple_of(step) || length == 0 {
-            let (start, length) = (start / step * step, (length / step * step).max(step));
+            let start = start.min(most.saturating_sub(step)) / step * step;
+            let length = (length.min(most - start) / step * step).max(step);
             return refused(format!("off the steps of {step} px; {start} with a {name} of {length} would do"));
         }
         if start.checked_add(length).is_none_or(|end| end > most) {

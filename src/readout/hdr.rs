@@ -16,8 +16,11 @@ const SCALE_BITS: u32 = 12;
 /// Bits of fraction of the blend.
 const BLEND_BITS: u32 = 8;
 
-/// Greatest depth of a merged code: the widest RAW kind.
+/// Greatest depth of the code that leaves: the widest RAW kind.
 pub const MERGED_BITS_MAX: u32 = 16;
+
+/// Greatest depth of a merged code before companding, as of automotive sensors.
+const LINEAR_BITS_MAX: u32 = 24;
 
 /// How readings become one code.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,10 +37,10 @@ pub struct HdrMerge {
 }
 
 impl HdrMerge {
-    /// For readings of `bits` with their sensitivities, falling, relative to the first.
+    /// For readings of `bits` with their sensitivities, falling, relative to the first; companded to 16 bits where it needs more.
     ///
     /// # Errors
-    /// Sensitivities so far apart that the merged code does not fit 16 bits; names the ratio that would do.
+    /// Sensitivities so far apart that the merged code does not fit 24 bits; names the ratio that would do.
     pub fn new(key: &str, bits: u32, black_level_dn: u32, sensitivities: &[f64]) -> Result<Self, Error> {
         assert!((1..=16).contains(&bits) && !sensitivities.is_empty(), "readings have 1 to 16 bits");
         let code_max = (1_i64 << bits) - 1;
@@ -46,15 +49,16 @@ impl HdrMerge {
         let last = scales[scales.len() - 1];
         let most = black + (((code_max - black) * last) >> SCALE_BITS);
         let merged_bits = (1..=63).find(|&bits| most < 1 << bits).expect("a scaled code fits 63 bits");
-        if merged_bits > MERGED_BITS_MAX {
-            let ratio = f64::from(1_u32 << (MERGED_BITS_MAX - bits));
+        if merged_bits > LINEAR_BITS_MAX {
+            let ratio = f64::from(1_u32 << (LINEAR_BITS_MAX - bits));
             let reason = format!(
-                "merged codes would need {merged_bits} bits, and a link carries {MERGED_BITS_MAX}; sensitivities up to {ratio} apart would do"
+                "merged codes would need {merged_bits} bits of {LINEAR_BITS_MAX}; sensitivities up to {ratio} apart would do"
             );
             return Err(Error::key(key, sensitivities[0] / sensitivities[sensitivities.len() - 1], reason));
         }
         let blend_dn = [code_max - code_max / 4, code_max - code_max / 16 - 1];
-        Ok(Self { linear_bits: merged_bits, bits: merged_bits, black_level_dn: black, blend_dn, scales })
+        let bits = merged_bits.min(MERGED_BITS_MAX);
+        Ok(Self { linear_bits: merged_bits, bits, black_level_dn: black, blend_dn, scales })
     }
 
     /// The same merging, companded to so many bits; as it is where the merged code fits them.
@@ -167,14 +171,15 @@ mod tests {
     }
 
     #[test]
-    fn depth_grows_with_the_ratio_and_ends_at_sixteen_bits() {
+    fn depth_grows_with_the_ratio_and_is_companded_beyond_sixteen_bits() {
         let bits =
             |depth, ratio: f64| HdrMerge::new("sensor.readout.hdr_exposure_ratio", depth, 64, &[1.0, 1.0 / ratio]);
         assert_eq!(bits(10, 16.0).unwrap().bits(), 14);
         assert_eq!(bits(10, 1.0).unwrap().bits(), 10);
         assert_eq!(bits(12, 16.0).unwrap().bits(), 16);
-        let message = bits(12, 64.0).unwrap_err().to_string();
-        assert!(message.contains("18 bits") && message.contains("up to 16 apart would do"), "{message}");
+        assert_eq!(bits(12, 64.0).unwrap().bits(), 16);
+        let message = bits(12, 16_384.0).unwrap_err().to_string();
+        assert!(message.contains("26 bits") && message.contains("up to 4096 apart would do"), "{message}");
     }
 
     #[test]

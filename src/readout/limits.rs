@@ -111,9 +111,14 @@ fn frame_too_short(
         Exposure::Lines(_) => format!("at most {most}, "),
         Exposure::Us(_) => format!("at most {:.3} ({most} lines), ", lines_us(most, params)),
     };
-    let reason = format!(
-        "longer than the frame less its margin; {shorter}vts = {needed}, or long_exposure = extend_frame would do"
-    );
+    let is_frame = needed <= u64::from(LENGTH_MAX) && needed * u64::from(params.hts) <= FRAME_CLK_MAX;
+    let longer = match (is_frame, shorter.is_empty()) {
+        (true, _) => format!("{shorter}vts = {needed}, or long_exposure = extend_frame"),
+        // No frame is so long.
+        (false, false) => shorter.trim_end_matches(", ").to_owned(),
+        (false, true) => "a shorter one, or a smaller hts".to_owned(),
+    };
+    let reason = format!("longer than the frame less its margin; {longer} would do");
     Error::key(&format!("sensor.readout.{key}"), value, reason)
 }
 

@@ -281,6 +281,10 @@ impl ReadoutParams {
             let reason = "staggered exposures need a rolling shutter: a pixel stores one charge; none would do";
             return Err(Error::key("sensor.readout.hdr", "multi_exposure", reason));
         }
+        if self.exposure_lines_min == 0 {
+            let reason = "staggered exposures are merged by their lengths, so none may be 0; 1 would do";
+            return Err(Error::key("sensor.readout.exposure_lines_min", 0, reason));
+        }
         if self.exposure_fine_clk > 0 {
             let reason = "staggered exposures are whole lines; 0 would do";
             return Err(Error::key("sensor.readout.exposure_fine_clk", self.exposure_fine_clk, reason));

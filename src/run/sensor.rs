@@ -14,7 +14,7 @@ use crate::link::LinkParams;
 use crate::num::f64_from_u64;
 use crate::optics::Mosaic;
 use crate::pixel::{PixelParams, PixelType};
-use crate::readout::{AutoExposure, CodeRange, FrameLength, Geometry, Hdr, HdrMerge, Schedule};
+use crate::readout::{AutoExposure, CodeRange, FrameLength, Geometry, Hdr, HdrMerge, MERGED_BITS_MAX, Schedule};
 use crate::units::Size;
 
 /// Everything between light and link of one camera.
@@ -123,6 +123,7 @@ impl SensorSetup {
         let link = scenario.link()?;
         let whole = scenario.mosaic()?.0;
         let mut readout = scenario.readout()?;
+        readout.check()?;
         let (columns, rows) = (whole.width_px(), whole.height_px());
         readout.mosaic_px = crate::num::u32_from(columns.max(rows));
         if readout.binning > 1 && columns.max(rows) % columns.min(rows) != 0 {
@@ -200,11 +201,26 @@ fn nominal_merge(first: &Parameters, second: Option<&Parameters>, hdr: Hdr) -> R
             for _ in 1..exposures {
                 sensitivities.push(sensitivities[sensitivities.len() - 1] / ratio);
             }
-            HdrMerge::new("sensor.readout.hdr_exposure_ratio", bits, black_dn, &sensitivities).map(Some)
+            let key = "sensor.readout.hdr_exposure_ratio";
+            let too_deep = |_| {
+                // Rounded down, so that what is named does do.
+                let most = libm::exp2(f64::from(MERGED_BITS_MAX - bits) / f64::from(exposures - 1));
+                let most = (1000.0 * most).floor() / 1000.0;
+                let would_do = if most > 1.0 { most.to_string() } else { "fewer sensor.adc.bits".to_owned() };
+                let deep = format!("{exposures} exposures merge to codes of more than {MERGED_BITS_MAX} bits");
+                Error::key(key, ratio, format!("{deep}; {would_do} would do"))
+            };
+            HdrMerge::new(key, bits, black_dn, &sensitivities).map(Some).map_err(too_deep)
         }
         (Hdr::DualGain, Some(second)) => {
             let gains = [first, second].map(|parameters| parameters.pixel.conversion_gain_uv_per_e);
-            HdrMerge::new("sensor.pixel.low_conversion_gain_uv_per_e", bits, black_dn, &gains).map(Some)
+            let key = "sensor.pixel.low_conversion_gain_uv_per_e";
+            let too_deep = |_| {
+                let least = gains[0] / f64::from(1_u32 << (MERGED_BITS_MAX - bits));
+                let deep = format!("codes at both gains merge to more than {MERGED_BITS_MAX} bits");
+                Error::key(key, gains[1], format!("{deep}; {least} or more would do"))
+            };
+            HdrMerge::new(key, bits, black_dn, &gains).map(Some).map_err(too_deep)
         }
         (Hdr::None | Hdr::DualGain, _) => Ok(None),
     }

@@ -40,25 +40,26 @@ impl Kernel for CountReached<'_> {
         let (uniforms, rest_uniforms) = self.uniforms.as_chunks::<BLOCK>();
         let (out_e, rest_e) = self.out_e.as_chunks_mut::<BLOCK>();
         for (uniforms, out_e) in uniforms.iter().zip(out_e) {
-            *out_e = count(uniforms, self.steps);
+            count(uniforms, self.steps, out_e);
         }
         if rest_e.is_empty() {
             return;
         }
         let mut uniforms = [0; BLOCK];
         uniforms[..rest_uniforms.len()].copy_from_slice(rest_uniforms);
-        rest_e.copy_from_slice(&count(&uniforms, self.steps)[..rest_e.len()]);
+        let mut padded_e = [0.0; BLOCK];
+        count(&uniforms, self.steps, &mut padded_e);
+        rest_e.copy_from_slice(&padded_e[..rest_e.len()]);
     }
 }
 
 #[inline(always)]
-fn count(uniforms: &[u32; BLOCK], steps: &[u32]) -> [f32; BLOCK] {
+fn count(uniforms: &[u32; BLOCK], steps: &[u32], counts_e: &mut [f32; BLOCK]) {
     let most = uniforms.iter().fold(0, |most, &uniform| uniform.max(most));
-    let mut counts_e = [0.0; BLOCK];
+    *counts_e = [0.0; BLOCK];
     for &least in steps.iter().take_while(|&&least| least <= most) {
         for (count_e, &uniform) in counts_e.iter_mut().zip(uniforms) {
             *count_e += if uniform >= least { 1.0 } else { 0.0 };
         }
     }
-    counts_e
 }

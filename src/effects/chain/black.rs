@@ -4,7 +4,9 @@
 //! picture; with the clamp on, their mean code is moved to the black level, so that dark signal and offsets that drift with
 //! temperature or die leave the picture.
 
-use super::{Chain, Shot};
+use super::layout::Layout;
+use super::row::{RowAt, RowBuffers};
+use super::{Chain, RowTimes, Shot};
 use crate::events::Events;
 use crate::num::{index, low_u16, u64_from};
 
@@ -39,15 +41,16 @@ impl Chain {
         }
         let mut buffers = self.buffers(shot.photons.width_px());
         let mut codes = vec![0; buffers.values.len()];
-        let read = self.layout.as_ref().map_or_else(|| (0..codes.len()).collect(), super::Layout::read_columns);
+        let read = self.layout.as_ref().map_or_else(|| (0..codes.len()).collect(), Layout::read_columns);
         let mut sums_dn = vec![0_u64; self.readings.len()];
+        let together = self.layout.as_ref().map_or(1, Layout::charge_rows_of_one);
         for row in 0..self.black.rows {
-            let at = self.at(shot.capture, index(self.black.first_row + row), shot.times[0]);
+            let times = self.black_times(shot, row);
+            let array_rows = (0..together).map(|place| index(self.black.first_row + row * together + place));
+            let places: Vec<RowAt> = array_rows.map(|array_row| self.at(shot.capture, array_row, times)).collect();
             for (number, sum_dn) in sums_dn.iter_mut().enumerate() {
-                buffers.values.fill(0.0);
-                self.gather(at, &mut buffers);
-                self.readings[number].sense(at, self.die_seed, &mut buffers);
-                self.read_once(number, at, shot, &mut buffers, &mut codes, events);
+                self.load_black(number, &places, &mut buffers);
+                self.read_once(number, places[0], shot, &mut buffers, &mut codes, events);
                 *sum_dn += read.iter().map(|&column| u64::from(codes[column])).sum::<u64>();
             }
         }
@@ -61,5 +64,32 @@ impl Chain {
             }
         }
         shifts_dn
+    }
+
+    /// Times of a black row: the picture's first row's, as many lines earlier as it is read before that one.
+    fn black_times(&self, shot: &Shot<'_>, row: u32) -> RowTimes {
+        let first = shot.times[0];
+        let line_s = shot.times.iter().map(|times| times.readout_s - first.readout_s).find(|step_s| *step_s > 0.0);
+        let lines = f64::from(self.black.rows - row);
+        RowTimes { readout_s: first.readout_s - lines * line_s.unwrap_or(0.0), ..first }
+    }
+
+    /// Electrons of a black row at the sense node: of one array row, or of as many as the picture's charges come from.
+    fn load_black(&self, number: usize, places: &[RowAt], buffers: &mut RowBuffers) {
+        let load = |at: RowAt, buffers: &mut RowBuffers| {
+            buffers.values.fill(0.0);
+            self.gather(at, buffers);
+            self.readings[number].sense(at, self.die_seed, buffers);
+        };
+        let Some(layout) = self.layout.as_ref().filter(|layout| layout.charge_rows_of_one() > 1) else {
+            load(places[0], buffers);
+            return;
+        };
+        let mut sums_e = vec![0.0; buffers.values.len()];
+        for &at in places {
+            load(at, buffers);
+            layout.add_charges(&buffers.values, &mut sums_e);
+        }
+        buffers.values.copy_from_slice(&sums_e);
     }
 }

@@ -67,6 +67,11 @@ impl Layout {
         (self.geometry.binning() > 1).then(|| self.geometry.mode())
     }
 
+    /// Array rows whose charges become one row's.
+    pub fn charge_rows_of_one(&self) -> u32 {
+        if self.mode() == Some(BinningMode::Charge) { self.geometry.binning() } else { 1 }
+    }
+
     /// Pixels that become one.
     pub fn pixels_of_one(&self) -> u32 {
         self.geometry.binning() * self.geometry.binning()

@@ -4,7 +4,7 @@
 use super::layout::{Layout, means};
 use super::{Capture, Chain, RowSamples, RowTimes, Shot};
 use crate::draw::RowPlace;
-use crate::effect::RowPass;
+use crate::effect::{KeptKeys, RowPass};
 use crate::events::{Event, Events};
 use crate::num::index;
 use crate::pixel::Samples;
@@ -31,6 +31,7 @@ pub(super) struct RowBuffers {
     charge_e: Vec<f32>,
     /// Codes of each reading at the array's columns.
     codes: Vec<Vec<u16>>,
+    keys: KeptKeys,
 }
 
 impl RowBuffers {
@@ -43,6 +44,7 @@ impl RowBuffers {
             draws: vec![0.0; width],
             charge_e: Vec::new(),
             codes: vec![Vec::new(); readings],
+            keys: KeptKeys::default(),
         }
     }
 
@@ -58,6 +60,7 @@ impl RowBuffers {
             reset: &mut self.reset,
             uniforms: &mut self.uniforms,
             draws: &mut self.draws,
+            keys: &self.keys,
         }
     }
 }
