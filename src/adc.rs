@@ -29,7 +29,7 @@ pub use column_offset::ColumnOffset;
 pub use column_settling::ColumnSettling;
 pub use comparator_noise::comparator_noise;
 pub use convert::{Columns, Converter, Crossings, RowWork, Sample};
-pub use event_counts::count_row;
+pub use event_counts::{count_conversion, count_row};
 pub use params::{AdcParams, Cds, Counter, Counting, Ramp};
 pub use ramp::RampEdges;
 pub use ramp_jitter::RampJitter;

@@ -2,6 +2,7 @@
 //! scenario whose every value knows its file and line, and its canonical text and hash. It reads no file.
 
 pub mod check;
+pub mod idle;
 pub mod presets;
 mod readout;
 pub mod scenario;
@@ -28,6 +29,8 @@ pub struct Resolved {
     pub scenario: Scenario,
     /// The values with their origins.
     pub tree: Tree,
+    /// Defaults and presets alone, below what the user wrote.
+    below: Tree,
 }
 
 impl Resolved {
@@ -51,9 +54,15 @@ impl Resolved {
                 presets::find(kind, name).map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
             chosen.merge_exclusive(Tree::parse(&format!("preset {name}"), preset.text)?, EXCLUSIVE);
         }
+        let below = chosen.clone();
         chosen.merge_exclusive(user, EXCLUSIVE);
         let scenario = typed(&chosen)?;
-        Ok(Self { scenario, tree: chosen })
+        Ok(Self { scenario, tree: chosen, below })
+    }
+
+    /// Whether the user gave a key another value than defaults and presets do.
+    pub fn is_changed(&self, key: &str) -> bool {
+        self.tree.get(key) != self.below.get(key)
     }
 
     /// The effective configuration as TOML, keys sorted. It gives the same run again.

@@ -450,7 +450,7 @@ impl Tracker {
     fn keyframe_is_due(&self, world_from_body: &Pose, tracked: u32) -> bool {
         let Some(last) = self.last_keyframe else { return true };
         let moved = last.world_from_body.inverse().then(world_from_body);
-        self.frame - last.frame >= self.params.keyframe_frames_max.into()
+        self.frame - last.frame >= u64::from(self.params.keyframe_frames_max)
             || moved.translation_m.length() > self.params.keyframe_distance_m
             || moved.angle_rad() > self.params.keyframe_angle_rad
             || f64::from(tracked) < self.params.keyframe_share_min * f64::from(last.landmarks)

@@ -12,12 +12,17 @@ use crate::pixel::PixelType;
 /// toggle along all columns (a binary count from 0 to N toggles 2 N - ones(N) times, a Gray count N times), and each column writes a
 /// latch as wide as the ramp's last count.
 pub fn count_row(params: &AdcParams, pixel_type: PixelType, columns: usize, work: RowWork, events: &mut Events) {
+    events.add(Event::RowSelect, 1);
+    events.add(Event::PixelReset, u64_from(columns));
+    events.add(Event::ChargeTransfer, u64_from(columns) * pixel_type.transfers());
+    count_conversion(params, columns, work, events);
+}
+
+/// Counts a conversion of a row whose pixels were reset and transferred for an earlier one.
+pub fn count_conversion(params: &AdcParams, columns: usize, work: RowWork, events: &mut Events) {
     let columns = u64_from(columns);
     let passes = u64::from(params.columns_per_adc);
     let samples = if params.cds.is_double() { 2 } else { 1 };
-    events.add(Event::RowSelect, 1);
-    events.add(Event::PixelReset, columns);
-    events.add(Event::ChargeTransfer, columns * pixel_type.transfers());
     events.add(Event::ColumnSettle, columns * samples);
     events.add(Event::ComparatorClock, work.comparator_clk);
     events.add(Event::ReadoutBit, columns * u64::from(params.bits));

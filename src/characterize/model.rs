@@ -38,6 +38,8 @@ pub struct Model {
     pub parasitic: f64,
     /// Share of the stored charge that leaks away a second.
     pub leakage_per_s: f64,
+    /// Share of it that is still there when a row is read, in the mean over rows.
+    kept: f64,
     /// Share of the gain that is lost at full well.
     pub compression: f64,
     /// Mean wait between exposure and readout.
@@ -129,7 +131,8 @@ impl Model {
     /// Of a sensor and the waits of the measured rows.
     pub fn new(sensor: &SensorSetup, set: &Set) -> Self {
         let (pixel, adc) = (&sensor.parameters.pixel, &sensor.parameters.adc);
-        let (storage_s, storage_sigma_s) = Times::new(sensor, set).mean_and_sigma_s();
+        let times = Times::new(sensor, set);
+        let (storage_s, storage_sigma_s) = times.mean_and_sigma_s();
         let per_e = pixel.conversion_gain_uv_per_e;
         let samples = adc.cds.samples();
         let noise_uv2 = noise_uv2(&sensor.parameters);
@@ -149,6 +152,7 @@ impl Model {
             dcnu: pixel.dcnu,
             parasitic: pixel.parasitic_light,
             leakage_per_s: pixel.storage_leakage_per_s,
+            kept: times.mean_of(|wait_s| libm::exp(-pixel.storage_leakage_per_s * wait_s)),
             compression: pixel.gain_compression,
             row_offset_e: adc.row_offset_uv / per_e,
             shared: Shared {
@@ -226,23 +230,18 @@ impl Model {
         (light_e + parasitic_e, self.dark_e_per_s * exposure.exposure_s() + self.storage_dark_e_per_s * self.storage_s)
     }
 
-    /// Share of the charge that is still there when the mean row is read.
-    fn kept(&self) -> f64 {
-        libm::exp(-self.leakage_per_s * self.storage_s)
-    }
-
     /// Spread over rows of the charge that waits: dark charge and light gather, stored charge leaks.
     pub fn row_e(&self, exposure: &Exposure, is_lit: bool) -> f64 {
         let (light_e, dark_e) = self.charge_e(exposure, is_lit);
         let light_e_per_s = if is_lit { self.efficiency * exposure.photons / exposure.exposure_s() } else { 0.0 };
         let gathered = self.storage_dark_e_per_s + self.parasitic * light_e_per_s;
-        (gathered - self.leakage_per_s * (light_e + dark_e)).abs() * self.storage_sigma_s * self.kept()
+        (gathered - self.leakage_per_s * (light_e + dark_e)).abs() * self.storage_sigma_s * self.kept
     }
 
     /// Mean and variance of charge in the well to those of what the floating diffusion gives, in e- of its gain at no charge: each
     /// electron stays with the share that is kept; then g N (1 - c N / full well).
     fn sensed(&self, mean_e: f64, variance_e2: f64) -> (f64, f64) {
-        let kept = self.kept();
+        let kept = self.kept;
         let (mean_e, variance_e2) =
             (kept * mean_e, kept * kept * variance_e2 + kept * (1.0 - kept) * greater(0.0, mean_e));
         let lost = self.compression / self.full_well_e;
@@ -359,7 +358,7 @@ impl Model {
     /// Poisson) the cumulant is f'^3 m + 3 f'^2 f'' m^2 and higher powers of f'' (delta method).
     fn third_dn3(&self, set: &Set, moments: &Moments, is_lit: bool) -> f64 {
         let (light_e, dark_e) = self.charge_e(&set.half, is_lit);
-        let mean_e = self.kept() * (light_e + dark_e);
+        let mean_e = self.kept * (light_e + dark_e);
         let (slope, bend) = (self.slope(mean_e), -2.0 * self.compression / self.full_well_e);
         let charge_e3 = slope * slope * (slope * mean_e + 3.0 * bend * mean_e * mean_e);
         let k = self.gain_dn_per_e;
@@ -384,9 +383,9 @@ impl Model {
         let k2 = self.gain_dn_per_e * self.gain_dn_per_e;
         let column_gain2 = self.column_gain * self.column_gain;
         let (sensed_e, sensed_e2) = self.sensed(light_e + dark_e, light_e + dark_e);
-        let slope = self.slope(self.kept() * (light_e + dark_e));
+        let slope = self.slope(self.kept * (light_e + dark_e));
         let own_e = [self.prnu * light_e, self.dcnu * dark_e, self.dsnu_e].into_iter().fold(0.0, libm::hypot);
-        let pixel_e = self.kept() * slope * own_e;
+        let pixel_e = self.kept * slope * own_e;
         let pixel_e2 = pixel_e * pixel_e * (1.0 + column_gain2);
         let column_e2 = column_gain2 * sensed_e * sensed_e + self.column_offset_e * self.column_offset_e;
         let row_e = libm::hypot(slope * self.row_e(&set.half, is_lit), self.row_offset_e);

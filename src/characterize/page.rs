@@ -77,7 +77,8 @@ fn header(record: &Characterization) -> String {
     };
     format!(
         "<header class=\"top\"><p class=\"kicker\">EMVA 1288 release 4.0</p><h1>{}</h1>\
-         <p>Measured on simulated frames under uniform light of {:.4e} photons a pixel and second{filter}, all effects on.{limit}</p>\
+         <p>Measured on simulated frames under uniform light of {:.4e} photons a pixel and second{filter}, \
+         all effects of the sensor on.{limit}</p>\
          <ul class=\"chips\">{chips}</ul></header>",
         escaped(&record.name),
         set.photons_per_s

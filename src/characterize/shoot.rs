@@ -34,12 +34,15 @@ impl Times {
         }
     }
 
+    /// Mean over the kept rows of what a wait in seconds makes.
+    pub fn mean_of(&self, of: impl Fn(f64) -> f64) -> f64 {
+        self.kept_s.iter().map(|&wait_s| of(wait_s)).sum::<f64>() / f64_from_usize(self.kept_s.len())
+    }
+
     /// Mean and population standard deviation of the waits over the kept rows.
     pub fn mean_and_sigma_s(&self) -> (f64, f64) {
-        let count = f64_from_usize(self.kept_s.len());
-        let mean = self.kept_s.iter().sum::<f64>() / count;
-        let square = self.kept_s.iter().map(|wait_s| (wait_s - mean) * (wait_s - mean)).sum::<f64>() / count;
-        (mean, square.sqrt())
+        let mean = self.mean_of(|wait_s| wait_s);
+        (mean, self.mean_of(|wait_s| (wait_s - mean) * (wait_s - mean)).sqrt())
     }
 
     /// Of a shot.

@@ -116,6 +116,7 @@ impl SensorSetup {
     }
 
     fn build(resolved: &Resolved) -> Result<Self, Error> {
+        crate::config::idle::check(resolved)?;
         let scenario = &resolved.scenario;
         let array = scenario.size()?;
         let parameters = scenario.variation()?.of(Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? })?;

@@ -275,8 +275,8 @@ impl Session {
         let metadata = |schedule: &Schedule| FrameMetadata {
             frame,
             timestamp_ns: nanoseconds(schedule.t_frame(frame)),
-            exposure_ns: crate::num::low_u32(nanoseconds(schedule.exposure(frame, RowIndex(0)).length_s())),
-            row_time_ns: crate::num::low_u32(nanoseconds(row_step_s(schedule, frame))),
+            exposure_ns: metadata_ns(schedule.exposure(frame, RowIndex(0)).length_s()),
+            row_time_ns: metadata_ns(row_step_s(schedule, frame)),
             temperature_mk: Some(crate::num::low_u32(u64_half_even(sensor.parameters.pixel.temperature_k * 1e3))),
         };
         let mut packets = Vec::with_capacity(codes.len());
@@ -405,6 +405,11 @@ fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize) -> Vec<RowTime
         readout_s: readout.start_s,
     };
     exposures.iter().zip(&readouts).map(times).collect()
+}
+
+/// A time for the embedded line, whose field ends at 4.29 s: longer ones stand at its end.
+fn metadata_ns(seconds: f64) -> u32 {
+    u32::try_from(u64_half_even(seconds * 1e9)).unwrap_or(u32::MAX)
 }
 
 /// From the exposure of one row of the picture to the next one's; 0 where rows are exposed together.

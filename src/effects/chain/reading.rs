@@ -3,7 +3,7 @@
 //! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with noise of its own.
 
 use super::{Parameters, RowAt, RowBuffers};
-use crate::adc::{self, Columns, Converter};
+use crate::adc::{self, Columns, Converter, RowWork};
 use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{Domain, Effect};
 use crate::events::Events;
@@ -30,9 +30,10 @@ impl Reading {
         Self { converter: Converter::new(&parameters.adc), parameters, effects, number }
     }
 
-    /// From gathered electrons to electrons at the sense node, in place.
+    /// From gathered electrons to electrons at the sense node, in place. What happens to the charge happens once, so its draws are the
+    /// same in every reading.
     pub fn sense(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
-        let mut pass = buffers.pass(self.numbered(at), die_seed);
+        let mut pass = buffers.pass(at, die_seed);
         for effect in self.effects.iter().filter(|effect| effect.domain() == Domain::SensedElectrons) {
             effect.apply(&mut pass);
         }
@@ -64,10 +65,9 @@ impl Reading {
 
     /// Codes of a row of samples at the array's columns; those that are not read stay as they are. Counts the conversions.
     pub fn convert(&self, columns: &Columns<'_>, buffers: &RowBuffers, codes: &mut [u16], events: &mut Events) {
-        let (adc, pixel_type) = (&self.parameters.adc, self.parameters.pixel.pixel_type);
         let Some(read) = columns.places() else {
             let work = columns.convert_row(&buffers.values, &buffers.reset, codes);
-            adc::count_row(adc, pixel_type, codes.len(), work, events);
+            self.count(codes.len(), work, events);
             return;
         };
         let picked = |row: &[f32]| -> Vec<f32> { read.iter().filter_map(|&place| row.get(place).copied()).collect() };
@@ -76,7 +76,17 @@ impl Reading {
         for (&place, code) in read.iter().zip(read_codes) {
             codes[place] = code;
         }
-        adc::count_row(adc, pixel_type, read.len(), work, events);
+        self.count(read.len(), work, events);
+    }
+
+    /// A pixel is reset and transferred once, for its first reading.
+    fn count(&self, columns: usize, work: RowWork, events: &mut Events) {
+        let (adc, pixel_type) = (&self.parameters.adc, self.parameters.pixel.pixel_type);
+        if self.number == 0 {
+            adc::count_row(adc, pixel_type, columns, work, events);
+        } else {
+            adc::count_conversion(adc, columns, work, events);
+        }
     }
 
     fn numbered(&self, at: RowAt) -> RowAt {

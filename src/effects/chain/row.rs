@@ -200,18 +200,20 @@ impl Chain {
         let (reading, columns) = (&self.readings[number], &shot.columns[number]);
         reading.sample(at, self.die_seed, buffers);
         reading.convert(columns, buffers, codes, events);
-        self.count_others(number, events);
+        if number == 0 {
+            self.count_others(events);
+        }
         shift_row(codes, shot.shifts_dn[number], reading.parameters.adc.code_max());
     }
 
     /// Counts what charge binning does besides a row's conversions: every pixel is reset and transferred; one of the group is
     /// counted with its conversion.
-    fn count_others(&self, number: usize, events: &mut Events) {
+    fn count_others(&self, events: &mut Events) {
         let Some(layout) = self.layout.as_ref().filter(|layout| layout.mode() == Some(BinningMode::Charge)) else {
             return;
         };
         let others = u64::from(layout.output_size().width_px) * u64::from(layout.pixels_of_one() - 1);
         events.add(Event::PixelReset, others);
-        events.add(Event::ChargeTransfer, others * self.readings[number].parameters.pixel.pixel_type.transfers());
+        events.add(Event::ChargeTransfer, others * self.parameters.pixel.pixel_type.transfers());
     }
 }
