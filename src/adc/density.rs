@@ -1,8 +1,8 @@
 //! Code density of the simulated converter. Enters: a converter. Leaves: DNL and INL of a ramp histogram, effective bits of a sine fit.
 //!
 //! IEEE 1241-2010, as a laboratory does it, through the converter's front door: samples in uV in, codes out. The ramp histogram takes
-//! equally spaced samples over the whole range; the share of samples below code k places its transition T[k]; DNL is the width of a
-//! code over the mean width less 1, INL the distance of T[k] from the straight line through the first and the last
+//! equally spaced samples over the whole range; the share of samples below code k places its transition `T[k]`; DNL is the width of a
+//! code over the mean width less 1, INL the distance of `T[k]` from the straight line through the first and the last
 //! transition (terminal-based). The sine fit has three parameters at a known frequency with whole periods in the record; effective bits are
 //! log2(2^bits / (rms residual sqrt 12)), so that a perfect converter has its own number of bits. Columns that share a ramp
 //! are tried one at a time: kickback between columns is not in these figures. Never: noise in the histogram.
