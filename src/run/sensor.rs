@@ -116,7 +116,6 @@ impl SensorSetup {
     }
 
     fn build(resolved: &Resolved) -> Result<Self, Error> {
-        crate::config::idle::check(resolved)?;
         let scenario = &resolved.scenario;
         let array = scenario.size()?;
         let parameters = scenario.variation()?.of(Parameters { pixel: scenario.pixel()?, adc: scenario.adc()? })?;
@@ -158,6 +157,7 @@ impl SensorSetup {
         let setup =
             Self { array, size, mosaic, parameters, second, merge, black, schedule, link, extractor, technology };
         setup.auto_exposure()?;
+        crate::config::idle::check(resolved)?;
         Ok(setup)
     }
 }
