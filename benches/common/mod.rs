@@ -13,9 +13,17 @@ use sensel::units::{CameraIndex, FrameIndex, Size};
 pub const WIDTH: usize = 640;
 pub const HEIGHT: u32 = 480;
 
-/// The peers' job as a configuration; what is not named is the default sensor's.
+/// The peers' job as a configuration, with dark current and column offsets besides; what is not named is the default sensor's.
 pub fn parameters() -> Parameters {
-    let assignments = [
+    parameters_with(&[])
+}
+
+/// Takes away what the peers do not have: after this both sides do Poisson, PRNU, DSNU, full well, read noise and a 10-bit converter.
+pub const PEERS_ALONE: [&str; 2] =
+    ["sensor.pixel.dark_current_e_per_s=0.0", "sensor.adc.column_offset_residual_uv=0.0"];
+
+pub fn parameters_with(more: &[&str]) -> Parameters {
+    let mut assignments = vec![
         "scene.generator=box",
         "sensor.pixel.fill_factor=1.0",
         "sensor.pixel.full_well_e=11000.0",
@@ -26,7 +34,9 @@ pub fn parameters() -> Parameters {
         "sensor.adc.column_gain_sigma=0.0",
         "sensor.adc.cds=analog",
     ];
-    let resolved = Resolved::from_layers("bench", "", &assignments.map(str::to_owned)).expect("the keys are known");
+    assignments.extend(more);
+    let assignments: Vec<String> = assignments.into_iter().map(str::to_owned).collect();
+    let resolved = Resolved::from_layers("bench", "", &assignments).expect("the keys are known");
     let scenario = &resolved.scenario;
     Parameters { pixel: scenario.pixel().expect("in range"), adc: scenario.adc().expect("in range") }
 }
@@ -39,7 +49,10 @@ pub struct Sensor {
 
 impl Sensor {
     pub fn new(photons_max: f32) -> Self {
-        let parameters = parameters();
+        Self::of(parameters(), photons_max)
+    }
+
+    pub fn of(parameters: Parameters, photons_max: f32) -> Self {
         let effects = effects::build_all(&parameters);
         let row = (0..WIDTH).map(|column| photons_max * column as f32 / (WIDTH - 1) as f32);
         let size = Size { width_px: WIDTH as u32, height_px: HEIGHT };
