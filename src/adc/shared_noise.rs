@@ -113,8 +113,7 @@ impl Effect for SharedNoise {
     /// The variance of a pixel. It is shared, so an eye or a tracker sees it in stripes long before a pixel's own noise of the same
     /// size; the plan bounds pixels only.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        let gain = facts.conversion_gain_uv_per_e;
-        Some(Omission { bias_e: 0.0, variance_e2: self.sigmas.variance_uv2() / (gain * gain) })
+        Some(self.sigmas.omission(facts))
     }
 
     fn reason(&self, facts: &Facts) -> String {

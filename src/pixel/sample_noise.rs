@@ -70,6 +70,12 @@ impl SampleSigmas {
     pub fn variance_uv2(self) -> f64 {
         self.signal_uv * self.signal_uv + self.reset_uv * self.reset_uv
     }
+
+    /// What leaving the draws out changes in a pixel.
+    pub fn omission(self, facts: &Facts) -> Omission {
+        let gain = facts.conversion_gain_uv_per_e;
+        Omission { bias_e: 0.0, variance_e2: self.variance_uv2() / (gain * gain) }
+    }
 }
 
 /// A normal draw a pixel, frame and sample.
@@ -104,8 +110,7 @@ impl Effect for SampleNoise {
     }
 
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        let gain = facts.conversion_gain_uv_per_e;
-        Some(Omission { bias_e: 0.0, variance_e2: self.sigmas.variance_uv2() / (gain * gain) })
+        Some(self.sigmas.omission(facts))
     }
 
     fn reason(&self, facts: &Facts) -> String {
