@@ -3,8 +3,11 @@
 
 pub mod check;
 pub mod idle;
+mod light;
+mod optics;
 pub mod presets;
 mod readout;
+mod rig;
 pub mod scenario;
 pub mod suggest;
 pub mod tree;

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::ops::RangeBounds;
 
-use glam::{DQuat, DVec3};
+use glam::DQuat;
 
 use super::scenario::Scenario;
 use crate::adc::{AdcParams, Cds, Counter, Counting, Ramp};
@@ -14,12 +14,10 @@ use crate::effects::variation::{Corner, Variation};
 use crate::error::Error;
 use crate::fidelity::{Fidelity, Rung};
 use crate::link::{LinkParams, Mode, RawKind};
-use crate::optics::lens::{Lens, Radtan};
+use crate::optics::Mosaic;
 use crate::optics::mosaic::FILTER_BANDS;
-use crate::optics::{Aperture, Mosaic, Pupil, RollOff};
 use crate::pixel::{PixelParams, PixelType};
 use crate::readout::Shutter;
-use crate::scene::Illuminant;
 use crate::tracker::TrackerParams;
 use crate::units::Size;
 
@@ -112,59 +110,6 @@ impl Scenario {
     /// A name that is no effect's.
     pub fn effects(&self, known: &[&str]) -> Result<Choice, Error> {
         Choice::parse(&self.run.effects, known).map_err(|reason| Error::key("run.effects", &self.run.effects, reason))
-    }
-
-    /// The light's spectrum and its level in lux.
-    ///
-    /// # Errors
-    /// An unknown name, or a level that is not above 0 and at most 200,000.
-    pub fn light(&self) -> Result<(Illuminant, f64), Error> {
-        let names = Illuminant::ALL.map(|illuminant| (illuminant.name(), illuminant));
-        let illuminant = one_of("scene.illuminant", &self.scene.illuminant, &names)?;
-        let would_do = "1e-6 to 200,000 (starlight 0.001, office 500, direct sun 100,000)";
-        let lux = within("scene.illuminance_lux", self.scene.illuminance_lux, 1e-6..=200_000.0, would_do)?;
-        Ok((illuminant, lux))
-    }
-
-    /// The lens mapping.
-    ///
-    /// # Errors
-    /// A field of view outside 1 to 170 degrees, or distortion that folds the picture over.
-    pub fn lens(&self) -> Result<Lens, Error> {
-        let optics = &self.optics;
-        let fov_deg = within("optics.horizontal_fov_deg", optics.horizontal_fov_deg, 1.0..=170.0, "1 to 170")?;
-        for (key, value) in [("k1", optics.k1), ("k2", optics.k2), ("p1", optics.p1), ("p2", optics.p2)] {
-            within(&format!("optics.{key}"), value, -10.0..=10.0, "-10 to 10")?;
-        }
-        let size = self.size()?;
-        let mut lens = Lens::pinhole(size, fov_deg.to_radians());
-        lens.distortion = Radtan { k1: optics.k1, k2: optics.k2, p1: optics.p1, p2: optics.p2 };
-        let (right, bottom) = (f64::from(size.width_px) - 0.5, f64::from(size.height_px) - 0.5);
-        let corners = [(-0.5, -0.5), (right, -0.5), (-0.5, bottom), (right, bottom)];
-        if corners.iter().any(|&(x, y)| lens.unproject(glam::DVec2::new(x, y)).is_none()) {
-            let terms = [("k1", optics.k1), ("k2", optics.k2), ("p1", optics.p1), ("p2", optics.p2)];
-            let (name, value) = terms
-                .into_iter()
-                .fold(("k1", 0.0_f64), |most, term| if term.1.abs() > most.1.abs() { term } else { most });
-            let reason = "the distortion folds over inside the picture; a value nearer to 0 would do";
-            return Err(Error::key(&format!("optics.{name}"), value, reason));
-        }
-        Ok(lens)
-    }
-
-    /// Aperture, transmission and shading.
-    ///
-    /// # Errors
-    /// Values out of range, unknown names.
-    pub fn aperture(&self) -> Result<(Aperture, RollOff), Error> {
-        let optics = &self.optics;
-        let pupil =
-            one_of("optics.pupil", &optics.pupil, &[("thin_lens", Pupil::ThinLens), ("aplanatic", Pupil::Aplanatic)])?;
-        let roll_off =
-            one_of("optics.roll_off", &optics.roll_off, &[("cos4", RollOff::Cos4), ("none", RollOff::None)])?;
-        let f_number = within("optics.f_number", optics.f_number, 0.5..=64.0, "0.5 to 64")?;
-        let transmission = within("optics.transmission", optics.transmission, 1e-6..=1.0, "above 0 to 1")?;
-        Ok((Aperture { f_number, transmission, pupil }, roll_off))
     }
 
     /// Photodiode to column line.
@@ -373,20 +318,6 @@ impl Scenario {
             return Err(Error::key("tracker.rolling_shutter", true, reason));
         }
         Ok(TrackerParams { window, ..TrackerParams::room(self.seed) })
-    }
-
-    /// Rotation from the rig into the body, and the cameras' places along the baseline, in metres.
-    ///
-    /// # Errors
-    /// A quaternion far from unit, a baseline out of range, an unknown inertial unit.
-    pub fn cameras(&self) -> Result<(DQuat, Vec<DVec3>), Error> {
-        one_of("rig.imu", &self.rig.imu, &[("mems_phone", ()), ("none", ())])?;
-        let rotation = unit_quaternion("rig.body_from_rig", self.rig.body_from_rig)?;
-        let baseline_m = within("rig.baseline_mm", self.rig.baseline_mm, 0.0..=10_000.0, "0 to 10,000")? * 1e-3;
-        if baseline_m == 0.0 {
-            return Ok((rotation, vec![DVec3::ZERO]));
-        }
-        Ok((rotation, vec![DVec3::new(-0.5 * baseline_m, 0.0, 0.0), DVec3::new(0.5 * baseline_m, 0.0, 0.0)]))
     }
 }
 
