@@ -33,6 +33,8 @@ pub mod units;
 pub mod plane;
 pub mod pose;
 pub mod error;
+#[cfg(feature = "exr")]
+pub mod picture;
 pub mod simd;
 pub mod draw;
 pub mod events;

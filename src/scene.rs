@@ -31,6 +31,7 @@ use crate::error::Error;
 use crate::pose::Pose;
 use bvh::Bvh;
 use lamps::Lamps;
+use light::Bands;
 use mesh::Mesh;
 use samples::Layout;
 
@@ -48,7 +49,7 @@ pub struct Scene {
     /// Emissive surfaces.
     pub lamps: Lamps,
     /// Radiance of what lies beyond all surfaces, in the scene's own units, the same in every direction.
-    pub sky: [f32; 3],
+    pub sky: Bands,
     /// Cameras that the scene's file holds.
     pub viewpoints: Vec<Viewpoint>,
 }
@@ -67,7 +68,7 @@ impl Scene {
     ///
     /// # Errors
     /// A mesh without triangles.
-    pub fn new(name: &str, mut mesh: Mesh, sky: [f32; 3]) -> Result<Self, Error> {
+    pub fn new(name: &str, mut mesh: Mesh, sky: Bands) -> Result<Self, Error> {
         if mesh.triangles.is_empty() {
             let reason = "it has no triangle with an area; a scene needs at least one".to_owned();
             return Err(Error::Content { file: name.to_owned(), reason });
@@ -83,7 +84,7 @@ impl Scene {
 
     /// Gives the scene a sky of this radiance (in its own light units) beyond all surfaces.
     #[must_use]
-    pub fn with_sky(mut self, sky: [f32; 3]) -> Self {
+    pub fn with_sky(mut self, sky: Bands) -> Self {
         self.sky = sky;
         self
     }

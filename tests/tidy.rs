@@ -10,6 +10,7 @@ const ORDER: &[&str] = &[
     "plane",
     "pose",
     "error",
+    "picture",
     "simd",
     "draw",
     "events",

@@ -69,6 +69,8 @@ pub struct Camera {
     pub roll_off: RollOff,
     /// Colour filters over the pixels.
     pub mosaic: Mosaic,
+    /// Share of near infrared that passes the lens's cut filter.
+    pub infrared_transmission: f64,
     /// Unit bearings at the corners of pixels, (width + 1) a row; zero where the lens has none.
     bearings: Vec<[f32; 3]>,
     /// Root of the solid angle of each pixel, in radians: the width of its cone at a distance of 1 m.
@@ -104,8 +106,18 @@ impl Camera {
         }
         let bearings = corner_bearings(size, &|place_px| lens.unproject(place_px));
         let spreads = spreads(size, &bearings);
-        let mosaic = Mosaic::mono();
-        Ok(Self { lens, size, body_from_camera, aperture, pixel_pitch_um, roll_off, mosaic, bearings, spreads })
+        Ok(Self {
+            lens,
+            size,
+            body_from_camera,
+            aperture,
+            pixel_pitch_um,
+            roll_off,
+            mosaic: Mosaic::mono(),
+            infrared_transmission: 0.0,
+            bearings,
+            spreads,
+        })
     }
 
     /// The same camera with colour filters.
@@ -114,12 +126,18 @@ impl Camera {
         Self { mosaic, ..self }
     }
 
+    /// The same camera with a lens that passes this share of near infrared, 0 (an ideal cut filter, as made) to 1 (none).
+    #[must_use]
+    pub fn with_infrared(self, infrared_transmission: f64) -> Self {
+        Self { infrared_transmission, ..self }
+    }
+
     /// Photons of each band that reach a pixel's filter on the axis in a second per lux-equivalent of exitance.
     pub fn photons_per_lux_s(&self, illuminant: Illuminant) -> [f64; BANDS] {
         let area_um2 = self.pixel_pitch_um * self.pixel_pitch_um;
         let all = illuminant.photons_per_lux_s_um2() * area_um2 * self.aperture.irradiance_per_exitance();
-        let shares = illuminant.band_shares();
-        shares.map(|share| all * share)
+        let [red, green, blue, infrared] = illuminant.band_shares();
+        [red, green, blue, infrared * self.infrared_transmission].map(|share| all * share)
     }
 
     /// Least and greatest share of light that roll-off leaves over all pixels (0 where the lens has no bearing).

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::num::{greater, index};
 
 /// Bands of a filter: red, green, blue (600-700, 500-600, 400-500 nm) and near infrared (700-1000 nm).
-pub const FILTER_BANDS: usize = 4;
+pub const FILTER_BANDS: usize = crate::scene::light::BANDS;
 
 /// Sides of a pattern.
 const SIDE_MAX: usize = 4;

@@ -7,7 +7,6 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::camera::Camera;
-use super::mosaic::FILTER_BANDS;
 use super::motion::{Parabola, Parabolas};
 use crate::draw::DrawKey;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, low_u32, u64_from};
@@ -15,6 +14,7 @@ use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors};
+use crate::scene::light::{BANDS, Bands};
 use crate::scene::tracer::{MISS, Packet, Stack, closest_inline};
 use crate::simd::{Kernel, dispatch};
 use crate::units::Span;
@@ -62,7 +62,7 @@ struct Rows<'a> {
     motion: &'a [Parabolas],
     /// Photons of each band per lux-equivalent behind a pixel's filter, on the axis, over each row's exposure; by row, then by column
     /// of the filters' pattern.
-    photons_per_lux: [[[f32; 3]; COLUMNS]; ROWS],
+    photons_per_lux: [[Bands; COLUMNS]; ROWS],
     /// Columns after which the filters repeat.
     pattern_px: usize,
     /// The first row, and how many there are.
@@ -94,12 +94,12 @@ pub fn render(
         let count = values.len() / width;
         let row_of: [usize; ROWS] = std::array::from_fn(|row| first + row.min(count - 1));
         let motion = strata(row_of.map(|row| shutter[row]), samples_per_pixel, camera, world_from_body);
-        let per_lux = |row: usize| -> [[f32; 3]; COLUMNS] {
-            let of_band = |passed: [f64; FILTER_BANDS], band: usize| {
+        let per_lux = |row: usize| -> [Bands; COLUMNS] {
+            let of_band = |passed: [f64; BANDS], band: usize| {
                 f32_nearest(per_lux_s[band] * passed[band] * shutter[row].length_s())
             };
             let filter = |column: usize| camera.mosaic.transmission_at(column, row);
-            std::array::from_fn(|column| [0, 1, 2].map(|band| of_band(filter(column), band)))
+            std::array::from_fn(|column| std::array::from_fn(|band| of_band(filter(column), band)))
         };
         dispatch(Rows {
             scene,
@@ -187,7 +187,7 @@ struct Pixels {
     /// The pixel's own shift in x, y and time, each in 0..1.
     shift: [Floats; 3],
     /// Photons of each band per lux-equivalent.
-    photons_per_lux: [Floats; 3],
+    photons_per_lux: [Floats; BANDS],
     /// How far rays go; below zero where the lens has no bearing.
     t_max: Floats,
     /// The lanes that have a bearing, and how many there are.
@@ -231,7 +231,7 @@ impl Rows<'_> {
             corners: [[zero; 3]; 4],
             spread: zero,
             shift: [zero; 3],
-            photons_per_lux: [zero; 3],
+            photons_per_lux: [zero; BANDS],
             t_max: Floats::splat(-1.0),
             seen: ([0; LANES], 0),
         };
@@ -242,7 +242,7 @@ impl Rows<'_> {
             let Some(corners) = self.camera.corners(x, y) else { continue };
             pixels.t_max.0[lane] = f32::MAX;
             let per_lux = self.photons_per_lux[lane / COLUMNS][x % self.pattern_px];
-            for band in 0..3 {
+            for band in 0..BANDS {
                 pixels.photons_per_lux[band].0[lane] = per_lux[band];
             }
             pixels.seen.0[pixels.seen.1] = lane;
@@ -305,9 +305,10 @@ impl Rows<'_> {
                 let footprint_m = hits.t.0[lane] * pixels.spread.0[lane] * filter;
                 self.scene.exitance_lux(hits.triangle[lane], [hits.u.0[lane], hits.v.0[lane]], direction, footprint_m)
             };
-            let [r, g, b] = exitance;
-            let [per_r, per_g, per_b] = pixels.photons_per_lux.map(|per_lux| per_lux.0[lane]);
-            photons.0[lane] = (r * per_r + g * per_g + b * per_b) * self.camera.roll_off_at(bearing[2].0[lane]);
+            let [r, g, b, n] = exitance;
+            let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux.map(|per_lux| per_lux.0[lane]);
+            photons.0[lane] =
+                (r * per_r + g * per_g + b * per_b + n * per_n) * self.camera.roll_off_at(bearing[2].0[lane]);
         }
         photons
     }
@@ -424,7 +425,7 @@ mod tests {
         let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::None));
         let bounds = scene.exitance_bounds();
         let per_lux = camera.photons_per_lux_s(scene.illuminant());
-        let photons = |lux: [f64; 3]| 0.01 * (lux[0] * per_lux[0] + lux[1] * per_lux[1] + lux[2] * per_lux[2]);
+        let photons = |lux: [f64; BANDS]| 0.01 * lux.iter().zip(per_lux).map(|(lux, per)| lux * per).sum::<f64>();
         let most = photons(std::array::from_fn(|band| bounds.greatest[band].max(bounds.emitted[band])));
         let mut tried = 0;
         for turn in 0..4 {

@@ -9,6 +9,7 @@ use super::light::lit_scene;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
 use crate::config::Resolved;
+use crate::config::check::within;
 use crate::effects::chain::Chain;
 use crate::effects::plan::{self, Kept, Omitted, Plan};
 use crate::effects::regions::{self, LightBounds};
@@ -199,11 +200,17 @@ fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<(Vec<Camera>, Ve
     let window_lens = array_lens.of_part(DVec2::new(window.x_px.into(), window.y_px.into()), 1.0);
     let picture_lens = array_lens.of_part(first_place_px(geometry), geometry.binning().into());
     let (aperture, roll_off) = scenario.aperture()?;
+    let infrared = within(
+        "optics.infrared_transmission",
+        scenario.optics.infrared_transmission,
+        0.0..=1.0,
+        "0 (a cut filter) to 1",
+    )?;
     let pitch_um = sensor.parameters.pixel.pitch_um;
     let camera = |place_m: DVec3, lens: Lens, size: Size| {
         let body_from_camera = Pose::new(rotation, rotation * place_m);
         let camera = Camera::new(lens, size, body_from_camera, aperture, pitch_um, roll_off)?;
-        Ok(camera.with_mosaic(sensor.mosaic.clone()))
+        Ok(camera.with_mosaic(sensor.mosaic.clone()).with_infrared(infrared))
     };
     let pictures: Result<Vec<Camera>, Error> =
         places_m.iter().map(|&place_m| camera(place_m, picture_lens, sensor.size)).collect();

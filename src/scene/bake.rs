@@ -12,12 +12,13 @@ mod store;
 
 use super::Scene;
 use super::chance::in_chunks;
+use super::light::{BANDS, Bands};
 use crate::num::{f32_nearest, f64_from_usize, index};
 use rays::{DARK, Gathered, SKY};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 3;
+pub const BAKE_VERSION: u32 = 4;
 
 /// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +46,7 @@ impl BakeSettings {
 pub struct Bake {
     pub(super) key: [u8; 32],
     /// Side 0, then side 1 of each sample.
-    pub(super) irradiance: Vec<[f32; 3]>,
+    pub(super) irradiance: Vec<Bands>,
 }
 
 /// Samples of a unit of parallel work.
@@ -62,7 +63,7 @@ impl Bake {
     pub(super) fn even(scene: &Scene, irradiance: f32) -> Self {
         Self {
             key: scene.bake_key(&BakeSettings::ROOM),
-            irradiance: vec![[irradiance; 3]; 2 * scene.layout.samples.len()],
+            irradiance: vec![[irradiance; BANDS]; 2 * scene.layout.samples.len()],
         }
     }
 
@@ -86,17 +87,17 @@ impl Bake {
 }
 
 /// Iterates the bounces: next = direct + mean of (albedo times irradiance) over the places its rays met.
-fn settled(scene: &Scene, gathered: &[Gathered]) -> Vec<[f32; 3]> {
-    let albedo: Vec<[f32; 3]> = scene.layout.samples.iter().map(|sample| sample.albedo).collect();
-    let first: Vec<[f32; 3]> = gathered.iter().flat_map(|sample| sample.direct).collect();
+fn settled(scene: &Scene, gathered: &[Gathered]) -> Vec<Bands> {
+    let albedo: Vec<Bands> = scene.layout.samples.iter().map(|sample| sample.albedo).collect();
+    let first: Vec<Bands> = gathered.iter().flat_map(|sample| sample.direct).collect();
     let mut now = first.clone();
     for _ in 0..BOUNCES_MAX {
-        let exitance: Vec<[f32; 3]> = now
+        let exitance: Vec<Bands> = now
             .iter()
             .enumerate()
-            .map(|(place, light)| [0, 1, 2].map(|band| light[band] * albedo[place / 2][band]))
+            .map(|(place, light)| std::array::from_fn(|band| light[band] * albedo[place / 2][band]))
             .collect();
-        let next: Vec<[f32; 3]> = in_chunks(gathered.len(), CHUNK, |range| {
+        let next: Vec<Bands> = in_chunks(gathered.len(), CHUNK, |range| {
             range
                 .flat_map(|sample| gathered[sample].bounced(&first[2 * sample..2 * sample + 2], &exitance))
                 .collect::<Vec<_>>()
@@ -106,7 +107,7 @@ fn settled(scene: &Scene, gathered: &[Gathered]) -> Vec<[f32; 3]> {
         .collect();
         let (mut change, mut greatest) = (0.0_f32, 0.0_f32);
         for (a, b) in now.iter().zip(&next) {
-            for band in 0..3 {
+            for band in 0..BANDS {
                 change = change.max((a[band] - b[band]).abs());
                 greatest = greatest.max(b[band]);
             }
@@ -121,18 +122,18 @@ fn settled(scene: &Scene, gathered: &[Gathered]) -> Vec<[f32; 3]> {
 
 impl Gathered {
     /// Irradiance of both sides after one more bounce.
-    fn bounced(&self, direct: &[[f32; 3]], exitance: &[[f32; 3]]) -> [[f32; 3]; 2] {
+    fn bounced(&self, direct: &[Bands], exitance: &[Bands]) -> [Bands; 2] {
         let half = self.met.len() / 2;
         [0, 1].map(|side| {
-            let mut sum = [0.0_f64; 3];
+            let mut sum = [0.0_f64; BANDS];
             for &place in &self.met[side * half..(side + 1) * half] {
                 if place != DARK && place != SKY {
-                    for band in 0..3 {
+                    for band in 0..BANDS {
                         sum[band] += f64::from(exitance[index(place)][band]);
                     }
                 }
             }
-            [0, 1, 2].map(|band| f32_nearest(f64::from(direct[side][band]) + sum[band] / f64_from_usize(half)))
+            std::array::from_fn(|band| f32_nearest(f64::from(direct[side][band]) + sum[band] / f64_from_usize(half)))
         })
     }
 }
@@ -145,11 +146,11 @@ mod tests {
 
     fn furnace(albedo: f32) -> Scene {
         let mut mesh = Mesh::default();
-        mesh.materials.push(Material { emission: [1.0; 3], ..Material::plain("glow", [albedo; 3]) });
+        mesh.materials.push(Material { emission: [1.0; BANDS], ..Material::plain("glow", [albedo; 3]) });
         for corners_m in target::cube([-1.0; 3], [1.0; 3], true) {
             mesh.append_quad(0, corners_m, [1.0, 1.0]);
         }
-        Scene::new("furnace", mesh, [0.0; 3]).unwrap()
+        Scene::new("furnace", mesh, [0.0; BANDS]).unwrap()
     }
 
     #[test]
@@ -175,10 +176,14 @@ mod tests {
     fn light_straight_from_a_square_lamp_is_its_form_factor() {
         let mut mesh = Mesh::default();
         mesh.materials.push(Material::plain("floor", [0.0; 3]));
-        mesh.materials.push(Material { emission: [1.0; 3], double_sided: false, ..Material::plain("lamp", [0.0; 3]) });
+        mesh.materials.push(Material {
+            emission: [1.0; BANDS],
+            double_sided: false,
+            ..Material::plain("lamp", [0.0; 3])
+        });
         mesh.append_quad(0, [[-3.0, 0.0, 3.0], [3.0, 0.0, 3.0], [3.0, 0.0, -3.0], [-3.0, 0.0, -3.0]], [1.0, 1.0]);
         mesh.append_quad(1, [[-0.5, 2.0, -0.5], [0.5, 2.0, -0.5], [0.5, 2.0, 0.5], [-0.5, 2.0, 0.5]], [1.0, 1.0]);
-        let scene = Scene::new("lamp", mesh, [0.0; 3]).unwrap();
+        let scene = Scene::new("lamp", mesh, [0.0; BANDS]).unwrap();
         let points = scene.lamps.points(BakeSettings::ROOM.grid_lamp_rays);
         let mut tried = 0;
         for x_m in [0.0_f32, 0.7, 1.5, 2.5] {

@@ -2,6 +2,7 @@
 //! 6 by 3 by 5 m, floor at y = 0, rich in corners at every scale, lit by a lamp in the ceiling.
 
 use super::Scene;
+use super::light::BANDS;
 use super::mesh::{Material, Mesh};
 use super::target::cube;
 use super::texture::{Texture, Wrap};
@@ -44,11 +45,11 @@ pub fn box_room(seed: u64) -> Scene {
         }
     }
     let lamp = u32_from(mesh.materials.len());
-    let emission = [1.0; 3];
+    let emission = [1.0; BANDS];
     mesh.materials.push(Material { emission, double_sided: false, ..Material::plain("lamp", [0.0; 3]) });
     let [[x0, y, z0], [x1, _, z1]] = LAMP_M;
     mesh.append_quad(lamp, [[x0, y, z0], [x1, y, z0], [x1, y, z1], [x0, y, z1]], [1.0, 1.0]);
-    Scene::new("box", mesh, [0.0; 3]).expect("the room has triangles")
+    Scene::new("box", mesh, [0.0; BANDS]).expect("the room has triangles")
 }
 
 fn textured_quad(mesh: &mut Mesh, key: DrawKey, face: usize, corners_m: [[f32; 3]; 4]) {

@@ -8,6 +8,7 @@
 use super::bvh::Bvh;
 use super::chance::{cosine_direction, frame, pair, turned};
 use super::lanes::{Floats, LANES};
+use super::light::Bands;
 use super::mesh::{Mesh, area_m2, unit_normal};
 use super::tracer::{MISS, Packet, Stack, closest};
 use crate::draw::DrawKey;
@@ -20,7 +21,7 @@ const AIMED_AREA_SHARE_MAX: f64 = 0.1;
 struct Piece {
     corners_m: [[f32; 3]; 3],
     normal: [f32; 3],
-    radiance: [f32; 3],
+    radiance: Bands,
     area_m2: f64,
     weight: f64,
 }
@@ -33,7 +34,7 @@ pub struct LampPoint {
     /// Unit length, the side that shines.
     pub normal: [f32; 3],
     /// In the scene's own units.
-    pub radiance: [f32; 3],
+    pub radiance: Bands,
     /// Area that it stands for.
     pub area_m2: f64,
 }

@@ -1,15 +1,24 @@
 //! Light sources and their units. Enters: lux of a named illuminant. Leaves: photons per band.
 //!
-//! Bands are red, green and blue thirds of 400 to 700 nm (600-700, 500-600, 400-500 nm). A scene's colours are linear sRGB
-//! relative to its illuminant: white light (1, 1, 1) has the illuminant's spectrum, and coloured light scales its bands.
+//! Bands are red, green and blue thirds of 400 to 700 nm (600-700, 500-600, 400-500 nm), and near infrared (700-1000 nm). A scene's
+//! colours are linear sRGB relative to its illuminant: white light (1, 1, 1, 1) has the illuminant's spectrum, and coloured light
+//! scales its bands. What states no near infrared reflects and shines there as it does in red.
 
 use crate::error::Error;
 
-/// Bands of a render: red, green, blue.
-pub const BANDS: usize = 3;
+/// Bands of a render: red, green, blue, near infrared.
+pub const BANDS: usize = 4;
 
-/// Weight of each linear sRGB band in luminance (IEC 61966-2-1, row Y of the primaries' matrix). They sum to 1.
-pub const LUMINANCE_WEIGHTS: [f64; BANDS] = [0.2126, 0.7152, 0.0722];
+/// One number a band.
+pub type Bands = [f32; BANDS];
+
+/// Red, green and blue with a near infrared that is like the red.
+pub const fn with_infrared([red, green, blue]: [f32; 3]) -> Bands {
+    [red, green, blue, red]
+}
+
+/// Weight of each linear sRGB band in luminance (IEC 61966-2-1, row Y of the primaries' matrix). They sum to 1; nobody sees infrared.
+pub const LUMINANCE_WEIGHTS: [f64; BANDS] = [0.2126, 0.7152, 0.0722, 0.0];
 
 /// A spectrum that a scene's white light has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,10 +71,10 @@ impl Illuminant {
         }
     }
 
-    /// Share of these photons in each band (600-700, 500-600, 400-500 nm); they sum to 1.
+    /// Photons of each band (600-700, 500-600, 400-500, 700-1000 nm) over those of 400 to 700 nm: the first three sum to 1.
     pub fn band_shares(self) -> [f64; BANDS] {
         let power = |nm: f64| self.relative_power(nm);
-        let mut photons = [0.0; BANDS];
+        let mut photons = [0.0; 3];
         for (band, start_nm) in [600.0, 500.0, 400.0].into_iter().enumerate() {
             // Photons go as power times wavelength; trapezoids of 5 nm, the step of the CIE's own tables.
             for step in 0..=20 {
@@ -75,7 +84,19 @@ impl Illuminant {
             }
         }
         let total = photons[0] + photons[1] + photons[2];
-        photons.map(|photons| photons / total)
+        let [red, green, blue] = photons.map(|photons| photons / total);
+        [red, green, blue, self.infrared_share()]
+    }
+
+    /// Photons of 700 to 1000 nm over those of 400 to 700 nm.
+    fn infrared_share(self) -> f64 {
+        match self {
+            // Planck at 2856 K has 57,813 photons of 400 to 1000 nm a lux (CIE 1931, CODATA).
+            Self::A => 57_813.0 / 12_032.0 - 1.0,
+            // Photons go as wavelength: 850 nm times 300 nm over 550 nm times 300 nm.
+            Self::E => 850.0 / 550.0,
+            Self::D65 | Self::Fl11 | Self::LedB3 => 0.0,
+        }
     }
 
     /// Spectral power relative to 560 nm. D65: CIE 15 table at 10 nm, linear between; A: Planck's law at 2856 K as CIE 15 defines
@@ -107,9 +128,9 @@ fn between(table: &[f64], at: f64) -> f64 {
     table[first] + (table[first + 1] - table[first]) * share
 }
 
-/// Luminance of linear sRGB, with (1, 1, 1) giving 1.
-pub fn luminance(rgb: [f64; BANDS]) -> f64 {
-    rgb[0] * LUMINANCE_WEIGHTS[0] + rgb[1] * LUMINANCE_WEIGHTS[1] + rgb[2] * LUMINANCE_WEIGHTS[2]
+/// Luminance of linear sRGB, with (1, 1, 1) giving 1; infrared has none.
+pub fn luminance([red, green, blue, _]: [f64; BANDS]) -> f64 {
+    red * LUMINANCE_WEIGHTS[0] + green * LUMINANCE_WEIGHTS[1] + blue * LUMINANCE_WEIGHTS[2]
 }
 
 #[cfg(test)]

@@ -9,11 +9,12 @@ use glam::DVec3;
 
 use super::bake::rays::{bounce_rays, fan, lamp_light};
 use super::bake::{Bake, BakeSettings};
-use super::light::{BANDS, Illuminant, luminance};
+use super::light::{BANDS, Bands, Illuminant, luminance};
 use super::mesh::dot;
 use super::{Scene, samples::ShadeTriangle};
 use crate::error::Error;
 use crate::num::{f32_nearest, index};
+use crate::units::Span;
 
 /// Rays from the point that `illuminance_lux` is given at. Their noise scales the whole picture: 65,536 of them, stratified,
 /// leave well under 0.1 %.
@@ -37,11 +38,11 @@ pub struct ExitanceBounds {
 pub struct LitScene {
     scene: Scene,
     illuminant: Illuminant,
-    /// Lux-equivalents, and a zero that fills the register; side 0, then side 1 of each sample.
-    irradiance_lux: Vec<[f32; 4]>,
+    /// Lux-equivalents; side 0, then side 1 of each sample.
+    irradiance_lux: Vec<Bands>,
     /// Lux-equivalents of each material's own light.
-    emission_lux: Vec<[f32; 3]>,
-    sky_lux: [f32; 3],
+    emission_lux: Vec<Bands>,
+    sky_lux: Bands,
 }
 
 impl Scene {
@@ -87,7 +88,7 @@ impl Scene {
                 }
             }
         }
-        [0, 1, 2].map(|band| lamps[band] + seen[band] + bounced[band] / crate::num::f64_from_usize(METER_RAYS))
+        std::array::from_fn(|band| lamps[band] + seen[band] + bounced[band] / crate::num::f64_from_usize(METER_RAYS))
     }
 
     /// The scene with the same irradiance everywhere, and no other light: photometric targets.
@@ -114,16 +115,11 @@ impl Scene {
 
 impl LitScene {
     fn scaled(scene: Scene, bake: &Bake, lux_per_unit: f64, illuminant: Illuminant) -> Self {
-        let scaled = |value: [f32; 3], factor: f64| value.map(|band| f32_nearest(f64::from(band) * factor));
+        let scaled = |value: Bands, factor: f64| value.map(|band| f32_nearest(f64::from(band) * factor));
         let pi = std::f64::consts::PI;
         Self {
             illuminant,
-            irradiance_lux: bake
-                .irradiance
-                .iter()
-                .map(|&light| scaled(light, lux_per_unit))
-                .map(|[r, g, b]| [r, g, b, 0.0])
-                .collect(),
+            irradiance_lux: bake.irradiance.iter().map(|&light| scaled(light, lux_per_unit)).collect(),
             emission_lux: scene.mesh.materials.iter().map(|m| scaled(m.emission, pi * lux_per_unit)).collect(),
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
             scene,
@@ -141,31 +137,36 @@ impl LitScene {
     }
 
     /// Exitance of the sky in lux-equivalents.
-    pub fn sky_lux(&self) -> [f32; 3] {
+    pub fn sky_lux(&self) -> Bands {
         self.sky_lux
+    }
+
+    /// Mean level of the lamps that flicker over a span of run time; 1 is their mean over all time.
+    pub fn lamp_level(&self, _span: Span) -> f32 {
+        1.0
     }
 
     /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band. `u` and `v` weigh the second and third
     /// corner; `footprint_m` is the width of the ray's cone at the hit, across it; `direction` has unit length.
     #[inline(always)]
-    pub fn exitance_lux(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3], footprint_m: f32) -> [f32; 3] {
+    pub fn exitance_lux(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3], footprint_m: f32) -> Bands {
         let shade = &self.scene.layout.triangles[index(triangle)];
         let facing = dot(shade.normal, direction);
         let back = facing > 0.0;
         let material = &self.scene.mesh.materials[index(shade.material)];
         if back && !material.double_sided {
-            return [0.0; 3];
+            return [0.0; BANDS];
         }
-        let mut irradiance = [0.0_f32; 4];
+        let mut irradiance = [0.0_f32; BANDS];
         for (sample, weight) in shade.around(u, v) {
             let light = self.irradiance_lux[2 * sample + usize::from(back)];
-            for band in 0..4 {
+            for band in 0..BANDS {
                 irradiance[band] += light[band] * weight;
             }
         }
         let albedo = self.albedo(shade, [u, v], facing, footprint_m);
         let glow = &self.emission_lux[index(shade.material)];
-        let mut light = [0.0; 3];
+        let mut light = [0.0; BANDS];
         for band in 0..BANDS {
             light[band] = irradiance[band] * albedo[band] + glow[band];
         }
@@ -175,7 +176,7 @@ impl LitScene {
     /// Reflectance at a point, averaged over the footprint. A slanted view spreads the footprint over 1 / cos in one direction
     /// and not in the other: the level is that of the geometric mean, between blur and aliasing.
     #[inline(always)]
-    fn albedo(&self, shade: &ShadeTriangle, [u, v]: [f32; 2], facing: f32, footprint_m: f32) -> [f32; 3] {
+    fn albedo(&self, shade: &ShadeTriangle, [u, v]: [f32; 2], facing: f32, footprint_m: f32) -> Bands {
         let material = &self.scene.mesh.materials[index(shade.material)];
         let Some(texture) = material.texture else { return material.base_colour };
         let [a, b, c] = shade.uv;
@@ -184,20 +185,23 @@ impl LitScene {
         let slant = facing.abs().clamp(0.02, 1.0);
         let colour =
             self.scene.mesh.textures[index(texture)].colour(uv, shade.texels_per_m * footprint_m / slant.sqrt());
-        let [r, g, b] = material.base_colour;
-        [r * colour[0], g * colour[1], b * colour[2]]
+        let mut albedo = material.base_colour;
+        for band in 0..BANDS {
+            albedo[band] *= colour[band];
+        }
+        albedo
     }
 
     /// Bounds on the light that leaves any surface, from each triangle's own irradiance and reflectance: no rendered pixel lies outside
     /// (weights of an interpolation are within 0..1 up to rounding).
     pub fn exitance_bounds(&self) -> ExitanceBounds {
         let mesh = &self.scene.mesh;
-        let ranges: Vec<[[f32; 3]; 2]> = mesh
+        let ranges: Vec<[Bands; 2]> = mesh
             .materials
             .iter()
             .map(|material| {
-                let range = material.texture.map_or([[1.0; 3]; 2], |texture| mesh.textures[index(texture)].range());
-                range.map(|corner| [0, 1, 2].map(|band| corner[band] * material.base_colour[band]))
+                let range = material.texture.map_or([[1.0; BANDS]; 2], |texture| mesh.textures[index(texture)].range());
+                range.map(|corner| std::array::from_fn(|band| corner[band] * material.base_colour[band]))
             })
             .collect();
         let mut bounds =

@@ -1,6 +1,7 @@
 //! Triangles and what they are made of. Enters: vertices, indices and materials from any source. Leaves: a mesh in which
 //! every number is finite, every index is in range and every triangle has an area.
 
+use super::light::{BANDS, Bands, with_infrared};
 use super::texture::Texture;
 use crate::num::{f32_nearest, index, u32_from};
 
@@ -14,11 +15,11 @@ pub struct Material {
     /// As the file calls it.
     pub name: String,
     /// Linear base colour, multiplied with the texture.
-    pub base_colour: [f32; 3],
+    pub base_colour: Bands,
     /// Index of a texture, if there is one.
     pub texture: Option<u32>,
     /// Radiance in the scene's own units, on both sides where `double_sided`.
-    pub emission: [f32; 3],
+    pub emission: Bands,
     /// 0 for dielectrics, 1 for metals.
     pub metallic: f32,
     /// 0 for a mirror, 1 for chalk.
@@ -28,17 +29,27 @@ pub struct Material {
 }
 
 impl Material {
-    /// A dull surface of one colour.
+    /// A dull surface of one colour; in the near infrared like in red.
     pub fn plain(name: &str, base_colour: [f32; 3]) -> Self {
         Self {
             name: name.to_owned(),
-            base_colour,
+            base_colour: with_infrared(base_colour),
             texture: None,
-            emission: [0.0; 3],
+            emission: [0.0; BANDS],
             metallic: 0.0,
             roughness: 1.0,
             double_sided: true,
         }
+    }
+
+    /// The part of its reflection that keeps an image, if any: metals up to `GLOSS_ROUGHNESS_MAX` by their base colour, and dielectrics as
+    /// glossy by 4 % (glTF 2.0, appendix B). The rest of a metal's light, and all of a rough surface's, is diffuse.
+    pub fn gloss(&self) -> Option<Gloss> {
+        if self.roughness > GLOSS_ROUGHNESS_MAX || self.is_emissive() {
+            return None;
+        }
+        let at_normal = self.base_colour.map(|band| DIELECTRIC_F0 + (band - DIELECTRIC_F0) * self.metallic);
+        Some(Gloss { at_normal, alpha: self.roughness * self.roughness })
     }
 
     /// Whether it gives light of its own.
@@ -46,6 +57,21 @@ impl Material {
         self.emission.iter().any(|&band| band > 0.0)
     }
 }
+
+/// Reflection that keeps an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gloss {
+    /// Reflectance at normal incidence, in each band (Schlick's F0).
+    pub at_normal: Bands,
+    /// Width of the microfacets' slopes (GGX alpha, the square of glTF's roughness); 0 is a mirror.
+    pub alpha: f32,
+}
+
+/// Surfaces rougher than this show no image of what they reflect.
+pub const GLOSS_ROUGHNESS_MAX: f32 = 0.4;
+
+/// Reflectance of a dielectric of index 1.5 at normal incidence.
+const DIELECTRIC_F0: f32 = 0.04;
 
 /// One corner of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]

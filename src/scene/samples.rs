@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use super::light::Bands;
 use super::mesh::{Mesh, Vertex, area_m2, cross, dot, sub, unit, unit_normal};
 use crate::num::{f32_from_u32, i32_truncated_f32, index, u32_from, u32_truncated_f32};
 
@@ -35,7 +36,7 @@ pub struct Sample {
     /// Unit length; the first side.
     pub normal: [f32; 3],
     /// Diffuse reflectance around it.
-    pub albedo: [f32; 3],
+    pub albedo: Bands,
     /// Part of a grid on a large triangle, which deserves more rays than a vertex of a small one.
     pub on_grid: bool,
 }
@@ -213,13 +214,13 @@ fn grid_steps(corners_m: [[f32; 3]; 3]) -> u32 {
 }
 
 /// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid.
-fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2]) -> [f32; 3] {
+fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2]) -> Bands {
     let material = &mesh.materials[index(shade.material)];
     match material.texture {
         None => material.base_colour,
         Some(texture) => {
             let colour = mesh.textures[index(texture)].colour(uv, shade.texels_per_m * GRID_SPACING_M);
-            [0, 1, 2].map(|band| material.base_colour[band] * colour[band])
+            std::array::from_fn(|band| material.base_colour[band] * colour[band])
         }
     }
 }

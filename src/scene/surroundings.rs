@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Scene;
+use super::light::with_infrared;
 use super::mesh::{Material, Mesh};
 use crate::error::Error;
 use crate::num::u32_from;
@@ -77,7 +78,7 @@ impl Surroundings {
         }
         for panel in &self.panels {
             let plain = Material::plain("panel", [0.0; 3]);
-            mesh.materials.push(Material { emission: panel.radiance, double_sided: false, ..plain });
+            mesh.materials.push(Material { emission: with_infrared(panel.radiance), double_sided: false, ..plain });
             mesh.append_quad(u32_from(mesh.materials.len() - 1), panel.corners_m, [1.0, 1.0]);
         }
     }
@@ -91,7 +92,7 @@ impl Scene {
     pub fn from_glb_in(name: &str, bytes: &[u8], surroundings: &Surroundings) -> Result<Self, Error> {
         let (mut mesh, viewpoints) = super::gltf::mesh_of(name, bytes)?;
         surroundings.furnish(&mut mesh);
-        let mut scene = Self::new(name, mesh, surroundings.sky)?;
+        let mut scene = Self::new(name, mesh, with_infrared(surroundings.sky))?;
         scene.viewpoints = viewpoints;
         Ok(scene)
     }

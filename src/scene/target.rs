@@ -1,6 +1,7 @@
 //! Photometric targets. Enters: a reflectance. Leaves: a scene that fills any view evenly.
 
 use super::Scene;
+use super::light::BANDS;
 use super::mesh::{Material, Mesh};
 use crate::error::Error;
 
@@ -22,8 +23,8 @@ pub fn flat(reflectance: f64) -> Result<Scene, Error> {
     for corners_m in cube([-HALF_EDGE_M; 3], [HALF_EDGE_M; 3], true) {
         mesh.append_quad(0, corners_m, [1.0, 1.0]);
     }
-    let mut scene = Scene::new("flat", mesh, [0.0; 3])?;
-    scene.mesh.materials[0].base_colour = [crate::num::f32_nearest(reflectance); 3];
+    let mut scene = Scene::new("flat", mesh, [0.0; BANDS])?;
+    scene.mesh.materials[0].base_colour = [crate::num::f32_nearest(reflectance); BANDS];
     Ok(scene)
 }
 

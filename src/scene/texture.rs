@@ -4,6 +4,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+use super::light::{BANDS, Bands};
 use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated};
 
 /// What lies beyond the edge of a picture.
@@ -22,7 +23,7 @@ pub enum Wrap {
 struct Level {
     width: u32,
     height: u32,
-    /// Linear red, green, blue and a zero that fills the word, row-major, the top row first; 65,535 is 1.
+    /// Linear red, green, blue and near infrared, row-major, the top row first; 65,535 is 1.
     texels: Vec<[u16; 4]>,
 }
 
@@ -49,7 +50,7 @@ impl Texture {
         let texels = codes
             .iter()
             .map(|texel| texel.map(|code| linear[usize::from(code)]))
-            .map(|[r, g, b]| [r, g, b, 0])
+            .map(|[r, g, b]| [r, g, b, r])
             .collect();
         let mut levels = vec![Level { width, height, texels }];
         while let Some(next) = levels.last().and_then(halved) {
@@ -64,10 +65,10 @@ impl Texture {
     }
 
     /// Least and greatest linear value of each band over all texels. No filtered value lies outside.
-    pub fn range(&self) -> [[f32; 3]; 2] {
-        let mut range = [[u16::MAX; 3], [0; 3]];
+    pub fn range(&self) -> [Bands; 2] {
+        let mut range = [[u16::MAX; BANDS], [0; BANDS]];
         for texel in &self.levels[0].texels {
-            for band in 0..3 {
+            for band in 0..BANDS {
                 range[0][band] = range[0][band].min(texel[band]);
                 range[1][band] = range[1][band].max(texel[band]);
             }
@@ -78,7 +79,7 @@ impl Texture {
     /// Linear colour at texture coordinates (glTF: origin top left, v downwards), averaged over about `texels` texels of
     /// the finest level in each direction: bilinear within a level, linear between the two levels around the footprint.
     #[inline(always)]
-    pub fn colour(&self, uv: [f32; 2], texels: f32) -> [f32; 3] {
+    pub fn colour(&self, uv: [f32; 2], texels: f32) -> Bands {
         let level = log2_of_footprint(texels);
         let last = self.levels.len() - 1;
         let whole = i32_truncated_f32(level);
@@ -99,9 +100,9 @@ impl Texture {
         scaled(mixed)
     }
 
-    /// Four bands, because four are one register and three are none.
+    /// Four bands are one register.
     #[inline(always)]
-    fn bilinear(&self, level: usize, uv: [f32; 2]) -> [f32; 4] {
+    fn bilinear(&self, level: usize, uv: [f32; 2]) -> Bands {
         let level = &self.levels[level];
         let (x0, x1, fx) = place(uv[0], level.width, self.wrap[0]);
         let (y0, y1, fy) = place(uv[1], level.height, self.wrap[1]);
@@ -124,9 +125,8 @@ impl Texture {
 }
 
 #[inline(always)]
-fn scaled(texel: [f32; 4]) -> [f32; 3] {
-    let [r, g, b, _] = texel.map(|value| value / ONE);
-    [r, g, b]
+fn scaled(texel: Bands) -> Bands {
+    texel.map(|value| value / ONE)
 }
 
 /// Rounds to the nearest 16-bit number, ties to even.
@@ -204,7 +204,7 @@ fn log2_of_footprint(texels: f32) -> f32 {
 /// Mean linear colour of a whole picture, as its coarsest level holds it.
 impl Texture {
     /// The coarsest level's one texel.
-    pub fn mean(&self) -> [f32; 3] {
+    pub fn mean(&self) -> Bands {
         self.colour([0.5, 0.5], f32_nearest(1e9))
     }
 
@@ -214,8 +214,7 @@ impl Texture {
         hasher.update(&level.width.to_le_bytes());
         hasher.update(&level.height.to_le_bytes());
         hasher.update(&u32_from(self.wrap[0] as usize * 3 + self.wrap[1] as usize).to_le_bytes());
-        let bytes: Vec<u8> =
-            level.texels.iter().flat_map(|texel| &texel[..3]).flat_map(|value| value.to_le_bytes()).collect();
+        let bytes: Vec<u8> = level.texels.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
         hasher.update(&bytes);
     }
 }
@@ -241,9 +240,9 @@ mod tests {
     fn texel_centres_return_the_texel_and_v_runs_downwards() {
         let codes = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]];
         let texture = Texture::from_srgb(2, 2, &codes, [Wrap::Clamp; 2]);
-        assert_eq!(texture.colour([0.25, 0.25], 0.0), [1.0, 0.0, 0.0]);
-        assert_eq!(texture.colour([0.75, 0.25], 0.0), [0.0, 1.0, 0.0]);
-        assert_eq!(texture.colour([0.25, 0.75], 0.0), [0.0, 0.0, 1.0]);
+        assert_eq!(texture.colour([0.25, 0.25], 0.0), [1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(texture.colour([0.75, 0.25], 0.0), [0.0, 1.0, 0.0, 0.0]);
+        assert_eq!(texture.colour([0.25, 0.75], 0.0), [0.0, 0.0, 1.0, 0.0]);
     }
 
     #[test]

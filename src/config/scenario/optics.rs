@@ -21,6 +21,8 @@ sections! {
         f_number: f64,
         /// Of the lens, 0 to 1.
         transmission: f64,
+        /// Share of 700 to 1000 nm that passes as well, 0 (a cut filter) to 1 (none).
+        infrared_transmission: f64,
         /// "thin_lens" (1 + 4 N^2) or "aplanatic" (4 N^2).
         pupil: String,
         /// "cos4" or "none".

@@ -6,6 +6,7 @@ use super::super::Scene;
 use super::super::chance::{cosine_direction, frame, pair, turned};
 use super::super::lamps::LampPoint;
 use super::super::lanes::{Floats, LANES};
+use super::super::light::{BANDS, Bands};
 use super::super::mesh::{dot, sub};
 use super::super::tracer::{MISS, Packet, Stack, blocked, closest};
 use super::BakeSettings;
@@ -28,7 +29,7 @@ const AIM_SHARE: f32 = 0.999;
 #[derive(Clone, Debug)]
 pub struct Gathered {
     /// Light of lamps, sky and glowing surfaces on each side.
-    pub direct: [[f32; 3]; 2],
+    pub direct: [Bands; 2],
     /// Twice the sample met plus its side for every ray, the first half from side 0; or `SKY`, or `DARK`.
     pub met: Vec<u32>,
 }
@@ -61,7 +62,7 @@ pub fn gather(scene: &Scene, aims: &[Aims; 2], number: usize) -> Gathered {
     for (side, light) in direct.iter_mut().enumerate() {
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
         let seen = bounce_rays(scene, sample.position_m, normal, &aims.fan, &mut met);
-        for band in 0..3 {
+        for band in 0..BANDS {
             light[band] += seen[band];
         }
     }
@@ -69,11 +70,11 @@ pub fn gather(scene: &Scene, aims: &[Aims; 2], number: usize) -> Gathered {
 }
 
 /// Light that lamps send straight to both sides of a place.
-pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], points: &[LampPoint]) -> [[f64; 3]; 2] {
-    let mut light = [[0.0; 3]; 2];
+pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], points: &[LampPoint]) -> [[f64; BANDS]; 2] {
+    let mut light = [[0.0; BANDS]; 2];
     let mut stack = Stack::new();
     let mut packet = idle();
-    let mut waiting: [(usize, [f64; 3]); LANES] = [(0, [0.0; 3]); LANES];
+    let mut waiting = [(0, [0.0; BANDS]); LANES];
     let mut lanes = 0;
     for (number, point) in points.iter().enumerate() {
         let side = usize::from(dot(sub(point.position_m, at_m), normal) < 0.0);
@@ -91,7 +92,7 @@ pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], points: &[Lam
             let shadowed = blocked(&scene.bvh, &packet, &mut stack);
             for lane in (0..lanes).filter(|&lane| !shadowed[lane]) {
                 let (side, sent) = waiting[lane];
-                for band in 0..3 {
+                for band in 0..BANDS {
                     light[side][band] += sent[band];
                 }
             }
@@ -115,10 +116,16 @@ fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2:
 
 /// Cosine-weighted rays of one side along the directions of a fan: notes what they met, and returns the light that they saw
 /// shining by itself (sky, and glowing surfaces where lamps are not aimed at).
-pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32; 3]], met: &mut Vec<u32>) -> [f64; 3] {
+pub fn bounce_rays(
+    scene: &Scene,
+    at_m: [f32; 3],
+    normal: [f32; 3],
+    fan: &[[f32; 3]],
+    met: &mut Vec<u32>,
+) -> [f64; BANDS] {
     let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * LIFT_M);
     let sides = frame(normal);
-    let mut seen = [0.0; 3];
+    let mut seen = [0.0; BANDS];
     let mut stack = Stack::new();
     for directions in fan.chunks_exact(LANES) {
         let mut packet = idle();
@@ -130,7 +137,7 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
             let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
             let (place, light) = scene.bounce_place(hits.triangle[lane], hits.u.0[lane], hits.v.0[lane], direction);
             met.push(place);
-            for band in 0..3 {
+            for band in 0..BANDS {
                 seen[band] += f64::from(light[band]);
             }
         }
@@ -183,7 +190,7 @@ fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 
 
 impl Scene {
     /// What a bounced ray met: the nearest sample on the side it came from, and the light that shines from there by itself.
-    fn bounce_place(&self, triangle: u32, u: f32, v: f32, direction: [f32; 3]) -> (u32, [f32; 3]) {
+    fn bounce_place(&self, triangle: u32, u: f32, v: f32, direction: [f32; 3]) -> (u32, Bands) {
         if triangle == MISS {
             return (SKY, self.sky);
         }
@@ -191,7 +198,7 @@ impl Scene {
         let back = dot(shade.normal, direction) > 0.0;
         let material = &self.mesh.materials[index(shade.material)];
         if back && !material.double_sided {
-            return (DARK, [0.0; 3]);
+            return (DARK, [0.0; BANDS]);
         }
         let mut nearest = (0, f32::MIN);
         for (sample, weight) in shade.around(u, v) {
@@ -199,7 +206,7 @@ impl Scene {
                 nearest = (sample, weight);
             }
         }
-        let glow = if self.lamps.is_empty() { material.emission } else { [0.0; 3] };
+        let glow = if self.lamps.is_empty() { material.emission } else { [0.0; BANDS] };
         (u32_from(2 * nearest.0 + usize::from(back)), glow)
     }
 }

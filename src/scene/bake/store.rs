@@ -1,5 +1,6 @@
 //! A bake as bytes. Enters: a bake. Leaves: a versioned, checksummed form, and back.
 
+use super::super::light::{BANDS, Bands};
 use super::{BAKE_VERSION, Bake};
 use crate::error::Error;
 use crate::num::u64_from;
@@ -16,7 +17,7 @@ impl Bake {
 
     /// Magic, version, key, count, irradiance in little-endian `f32`, and the blake3 of all that.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(HEADER_BYTES + 12 * self.irradiance.len() + CHECKSUM_BYTES);
+        let mut bytes = Vec::with_capacity(HEADER_BYTES + 4 * BANDS * self.irradiance.len() + CHECKSUM_BYTES);
         bytes.extend_from_slice(MAGIC);
         bytes.extend_from_slice(&BAKE_VERSION.to_le_bytes());
         bytes.extend_from_slice(&self.key);
@@ -50,8 +51,8 @@ impl Bake {
             .chunks_exact(4)
             .map(|word| f32::from_le_bytes(word.try_into().expect("chunks of four")))
             .collect();
-        let irradiance: Vec<[f32; 3]> =
-            values.chunks_exact(3).map(|rgb| rgb.try_into().expect("chunks of three")).collect();
+        let irradiance: Vec<Bands> =
+            values.chunks_exact(BANDS).map(|bands| bands.try_into().expect("chunks of a sample")).collect();
         if content[44..52] != u64_from(irradiance.len()).to_le_bytes() {
             return Err(refuse("its count does not fit its length"));
         }

@@ -6,6 +6,7 @@ use gltf::material::AlphaMode;
 use gltf::texture::WrappingMode;
 use image::{ImageFormat, ImageReader, Limits};
 
+use super::super::light::with_infrared;
 use super::super::mesh::Material;
 use super::super::texture::{Texture, Wrap};
 use super::accessor::Buffer;
@@ -38,9 +39,9 @@ pub fn read(material: &gltf::Material<'_>) -> Material {
     let sound = |value: f32, most: f32| if value.is_finite() { value.clamp(0.0, most) } else { 0.0 };
     Material {
         name: material.name().unwrap_or("").to_owned(),
-        base_colour: [r, g, b].map(|band| sound(band, 1.0)),
+        base_colour: with_infrared([r, g, b].map(|band| sound(band, 1.0))),
         texture: pbr.base_color_texture().map(|info| u32_from(info.texture().index())),
-        emission: material.emissive_factor().map(|band| sound(band * strength, 1e12)),
+        emission: with_infrared(material.emissive_factor().map(|band| sound(band * strength, 1e12))),
         metallic: sound(pbr.metallic_factor(), 1.0),
         roughness: sound(pbr.roughness_factor(), 1.0),
         double_sided: material.double_sided(),
