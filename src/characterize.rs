@@ -19,7 +19,7 @@ mod moments;
 #[cfg(feature = "cli")]
 pub mod page;
 #[cfg(feature = "cli")]
-mod picture;
+mod map;
 pub mod record;
 pub mod set;
 mod shoot;

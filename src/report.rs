@@ -5,8 +5,11 @@
 
 pub mod align;
 pub mod associate;
+#[cfg(feature = "cli")]
+pub(crate) mod chart;
 pub mod display;
 pub mod energy_record;
+pub(crate) mod escape;
 pub mod figures;
 #[cfg(feature = "cli")]
 pub mod html;

@@ -3,10 +3,12 @@
 
 use super::Characterization;
 use super::defects::Histogram;
+use super::map::map;
 use super::measure::{Point, Transfer};
-use super::picture::{Axes, Series, Shape, chart, map};
 use super::record::Figure;
 use crate::num::{f64_from_u64, f64_from_usize};
+use crate::report::chart::{Axes, Ink, Series, Shape, chart};
+use crate::report::escape::escaped;
 
 /// The whole page.
 pub fn html(record: &Characterization) -> String {
@@ -37,10 +39,6 @@ pub fn html(record: &Characterization) -> String {
         body.join("\n"),
         env!("CARGO_PKG_VERSION")
     )
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 fn section(heading: &str, lead: &str, content: &str) -> String {
@@ -85,12 +83,12 @@ fn header(record: &Characterization) -> String {
     )
 }
 
-fn dots(name: &str, ink: usize, points: Vec<(f64, f64)>) -> Series {
-    Series { name: name.to_owned(), ink, shape: Shape::Dots, points }
+fn dots(name: &str, ink: Ink, points: Vec<(f64, f64)>) -> Series<'_> {
+    Series { name, ink, shape: Shape::Dots, runs: vec![points] }
 }
 
-fn line(name: &str, ink: usize, points: Vec<(f64, f64)>) -> Series {
-    Series { name: name.to_owned(), ink, shape: Shape::Line, points }
+fn line(name: &str, ink: Ink, points: Vec<(f64, f64)>) -> Series<'_> {
+    Series { name, ink, shape: Shape::Line(2), runs: vec![points] }
 }
 
 fn points_of(record: &Characterization, of: impl Fn(&Point) -> (f64, f64)) -> Vec<(f64, f64)> {
@@ -109,10 +107,11 @@ fn transfer(record: &Characterization) -> String {
         y_label: "variance less dark in DN\u{b2}",
         ..Axes::default()
     };
+    let slope = format!("K = {k:.5} DN/e-, up to 70 %");
     let series = [
-        dots("measured", 0, points_of(record, shot)),
-        line(&format!("K = {k:.5} DN/e-, up to 70 %"), 1, vec![(0.0, 0.0), (last, k * last)]),
-        dots("saturation: greatest variance", 2, vec![shot(full)]),
+        dots("measured", Ink::One, points_of(record, shot)),
+        line(&slope, Ink::Two, vec![(0.0, 0.0), (last, k * last)]),
+        dots("saturation: greatest variance", Ink::Three, vec![shot(full)]),
     ];
     section(
         "Photon transfer",
@@ -144,14 +143,21 @@ fn noise_ratio(record: &Characterization) -> String {
         let signal_e = efficiency * photons;
         signal_e / (noise_e2 + dsnu_e2 + signal_e + prnu2 * signal_e * signal_e).sqrt()
     };
-    let axes = Axes { title: "SNR over photons", x_label: "photons a pixel", y_label: "SNR", x_log: true, y_log: true };
+    let axes = Axes {
+        title: "SNR over photons",
+        x_label: "photons a pixel",
+        y_label: "SNR",
+        x_log: true,
+        y_log: true,
+        ..Axes::default()
+    };
     let below: Vec<(f64, f64)> =
         points_of(record, measured).into_iter().filter(|(photons, _)| *photons <= of("u_p_sat")).collect();
     let series = [
-        line("ideal sensor: sqrt(photons)", 2, curve(&|photons| photons.sqrt())),
-        line("temporal, from the figures", 1, curve(&temporal)),
-        line("total, with DSNU and PRNU", 3, curve(&total)),
-        dots("measured up to saturation", 0, below),
+        line("ideal sensor: sqrt(photons)", Ink::Three, curve(&|photons| photons.sqrt())),
+        line("temporal, from the figures", Ink::Two, curve(&temporal)),
+        line("total, with DSNU and PRNU", Ink::Four, curve(&total)),
+        dots("measured up to saturation", Ink::One, below),
     ];
     section("Signal-to-noise ratio", "How far the sensor is from counting every photon.", &chart(&axes, &series))
 }
@@ -161,9 +167,10 @@ fn linearity(record: &Characterization) -> String {
     let last = record.summary.transfer.sensitivity().last().map_or(0.0, |point| point.photons);
     let axes =
         Axes { title: "Signal over photons", x_label: "photons a pixel", y_label: "signal in DN", ..Axes::default() };
+    let slope = format!("R = {r:.5} DN/photon, up to 70 %");
     let series = [
-        dots("measured", 0, points_of(record, |point| (point.photons, point.signal_dn()))),
-        line(&format!("R = {r:.5} DN/photon, up to 70 %"), 1, vec![(0.0, 0.0), (last, r * last)]),
+        dots("measured", Ink::One, points_of(record, |point| (point.photons, point.signal_dn()))),
+        line(&slope, Ink::Two, vec![(0.0, 0.0), (last, r * last)]),
     ];
     section("Sensitivity", "Mean signal less dark; its slope is the responsivity R.", &chart(&axes, &series))
 }
@@ -180,7 +187,7 @@ fn deviations(record: &Characterization) -> String {
     section(
         "Linearity",
         "Relative deviation from the line of least relative deviation, 5 to 95 % of saturation.",
-        &chart(&axes, &[line("no deviation", 1, ends), dots("measured", 0, points)]),
+        &chart(&axes, &[line("no deviation", Ink::Two, ends), dots("measured", Ink::One, points)]),
     )
 }
 
@@ -202,7 +209,7 @@ fn differential(record: &Characterization) -> String {
          {:+.3} to {:+.3} LSB, known to {:.3} LSB; {} missing codes.",
         found.dnl_lsb[0], found.dnl_lsb[1], found.error_lsb, found.missing_codes
     );
-    section("Converter: codes", &lead, &chart(&axes, &[line("DNL", 0, thinned(&record.density.dnl_lsb))]))
+    section("Converter: codes", &lead, &chart(&axes, &[line("DNL", Ink::One, thinned(&record.density.dnl_lsb))]))
 }
 
 fn integral(record: &Characterization) -> String {
@@ -215,7 +222,7 @@ fn integral(record: &Characterization) -> String {
          full-scale sine: {bits}.",
         found.inl_lsb[0], found.inl_lsb[1]
     );
-    section("Converter: ramp", &lead, &chart(&axes, &[line("INL", 0, thinned(&record.density.inl_lsb))]))
+    section("Converter: ramp", &lead, &chart(&axes, &[line("INL", Ink::One, thinned(&record.density.inl_lsb))]))
 }
 
 fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&Point) -> f64) -> String {
@@ -223,7 +230,7 @@ fn dark_chart(record: &Characterization, title: &str, label: &str, of: impl Fn(&
     let (slope, offset) = super::fits::line(&points);
     let ends = [points.first(), points.last()].into_iter().flatten().map(|&(x, _)| (x, slope * x + offset)).collect();
     let axes = Axes { title, x_label: "exposure in ms", y_label: label, ..Axes::default() };
-    chart(&axes, &[dots("measured", 0, points), line("fit", 1, ends)])
+    chart(&axes, &[dots("measured", Ink::One, points), line("fit", Ink::Two, ends)])
 }
 
 fn dark_mean(record: &Characterization) -> String {
@@ -269,8 +276,8 @@ fn profiles(record: &Characterization, is_dark: bool) -> String {
     let points = |means: Vec<f64>| (0_u32..).zip(means).map(|(place, mean)| (f64::from(place), mean)).collect();
     let axes = Axes { title: heading, x_label: "column or row", y_label: label, ..Axes::default() };
     let series = [
-        line("horizontal: means of columns", 0, points(across.mean)),
-        line("vertical: means of rows", 1, points(down.mean)),
+        line("horizontal: means of columns", Ink::One, points(across.mean)),
+        line("vertical: means of rows", Ink::Two, points(down.mean)),
     ];
     section(heading, "Means of columns and of rows about the mean of all.", &chart(&axes, &series))
 }
@@ -287,7 +294,7 @@ fn spectra(record: &Characterization, is_dark: bool) -> String {
         (0_u32..).zip(power).skip(1).map(|(place, power)| (f64::from(place) / last, power)).collect()
     };
     let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: label, y_log: true, ..Axes::default() };
-    let series = [line("horizontal", 0, points(false)), line("vertical", 1, points(true))];
+    let series = [line("horizontal", Ink::One, points(false)), line("vertical", Ink::Two, points(true))];
     section(
         heading,
         "White patterns are flat; rows or columns that differ lift one of the two.",
@@ -302,7 +309,11 @@ fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
     let normal = normal.filter(|(_, count)| *count >= 0.3).collect();
     let axes = Axes { title: heading, x_label: label, y_label: "pixels", y_log: true, ..Axes::default() };
     let lead = format!("{} pixels lie beyond five standard deviations.", found.beyond_5_sigma);
-    section(heading, &lead, &chart(&axes, &[dots("pixels", 0, counts), line("normal of the same variance", 1, normal)]))
+    section(
+        heading,
+        &lead,
+        &chart(&axes, &[dots("pixels", Ink::One, counts), line("normal of the same variance", Ink::Two, normal)]),
+    )
 }
 
 /// What a figure is, for a reader of the table.

@@ -3,7 +3,6 @@
 
 mod bandwidth;
 mod bars;
-mod chart;
 mod config;
 mod cost;
 mod energy;

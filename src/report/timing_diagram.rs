@@ -121,8 +121,3 @@ impl TimingDiagram {
         }
     }
 }
-
-/// Text that is safe between tags.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}

@@ -1,6 +1,6 @@
 //! Features found and tracked over time, and the picture's brightness beside them.
 
-use crate::report::html::chart::{Frame, Ink, Series, chart};
+use crate::report::chart::{Axes, Ink, Series, Shape, chart};
 use crate::report::html::section;
 use crate::report::html::text::digits;
 use crate::report::record::{FrameRecord, Report};
@@ -8,7 +8,7 @@ use crate::report::record::{FrameRecord, Report};
 pub(super) fn features(report: &Report) -> String {
     let line = |name, ink, width_px, value: fn(&FrameRecord) -> f64| {
         let points = report.frames.iter().map(|frame| (frame.t_s, value(frame))).collect();
-        Series { name, ink, width_px, runs: vec![points] }
+        Series { name, ink, shape: Shape::Line(width_px), runs: vec![points] }
     };
     let counts = [
         line("found by the sensors", Ink::Three, 2, |frame| f64::from(frame.found)),
@@ -29,6 +29,6 @@ pub(super) fn features(report: &Report) -> String {
     section("Features", &lead, &content)
 }
 
-fn over_time(title: &'static str, y_label: &'static str, from_zero: bool) -> Frame<'static> {
-    Frame { title, x_label: "time in s", y_label, equal_axes: false, from_zero }
+fn over_time(title: &'static str, y_label: &'static str, from_zero: bool) -> Axes<'static> {
+    Axes { title, x_label: "time in s", y_label, from_zero, ..Axes::default() }
 }

@@ -1,19 +1,19 @@
 //! The position error over time, and all pose figures in a table.
 
-use crate::report::html::chart::{Frame, Ink, Series, chart, runs_of};
+use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
 use crate::report::html::section;
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::record::Report;
 
 pub(super) fn pose_error(report: &Report) -> String {
     let points = report.frames.iter().map(|frame| (frame.t_s, frame.error_m.map(|error_m| 1e3 * error_m)));
-    let series = [Series { name: "position error", ink: Ink::Two, width_px: 2, runs: runs_of(points) }];
-    let frame = Frame {
+    let series = [Series { name: "position error", ink: Ink::Two, shape: Shape::Line(2), runs: runs_of(points) }];
+    let frame = Axes {
         title: "Position error over time",
         x_label: "time in s",
         y_label: "position error in mm",
-        equal_axes: false,
         from_zero: true,
+        ..Axes::default()
     };
     let content = format!("{}{}{}", chart(&frame, &series), gaps(report), table(report));
     section("Pose error", "Distance between estimate and truth at each frame, after rigid alignment.", &content)

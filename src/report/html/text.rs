@@ -1,21 +1,7 @@
 //! Words and numbers of the page. Enters: values. Leaves: escaped text, three significant digits, a unit that reads
 //! well.
 
-/// Text that is safe between tags and in quoted attributes.
-pub(super) fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            other => safe.push(other),
-        }
-    }
-    safe
-}
+pub(super) use crate::report::escape::escaped;
 
 /// Factors with their prefixes, the greatest first.
 const PREFIXES: [(f64, &str); 9] = [

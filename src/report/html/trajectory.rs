@@ -1,6 +1,6 @@
 //! The path from above and from the side, estimate against truth, a metre as long on both axes.
 
-use crate::report::html::chart::{Frame, Ink, Series, chart, runs_of};
+use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
 use crate::report::html::text::si;
 use crate::report::html::{reason, section};
 use crate::report::record::{FrameRecord, Report};
@@ -24,10 +24,10 @@ fn view(report: &Report, title: &str, across: usize, up: usize, labels: (&str, &
     let frames = &report.frames;
     let truth = frames.iter().map(|frame| (frame.truth_m[across], frame.truth_m[up])).collect();
     let series = [
-        Series { name: "truth", ink: Ink::One, width_px: 6, runs: vec![truth] },
-        Series { name: "estimate", ink: Ink::Two, width_px: 2, runs: estimate_runs(frames, across, up) },
+        Series { name: "truth", ink: Ink::One, shape: Shape::Line(6), runs: vec![truth] },
+        Series { name: "estimate", ink: Ink::Two, shape: Shape::Line(2), runs: estimate_runs(frames, across, up) },
     ];
-    let frame = Frame { title, x_label: labels.0, y_label: labels.1, equal_axes: true, from_zero: false };
+    let frame = Axes { title, x_label: labels.0, y_label: labels.1, equal: true, ..Axes::default() };
     chart(&frame, &series)
 }
 

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use super::lines::{Scale, axis, lane};
-use super::{Band, BandKind, TEXT, TimingDiagram, escaped};
+use super::{Band, BandKind, TEXT, TimingDiagram};
 use crate::num::{greater, lesser};
+use crate::report::escape::escaped;
 use crate::report::record::Phase;
 
 const WIDTH_PX: f64 = 960.0;

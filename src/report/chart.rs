@@ -1,22 +1,27 @@
-//! Line charts in the page's colours. Enters: points with units in their labels. Leaves: inline SVG whose text is text.
+//! Charts in the page's colours. Enters: points with units in their labels. Leaves: inline SVG whose text is text.
 //!
 //! Plotters draws in marker colours, which are then replaced by the page's variables, so a chart follows light and
 //! dark.
 
+mod axis;
+
 use plotters::prelude::*;
 
-use crate::num::{greater, i32_truncated, lesser};
-use crate::report::html::text::escaped;
+use crate::num::{greater, lesser};
+use crate::report::escape::escaped;
+use axis::{Axis, Span};
 
 /// A colour of the page.
-#[derive(Clone, Copy)]
-pub(super) enum Ink {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ink {
     /// First series.
     One,
     /// Second series.
     Two,
     /// Third series.
     Three,
+    /// Fourth series.
+    Four,
 }
 
 impl Ink {
@@ -25,15 +30,17 @@ impl Ink {
             Self::One => RGBColor(1, 2, 1),
             Self::Two => RGBColor(1, 2, 2),
             Self::Three => RGBColor(1, 2, 3),
+            Self::Four => RGBColor(1, 2, 4),
         }
     }
 
     /// The page's variable of this colour.
-    pub(super) fn variable(self) -> &'static str {
+    fn variable(self) -> &'static str {
         match self {
             Self::One => "var(--s1)",
             Self::Two => "var(--s2)",
             Self::Three => "var(--s3)",
+            Self::Four => "var(--s4)",
         }
     }
 }
@@ -43,48 +50,64 @@ const GRID_MARKER: RGBColor = RGBColor(1, 3, 2);
 const AXIS_MARKER: RGBColor = RGBColor(1, 3, 3);
 
 /// Each marker as plotters writes it, and what the page puts in its place.
-const MARKERS: [(&str, &str); 6] = [
+const MARKERS: [(&str, &str); 7] = [
     ("\"#010201\"", "\"var(--s1)\""),
     ("\"#010202\"", "\"var(--s2)\""),
     ("\"#010203\"", "\"var(--s3)\""),
+    ("\"#010204\"", "\"var(--s4)\""),
     ("\"#010301\"", "\"var(--soft)\""),
     ("\"#010302\"", "\"var(--grid)\""),
     ("\"#010303\"", "\"var(--rule)\""),
 ];
 
-/// A line with gaps between its runs.
-pub(super) struct Series {
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// Dots.
+    Dots,
+    /// A line of this many pixels' width.
+    Line(u32),
+}
+
+/// Points that belong together.
+pub(crate) struct Series<'a> {
     /// For the legend.
-    pub name: &'static str,
+    pub name: &'a str,
     /// Colour.
     pub ink: Ink,
-    /// Width of the stroke in px.
-    pub width_px: u32,
-    /// Points of each unbroken stretch.
+    /// Dots or line.
+    pub shape: Shape,
+    /// Points of each unbroken stretch, in the axes' units; points that a logarithmic axis has no place for are left out.
     pub runs: Vec<Vec<(f64, f64)>>,
 }
 
-/// What surrounds the lines.
-pub(super) struct Frame<'a> {
+/// What surrounds the series.
+#[derive(Default)]
+pub(crate) struct Axes<'a> {
     /// Said to a reader who cannot see the chart.
     pub title: &'a str,
     /// With unit.
     pub x_label: &'a str,
     /// With unit.
     pub y_label: &'a str,
+    /// Logarithmic horizontal axis.
+    pub x_log: bool,
+    /// Logarithmic vertical axis.
+    pub y_log: bool,
     /// One unit is as long on both axes.
-    pub equal_axes: bool,
+    pub equal: bool,
     /// The vertical axis starts at zero.
     pub from_zero: bool,
 }
 
 const SIZE_PX: (u32, u32) = (520, 320);
-const LEFT_PX: u32 = 56;
+const LEFT_PX: u32 = 60;
 const BOTTOM_PX: u32 = 42;
 const MARGIN_PX: u32 = 12;
+const DOT_RADIUS_PX: i32 = 3;
 
 /// Points whose second value is missing break the line.
-pub(super) fn runs_of(points: impl Iterator<Item = (f64, Option<f64>)>) -> Vec<Vec<(f64, f64)>> {
+pub(crate) fn runs_of(points: impl Iterator<Item = (f64, Option<f64>)>) -> Vec<Vec<(f64, f64)>> {
     let mut runs = vec![Vec::new()];
     for (x, y) in points {
         match (y, runs.last_mut()) {
@@ -97,27 +120,40 @@ pub(super) fn runs_of(points: impl Iterator<Item = (f64, Option<f64>)>) -> Vec<V
 }
 
 /// The chart as a figure with its legend; without any point, a sentence that says so.
-pub(super) fn chart(frame: &Frame<'_>, series: &[Series]) -> String {
-    let Some((x, y)) = ranges(frame, series) else {
-        return format!("<p class=\"note\">{}: nothing was measured.</p>", escaped(frame.title));
+pub(crate) fn chart(axes: &Axes<'_>, series: &[Series<'_>]) -> String {
+    let placed: Vec<Series<'_>> = series.iter().map(|series| placed(axes, series)).collect();
+    let title = escaped(axes.title);
+    let Some((x, y)) = ranges(axes, &placed) else {
+        return format!("<p class=\"note\">{title}: nothing was measured.</p>");
     };
     let mut svg = String::new();
-    draw(&mut svg, frame, series, x, y).expect("drawing into a string cannot fail");
-    let title = escaped(frame.title);
+    draw(&mut svg, axes, &placed, x, y).expect("drawing into a string cannot fail");
     format!("<figure class=\"chart\">{}{}</figure>", legend(series), themed(&svg, &title))
 }
 
-fn legend(series: &[Series]) -> String {
+/// The series in the axes' own coordinates: logarithms where an axis is logarithmic.
+fn placed<'a>(axes: &Axes<'_>, series: &Series<'a>) -> Series<'a> {
+    let place = |is_log: bool, value: f64| if is_log { libm::log10(value) } else { value };
+    let run = |run: &Vec<(f64, f64)>| {
+        let points = run.iter().map(|&(x, y)| (place(axes.x_log, x), place(axes.y_log, y)));
+        points.filter(|(x, y)| x.is_finite() && y.is_finite()).collect::<Vec<_>>()
+    };
+    Series { runs: series.runs.iter().map(run).collect(), ..*series }
+}
+
+fn legend(series: &[Series<'_>]) -> String {
     if series.len() < 2 {
         return String::new();
     }
-    let entry = |series: &Series| {
-        let (ink, width) = (series.ink.variable(), f64::from(series.width_px) * 1.6);
-        format!(
-            "<li><svg viewBox=\"0 0 32 16\" aria-hidden=\"true\">\
-             <path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{width}\"/></svg>{}</li>",
-            escaped(series.name)
-        )
+    let entry = |series: &Series<'_>| {
+        let ink = series.ink.variable();
+        let sample = match series.shape {
+            Shape::Line(width_px) => {
+                format!("<path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{}\"/>", f64::from(width_px) * 1.6)
+            }
+            Shape::Dots => format!("<circle cx=\"16\" cy=\"8\" r=\"5\" fill=\"{ink}\"/>"),
+        };
+        format!("<li><svg viewBox=\"0 0 32 16\" aria-hidden=\"true\">{sample}</svg>{}</li>", escaped(series.name))
     };
     format!("<ul class=\"legend\">{}</ul>", series.iter().map(entry).collect::<String>())
 }
@@ -133,20 +169,17 @@ fn themed(svg: &str, title: &str) -> String {
     page.replace(" font-family=\"sans-serif\"", "").replace(" opacity=\"1\"", "")
 }
 
-type Span = (f64, f64);
-
-fn ranges(frame: &Frame<'_>, series: &[Series]) -> Option<(Span, Span)> {
+/// Spans of both axes; none without a point.
+fn ranges(axes: &Axes<'_>, series: &[Series<'_>]) -> Option<(Span, Span)> {
     let points = || series.iter().flat_map(|series| series.runs.iter().flatten().copied());
-    let (first_x, first_y) = points().next()?;
-    let hull = |start: f64, values: &mut dyn Iterator<Item = f64>| {
-        values.fold((start, start), |(low, high), value| (lesser(low, value), greater(high, value)))
+    let hull = |values: &mut dyn Iterator<Item = f64>| {
+        values.map(|value| (value, value)).reduce(|a, b| (lesser(a.0, b.0), greater(a.1, b.1)))
     };
-    let x = hull(first_x, &mut points().map(|(x, _)| x));
-    let y = hull(first_y, &mut points().map(|(_, y)| y));
-    Some(match (frame.equal_axes, frame.from_zero) {
+    let (x, y) = (hull(&mut points().map(|(x, _)| x))?, hull(&mut points().map(|(_, y)| y))?);
+    Some(match (axes.equal, axes.from_zero) {
         (true, _) => equal(x, y),
         (false, true) => (widened(x, 0.0), (0.0, greater(y.1 * 1.08, 1e-12))),
-        (false, false) => (widened(x, 0.0), widened(y, 0.06)),
+        (false, false) => (widened(x, 0.02), widened(y, 0.06)),
     })
 }
 
@@ -169,76 +202,78 @@ fn equal(x: Span, y: Span) -> (Span, Span) {
     (around(x, plot_px.0), around(y, plot_px.1))
 }
 
-/// Decimals with which some six ticks of a range differ.
-fn decimals(span: Span) -> usize {
-    let step = (span.1 - span.0) / 6.0;
-    usize::try_from(i32_truncated(libm::ceil(-libm::log10(step))).clamp(0, 9)).unwrap_or(0)
-}
-
 type Drawn<'a> = Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>>;
 
-fn draw<'a>(svg: &'a mut String, frame: &Frame<'_>, series: &[Series], x: Span, y: Span) -> Drawn<'a> {
+fn draw<'a>(svg: &'a mut String, axes: &Axes<'_>, series: &[Series<'_>], x: Span, y: Span) -> Drawn<'a> {
     let area = SVGBackend::with_string(svg, SIZE_PX).into_drawing_area();
     let mut chart = ChartBuilder::on(&area)
         .margin(MARGIN_PX)
         .set_label_area_size(LabelAreaPosition::Left, LEFT_PX)
         .set_label_area_size(LabelAreaPosition::Bottom, BOTTOM_PX)
-        .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-    let (x_decimals, y_decimals) = (decimals(x), decimals(y));
+        .build_cartesian_2d(Axis { span: x, is_log: axes.x_log }, Axis { span: y, is_log: axes.y_log })?;
     chart
         .configure_mesh()
         .max_light_lines(0)
         .x_labels(6)
         .y_labels(6)
         .bold_line_style(GRID_MARKER)
+        .light_line_style(GRID_MARKER)
         .axis_style(AXIS_MARKER)
         .label_style(("sans-serif", 13).into_font().color(&TEXT_MARKER))
         .axis_desc_style(("sans-serif", 13).into_font().color(&TEXT_MARKER))
-        .x_desc(frame.x_label)
-        .y_desc(frame.y_label)
-        .x_label_formatter(&|value| format!("{:.x_decimals$}", clean(*value)))
-        .y_label_formatter(&|value| format!("{:.y_decimals$}", clean(*value)))
+        .x_desc(axes.x_label)
+        .y_desc(axes.y_label)
         .draw()?;
     for series in series {
-        let style = series.ink.marker().stroke_width(series.width_px);
+        let ink = series.ink.marker();
         for run in &series.runs {
-            if let [point] = run[..] {
-                chart.draw_series([Circle::new(point, 2, series.ink.marker().filled())])?;
+            let dot = |&point: &(f64, f64)| Circle::new(point, DOT_RADIUS_PX, ink.filled());
+            match series.shape {
+                Shape::Line(width_px) if run.len() > 1 => {
+                    chart.draw_series(LineSeries::new(run.iter().copied(), ink.stroke_width(width_px)))?;
+                }
+                Shape::Line(_) | Shape::Dots => {
+                    chart.draw_series(run.iter().map(dot))?;
+                }
             }
-            chart.draw_series(LineSeries::new(run.iter().copied(), style))?;
         }
     }
     area.present()
-}
-
-/// Without the minus sign of a rounded zero.
-fn clean(value: f64) -> f64 {
-    if value.abs() < 1e-12 { 0.0 } else { value }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn line(points: &[(f64, f64)]) -> Series {
-        Series { name: "a", ink: Ink::One, width_px: 2, runs: vec![points.to_vec()] }
+    fn line(points: &[(f64, f64)]) -> Series<'static> {
+        Series { name: "a", ink: Ink::One, shape: Shape::Line(2), runs: vec![points.to_vec()] }
     }
 
-    fn frame(equal_axes: bool) -> Frame<'static> {
-        Frame { title: "t <1>", x_label: "x in m", y_label: "y in m", equal_axes, from_zero: false }
+    fn axes(equal: bool) -> Axes<'static> {
+        Axes { title: "t <1>", x_label: "x in m", y_label: "y in m", equal, ..Axes::default() }
     }
 
     #[test]
     fn a_chart_holds_no_colour_of_its_own_and_its_text_is_text() {
-        let svg = chart(&frame(false), &[line(&[(0.0, 1.0), (1.0, 3.0)])]);
+        let svg = chart(&axes(false), &[line(&[(0.0, 1.0), (1.0, 3.0)])]);
         assert!(!svg.contains("\"#"), "{svg}");
         assert!(svg.contains("var(--s1)") && svg.contains("x in m") && svg.contains("<title>t &lt;1&gt;</title>"));
     }
 
     #[test]
+    fn a_logarithmic_chart_skips_what_a_logarithm_has_no_place_for() {
+        let axes = Axes { title: "t", x_log: true, y_log: true, ..Axes::default() };
+        let points = vec![(0.0, 1.0), (1.0, 3.0), (10.0, 5.0)];
+        let svg = chart(&axes, &[Series { name: "a", ink: Ink::Four, shape: Shape::Dots, runs: vec![points] }]);
+        assert!(!svg.contains("\"#") && svg.contains("var(--s4)"), "{svg}");
+        assert_eq!(svg.matches("<circle").count(), 2);
+        assert!(chart(&axes, &[]).contains("nothing was measured"));
+    }
+
+    #[test]
     fn a_metre_is_as_long_on_both_axes() {
         let (x, y) = equal((0.0, 1.0), (5.0, 25.0));
-        let (plot_x_px, plot_y_px) = (440.0, 254.0);
+        let (plot_x_px, plot_y_px) = (436.0, 254.0);
         assert!(((x.1 - x.0) / plot_x_px - (y.1 - y.0) / plot_y_px).abs() < 1e-12);
         assert!(x.0 <= 0.0 && x.1 >= 1.0 && y.0 <= 5.0 && y.1 >= 25.0);
     }
@@ -246,8 +281,8 @@ mod tests {
     #[test]
     fn one_point_no_point_and_a_flat_line_are_charts_too() {
         for points in [&[][..], &[(1.0, 1.0)], &[(0.0, 0.0), (1.0, 0.0)]] {
-            for equal_axes in [false, true] {
-                let svg = chart(&frame(equal_axes), &[line(points)]);
+            for equal in [false, true] {
+                let svg = chart(&axes(equal), &[line(points)]);
                 assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
             }
         }
