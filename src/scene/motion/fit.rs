@@ -25,6 +25,12 @@ const BRIDGING_PASSES_MAX: u32 = 60;
 /// without samples (a pause below [`GAP_S_MAX`], or a bridged gap) and moves the others by some 1e-8 of an acceleration times knot^2.
 const STIFFNESS: f64 = 1e-6;
 
+/// The same in and beside a bridged gap, where the end's slopes would otherwise be those of the last samples' noise: about the
+/// noise's variance over that of what is natural between knots, (0.1 mm)^2 / (1 m/s^2 knot^2)^2 (for turns 1 mrad, 10 rad/s^2).
+const BRIDGE_STIFFNESS: f64 = 1.6e-3;
+/// Knots on either side of a gap that count as beside it: as far as one control point reaches.
+const BESIDE_KNOTS: f64 = 2.0;
+
 impl Spline {
     /// The spline with knots every `knot_s` seconds that follows the samples most closely. It is defined from the first
     /// sample to the last.
@@ -67,8 +73,9 @@ impl Spline {
         for (first, basis) in &rows {
             equations.add(*first, &basis.value, 1.0);
         }
-        for first in 0..unknowns - 2 {
-            equations.add(first, &[1.0, -2.0, 1.0, 0.0], STIFFNESS);
+        let stiffness = stiffness(samples, start_s, knot_s, unknowns - 2);
+        for (first, weight) in stiffness.iter().enumerate() {
+            equations.add(first, &[1.0, -2.0, 1.0, 0.0], *weight);
         }
         let factor = equations.factor().ok_or(MotionError::TooFewSamples { count: samples.len() })?;
 
@@ -81,7 +88,7 @@ impl Spline {
                 so3::log(fitted.conjugate() * samples[k].world_from_body.rotation)
             });
             if bridges {
-                straighten(&spline.rotations, &mut turns_rad);
+                straighten(&spline.rotations, &stiffness, &mut turns_rad);
             }
             factor.solve(&mut turns_rad);
             let mut largest_rad = 0.0;
@@ -136,15 +143,31 @@ pub fn gaps_within(samples: &[TimedPose], span: Span) -> Vec<(f64, f64)> {
     samples.windows(2).map(gap).filter(is_gap).collect()
 }
 
-/// Adds to the right side what takes the second differences of the control rotations to zero, at [`STIFFNESS`].
-fn straighten(rotations: &[DQuat], right: &mut [DVec3]) {
+/// The weight of each second difference, the first about the time of the first sample.
+fn stiffness(samples: &[TimedPose], start_s: f64, knot_s: f64, count: usize) -> Vec<f64> {
+    let mut weights = vec![STIFFNESS; count];
+    let whole = Span { start_s, end_s: f64::INFINITY };
+    for (at_s, length_s) in gaps_within(samples, whole) {
+        let knots = |t_s: f64| (t_s - start_s) / knot_s;
+        let first = (knots(at_s) - BESIDE_KNOTS).ceil();
+        let last = (knots(at_s + length_s) + BESIDE_KNOTS).floor();
+        let (first, last) = (num::u32_truncated(num::greater(first, 0.0)), num::u32_truncated(last));
+        for index in num::index(first)..(num::index(last) + 1).min(count) {
+            weights[index] = BRIDGE_STIFFNESS;
+        }
+    }
+    weights
+}
+
+/// Adds to the right side what takes the second differences of the control rotations to zero, each at its weight.
+fn straighten(rotations: &[DQuat], stiffness: &[f64], right: &mut [DVec3]) {
     let step_rad = |index: usize| so3::log(rotations[index].conjugate() * rotations[index + 1]);
     let mut before_rad = step_rad(0);
-    for first in 0..rotations.len() - 2 {
+    for (first, stiffness) in stiffness.iter().enumerate() {
         let after_rad = step_rad(first + 1);
         let bend_rad = after_rad - before_rad;
         for (place, weight) in [1.0, -2.0, 1.0].into_iter().enumerate() {
-            right[first + place] -= bend_rad * (weight * STIFFNESS);
+            right[first + place] -= bend_rad * (weight * stiffness);
         }
         before_rad = after_rad;
     }
