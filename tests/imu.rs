@@ -160,6 +160,7 @@ fn drift_m(motion: &Motion, body_from_imu: Pose, rate_hz: f64, seconds: u32) -> 
 fn the_emitted_stream_drifts_little_and_with_the_square_of_its_step() {
     let cases = [
         ("motion capture", motion(Spline::fit(&room1(), KNOT_S).unwrap(), Y_UP_FROM_Z_UP), Pose::IDENTITY),
+        ("motion capture, odd knots", motion(Spline::fit(&room1(), 0.0473).unwrap(), Y_UP_FROM_Z_UP), Pose::IDENTITY),
         ("motion capture, lever arm", motion(Spline::fit(&room1(), KNOT_S).unwrap(), Y_UP_FROM_Z_UP), LEVER),
         ("walk", motion(gait(WALK, Path::eight(2.0), 17.0), DQuat::IDENTITY), LEVER),
         ("run", motion(gait(RUN, Path::Circle(5.0), 17.0), DQuat::IDENTITY), LEVER),
@@ -174,14 +175,17 @@ fn the_emitted_stream_drifts_little_and_with_the_square_of_its_step() {
             1e3 * drifts[0].1
         );
         assert!(drifts[0].0 < 5e-3, "{name}");
-        // The rule's error is a series in dt^2 wherever the path is smooth; the next term is (w dt)^2 / 20 of the first, 5e-4 for a
-        // run's 5.4 Hz. A knot within a step adds (dt / knot)^2 / 4 = 1e-2 of its own twentieth of the whole, of either sign.
+        // Where the path is smooth the rule's error is a series in dt^2, whose next term is (w dt)^2 / 20 of the first, 5e-4 for a
+        // run's 5.4 Hz. Knots of 0.05 and 0.02 s fall on readings, or almost. Odd ones bend the acceleration within a step, at a part f
+        // of it, and add f (1 - f) dt^2 / 2 of the bend: of that shape the mean square is the same at every rate, and its scatter is
+        // 0.41 of it for each of 300 knots, 2.4 %; two of them, 4.5 standard errors: 15 %.
+        let tolerance = if name.contains("odd") { 0.6 } else { 0.02 };
         for ratio in ratios {
-            assert!((ratio - 4.0).abs() < 0.02, "{name}: {ratio}");
+            assert!((ratio - 4.0).abs() < tolerance, "{name}: {ratio}");
             tried += 1;
         }
     }
-    assert_eq!(tried, 8);
+    assert_eq!(tried, 10);
 }
 
 #[test]

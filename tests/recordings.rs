@@ -205,12 +205,14 @@ fn a_bridge_of_real_motion_stays_near_it_and_bends_no_more() {
             "gaps of {length_s} s: up to {:.1} mm and {worst_deg:.2} deg; {bends:.2} and {turns:.2} of the bend",
             1e3 * worst_m
         );
-        // Least acceleration: less of it than the hand had, over all gaps.
-        assert!(bends < 1.0 && turns < 1.0, "{bends} {turns}");
-        // What a cubic between the ends misses: T^4 / 384 of the fourth derivative; a hand's swing of 50 mm at 1 Hz has 78 m/s^4: 2 mm for
-        // 0.30 s, 117 mm for 0.87 s; beside it the end slopes' error of some 50 mm/s for an eighth of the gap: 2 and 5 mm. Turns of
-        // 8 degrees at 1 Hz: 0.3 and 19 degrees, and 10 deg/s for an eighth of the gap: 0.4 and 1.
-        let [most_m, most_deg] = if length_s < 0.5 { [4e-3, 0.7] } else { [0.122, 20.0] };
+        // Least acceleration: about as much of it as the hand had over a short gap, whose end slopes carry the samples' noise (0.1 mm
+        // and 1 mrad over a knot are 40 mm/s^2 and 0.4 rad/s^2 a sample), and less over a long one.
+        assert!(bends < 1.4 && turns < 1.4, "{bends} {turns}");
+        assert!(length_s < 0.5 || bends < 1.0 && turns < 1.0, "{bends} {turns}");
+        // What a cubic between the ends misses: T^4 / 384 of the fourth derivative. A hand's swing of 50 mm and 8 degrees at 1 Hz (78 m/s^4,
+        // 218 rad/s^4) and its tremble of 3 mm and 1.5 degrees at 3 Hz (379 m/s^4, 3305 rad/s^4): 10 mm and 4.3 degrees for 0.30 s; for
+        // 0.87 s 117 mm and 19 degrees, and all of the tremble.
+        let [most_m, most_deg] = if length_s < 0.5 { [0.010, 4.3] } else { [0.120, 20.5] };
         assert!(worst_m < most_m && worst_deg < most_deg, "{worst_m} {worst_deg}");
     }
     assert_eq!(tried, 26);
