@@ -96,8 +96,8 @@ fn a_walk_has_the_published_figures() {
             found.sways,
             found.upwards_g.len()
         );
-        // Slow waves of 19 s and less: in 120 s a wave of 0.065 Hz height that is cut within a period leaves 0.065 / (pi 0.053 120) = 3 mHz,
-        // eight of them 0.02 Hz at worst; the deviation loses or gains as much.
+        // Slow waves of 19 s and less: in 120 s a wave of 0.065 Hz height that is cut within a period leaves at most
+        // 0.065 / (pi 0.053 120) = 3 mHz, eight of them 0.02 Hz at worst; the deviation loses or gains as much.
         assert!((rate_hz - 2.0).abs() < 0.02, "seed {seed}: {rate_hz}");
         assert!((rate_sd_hz - 0.13).abs() < 0.02, "seed {seed}: {rate_sd_hz}");
         // The peak goes with the square of the rate: the median of a rate within 0.05 Hz of its mean, twice 2.5 %.

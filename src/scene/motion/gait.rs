@@ -44,8 +44,9 @@ pub struct GaitFigures {
 }
 
 /// Walking. MacDougall and Moore 2005 ("Marching to the beat of the same drummer"): 2.0 Hz, standard deviation 0.13 Hz.
-/// Hirasaki, Moore, Raphan and Cohen 1999 (Exp. Brain Res. 127, 117): at 1.2 to 1.8 m/s the head's vertical acceleration peaks at 0.3 to 0.5 g, its pitch rate at
-/// 15 to 22 deg/s: the middle of each. The sway of 2 cm is half of a step's width, of some 10 cm, less what the trunk takes.
+/// Hirasaki, Moore, Raphan and Cohen 1999 (Exp. Brain Res. 127, 117), at 1.2 to 1.8 m/s: the head's vertical acceleration peaks
+/// at 0.3 to 0.5 g, its pitch rate at 15 to 22 deg/s: the middle of each. The sway of 2 cm is half of a step's width, of
+/// some 10 cm, less what the trunk takes.
 pub const WALK: GaitFigures = GaitFigures {
     speed_m_per_s: 1.4,
     step_rate_hz: 2.0,
