@@ -210,8 +210,8 @@ fn a_bridge_of_real_motion_stays_near_it_and_bends_no_more() {
         assert!(bends < 1.4 && turns < 1.4, "{bends} {turns}");
         assert!(length_s < 0.5 || bends < 1.0 && turns < 1.0, "{bends} {turns}");
         // What a cubic between the ends misses: T^4 / 384 of the fourth derivative. A hand's swing of 50 mm and 8 degrees at 1 Hz
-        // (78 m/s^4, 218 rad/s^4) and its tremble of 3 mm and 1.5 degrees at 3 Hz (379 m/s^4, 3305 rad/s^4): 10 mm and 4.3 degrees for 0.30 s; for
-        // 0.87 s 117 mm and 19 degrees, and all of the tremble.
+        // (78 m/s^4, 218 rad/s^4) and its tremble of 3 mm and 1.5 degrees at 3 Hz (379 m/s^4, 3305 rad/s^4): 10 mm and 4.3 degrees
+        // for 0.30 s; for 0.87 s 117 mm and 19 degrees, and all of the tremble.
         let [most_m, most_deg] = if length_s < 0.5 { [0.010, 4.3] } else { [0.120, 20.5] };
         assert!(worst_m < most_m && worst_deg < most_deg, "{worst_m} {worst_deg}");
     }

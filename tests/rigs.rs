@@ -14,12 +14,14 @@ use sensel::scene::motion::imu::{ADIS16448, GRAVITY_M_PER_S2};
 use sensel::scene::motion::so3;
 use sensel::units::{CameraIndex, FrameIndex, RowIndex};
 
-/// A small and quick sensor in the generated room.
-const SMALL: &str =
-    "[scene]\ngenerator = \"box\"\n[sensor]\nwidth = 64\nheight = 48\n[run]\nframes = 3\nsamples_per_pixel = 1\n";
+/// A small and quick sensor.
+const SMALL: &str = "[sensor]\nwidth = 64\nheight = 48\n[run]\nframes = 3\nsamples_per_pixel = 1\n";
+
+/// A scene that costs nothing, where only motion matters; a tracker would see nothing in it.
+const FLAT: &str = "[scene]\ntarget = \"flat\"\n";
 
 fn resolved(text: &str) -> Result<Resolved, sensel::error::Error> {
-    Resolved::from_layers("scene.toml", &format!("{SMALL}{text}"), &[])
+    Resolved::from_layers("scene.toml", &format!("{FLAT}{SMALL}{text}"), &[])
 }
 
 /// What the checks before a run say.
@@ -33,14 +35,19 @@ fn refusal(text: &str) -> String {
     checked.map_err(|error| resolved.tree.locate(error)).unwrap_err().to_string()
 }
 
-/// Runs a scenario and returns the folder with its output.
-fn run(name: &str, text: &str) -> Scratch {
+/// Runs a scenario in a scene and returns the folder with its output.
+fn run_in(scene: &str, name: &str, text: &str) -> Scratch {
     let folder = Scratch::new(name);
     let file = folder.join("scene.toml");
-    std::fs::write(&file, format!("{SMALL}{text}")).unwrap();
+    std::fs::write(&file, format!("{scene}{SMALL}{text}")).unwrap();
     let outcome = sensel(&["run", &file, "--quiet", "--out", &folder.join("out")]);
     assert_eq!(outcome.code, 0, "{text}: {}", outcome.stderr);
     folder
+}
+
+/// The same in the flat scene.
+fn run(name: &str, text: &str) -> Scratch {
+    run_in(FLAT, name, text)
 }
 
 #[test]
@@ -58,7 +65,7 @@ fn rigs_of_one_to_five_cameras_run_and_say_where_their_cameras_are() {
     let body_from_rig = DQuat::from_xyzw(0.0, 0.0, 0.6, 0.8);
     let mut tried = 0;
     for count in 1..=5_u32 {
-        let folder = run("rig", &text(count));
+        let folder = run_in("[scene]\ngenerator = \"box\"\n", "rig", &text(count));
         let reader = EurocReader::open(&folder.path().join("out")).unwrap();
         assert_eq!(reader.cameras().len(), usize::try_from(count).unwrap());
         for (k, camera) in (0_u32..).zip(reader.cameras()) {
@@ -185,6 +192,31 @@ fn every_kind_of_motion_runs_and_its_effective_configuration_says_the_same() {
 }
 
 #[test]
+fn control_poses_of_a_file_are_a_spline_of_their_own() {
+    let folder = Scratch::new("control");
+    let file = folder.join("scene.toml");
+    // EuRoC's table, a pose a second, along x: on control poses that turn back, a fit would reach 1 m and the spline does not.
+    let mut table = "#timestamp [ns],p,q\n".to_owned();
+    for (second, x) in [0.0, 0.0, 1.0, 0.0, 0.0].iter().enumerate() {
+        table += &format!("{},{x},0,0,1,0,0,0\n", 1_520_530_308_000_000_000 + 1_000_000_000 * second);
+    }
+    std::fs::write(folder.path().join("poses.csv"), table).unwrap();
+    let text = "[rig]\nbaseline_mm = 0.0\n[motion]\nfile = \"poses.csv\"\nkind = \"spline\"\nstart_s = 2.0\n";
+    std::fs::write(&file, format!("{FLAT}{SMALL}{text}")).unwrap();
+    let outcome = sensel(&["run", &file, "--quiet", "--out", &folder.join("out")]);
+    assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+    let truth = parse_tum(&std::fs::read_to_string(folder.path().join("out/trajectory_gt.tum")).unwrap()).unwrap();
+    for pose in &truth {
+        // Basis weights about a knot: 2/3 at it, less u^2 and u^3/2 of the way on (B1 = (4 - 6 u^2 + 3 u^3) / 6). Places count from the
+        // run's start, at the peak.
+        let u = pose.t_s;
+        let x_m = pose.world_from_body.translation_m.x;
+        assert!((x_m - (-u * u + 0.5 * u * u * u)).abs() < 1e-11, "{u}: {x_m}");
+    }
+    assert!(truth.len() == 3 && truth[2].t_s > 0.05);
+}
+
+#[test]
 fn a_bridged_gap_is_said_in_the_report_and_refused_unasked() {
     let folder = Scratch::new("gap");
     let mut text = String::new();
@@ -193,8 +225,11 @@ fn a_bridged_gap_is_said_in_the_report_and_refused_unasked() {
     }
     std::fs::write(folder.path().join("path.txt"), text).unwrap();
     let file = folder.join("scene.toml");
-    std::fs::write(&file, format!("{SMALL}[rig]\nbaseline_mm = 0.0\n[motion]\nfile = \"path.txt\"\nstart_s = 0.15\n"))
-        .unwrap();
+    std::fs::write(
+        &file,
+        format!("{FLAT}{SMALL}[rig]\nbaseline_mm = 0.0\n[motion]\nfile = \"path.txt\"\nstart_s = 0.15\n"),
+    )
+    .unwrap();
     let refused = sensel(&["run", &file, "--out", &folder.join("out")]);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
     assert!(refused.stderr.contains("a gap of 0.410 s at 0.190 s"), "{}", refused.stderr);
@@ -205,64 +240,61 @@ fn a_bridged_gap_is_said_in_the_report_and_refused_unasked() {
     assert_eq!(note, "a gap of 0.410 s at 0.190 s is bridged by the path of least acceleration");
 }
 
+/// Lines of a scenario, and words of what they are told.
+const REFUSED: &[(&str, &str)] = &[
+    (
+        "[motion]\nspeed_m_per_s = 1.0\n",
+        "scene.toml:10: motion.speed_m_per_s = 1.0: has no effect here; motion.kind = \"walk\"",
+    ),
+    ("[motion]\nkind = \"sway\"\nstep_rate_hz = 2.0\n", "motion.step_rate_hz = 2.0: has no effect here"),
+    (
+        "[motion]\nkind = \"walk\"\nradius_m = 3.0\n",
+        "motion.radius_m = 3.0: has no effect here; a walk or run with motion.path",
+    ),
+    ("[motion]\nkind = \"walk\"\nrate_deg_per_s = 3.0\n", "has no effect here; motion.kind = \"spin\""),
+    ("[motion]\nkind = \"spin\"\noscillation_mm = 3.0\n", "has no effect here; motion.kind = \"still\""),
+    ("[motion]\noscillation_hz = 3.0\n", "has no effect here; motion.oscillation_mm above 0"),
+    ("[motion]\nbridge_gaps_s = 0.5\n", "has no effect here; a recorded motion.file"),
+    ("[motion]\npose = []\n", "has no effect here; motion.kind = \"spline\" without a file"),
+    ("[motion]\nfile = \"a.txt\"\npath = \"loop\"\n", "motion.path = \"loop\": has no effect here"),
+    ("[rig]\nimu = \"none\"\nimu_rate_hz = 100.0\n", "rig.imu_rate_hz = 100.0: has no effect here; an inertial unit"),
+    ("[motion]\nfile = \"a.txt\"\nkind = \"walk\"\n", "motion.kind = walk: does not go with a file"),
+    ("[motion]\nkind = \"jump\"\n", "still or sway, walk, run, spin or spline would do"),
+    ("[motion]\nkind = \"spline\"\n", "motion.pose = 0 poses: too few control poses; 4 or more"),
+    ("[motion]\nkind = \"walk\"\nspeed_m_per_s = 0.0\n", "0.001 to 20 would do"),
+    ("[motion]\nkind = \"walk\"\nstep_rate_hz = 9.0\n", "0.5 to 4 would do"),
+    ("[motion]\nkind = \"walk\"\nstep_rate_sd_hz = 0.5\n", "0 to 0.3 would do"),
+    ("[motion]\nkind = \"walk\"\npath = \"maze\"\n", "one of line, circle, loop would do"),
+    ("[motion]\nkind = \"run\"\npath = \"loop\"\nradius_m = nan\n", "0.1 to 10,000 would do"),
+    ("[motion]\nkind = \"spin\"\nrate_deg_per_s = 2000.0\n", "-1,800 to 1,800 would do"),
+    ("[motion]\noscillation_mm = -1.0\n", "0 to 1,000 would do"),
+    ("[motion]\noscillation_mm = 1.0\noscillation_axis = \"up\"\n", "one of x, y, z would do"),
+    ("[motion]\nfile = \"a.txt\"\nbridge_gaps_s = 3.0\n", "0 (none) to 2 would do"),
+    (
+        "[[rig.camera]]\nposition_mm = [0.0, 0.0, 0.0]\n[rig]\nbaseline_mm = 5.0\n",
+        "either these or a baseline would do",
+    ),
+    ("[rig]\ncamera = []\n", "1 to 16 of [[rig.camera]] would do"),
+    ("[[rig.camera]]\nposition_mm = [0.0, nan, 0.0]\n", "rig.camera.0.position_mm"),
+    ("[[rig.camera]]\nposition_mm = [0.0, 0.0, 0.0]\norientation = [1.0, 1.0, 0.0, 0.0]\n", "rig.camera.0.orientation"),
+    (
+        "[[rig.camera]]\nposition_mm = [0.0, 0.0, 0.0]\norientation = [1.0, 0.0, 0.0, 0.0]\nyaw_pitch_roll_deg = [0.0, 0.0, 0.0]\n",
+        "one of the two would do",
+    ),
+    (
+        "[[rig.camera]]\nposition_mm = [0.0, 0.0, 0.0]\nyaw_pitch_roll_deg = [0.0, 0.0, 400.0]\n",
+        "angles of -360 to 360 would do",
+    ),
+    ("[[rig.camera]]\nplace_mm = [0.0, 0.0, 0.0]\n", "unknown key"),
+    ("[rig]\nimu = \"brick\"\n", "one of mems_phone, adis16448, ideal, none would do"),
+    ("[rig]\nimu_rate_hz = 0.0\n", "1 to 10,000 would do"),
+    ("[rig]\nimu_position_mm = [1e9, 0.0, 0.0]\n", "-10000 to 10000 would do"),
+];
+
 #[test]
 fn keys_that_nothing_reads_and_values_that_cannot_be_are_refused() {
     let mut tried = 0;
-    for (text, words) in [
-        (
-            "[motion]\nspeed_m_per_s = 1.0\n",
-            "scene.toml:10: motion.speed_m_per_s = 1.0: has no effect here; motion.kind = \"walk\"",
-        ),
-        ("[motion]\nkind = \"sway\"\nstep_rate_hz = 2.0\n", "motion.step_rate_hz = 2.0: has no effect here"),
-        (
-            "[motion]\nkind = \"walk\"\nradius_m = 3.0\n",
-            "motion.radius_m = 3.0: has no effect here; a walk or run with motion.path",
-        ),
-        ("[motion]\nkind = \"walk\"\nrate_deg_per_s = 3.0\n", "has no effect here; motion.kind = \"spin\""),
-        ("[motion]\nkind = \"spin\"\noscillation_mm = 3.0\n", "has no effect here; motion.kind = \"still\""),
-        ("[motion]\noscillation_hz = 3.0\n", "has no effect here; motion.oscillation_mm above 0"),
-        ("[motion]\nbridge_gaps_s = 0.5\n", "has no effect here; a recorded motion.file"),
-        ("[motion]\npose = []\n", "has no effect here; motion.kind = \"spline\" without a file"),
-        ("[motion]\nfile = \"a.txt\"\npath = \"loop\"\n", "motion.path = \"loop\": has no effect here"),
-        (
-            "[rig]\nimu = \"none\"\nimu_rate_hz = 100.0\n",
-            "rig.imu_rate_hz = 100.0: has no effect here; an inertial unit",
-        ),
-        ("[motion]\nfile = \"a.txt\"\nkind = \"walk\"\n", "motion.kind = walk: does not go with a file"),
-        ("[motion]\nkind = \"jump\"\n", "still or sway, walk, run, spin or spline would do"),
-        ("[motion]\nkind = \"spline\"\n", "motion.pose = 0 poses: too few control poses; 4 or more"),
-        ("[motion]\nkind = \"walk\"\nspeed_m_per_s = 0.0\n", "0.001 to 20 would do"),
-        ("[motion]\nkind = \"walk\"\nstep_rate_hz = 9.0\n", "0.5 to 4 would do"),
-        ("[motion]\nkind = \"walk\"\nstep_rate_sd_hz = 0.5\n", "0 to 0.3 would do"),
-        ("[motion]\nkind = \"walk\"\npath = \"maze\"\n", "one of line, circle, loop would do"),
-        ("[motion]\nkind = \"run\"\npath = \"loop\"\nradius_m = nan\n", "0.1 to 10,000 would do"),
-        ("[motion]\nkind = \"spin\"\nrate_deg_per_s = 2000.0\n", "-1,800 to 1,800 would do"),
-        ("[motion]\noscillation_mm = -1.0\n", "0 to 1,000 would do"),
-        ("[motion]\noscillation_mm = 1.0\noscillation_axis = \"up\"\n", "one of x, y, z would do"),
-        ("[motion]\nfile = \"a.txt\"\nbridge_gaps_s = 3.0\n", "0 (none) to 2 would do"),
-        (
-            "[[rig.camera]]\nposition_mm = [0.0, 0.0, 0.0]\n[rig]\nbaseline_mm = 5.0\n",
-            "either these or a baseline would do",
-        ),
-        ("[rig]\ncamera = []\n", "1 to 16 of [[rig.camera]] would do"),
-        ("[[rig.camera]]\nposition_mm = [0.0, nan, 0.0]\n", "rig.camera.0.position_mm"),
-        (
-            "[[rig.camera]]\nposition_mm = [0.0, 0.0, 0.0]\norientation = [1.0, 1.0, 0.0, 0.0]\n",
-            "rig.camera.0.orientation",
-        ),
-        (
-            "[[rig.camera]]\nposition_mm = [0.0, 0.0, 0.0]\norientation = [1.0, 0.0, 0.0, 0.0]\nyaw_pitch_roll_deg = [0.0, 0.0, 0.0]\n",
-            "one of the two would do",
-        ),
-        (
-            "[[rig.camera]]\nposition_mm = [0.0, 0.0, 0.0]\nyaw_pitch_roll_deg = [0.0, 0.0, 400.0]\n",
-            "angles of -360 to 360 would do",
-        ),
-        ("[[rig.camera]]\nplace_mm = [0.0, 0.0, 0.0]\n", "unknown key"),
-        ("[rig]\nimu = \"brick\"\n", "one of mems_phone, adis16448, ideal, none would do"),
-        ("[rig]\nimu_rate_hz = 0.0\n", "1 to 10,000 would do"),
-        ("[rig]\nimu_position_mm = [1e9, 0.0, 0.0]\n", "-10000 to 10000 would do"),
-    ] {
+    for &(text, words) in REFUSED {
         let said = refusal(text);
         assert!(said.contains(words), "{text}: {said}");
         tried += 1;
@@ -271,7 +303,7 @@ fn keys_that_nothing_reads_and_values_that_cannot_be_are_refused() {
     let uneven = POSES.replace("1500000002.0", "1500000002.5");
     let folder = Scratch::new("uneven");
     let file = folder.join("scene.toml");
-    std::fs::write(&file, format!("{SMALL}{uneven}")).unwrap();
+    std::fs::write(&file, format!("{FLAT}{SMALL}{uneven}")).unwrap();
     let refused = sensel(&["run", &file, "--out", &folder.join("out")]);
     assert!(refused.code == 2 && refused.stderr.contains("control poses are evenly spaced"), "{}", refused.stderr);
 }
