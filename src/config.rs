@@ -4,6 +4,7 @@
 pub mod check;
 pub mod idle;
 mod light;
+pub mod motion;
 mod optics;
 pub mod presets;
 mod readout;
@@ -21,6 +22,8 @@ use crate::error::Error;
 /// layer are refused where the value is used.
 const EXCLUSIVE: &[&[&str]] = &[
     &["scene.file", "scene.generator", "scene.target"],
+    &["motion.file", "motion.kind"],
+    &["rig.baseline_mm", "rig.camera"],
     &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
     &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
     &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],

@@ -63,10 +63,10 @@ pub struct TimedPose {
     pub world_from_body: Pose,
 }
 
-/// Why a line of a TUM file was refused.
+/// Why a line of a trajectory file was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("line {line}: {reason}")]
-pub struct TumError {
+pub struct LineError {
     /// Counted from 1.
     pub line: usize,
     /// What is wrong with it, and what would do.
@@ -76,38 +76,90 @@ pub struct TumError {
 /// A quaternion's norm may be off by this much (four-decimal files are) before its line is refused.
 pub const QUATERNION_NORM_TOLERANCE: f64 = 5e-3;
 
+/// Quaternions further from unit length than this are worth a note; numbers of five decimals and more stay below.
+const NORM_NOTE: f64 = 1e-5;
+
+/// What a reader of a trajectory had to put right.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Repairs {
+    /// Lines that repeated the time stamp before them; the first of each was kept.
+    pub repeated: usize,
+    /// Greatest distance of a quaternion's length from 1, before it was normalised.
+    pub norm_error: f64,
+}
+
+impl Repairs {
+    /// In words; nothing where nothing of note was found.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.repeated > 0 {
+            let lines = self.repeated;
+            notes.push(format!("{lines} line(s) repeat a time stamp: the first pose of each was kept"));
+        }
+        if self.norm_error > NORM_NOTE {
+            notes.push(format!("quaternions up to {:.1e} off unit length were normalised", self.norm_error));
+        }
+        notes
+    }
+}
+
+/// How far a quaternion's length is from 1.
+///
+/// # Errors
+/// Further than [`QUATERNION_NORM_TOLERANCE`], in words.
+pub fn norm_error(rotation: DQuat) -> Result<f64, String> {
+    let norm = rotation.length();
+    let error = (norm - 1.0).abs();
+    if error <= QUATERNION_NORM_TOLERANCE {
+        return Ok(error);
+    }
+    Err(format!("a quaternion of norm {norm:.4}; 1 to within {QUATERNION_NORM_TOLERANCE} would do"))
+}
+
 /// Reads `t tx ty tz qx qy qz qw` lines; `#` starts a comment. Quaternions are renormalised; of repeated time stamps the
 /// first is kept.
 ///
 /// # Errors
 /// A line with a wrong number of fields, a field that is no finite number, a quaternion far from unit, or time going back.
-pub fn parse_tum(text: &str) -> Result<Vec<TimedPose>, TumError> {
+pub fn parse_tum(text: &str) -> Result<Vec<TimedPose>, LineError> {
+    read_tum(text).map(|(poses, _)| poses)
+}
+
+/// As [`parse_tum`], with what had to be put right.
+///
+/// # Errors
+/// As [`parse_tum`].
+pub fn read_tum(text: &str) -> Result<(Vec<TimedPose>, Repairs), LineError> {
     let mut poses: Vec<TimedPose> = Vec::new();
+    let mut repairs = Repairs::default();
     for (index, line) in text.lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
-        let pose = parse_tum_line(line).map_err(|reason| TumError { line: index + 1, reason })?;
+        let refused = |reason| LineError { line: index + 1, reason };
+        let (pose, norm_error) = parse_tum_line(line).map_err(refused)?;
         match poses.last() {
             Some(last) if pose.t_s < last.t_s => {
-                let reason = format!("time goes back from {} to {}", last.t_s, pose.t_s);
-                return Err(TumError { line: index + 1, reason });
+                let reason = format!("time goes back from {} to {}; rising times would do", last.t_s, pose.t_s);
+                return Err(refused(reason));
             }
-            Some(last) if pose.t_s == last.t_s => {}
+            Some(last) if pose.t_s == last.t_s => repairs.repeated += 1,
             _ => poses.push(pose),
         }
+        repairs.norm_error = crate::num::greater(repairs.norm_error, norm_error);
     }
-    Ok(poses)
+    Ok((poses, repairs))
 }
 
-fn parse_tum_line(line: &str) -> Result<TimedPose, String> {
+fn parse_tum_line(line: &str) -> Result<(TimedPose, f64), String> {
     let mut fields = [0.0_f64; 8];
     let mut count = 0;
     for text in line.split([' ', '\t', ',']).filter(|text| !text.is_empty()) {
-        let value: f64 = text.parse().map_err(|_| format!("'{text}' is not a number"))?;
+        let shortened = || text.chars().take(40).collect::<String>();
+        let value: f64 = text.parse().map_err(|_| format!("'{}' is not a number", shortened()))?;
         if !value.is_finite() {
-            return Err(format!("'{text}' is not finite"));
+            return Err(format!("'{}' is not finite", shortened()));
         }
         *fields.get_mut(count).ok_or("more than 8 fields; a pose is t tx ty tz qx qy qz qw")? = value;
         count += 1;
@@ -117,11 +169,9 @@ fn parse_tum_line(line: &str) -> Result<TimedPose, String> {
     }
     let [t_s, x, y, z, qx, qy, qz, qw] = fields;
     let rotation = DQuat::from_xyzw(qx, qy, qz, qw);
-    let norm = rotation.length();
-    if (norm - 1.0).abs() > QUATERNION_NORM_TOLERANCE {
-        return Err(format!("a quaternion of norm {norm:.4}, expected 1"));
-    }
-    Ok(TimedPose { t_s, world_from_body: Pose::new(rotation.normalize(), DVec3::new(x, y, z)) })
+    let norm_error = norm_error(rotation)?;
+    let world_from_body = Pose::new(rotation.normalize(), DVec3::new(x, y, z));
+    Ok((TimedPose { t_s, world_from_body }, norm_error))
 }
 
 /// Writes TUM lines with twelve decimals, so that a reader loses nothing that matters.

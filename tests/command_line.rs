@@ -50,7 +50,7 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("run.accuracy", "nan", "0 to 10"),
     ("run.threads", "-1", "a whole number from 0"),
     ("rig.baseline_mm", "-65.0", "0 to 10,000"),
-    ("rig.imu", "brick", "mems_phone, none"),
+    ("rig.imu", "brick", "mems_phone, adis16448, ideal, none"),
     ("rig.body_from_rig", "[1.0, 1.0, 0.0, 0.0]", "norm 1 would do"),
     ("optics.preset", "fisheye", "pinhole_90, radtan_90"),
     ("optics.horizontal_fov_deg", "180.0", "1 to 170"),

@@ -175,7 +175,7 @@ fn a_run_that_leaves_the_trajectory_is_told_its_range() {
 fn gaps_are_refused_inside_the_asked_span_and_passed_by_outside() {
     let mut samples = sampled(swing, 4, 100);
     samples.retain(|sample| !(sample.t_s > 2.0 && sample.t_s < 2.5));
-    let asked = |start_s, end_s| without_gaps(&samples, Span { start_s, end_s });
+    let asked = |start_s, end_s| without_gaps(&samples, Span { start_s, end_s }, GAP_S_MAX);
     let gap = asked(1.0, 3.0).unwrap_err();
     let MotionError::Gap { at_s, length_s } = gap else { panic!("{gap}") };
     assert!(at_s == 2.0 && (length_s - 0.5).abs() < 1e-9 && length_s > GAP_S_MAX);

@@ -13,11 +13,11 @@ use sensel::files::folder::OutputFolder;
 use sensel::files::picture;
 use sensel::num::{f64_from_u64, low_u16, u32_from, u32_truncated, u64_half_even};
 use sensel::plane::Plane;
-use sensel::pose::{Pose, format_tum};
+use sensel::pose::format_tum;
 use sensel::report::html::{Mark, Picture, Pictures, html};
 use sensel::report::{Report, display_curve};
 use sensel::run::{Frame, Session, Setup};
-use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, ImuSample, MEMS_PHONE};
+use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, ImuSample};
 use sensel::units::{CameraIndex, Span};
 
 use super::{features, place};
@@ -88,9 +88,8 @@ impl Output {
                 lens: camera.lens,
             })
             .collect();
-        let unit = EurocImu { body_from_imu: Pose::IDENTITY, noise: MEMS_PHONE };
-        let has_imu = setup.resolved.scenario.rig.imu == "mems_phone";
-        let euroc = EurocWriter::create(folder.path(), &cameras, has_imu.then_some(&unit), PngDepth::Eight)?;
+        let unit = setup.imu.map(|imu| EurocImu { body_from_imu: imu.body_from_imu, noise: imu.noise });
+        let euroc = EurocWriter::create(folder.path(), &cameras, unit.as_ref(), PngDepth::Eight)?;
         let mut packets = Vec::new();
         for camera in 0..cameras.len() {
             if keep.packets {
@@ -174,10 +173,10 @@ impl Output {
         let truth = session.truth();
         let end_s = truth.last().map_or(0.0, |last| last.t_s);
         let mut readings: Vec<ImuSample> = Vec::new();
-        if session.setup().resolved.scenario.rig.imu == "mems_phone" {
+        if let Some(imu) = &session.setup().imu {
             let key = DrawKey::root(session.setup().resolved.scenario.seed).with(IMU_NUMBER);
             let span = Span { start_s: 0.0, end_s };
-            readings = imu::samples(motion, span, &MEMS_PHONE, GRAVITY_IN_WORLD_M_PER_S2, key).map_err(failed)?;
+            readings = imu::samples(motion, span, imu, GRAVITY_IN_WORLD_M_PER_S2, key).map_err(failed)?;
         }
         for reading in &readings {
             self.euroc.add_imu(&ImuReading {

@@ -185,6 +185,9 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     );
     outln!("  latency       {:.2} ms", report.timing.latency_us * 1e-3);
     outln!("  render noise  {} of photon variance", figure(scenario.render_variance_ratio, 1.0, "times"));
+    for note in &scenario.motion_notes {
+        outln!("  motion        {note}");
+    }
     outln!("  took          {seconds:.1} s");
     outln!("report: {}", target.join("report.html").display());
     // Frames with a pose; errors need three of them, poses do not.

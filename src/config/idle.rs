@@ -47,5 +47,5 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
             }
         }
     }
-    Ok(())
+    super::motion::check_idle(resolved)
 }

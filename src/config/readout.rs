@@ -21,7 +21,7 @@ impl Scenario {
         let modes = BinningMode::ALL.map(|mode| (mode.name(), mode));
         let longs = [("refuse", LongExposure::Refuse), ("extend_frame", LongExposure::ExtendFrame)];
         one_of("sensor.readout.row_order", &readout.row_order, &[("top_to_bottom", ())])?;
-        let cameras = self.cameras()?.1.len();
+        let cameras = self.cameras()?.len();
         let [x_px, y_px, width_px, height_px] = readout.window.unwrap_or_default();
         Ok(ReadoutParams {
             shutter: one_of("sensor.readout.shutter", &readout.shutter, &shutters)?,

@@ -69,6 +69,8 @@ pub struct Scenario {
     pub illuminant: String,
     /// Trajectory file or kind of motion.
     pub motion: String,
+    /// What was put right or bridged in the motion's file.
+    pub motion_notes: Vec<String>,
     /// Factor on the translation of the motion file, so that it fits the scene.
     pub motion_scale: f64,
     /// Length of the true path.

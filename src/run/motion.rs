@@ -5,75 +5,148 @@ use glam::{DQuat, DVec3};
 use super::assets::Assets;
 use crate::config::Scenario;
 use crate::config::check::{unit_quaternion, within};
+use crate::config::motion::{STEP_TOLERANCE, Source};
 use crate::error::Error;
-use crate::pose::{Pose, TimedPose, parse_tum};
-use crate::scene::motion::{KNOT_S, Motion, PlacedSpline, Spline, from_first_sample, without_gaps};
+use crate::num::{f64_from_usize, greater, lesser};
+use crate::pose::{Pose, TimedPose};
+use crate::scene::motion::gait::{self, GENERATED_KNOT_S, generated};
+use crate::scene::motion::recording::{self, Recording};
+use crate::scene::motion::{GAP_S_MAX, KNOT_S, Motion, MotionError, PlacedSpline, Spline};
+use crate::scene::motion::{from_first_sample, gaps_within, without_gaps};
 use crate::units::Span;
 
-/// Step of the poses of a generated motion; its fastest part has 0.9 Hz.
-const GENERATED_STEP_S: f64 = 0.02;
+/// Step of the poses of the sway; its fastest part has 0.9 Hz.
+const SWAY_STEP_S: f64 = 0.02;
 
-/// Latest start: the generated motion is made up to it.
+/// Knots a period of an oscillation: it then misses (2 pi / 20)^4 / 30 = 3e-4 of its height at most.
+const OSCILLATION_KNOTS: f64 = 20.0;
+
+/// Latest start: generated motions are made up to it.
 const START_S_MAX: f64 = 10_000.0;
+
+/// Knots of a generated motion, at most: 56 bytes each.
+const KNOTS_MAX: f64 = 4e6;
+
+/// A motion, and what a person should know of it.
+pub struct Placed {
+    /// Over the whole run.
+    pub motion: Motion,
+    /// What was put right or bridged.
+    pub notes: Vec<String>,
+}
 
 /// The scenario's motion over the whole `run`.
 ///
 /// # Errors
 /// A file that is no trajectory, a run that leaves its time range, values out of range.
-pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Result<Motion, Error> {
+pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Result<Placed, Error> {
     let section = &scenario.motion;
     let turn = unit_quaternion("motion.world_from_motion", section.world_from_motion)?;
     let offset_m = DVec3::from_array(section.offset_m);
     if !offset_m.is_finite() {
         return Err(Error::key("motion.offset_m", format!("{offset_m}"), "finite metres would do"));
     }
-    within("motion.start_s", section.start_s, 0.0..=START_S_MAX, "0 to 10,000")?;
-    let samples = match (&section.file, section.kind.as_str()) {
-        (Some(file), _) => recorded(file, section.start_s, run, assets)?,
-        (None, "still") => return Ok(Motion::Still(Pose::new(turn, offset_m))),
-        (None, "sway") => sway(section.start_s + run.end_s),
-        (None, kind) => return Err(Error::key("motion.kind", kind, "not known; still or sway would do")),
-    };
+    let start_s = within("motion.start_s", section.start_s, 0.0..=START_S_MAX, "0 to 10,000")?;
     let scale = within("motion.scale", section.scale, 1e-9..=100.0, "above 0 to 100")?;
-    let spline = Spline::fit(&samples, KNOT_S).map_err(|error| error.at_key("motion.file", file_name(scenario)))?;
-    let at_start = |error: crate::scene::motion::MotionError| error.at_key("motion.start_s", section.start_s);
-    let placed = PlacedSpline::new(spline, section.start_s, scale, offset_m, turn).map_err(at_start)?;
-    let motion = Motion::Spline(placed);
+    let asked = Span { start_s: start_s + run.start_s, end_s: start_s + run.end_s };
+    let Some((spline, notes)) = spline(scenario, asked, assets)? else {
+        return Ok(Placed { motion: Motion::Still(Pose::new(turn, offset_m)), notes: Vec::new() });
+    };
+    let at_start = |error: MotionError| error.at_key("motion.start_s", start_s);
+    let motion = Motion::Spline(PlacedSpline::new(spline, start_s, scale, offset_m, turn).map_err(at_start)?);
     motion.covers(run).map_err(|error| {
         let reason = format!("{error} (times of the run); an earlier start or fewer frames would do");
-        Error::key("motion.start_s", section.start_s, reason)
+        Error::key("motion.start_s", start_s, reason)
     })?;
-    Ok(motion)
+    Ok(Placed { motion, notes })
 }
 
-fn file_name(scenario: &Scenario) -> &str {
-    scenario.motion.file.as_deref().unwrap_or("generated motion")
+/// The spline of the scenario's source over `asked`, in the source's own frame and time, with notes; none where nothing moves.
+fn spline(scenario: &Scenario, asked: Span, assets: &dyn Assets) -> Result<Option<(Spline, Vec<String>)>, Error> {
+    let follow = |knot_s: f64, pose: &dyn Fn(f64) -> Pose| {
+        if asked.end_s / knot_s > KNOTS_MAX {
+            let reason = format!("the run ends {:.0} s into a generated motion; an earlier end would do", asked.end_s);
+            return Err(Error::key("motion.start_s", asked.start_s, reason));
+        }
+        Ok((generated(pose, knot_s, asked.end_s), Vec::new()))
+    };
+    let made = match scenario.motion_source()? {
+        Source::Still => return Ok(None),
+        Source::Recording { file, bridge_gaps_s } => recorded(file, bridge_gaps_s, asked, assets),
+        Source::ControlFile(file) => {
+            let Recording { samples, notes } = read(file, assets)?;
+            on_control_poses("motion.file", file, &samples).map(|spline| (spline, notes))
+        }
+        Source::ControlPoses(poses) => {
+            let count = format!("{} poses", poses.len());
+            on_control_poses("motion.pose", &count, &poses).map(|spline| (spline, Vec::new()))
+        }
+        Source::Sway => Spline::fit(&sway(asked.end_s), KNOT_S)
+            .map(|spline| (spline, Vec::new()))
+            .map_err(|error| error.at_key("motion.kind", "sway")),
+        Source::Gait(gait) => follow(GENERATED_KNOT_S, &|t_s| gait.pose(t_s)),
+        Source::Spin { rate_deg_per_s } => follow(GENERATED_KNOT_S, &|t_s| gait::spin(rate_deg_per_s, t_s)),
+        Source::Oscillation { height_m, frequency_hz, axis } => {
+            let knot_s = lesser(GENERATED_KNOT_S, 1.0 / (OSCILLATION_KNOTS * frequency_hz));
+            follow(knot_s, &|t_s| gait::oscillation(height_m, frequency_hz, axis, t_s))
+        }
+    };
+    made.map(Some)
 }
 
-fn recorded(file: &str, start_s: f64, run: Span, assets: &dyn Assets) -> Result<Vec<TimedPose>, Error> {
+fn read(file: &str, assets: &dyn Assets) -> Result<Recording, Error> {
     let refused = |reason: String| Error::key("motion.file", file, reason);
     let bytes = assets.read(file).map_err(|error| error.named_by("motion.file", file))?;
     let text = String::from_utf8(bytes).map_err(|_| refused("is not text".to_owned()))?;
-    let poses = parse_tum(&text).map_err(|error| refused(error.to_string()))?;
-    let samples = from_first_sample(&poses);
-    let asked = Span { start_s: start_s + run.start_s, end_s: start_s + run.end_s };
-    let whole = without_gaps(&samples, asked).map_err(|error| {
+    recording::parse(&text).map_err(|error| refused(error.to_string()))
+}
+
+fn recorded(file: &str, bridge_gaps_s: f64, asked: Span, assets: &dyn Assets) -> Result<(Spline, Vec<String>), Error> {
+    let Recording { samples, mut notes } = read(file, assets)?;
+    let gap_s_max = greater(bridge_gaps_s, GAP_S_MAX);
+    let whole = without_gaps(&samples, asked, gap_s_max).map_err(|error| {
         let reason = format!(
             "{error}; the run needs {:.3} s to {:.3} s of it: an earlier start or fewer frames would do",
             asked.start_s, asked.end_s
         );
-        Error::key("motion.start_s", start_s, reason)
+        Error::key("motion.start_s", asked.start_s, reason)
     })?;
-    Ok(whole.to_vec())
+    let spline = Spline::fit_over_gaps(whole, KNOT_S, gap_s_max);
+    for (at_s, length_s) in gaps_within(whole, asked) {
+        notes.push(format!("a gap of {length_s:.3} s at {at_s:.3} s is bridged by the path of least acceleration"));
+    }
+    Ok((spline.map_err(|error| error.at_key("motion.file", file))?, notes))
+}
+
+/// The spline on poses at even times, counted from the first.
+fn on_control_poses(key: &str, value: &str, poses: &[TimedPose]) -> Result<Spline, Error> {
+    let refused = |reason: String| Error::key(key, value, reason);
+    let poses = from_first_sample(poses);
+    let [first, .., last] = poses.as_slice() else {
+        return Err(refused(MotionError::TooFewSamples { count: poses.len() }.to_string()));
+    };
+    let step_s = (last.t_s - first.t_s) / f64_from_usize(poses.len() - 1);
+    for (index, pose) in poses.iter().enumerate() {
+        let even_s = f64_from_usize(index) * step_s;
+        if !((pose.t_s - even_s).abs() <= STEP_TOLERANCE * step_s && step_s > 0.0) {
+            let reason = format!(
+                "control pose {index} stands at {:.6} s after the first; {even_s:.6} s would do: control poses are evenly spaced",
+                pose.t_s
+            );
+            return Err(refused(reason));
+        }
+    }
+    let poses: Vec<Pose> = poses.iter().map(|pose| pose.world_from_body).collect();
+    Spline::on_control_poses(0.0, step_s, &poses).map_err(|error| error.at_key(key, value))
 }
 
 /// A smooth generated motion about the start: a slow walk-like sway of 0.25 m with turns of up to 20 degrees, from sums of sines whose
 /// periods have no common multiple within minutes. The body is the rig: x right, y down, z forward, looking along the world's -z.
 fn sway(end_s: f64) -> Vec<TimedPose> {
-    let steps = crate::num::u32_truncated((end_s + 1.0) / GENERATED_STEP_S) + 4;
+    let steps = crate::num::u32_truncated((end_s + 1.0) / SWAY_STEP_S) + 4;
     (0..=steps)
         .map(|step| {
-            let t_s = f64::from(step) * GENERATED_STEP_S;
+            let t_s = f64::from(step) * SWAY_STEP_S;
             let wave = |frequency_hz: f64| libm::sin(std::f64::consts::TAU * frequency_hz * t_s);
             let place_m = DVec3::new(0.25 * wave(0.23), 0.04 * wave(0.9) + 0.05 * wave(0.31), 0.2 * wave(0.17));
             let (yaw_rad, pitch_rad) = (0.35 * wave(0.19), 0.12 * wave(0.37));

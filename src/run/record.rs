@@ -5,6 +5,7 @@ use super::setup::PlanSummary;
 use super::timing::{burst_utilisation, timing_record};
 use crate::error::Error;
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
+use crate::optics::Camera;
 use crate::pose::TimedPose;
 use crate::report::record::{
     Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, Timing,
@@ -73,13 +74,14 @@ impl Session {
             scene: named.cloned().unwrap_or_default(),
             illuminance_lux: scene.illuminance_lux,
             illuminant: scene.illuminant.clone(),
-            motion: source.motion.file.clone().unwrap_or_else(|| source.motion.kind.clone()),
+            motion: source.motion.file.as_ref().or(source.motion.kind.as_ref()).cloned().unwrap_or_default(),
+            motion_notes: setup.motion_notes.clone(),
             motion_scale: source.motion.scale,
             path_m,
             duration_s: truth.last().map_or(0.0, |last| last.t_s) - truth.first().map_or(0.0, |first| first.t_s),
             frames: u32_from(self.notes.len()),
             cameras: u32_from(setup.cameras.len()),
-            baseline_mm: source.rig.baseline_mm,
+            baseline_mm: source.rig.baseline_mm.unwrap_or_else(|| first_distance_mm(&setup.cameras)),
             sensor: source.sensor.preset.clone(),
             width_px: setup.sensor.size.width_px,
             height_px: setup.sensor.size.height_px,
@@ -186,6 +188,12 @@ impl Session {
         report.tracking.innovation_px = report.figure("tracking.innovation_px", innovation);
         report.set_trajectory(figures);
     }
+}
+
+/// Between the first two cameras; 0 where there is one.
+fn first_distance_mm(cameras: &[Camera]) -> f64 {
+    let place_m = |camera: &Camera| camera.body_from_camera.translation_m;
+    cameras.get(1).map_or(0.0, |second| 1e3 * (place_m(second) - place_m(&cameras[0])).length())
 }
 
 fn frame_record(note: &FrameNotes) -> FrameRecord {

@@ -282,7 +282,8 @@ impl Session {
         let mut packets = Vec::with_capacity(codes.len());
         for (camera, ((codes, features), schedule)) in codes.iter().zip(features).zip(schedules).enumerate() {
             let out = FrameOut {
-                virtual_channel: crate::num::low_u8(u32_from(camera)),
+                // Each camera has a link of its own; beyond four of them the channels' numbers come round again.
+                virtual_channel: crate::num::low_u8(u32_from(camera % 4)),
                 metadata: metadata(schedule),
                 codes: Some(codes),
                 bits: sensor.bits(),

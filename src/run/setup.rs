@@ -1,7 +1,7 @@
 //! From a resolved scenario to everything a run needs, checked before the first frame: scene under light, motion, cameras,
 //! schedule, plan, link, tracker's calibration.
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::DVec2;
 
 use super::assets::{Assets, Progress};
 use super::exposure::ExposureControl;
@@ -23,6 +23,7 @@ use crate::pose::Pose;
 use crate::readout::{Geometry, Schedule, Shutter};
 use crate::scene::LitScene;
 use crate::scene::motion::Motion;
+use crate::scene::motion::imu::Imu;
 use crate::tracker::{CameraCalibration, TrackerParams};
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Size, Span};
 
@@ -59,6 +60,10 @@ pub struct Setup {
     pub scene: LitScene,
     /// How the body moves.
     pub motion: Motion,
+    /// What was put right or bridged in the motion's file, for a person.
+    pub motion_notes: Vec<String>,
+    /// The inertial unit on the body, if there is one.
+    pub imu: Option<Imu>,
     /// Cameras on the body, with the pixels of their pictures.
     pub cameras: Vec<Camera>,
     /// The same cameras with the pixels of the array that are read.
@@ -96,7 +101,9 @@ impl Setup {
         let (cameras, windows) = cameras(&resolved, &sensor)?;
         let exposure = ExposureControl::new(&sensor, cameras.len())?;
         let tracker = scenario.tracker_params()?;
-        let motion = placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)?;
+        let imu = scenario.imu()?;
+        let placed = placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)?;
+        let (motion, motion_notes) = (placed.motion, placed.notes);
         let start =
             motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
         let scene = lit_scene(scenario, start.translation_m, assets, progress)?;
@@ -130,6 +137,8 @@ impl Setup {
             sensor,
             scene,
             motion,
+            motion_notes,
+            imu,
             cameras,
             windows,
             exposure,
@@ -192,7 +201,7 @@ fn exposure_bounds_s(schedule: &Schedule) -> [f64; 2] {
 /// Cameras with the pixels of their pictures, and with those of the array that are read.
 fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<(Vec<Camera>, Vec<Camera>), Error> {
     let scenario = &resolved.scenario;
-    let (rotation, places_m): (DQuat, Vec<DVec3>) = scenario.cameras()?;
+    let body_from_cameras = scenario.cameras()?;
     let geometry = sensor.schedule.geometry();
     let window = geometry.window();
     let read = Size { width_px: window.width_px, height_px: window.height_px };
@@ -207,16 +216,14 @@ fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<(Vec<Camera>, Ve
         "0 (a cut filter) to 1",
     )?;
     let pitch_um = sensor.parameters.pixel.pitch_um;
-    let camera = |place_m: DVec3, lens: Lens, size: Size| {
-        let body_from_camera = Pose::new(rotation, rotation * place_m);
+    let camera = |body_from_camera: Pose, lens: Lens, size: Size| {
         let camera = Camera::new(lens, size, body_from_camera, aperture, pitch_um, roll_off)?;
         Ok(camera.with_mosaic(sensor.mosaic.clone()).with_infrared(infrared))
     };
-    let pictures: Result<Vec<Camera>, Error> =
-        places_m.iter().map(|&place_m| camera(place_m, picture_lens, sensor.size)).collect();
-    let windows: Result<Vec<Camera>, Error> =
-        places_m.iter().map(|&place_m| camera(place_m, window_lens, read)).collect();
-    Ok((pictures?, windows?))
+    let all = |lens: Lens, size: Size| -> Result<Vec<Camera>, Error> {
+        body_from_cameras.iter().map(|&body_from_camera| camera(body_from_camera, lens, size)).collect()
+    };
+    Ok((all(picture_lens, sensor.size)?, all(window_lens, read)?))
 }
 
 /// Place in the array of the picture's first pixel: the middle of the pixels that it is made of, and, behind colour filters, the mean

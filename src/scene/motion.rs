@@ -1,15 +1,19 @@
-//! The motion of the rig. Enters: timed poses (motion capture) or one pose. Leaves: where the body is at any instant of a
-//! run, with its derivatives, and what an IMU on it measures. The room has y up; all times are seconds.
+//! The motion of the rig. Enters: timed poses (motion capture), control poses, a generator, or one pose. Leaves: where the
+//! body is at any instant of a run, with its derivatives, and what an IMU on it measures. The room has y up; all times are
+//! seconds.
 
 pub mod band;
 pub mod fit;
+pub mod gait;
 pub mod imu;
+pub mod path;
+pub mod recording;
 pub mod so3;
 pub mod spline;
 
 use glam::{DMat3, DQuat, DVec3};
 
-pub use fit::without_gaps;
+pub use fit::{gaps_within, without_gaps};
 pub use spline::{BodyState, Spline};
 
 use crate::num;
@@ -23,6 +27,9 @@ pub const GAP_S_MAX: f64 = 0.1;
 /// neck or wrist can do.
 pub const KNOT_S: f64 = 0.05;
 
+/// Neighbouring control poses may turn by as much; at half a turn nobody could say which way round.
+pub const TURN_DEG_MAX: f64 = 175.0;
+
 /// Turns motion capture with z up into a room with y up: (x, y, z) -> (x, z, -y), a quarter turn about -x.
 pub const Y_UP_FROM_Z_UP: DQuat =
     DQuat::from_xyzw(-core::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0, core::f64::consts::FRAC_1_SQRT_2);
@@ -34,13 +41,18 @@ pub enum MotionError {
     #[error("{t_s:.6} s lies outside the trajectory, which covers {start_s:.6} s to {end_s:.6} s")]
     OutsideSpan { t_s: f64, start_s: f64, end_s: f64 },
     #[error(
-        "the trajectory has a gap of {length_s:.3} s at {at_s:.3} s; at most {GAP_S_MAX} s is bridged: choose a span without it"
+        "the trajectory has a gap of {length_s:.3} s at {at_s:.3} s; up to {GAP_S_MAX} s is bridged unasked: \
+         choose a span without it, or raise motion.bridge_gaps_s"
     )]
     Gap { at_s: f64, length_s: f64 },
     #[error("{count} poses; a spline needs at least 4")]
     TooFewSamples { count: usize },
     #[error("a knot spacing of {knot_s} s; 0.005 to 1 would do")]
     KnotSpacing { knot_s: f64 },
+    #[error(
+        "{degrees:.1} degrees from the pose before {t_s} s to the one at it; up to {TURN_DEG_MAX} would do: poses in between"
+    )]
+    HalfTurn { t_s: f64, degrees: f64 },
     #[error("the pose at {t_s} s is not finite")]
     NotFinite { t_s: f64 },
     #[error("time does not rise at {t_s} s")]
@@ -173,6 +185,7 @@ impl PlacedSpline {
             velocity_m_per_s: turn * state.velocity_m_per_s * self.scale,
             acceleration_m_per_s2: turn * state.acceleration_m_per_s2 * self.scale,
             angular_velocity_rad_per_s: state.angular_velocity_rad_per_s,
+            angular_acceleration_rad_per_s2: state.angular_acceleration_rad_per_s2,
         })
     }
 }
@@ -197,6 +210,7 @@ impl Motion {
                 velocity_m_per_s: DVec3::ZERO,
                 acceleration_m_per_s2: DVec3::ZERO,
                 angular_velocity_rad_per_s: DVec3::ZERO,
+                angular_acceleration_rad_per_s2: DVec3::ZERO,
             }),
             Self::Spline(placed) => placed.state(run_s),
         }

@@ -20,28 +20,79 @@ sections! {
         /// Light that a geometry file does not hold: sky, lamps' strength, glowing panels.
         surroundings: crate::scene::Surroundings,
     }
-    /// How the rig moves.
+    /// How the rig moves: a `file`, a `kind`, or a file of control poses (`kind = "spline"`).
     Motion {
-        /// A TUM trajectory in the scenario's folder, followed by a smooth spline.
+        /// A TUM trajectory or a EuRoC ground-truth table in the scenario's folder, followed by a smooth spline.
         file: Option<String>,
-        /// Without a file: "still" or "sway" (a smooth generated motion).
-        kind: String,
-        /// Time in the trajectory at which the run starts, counted from its first pose.
+        /// Without a file: "still", "sway" (a smooth generated motion), "walk", "run", "spin", or "spline" (on the poses of
+        /// `[[motion.pose]]`; with a file, on the file's poses).
+        kind: Option<String>,
+        /// Time in the trajectory at which the run starts, counted from its first pose. 0 to 10,000.
         start_s: f64,
-        /// Factor on the trajectory's translation, above 0.
+        /// Factor on the trajectory's translation, above 0 to 100.
         scale: f64,
         /// Place of the trajectory's first pose of the run (or of a still rig) in the scene.
         offset_m: [f64; 3],
         /// Rotation from the trajectory's world into the scene's, quaternion x y z w.
         world_from_motion: [f64; 4],
+        /// Gaps of a file up to this length are bridged by the path of least acceleration, and the report says so; 0 to 2. (Pauses up
+        /// to 0.1 are no gaps.)
+        bridge_gaps_s: f64,
+        /// Control poses of `kind = "spline"`, evenly spaced in time.
+        pose: Option<Vec<MotionPose>>,
+        /// Where "walk" and "run" lead: "line", "circle" (to the left) or "loop" (a figure of eight).
+        path: String,
+        /// Of the circle, or of a circle around the loop; 0.1 to 10,000.
+        radius_m: f64,
+        /// Of "walk" and "run", above 0 to 20; not given: 1.4 walking, 3.0 running.
+        speed_m_per_s: Option<f64>,
+        /// Mean of "walk" and "run", 0.5 to 4; not given: 2.0 walking, 2.7 running.
+        step_rate_hz: Option<f64>,
+        /// Standard deviation of the step rate from step to step, 0 to 0.3.
+        step_rate_sd_hz: f64,
+        /// Of "spin", to the right; -1,800 to 1,800.
+        rate_deg_per_s: f64,
+        /// Height of a sine that a still rig trembles by, 0 to 1,000; 0: none.
+        oscillation_mm: f64,
+        /// Its frequency, 0.01 to 50.
+        oscillation_hz: f64,
+        /// Its axis, of the still body: "x", "y" or "z".
+        oscillation_axis: String,
+    }
+    /// A control pose. Without an orientation the body looks level along the trajectory world's -z.
+    MotionPose {
+        /// Time in the trajectory.
+        t_s: f64,
+        /// In the trajectory's world.
+        position_m: [f64; 3],
+        /// Of the body in the trajectory's world, quaternion x y z w.
+        orientation: Option<[f64; 4]>,
+        /// Or: of a rig (x right, y down, z forward) in a world with y up, turned from looking along -z to the right, then
+        /// nose up, then clockwise.
+        yaw_pitch_roll_deg: Option<[f64; 3]>,
     }
     /// Cameras and IMU on the body.
     Rig {
-        /// Distance between the two cameras; 0: one camera.
-        baseline_mm: f64,
+        /// Distance between the two cameras; 0: one camera. 0 to 10,000.
+        baseline_mm: Option<f64>,
+        /// Instead: any number of cameras, 1 to 16. The lens is common to all of them.
+        camera: Option<Vec<RigCamera>>,
         /// Rotation from the rig (x right, y down, z forward) into the body that the trajectory describes, quaternion x y z w.
         body_from_rig: [f64; 4],
-        /// Preset of the inertial unit: "mems_phone" or "none".
+        /// Preset of the inertial unit: "mems_phone", "adis16448", "ideal" (no noise) or "none".
         imu: String,
+        /// Readings a second, 1 to 10,000.
+        imu_rate_hz: f64,
+        /// Place of the inertial unit in the rig, each within 10,000; its axes are the body's.
+        imu_position_mm: [f64; 3],
+    }
+    /// A camera of the rig. Without an orientation it looks along the rig's z axis.
+    RigCamera {
+        /// In the rig (x right, y down, z forward), each within 10,000.
+        position_mm: [f64; 3],
+        /// Rotation from the camera (x right, y down, z forward) into the rig, quaternion x y z w.
+        orientation: Option<[f64; 4]>,
+        /// Or: turned from the rig's to the right, then nose up, then clockwise.
+        yaw_pitch_roll_deg: Option<[f64; 3]>,
     }
 }

@@ -13,7 +13,8 @@ use crate::files::{content_error, read_bytes, read_text};
 use crate::num;
 use crate::optics::lens::{Intrinsics, Lens, Radtan};
 use crate::plane::Plane;
-use crate::pose::{Pose, QUATERNION_NORM_TOLERANCE, TimedPose};
+use crate::pose::{Pose, TimedPose};
+use crate::scene::motion::recording::{EurocPose, parse_euroc};
 use crate::units::{CameraIndex, Size};
 
 const YAML_BYTES_MAX: u64 = 1 << 20;
@@ -216,35 +217,10 @@ fn parse_frames(text: &str, pictures: &Path) -> Result<(Vec<FrameEntry>, usize),
 }
 
 fn read_ground_truth(path: &Path) -> Result<Vec<TimedPose>, Error> {
-    parse_ground_truth(&read_text(path, CSV_BYTES_MAX)?).map_err(at_line(path))
-}
-
-fn parse_ground_truth(text: &str) -> Result<Vec<TimedPose>, Refusal> {
-    let mut poses = Vec::new();
-    let mut last_ns = None;
-    for (line, fields) in csv_lines(text) {
-        // Velocities and biases may be absent (the Vicon folder's layout); a pose may not.
-        if fields.len() < 8 {
-            return Err((line, format!("{} fields; a pose is timestamp, p x y z, q w x y z", fields.len())));
-        }
-        let timestamp_ns = parse_timestamp(line, fields[0])?;
-        let mut values = [0.0; 7];
-        for (value, text) in values.iter_mut().zip(&fields[1..]) {
-            let parsed = text.parse::<f64>().ok().filter(|value| value.is_finite());
-            *value = parsed.ok_or_else(|| (line, format!("'{}' is no finite number", shortened(text))))?;
-        }
-        let [x, y, z, qw, qx, qy, qz] = values;
-        let rotation = DQuat::from_xyzw(qx, qy, qz, qw);
-        if (rotation.length() - 1.0).abs() > QUATERNION_NORM_TOLERANCE {
-            return Err((line, format!("a quaternion of norm {:.4}, expected 1", rotation.length())));
-        }
-        if !check_order(line, last_ns, timestamp_ns)? {
-            let world_from_body = Pose::new(rotation.normalize(), DVec3::new(x, y, z));
-            poses.push(TimedPose { t_s: num::f64_from_u64(timestamp_ns) / 1e9, world_from_body });
-        }
-        last_ns = Some(timestamp_ns);
-    }
-    Ok(poses)
+    let (poses, _) =
+        parse_euroc(&read_text(path, CSV_BYTES_MAX)?).map_err(|error| at_line(path)((error.line, error.reason)))?;
+    let timed = |(ns, pose): &EurocPose| TimedPose { t_s: num::f64_from_u64(*ns) / 1e9, world_from_body: *pose };
+    Ok(poses.iter().map(timed).collect())
 }
 
 fn read_picture(path: &Path, size: Size) -> Result<Picture, Error> {

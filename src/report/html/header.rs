@@ -35,7 +35,7 @@ fn chips(report: &Report) -> Vec<String> {
         Some(ratio) => format!("render variance {} of photon variance", digits(ratio)),
         None => "render variance not measured".to_owned(),
     };
-    vec![
+    let mut chips = vec![
         scenario.sensor.clone(),
         format!("{} \u{d7} {} px, {} bit", scenario.width_px, scenario.height_px, scenario.bits),
         format!("{} shutter, {} exposure", scenario.shutter, si(scenario.exposure_us * 1e-6, "s")),
@@ -45,5 +45,7 @@ fn chips(report: &Report) -> Vec<String> {
         format!("rung {}, {} samples a pixel", scenario.rung, digits(scenario.samples_per_pixel)),
         render,
         format!("seed {}", report.seed),
-    ]
+    ];
+    chips.extend(scenario.motion_notes.iter().map(|note| format!("motion: {note}")));
+    chips
 }

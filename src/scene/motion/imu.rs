@@ -1,13 +1,14 @@
-//! An inertial measurement unit at the body's origin, axes along the body's. Enters: a motion. Leaves: angular rates and
-//! specific forces with Kalibr's noise: white noise of density sigma, and biases that walk at random.
+//! An inertial measurement unit on the body. Enters: a motion. Leaves: angular rates and specific forces at the unit's own
+//! place, with Kalibr's noise: white noise of density sigma, and biases that walk at random.
 
 use glam::DVec3;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng as _, SeedableRng as _};
 
-use super::{Motion, MotionError};
+use super::{BodyState, Motion, MotionError};
 use crate::draw::DrawKey;
 use crate::num;
+use crate::pose::Pose;
 use crate::units::Span;
 
 /// Standard gravity in m/s^2.
@@ -40,14 +41,43 @@ pub const MEMS_PHONE: ImuNoise = ImuNoise {
     accelerometer_random_walk: 4.33e-4,
 };
 
+/// Analog Devices' ADIS16448 at 200 Hz: random walks of 0.66 deg/sqrt(h) in angle and 0.11 m/s/sqrt(h) in velocity (datasheet); an
+/// hour's root is 60 roots of a second, and the walk of an integral is its rate's density. The datasheet states no walk of the
+/// biases; those are what EuRoC's `imu0/sensor.yaml` states for the same unit.
+pub const ADIS16448: ImuNoise = ImuNoise {
+    rate_hz: 200.0,
+    gyroscope_noise_density: 0.66 / 60.0 * core::f64::consts::PI / 180.0,
+    accelerometer_noise_density: 0.11 / 60.0,
+    gyroscope_random_walk: 1.9393e-5,
+    accelerometer_random_walk: 3.0e-3,
+};
+
+/// A unit without noise.
+pub const IDEAL: ImuNoise = ImuNoise {
+    rate_hz: 200.0,
+    gyroscope_noise_density: 0.0,
+    accelerometer_noise_density: 0.0,
+    gyroscope_random_walk: 0.0,
+    accelerometer_random_walk: 0.0,
+};
+
+/// A unit, and where it sits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Imu {
+    /// Its rate and noise.
+    pub noise: ImuNoise,
+    /// Where it sits on the body; readings are along its own axes.
+    pub body_from_imu: Pose,
+}
+
 /// One reading, with the truth of its biases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuSample {
     /// Time of the run.
     pub t_s: f64,
-    /// Body frame, bias and noise included.
+    /// The unit's frame, bias and noise included.
     pub angular_velocity_rad_per_s: DVec3,
-    /// Specific force in the body frame (at rest: gravity's opposite), bias and noise included.
+    /// Specific force in the unit's frame (at rest: gravity's opposite), bias and noise included.
     pub acceleration_m_per_s2: DVec3,
     /// Bias within the reading.
     pub gyroscope_bias_rad_per_s: DVec3,
@@ -63,10 +93,11 @@ pub struct ImuSample {
 pub fn samples(
     motion: &Motion,
     span: Span,
-    noise: &ImuNoise,
+    imu: &Imu,
     gravity_in_world_m_per_s2: DVec3,
     key: DrawKey,
 ) -> Result<Vec<ImuSample>, MotionError> {
+    let noise = &imu.noise;
     let dt_s = 1.0 / noise.rate_hz;
     let white = noise.rate_hz.sqrt(); // sigma_d = sigma / sqrt(dt)
     let walk = dt_s.sqrt(); // sigma_bd = sigma_b * sqrt(dt)
@@ -78,9 +109,8 @@ pub fn samples(
     for k in first..=last {
         let mut normals = Normals::new(key.with(k.cast_unsigned()));
         let t_s = num::f64_from_i64(k) / noise.rate_hz;
-        let state = motion.state(t_s)?;
-        let force_in_world = state.acceleration_m_per_s2 - gravity_in_world_m_per_s2;
-        let body_from_world = state.world_from_body.rotation.conjugate();
+        let (rate_rad_per_s, force_m_per_s2) =
+            truth(&motion.state(t_s)?, &imu.body_from_imu, gravity_in_world_m_per_s2);
         let (gyroscope_white, accelerometer_white) = (normals.vector(), normals.vector());
         let (gyroscope_step, accelerometer_step) = (normals.vector(), normals.vector());
         if k > first {
@@ -89,10 +119,10 @@ pub fn samples(
         }
         readings.push(ImuSample {
             t_s,
-            angular_velocity_rad_per_s: state.angular_velocity_rad_per_s
+            angular_velocity_rad_per_s: rate_rad_per_s
                 + gyroscope_bias_rad_per_s
                 + gyroscope_white * (noise.gyroscope_noise_density * white),
-            acceleration_m_per_s2: body_from_world * force_in_world
+            acceleration_m_per_s2: force_m_per_s2
                 + accelerometer_bias_m_per_s2
                 + accelerometer_white * (noise.accelerometer_noise_density * white),
             gyroscope_bias_rad_per_s,
@@ -100,6 +130,17 @@ pub fn samples(
         });
     }
     Ok(readings)
+}
+
+/// What a unit without noise reads: the angular rate, and the specific force at its own place. A place r of a rigid body has
+/// the origin's acceleration, Euler's alpha x r and the centripetal omega x (omega x r).
+pub fn truth(state: &BodyState, body_from_imu: &Pose, gravity_in_world_m_per_s2: DVec3) -> (DVec3, DVec3) {
+    let (place_m, rate) = (body_from_imu.translation_m, state.angular_velocity_rad_per_s);
+    let body_from_world = state.world_from_body.rotation.conjugate();
+    let origin_force = body_from_world * (state.acceleration_m_per_s2 - gravity_in_world_m_per_s2);
+    let lever = state.angular_acceleration_rad_per_s2.cross(place_m) + rate.cross(rate.cross(place_m));
+    let imu_from_body = body_from_imu.rotation.conjugate();
+    (imu_from_body * rate, imu_from_body * (origin_force + lever))
 }
 
 /// Standard normals of one key, by Box and Muller's transform.
@@ -132,29 +173,24 @@ impl Normals {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pose::Pose;
     use glam::DQuat;
 
-    const QUIET: ImuNoise = ImuNoise {
-        rate_hz: 200.0,
-        gyroscope_noise_density: 0.0,
-        accelerometer_noise_density: 0.0,
-        gyroscope_random_walk: 0.0,
-        accelerometer_random_walk: 0.0,
-    };
+    fn at_origin(noise: &ImuNoise) -> Imu {
+        Imu { noise: *noise, body_from_imu: Pose::IDENTITY }
+    }
 
     fn still_readings(noise: &ImuNoise, seconds: f64, seed: u64) -> Vec<ImuSample> {
         let span = Span { start_s: 0.0, end_s: seconds };
         let motion = Motion::Still(Pose::IDENTITY);
-        samples(&motion, span, noise, GRAVITY_IN_WORLD_M_PER_S2, DrawKey::root(seed)).unwrap()
+        samples(&motion, span, &at_origin(noise), GRAVITY_IN_WORLD_M_PER_S2, DrawKey::root(seed)).unwrap()
     }
 
     #[test]
     fn a_unit_at_rest_feels_gravity_upwards() {
         let tilted = Pose::new(DQuat::from_xyzw(0.6, 0.0, 0.0, 0.8), DVec3::ZERO);
         let span = Span { start_s: 0.0, end_s: 1.0 };
-        let readings =
-            samples(&Motion::Still(tilted), span, &QUIET, GRAVITY_IN_WORLD_M_PER_S2, DrawKey::root(1)).unwrap();
+        let (motion, imu) = (Motion::Still(tilted), at_origin(&IDEAL));
+        let readings = samples(&motion, span, &imu, GRAVITY_IN_WORLD_M_PER_S2, DrawKey::root(1)).unwrap();
         assert_eq!(readings.len(), 201);
         let expected = tilted.rotation.conjugate() * DVec3::new(0.0, GRAVITY_M_PER_S2, 0.0);
         assert_eq!(readings[7].acceleration_m_per_s2, expected);

@@ -1,5 +1,5 @@
 //! A smooth path of a rigid body: a uniform cubic cumulative B-spline. Enters: a time in seconds. Leaves: pose, velocity,
-//! acceleration and angular velocity, all analytic and continuous (pose in C2).
+//! acceleration, angular velocity and angular acceleration, all analytic and continuous (pose in C2).
 //!
 //! Rotation and translation are separate splines, on SO(3) and R^3. A joint spline on SE(3) would bend straight paths of
 //! a turning body into screws; split, the position stays a plain B-spline: linear in its control points, so that its fit
@@ -7,8 +7,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::MotionError;
-use super::so3;
+use super::{MotionError, TURN_DEG_MAX, so3};
 use crate::num;
 use crate::pose::Pose;
 use crate::units::Span;
@@ -24,6 +23,8 @@ pub struct BodyState {
     pub acceleration_m_per_s2: DVec3,
     /// In the body's frame.
     pub angular_velocity_rad_per_s: DVec3,
+    /// In the body's frame: the derivative of the components above, which is also the body's angular acceleration.
+    pub angular_acceleration_rad_per_s2: DVec3,
 }
 
 /// A uniform cubic cumulative B-spline on R^3 x SO(3). Control point i belongs to the time `start_s + (i - 1) knot_s`.
@@ -40,6 +41,13 @@ pub(super) struct Basis {
     pub(super) value: [f64; 4],
     pub(super) slope: [f64; 4],
     pub(super) bend: [f64; 4],
+}
+
+/// A rotation with its derivatives by u, in the body's frame.
+pub(super) struct Turn {
+    pub(super) rotation: DQuat,
+    velocity_per_u: DVec3,
+    acceleration_per_u2: DVec3,
 }
 
 impl Basis {
@@ -60,6 +68,58 @@ impl Basis {
 }
 
 impl Spline {
+    /// The spline on control poses every `knot_s` seconds, the first at `start_s`. It starts at the first pose and ends at
+    /// the last (each end has a control pose more, the mirror of its neighbour), stays within the others' hull, and
+    /// passes none of them by design.
+    ///
+    /// # Errors
+    /// Fewer than four poses, values that are not finite, a spacing that is not above 0, neighbours almost half a turn apart.
+    pub fn on_control_poses(start_s: f64, knot_s: f64, poses: &[Pose]) -> Result<Self, MotionError> {
+        if !(knot_s > 0.0 && knot_s.is_finite()) {
+            return Err(MotionError::KnotSpacing { knot_s });
+        }
+        let [first, second, .., before_last, last] = poses else {
+            return Err(MotionError::TooFewSamples { count: poses.len() });
+        };
+        for (index, pose) in poses.iter().enumerate() {
+            if !(pose.translation_m.is_finite() && pose.rotation.is_finite()) {
+                return Err(MotionError::NotFinite { t_s: start_s + num::f64_from_usize(index) * knot_s });
+            }
+        }
+        for (index, pair) in poses.windows(2).enumerate() {
+            let degrees = pair[0].inverse().then(&pair[1]).angle_rad().to_degrees();
+            if degrees > TURN_DEG_MAX {
+                let t_s = start_s + num::f64_from_usize(index + 1) * knot_s;
+                return Err(MotionError::HalfTurn { t_s, degrees });
+            }
+        }
+        let (mut positions_m, mut rotations) = (Vec::new(), Vec::new());
+        for pose in [mirrored(first, second)].iter().chain(poses).chain(&[mirrored(last, before_last)]) {
+            positions_m.push(pose.translation_m);
+            rotations.push(pose.rotation);
+        }
+        Ok(Self { start_s, knot_s, positions_m, rotations })
+    }
+
+    /// The spline that follows a function of time from `start_s` on for `intervals` knots. Control poses are the function's
+    /// values less a sixth of their second differences, which reproduces cubics (de Boor and Fix's quasi-interpolant): the
+    /// spline depends on the function near an instant only, so it is the same however long a run is. It misses a sine of
+    /// angular frequency w by its (w knot_s)^4 / 30 or less.
+    pub fn following(pose: impl Fn(f64) -> Pose, start_s: f64, knot_s: f64, intervals: usize) -> Self {
+        let at = |index: usize| pose(start_s + (num::f64_from_usize(index) - 2.0) * knot_s);
+        let samples: Vec<Pose> = (0..intervals + 5).map(at).collect();
+        let (mut positions_m, mut rotations) = (Vec::new(), Vec::new());
+        for trio in samples.windows(3) {
+            let [before, here, after] = [&trio[0], &trio[1], &trio[2]];
+            let bend_m = before.translation_m - 2.0 * here.translation_m + after.translation_m;
+            positions_m.push(here.translation_m - bend_m / 6.0);
+            let back = here.rotation.conjugate();
+            let bend_rad = so3::log(back * before.rotation) + so3::log(back * after.rotation);
+            rotations.push((here.rotation * so3::exp(bend_rad / -6.0)).normalize());
+        }
+        Self { start_s, knot_s, positions_m, rotations }
+    }
+
     /// The times at which the spline is defined, in seconds of its samples' clock.
     pub fn span(&self) -> Span {
         let intervals = num::f64_from_usize(self.interval_count());
@@ -100,12 +160,13 @@ impl Spline {
         let basis = Basis::at(u);
         let rate = 1.0 / self.knot_s;
         let points: &[DVec3; 4] = self.positions_m[first..first + 4].try_into().expect("four control points");
-        let (rotation, angular_per_u) = self.rotation_at(first, &basis);
+        let turn = self.rotation_at(first, &basis);
         Ok(BodyState {
-            world_from_body: Pose::new(rotation, weighted(points, &basis.value)),
+            world_from_body: Pose::new(turn.rotation, weighted(points, &basis.value)),
             velocity_m_per_s: weighted(points, &basis.slope) * rate,
             acceleration_m_per_s2: weighted(points, &basis.bend) * (rate * rate),
-            angular_velocity_rad_per_s: angular_per_u * rate,
+            angular_velocity_rad_per_s: turn.velocity_per_u * rate,
+            angular_acceleration_rad_per_s2: turn.acceleration_per_u2 * (rate * rate),
         })
     }
 
@@ -153,20 +214,30 @@ impl Spline {
         Ok((interval, knots - num::f64_from_usize(interval)))
     }
 
-    /// Rotation, and angular velocity in the body's frame by u (the recursion of Sommer et al. 2020, "Efficient Derivative
+    /// Rotation with its derivatives by u, in the body's frame (the recursions of Sommer et al. 2020, "Efficient Derivative
     /// Computation for Cumulative B-Splines on Lie Groups": each factor turns what came before into its own frame).
-    pub(super) fn rotation_at(&self, first: usize, basis: &Basis) -> (DQuat, DVec3) {
-        let (parts, speeds) = (Basis::cumulative(&basis.value), Basis::cumulative(&basis.slope));
+    pub(super) fn rotation_at(&self, first: usize, basis: &Basis) -> Turn {
+        let [parts, speeds, bends] = [&basis.value, &basis.slope, &basis.bend].map(Basis::cumulative);
         let mut rotation = self.rotations[first];
-        let mut angular_per_u = DVec3::ZERO;
+        let (mut velocity_per_u, mut acceleration_per_u2) = (DVec3::ZERO, DVec3::ZERO);
         for j in 0..3 {
             let difference_rad = so3::log(self.rotations[first + j].conjugate() * self.rotations[first + j + 1]);
             let step = so3::exp(difference_rad * parts[j]);
             rotation *= step;
-            angular_per_u = step.conjugate() * angular_per_u + difference_rad * speeds[j];
+            let back = step.conjugate();
+            velocity_per_u = back * velocity_per_u + difference_rad * speeds[j];
+            acceleration_per_u2 = back * acceleration_per_u2
+                + velocity_per_u.cross(difference_rad) * speeds[j]
+                + difference_rad * bends[j];
         }
-        (rotation.normalize(), angular_per_u)
+        Turn { rotation: rotation.normalize(), velocity_per_u, acceleration_per_u2 }
     }
+}
+
+/// What lies as far beyond `end` as `inner` lies before it.
+fn mirrored(end: &Pose, inner: &Pose) -> Pose {
+    let onward_rad = so3::log(inner.rotation.conjugate() * end.rotation);
+    Pose::new((end.rotation * so3::exp(onward_rad)).normalize(), 2.0 * end.translation_m - inner.translation_m)
 }
 
 fn weighted(points: &[DVec3; 4], weights: &[f64; 4]) -> DVec3 {

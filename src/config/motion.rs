@@ -1,0 +1,177 @@
+//! From the motion's keys to what moves the rig. Enters: a scenario. Leaves: one checked source of motion; keys that the
+//! chosen source does not read are refused.
+
+use glam::{DQuat, DVec3};
+
+use super::Resolved;
+use super::check::{one_of, within};
+use super::rig::orientation;
+use super::scenario::{Motion, MotionPose, Scenario};
+use crate::draw::DrawKey;
+use crate::error::Error;
+use crate::num;
+use crate::pose::{Pose, TimedPose};
+use crate::scene::motion::gait::{Gait, RUN, WALK};
+use crate::scene::motion::path::Path;
+
+/// Control poses may stand this share of a step from their even places: times of an epoch in a double do.
+pub const STEP_TOLERANCE: f64 = 1e-3;
+
+/// A body that looks level along -z with y up: half a turn about x.
+const LEVEL: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+
+/// What moves the rig.
+pub enum Source<'a> {
+    /// A recording, followed closely; gaps up to `bridge_gaps_s` are bridged.
+    Recording {
+        /// In the scenario's folder.
+        file: &'a str,
+        /// 0: none.
+        bridge_gaps_s: f64,
+    },
+    /// Control poses of a file.
+    ControlFile(&'a str),
+    /// Control poses.
+    ControlPoses(Vec<TimedPose>),
+    /// Nothing.
+    Still,
+    /// A sine on the spot.
+    Oscillation {
+        /// Height of the sine.
+        height_m: f64,
+        /// Its frequency.
+        frequency_hz: f64,
+        /// Its axis.
+        axis: DVec3,
+    },
+    /// A slow sway.
+    Sway,
+    /// Walking or running.
+    Gait(Box<Gait>),
+    /// Turning to the right on the spot.
+    Spin {
+        /// Constant.
+        rate_deg_per_s: f64,
+    },
+}
+
+impl Scenario {
+    /// What moves the rig.
+    ///
+    /// # Errors
+    /// A kind that is not known or does not go with a file, values out of range.
+    pub fn motion_source(&self) -> Result<Source<'_>, Error> {
+        let section = &self.motion;
+        match (section.file.as_deref(), section.kind.as_deref()) {
+            (Some(file), None) => {
+                let would_do = "0 (none) to 2";
+                let bridge_gaps_s = within("motion.bridge_gaps_s", section.bridge_gaps_s, 0.0..=2.0, would_do)?;
+                Ok(Source::Recording { file, bridge_gaps_s })
+            }
+            (Some(file), Some("spline")) => Ok(Source::ControlFile(file)),
+            (Some(_), Some(kind)) => {
+                let reason = "does not go with a file; leaving one of the two out, or spline, would do";
+                Err(Error::key("motion.kind", kind, reason))
+            }
+            (None, None | Some("still")) => self.still(),
+            (None, Some("sway")) => Ok(Source::Sway),
+            (None, Some("spline")) => Ok(Source::ControlPoses(control_poses(section)?)),
+            (None, Some("walk" | "run")) => Ok(Source::Gait(Box::new(self.gait()?))),
+            (None, Some("spin")) => {
+                let would_do = "-1,800 to 1,800";
+                let rate_deg_per_s =
+                    within("motion.rate_deg_per_s", section.rate_deg_per_s, -1800.0..=1800.0, would_do)?;
+                Ok(Source::Spin { rate_deg_per_s })
+            }
+            (None, Some(kind)) => {
+                let reason = "not known; still or sway, walk, run, spin or spline would do";
+                Err(Error::key("motion.kind", kind, reason))
+            }
+        }
+    }
+
+    fn still(&self) -> Result<Source<'_>, Error> {
+        let section = &self.motion;
+        let height_mm = within("motion.oscillation_mm", section.oscillation_mm, 0.0..=1000.0, "0 to 1,000")?;
+        let frequency_hz = within("motion.oscillation_hz", section.oscillation_hz, 0.01..=50.0, "0.01 to 50")?;
+        let axes = [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)];
+        let axis = one_of("motion.oscillation_axis", &section.oscillation_axis, &axes)?;
+        if height_mm == 0.0 {
+            return Ok(Source::Still);
+        }
+        Ok(Source::Oscillation { height_m: height_mm * 1e-3, frequency_hz, axis })
+    }
+
+    fn gait(&self) -> Result<Gait, Error> {
+        let section = &self.motion;
+        let mut figures = if section.kind.as_deref() == Some("run") { RUN } else { WALK };
+        if let Some(speed) = section.speed_m_per_s {
+            figures.speed_m_per_s = within("motion.speed_m_per_s", speed, 1e-3..=20.0, "0.001 to 20")?;
+        }
+        if let Some(rate_hz) = section.step_rate_hz {
+            figures.step_rate_hz = within("motion.step_rate_hz", rate_hz, 0.5..=4.0, "0.5 to 4")?;
+        }
+        // Eight waves of the wander can stand together at four standard deviations: steps must not go backwards.
+        let most_hz = num::lesser(0.3, 0.2 * figures.step_rate_hz);
+        let would_do = format!("0 to {most_hz}");
+        figures.step_rate_sd_hz = within("motion.step_rate_sd_hz", section.step_rate_sd_hz, 0.0..=most_hz, &would_do)?;
+        let radius_m = within("motion.radius_m", section.radius_m, 0.1..=10_000.0, "0.1 to 10,000")?;
+        let paths = [("line", Path::Line), ("circle", Path::Circle(radius_m)), ("loop", Path::eight(radius_m))];
+        let path = one_of("motion.path", &section.path, &paths)?;
+        Ok(Gait::new(figures, path, DrawKey::root(self.seed)))
+    }
+}
+
+fn control_poses(section: &Motion) -> Result<Vec<TimedPose>, Error> {
+    let poses = section.pose.as_deref().unwrap_or_default();
+    if poses.len() < 4 {
+        let reason = "too few control poses; 4 or more of [[motion.pose]], or a file of them, would do";
+        return Err(Error::key("motion.pose", format!("{} poses", poses.len()), reason));
+    }
+    poses.iter().enumerate().map(|(number, pose)| control_pose(number, pose)).collect()
+}
+
+fn control_pose(number: usize, pose: &MotionPose) -> Result<TimedPose, Error> {
+    let key = |name: &str| format!("motion.pose.{number}.{name}");
+    within(&key("t_s"), pose.t_s, -1e10..=1e10, "finite seconds")?;
+    let position_m = DVec3::from_array(pose.position_m);
+    if !position_m.is_finite() {
+        return Err(Error::key(&key("position_m"), format!("{position_m}"), "finite metres would do"));
+    }
+    let key = key("orientation");
+    let turned = match pose.orientation {
+        Some(xyzw) => orientation(&key, Some(xyzw), pose.yaw_pitch_roll_deg)?,
+        None => orientation(&key, None, pose.yaw_pitch_roll_deg)?.map(|turned| (LEVEL * turned).normalize()),
+    };
+    Ok(TimedPose { t_s: pose.t_s, world_from_body: Pose::new(turned.unwrap_or(LEVEL), position_m) })
+}
+
+/// Keys that nothing reads under the chosen motion and inertial unit, and what would make them act.
+pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
+    let (section, rig) = (&resolved.scenario.motion, &resolved.scenario.rig);
+    let kind = section.kind.as_deref().unwrap_or_default();
+    let gait = ["walk", "run"].contains(&kind);
+    let closed = gait && section.path != "line";
+    let oscillates = kind == "still" && section.oscillation_mm > 0.0;
+    let fitted = section.file.is_some() && kind.is_empty();
+    let poses = section.file.is_none() && kind == "spline";
+    let gait_keys = ["path", "speed_m_per_s", "step_rate_hz", "step_rate_sd_hz"].map(|key| format!("motion.{key}"));
+    let gait_keys: Vec<&str> = gait_keys.iter().map(String::as_str).collect();
+    let groups: [(bool, &str, &[&str]); 8] = [
+        (fitted, "a recorded motion.file", &["motion.bridge_gaps_s"]),
+        (poses, "motion.kind = \"spline\" without a file", &["motion.pose"]),
+        (gait, "motion.kind = \"walk\" or \"run\"", &gait_keys),
+        (closed, "a walk or run with motion.path = \"circle\" or \"loop\"", &["motion.radius_m"]),
+        (kind == "spin", "motion.kind = \"spin\"", &["motion.rate_deg_per_s"]),
+        (kind == "still", "motion.kind = \"still\"", &["motion.oscillation_mm"]),
+        (oscillates, "motion.oscillation_mm above 0", &["motion.oscillation_hz", "motion.oscillation_axis"]),
+        (rig.imu != "none", "an inertial unit", &["rig.imu_rate_hz", "rig.imu_position_mm"]),
+    ];
+    for (is_on, would_do, keys) in groups {
+        if let Some(key) = keys.iter().find(|key| !is_on && resolved.is_changed(key)) {
+            let reason = format!("has no effect here; {would_do}, or leaving it out, would do");
+            return Err(Error::key(key, "", reason));
+        }
+    }
+    Ok(())
+}
