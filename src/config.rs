@@ -21,6 +21,9 @@ use crate::error::Error;
 /// layer are refused where the value is used.
 const EXCLUSIVE: &[&[&str]] = &[
     &["scene.file", "scene.generator", "scene.target"],
+    // A field of view stands for both focal lengths.
+    &["optics.horizontal_fov_deg", "optics.fx_px"],
+    &["optics.horizontal_fov_deg", "optics.fy_px"],
     &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
     &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
     &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],

@@ -208,7 +208,7 @@ fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<(Vec<Camera>, Ve
     let pictures: Result<Vec<Camera>, Error> =
         places_m.iter().map(|&place_m| camera(place_m, picture_lens, sensor.size)).collect();
     let windows: Result<Vec<Camera>, Error> =
-        places_m.iter().map(|&place_m| camera(place_m, window_lens, read)).collect();
+        places_m.iter().map(|&place_m| scenario.fitted(camera(place_m, window_lens, read)?)).collect();
     Ok((pictures?, windows?))
 }
 
