@@ -76,8 +76,9 @@ fn a_fisheye_of_190_degrees_sees_what_is_behind_it() {
                 assert_eq!(share, 0.0, "{x} {y}");
                 black += 1;
             } else if angle_rad < 78.0_f64.to_radians() && angle_rad > 0.1 {
-                // The solid angle of a pixel: sin(a) / (r r'), by a difference of radii here. Over a pixel (2 degrees) the share is not even; its
-                // second derivative (below 1) times 1/24 of the pixel's angle squared is 5e-5; four samples err by a part of its slope times the pixel: 0.5 %.
+                // The solid angle of a pixel: sin(a) / (r r'), by a difference of radii here. Over a pixel (2 degrees) the share
+                // is not even; its second derivative (below 1) times 1/24 of the pixel's angle squared is 5e-5; four samples err
+                // by a part of its slope times the pixel: 0.5 %.
                 let radius = |angle_rad: f64| {
                     let (sine, cosine) = libm::sincos(angle_rad);
                     fisheye().project(DVec3::new(sine, 0.0, cosine)).unwrap().x - 47.5
@@ -182,7 +183,8 @@ fn a_slanted_edge_has_the_modulation_of_lens_times_pixel() {
         for cycles_per_px in [0.05, 0.1, 0.2, 0.3, 0.4] {
             let (own, whole) =
                 (modulation(&sharp, &edge_at, cycles_per_px), modulation(&blurred, &edge_at, cycles_per_px));
-            // The slant of 1 in 10 stretches frequencies across the edge by 0.5 %; 256 samples a pixel leave 0.5 % of noise beside an edge of 1.
+            // The slant of 1 in 10 stretches frequencies across the edge by 0.5 %; 256 samples a pixel leave 0.5 % of noise
+            // beside an edge of 1.
             let pixel = libm::sin(std::f64::consts::PI * cycles_per_px) / (std::f64::consts::PI * cycles_per_px);
             let bins =
                 libm::sin(std::f64::consts::PI * cycles_per_px / 8.0) / (std::f64::consts::PI * cycles_per_px / 8.0);

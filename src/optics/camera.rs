@@ -169,7 +169,12 @@ impl Camera {
             return [0.0; 2];
         }
         let [low, high] = self.shading.bounds(least, most);
-        [if is_whole { low } else { 0.0 }, high]
+        let own = [if is_whole { low } else { 0.0 }, high];
+        // Bands with a mapping of their own see a little more or less of the field.
+        self.passes
+            .iter()
+            .map(Pass::roll_off_bounds)
+            .fold(own, |all, of| [crate::num::lesser(all[0], of[0]), crate::num::greater(all[1], of[1])])
     }
 
     /// Least and greatest share of the light of the darkest and of the brightest surroundings that blur can leave a pixel.

@@ -1,10 +1,11 @@
 //! Light and charge that end in the neighbours' photodiodes. Enters: planes of photons behind the filters. Leaves: the same planes after a
 //! share of each pixel went to its four neighbours in equal parts.
 //!
-//! Both kinds act behind the filter: optical crosstalk is light that passed a pixel's filter and leaves its stack aslant; electrical crosstalk
-//! is charge, freed below the depletion, that diffuses before it is collected, more of it where light is absorbed deeper (near
-//! infrared). Each electron goes its own way, so the neighbours' counts stay independent and Poisson: to share out mean photons
-//! before the shot noise is exact. Beyond the array's edge lie pixels like those one row or column further in, of the same filter for patterns of two.
+//! Both kinds act behind the filter: optical crosstalk is light that passed a pixel's filter and leaves its stack aslant;
+//! electrical crosstalk is charge, freed below the depletion, that diffuses before it is collected, more of it where light is
+//! absorbed deeper (near infrared). Each electron goes its own way, so the neighbours' counts stay independent and Poisson: to
+//! share out mean photons before the shot noise is exact. Beyond the array's edge lie pixels like those one row or column further
+//! in, of the same filter for patterns of two.
 
 use crate::num::f32_nearest;
 use crate::plane::Plane;

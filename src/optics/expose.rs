@@ -2,9 +2,10 @@
 //! spans of exposure. Leaves: mean photons of every pixel, blurred by the lens, filtered, and shared with the neighbours.
 //!
 //! The lens blurs light before the filters, charge spreads behind them, and both differ by band, as the mapping does (lateral
-//! chromatic aberration). So bands that differ are rendered one by one, and behind a mosaic so are all bands once the lens blurs. A monochrome array
-//! takes all bands that share a mapping in one render, blurred by the mean of their kernels as the light's spectrum weighs
-//! them, which is exact for grey scenes. Where nothing differs there is one render and its plane is left as it is.
+//! chromatic aberration). So bands that differ are rendered one by one, and behind a mosaic so are all bands once the lens blurs.
+//! A monochrome array takes all bands that share a mapping in one render, blurred by the mean of their kernels as the light's
+//! spectrum weighs them, which is exact for grey scenes. Where nothing differs there is one render and its plane is left as it
+//! is.
 
 use super::camera::Camera;
 use super::crosstalk::shared_out;
@@ -49,8 +50,8 @@ pub(super) struct Pass {
 }
 
 impl Camera {
-    /// The same camera with a lens that blurs, bands that differ, and photodiodes that share. To be called after its filters and its shading
-    /// are set.
+    /// The same camera with a lens that blurs, bands that differ, and photodiodes that share. To be called after its filters and
+    /// its shading are set.
     ///
     /// # Errors
     /// Values out of range.
@@ -185,6 +186,11 @@ fn filter(plane: &mut Plane<f32>, mosaic: &Mosaic, bands: [bool; FILTER_BANDS]) 
 }
 
 impl Pass {
+    /// As `Camera::roll_off_bounds`, of its own mapping.
+    pub(super) fn roll_off_bounds(&self) -> [f64; 2] {
+        self.camera.roll_off_bounds()
+    }
+
     /// The greatest lobes of its kernels.
     pub(super) fn lobes(&self) -> f64 {
         self.kernels.iter().flatten().fold(0.0, |most, kernel| crate::num::greater(most, kernel.lobes()))

@@ -1,14 +1,15 @@
 //! Blur of the lens: diffraction, defocus and a rest of aberrations. Enters: f-number, wavelength, diameters on the sensor, planes of
 //! photons before the filters. Leaves: the same planes blurred.
 //!
-//! A plane's values are already means over pixels, so its modulation holds the pixel's own sinc. The kernel adds the lens: at the frequencies
-//! of its own grid its transform is the lens' transfer function, between them within 1 % of it up to half a cycle per pixel, so the whole is
-//! that times the pixel's sinc. What a kernel of this size cannot hold of the tails is folded into it rather than lost, so it sums to 1. The picture
-//! continues beyond its edges as its mirror image, which keeps the sum and leaves no dark rim.
+//! A plane's values are already means over pixels, so its modulation holds the pixel's own sinc. The kernel adds the lens: at the
+//! frequencies of its own grid its transform is the lens' transfer function, between them within 1 % of it up to half a cycle per
+//! pixel, so the whole is that times the pixel's sinc. What a kernel of this size cannot hold of the tails is folded into it
+//! rather than lost, so it sums to 1. The picture continues beyond its edges as its mirror image, which keeps the sum and leaves
+//! no dark rim.
 //!
-//! A lens sharper than its pixels has no positive kernel of whole pixels with the right modulation: such kernels have lobes below zero, a few
-//! per cent of the light in all (`Kernel::lobes`). Where a light is so much brighter than what surrounds it that they would take more than
-//! half of what the positive part brings, that half stands: photons stay positive, and lamps glow.
+//! A lens sharper than its pixels has no positive kernel of whole pixels with the right modulation: such kernels have lobes below
+//! zero, a few per cent of the light in all (`Kernel::lobes`). Where a light is so much brighter than what surrounds it that they
+//! would take more than half of what the positive part brings, that half stands: photons stay positive, and lamps glow.
 
 use core::f64::consts::{PI, TAU};
 
@@ -49,9 +50,10 @@ impl Psf {
 
     /// Modulation at a frequency in cycles per micrometre, at a wavelength.
     ///
-    /// Hopkins (1955): the autocorrelation of a pupil with a quadratic phase. Shifted by `s = f lambda N` of its diameter, and with the
-    /// wavefront of a blur circle of diameter d, that is `4 / pi` times the integral over x from 0 to 1 - s of `sqrt(1 - (x + s)^2) cos(pi d f x)`,
-    /// which is the diffraction limit for d = 0 and the disc's `2 J1(pi d f) / (pi d f)` for s = 0. Here `x + s` is a cosine.
+    /// Hopkins (1955): the autocorrelation of a pupil with a quadratic phase. Shifted by `s = f lambda N` of its diameter, and
+    /// with the wavefront of a blur circle of diameter d, that is `4 / pi` times the integral over x from 0 to 1 - s of `sqrt(1 -
+    /// (x + s)^2) cos(pi d f x)`, which is the diffraction limit for d = 0 and the disc's `2 J1(pi d f) / (pi d f)` for s = 0.
+    /// Here `x + s` is a cosine.
     pub fn modulation(&self, cycles_per_um: f64, wavelength_um: f64) -> f64 {
         let shift = if self.diffraction { cycles_per_um * wavelength_um * self.f_number } else { 0.0 };
         if shift >= 1.0 {

@@ -84,8 +84,9 @@ impl Shading {
         Ok(Self { law: Law::Steps(steps(&between)), cos_dark: -2.0 })
     }
 
-    /// The same lens with its pupil clipped by a stop: light falls from whole at `start_rad` off the axis to none at `end_rad`, as the
-    /// part of a disc that a straight edge leaves while it moves across evenly. The edge stands for the rim of a stop much larger than the pupil.
+    /// The same lens with its pupil clipped by a stop: light falls from whole at `start_rad` off the axis to none at `end_rad`,
+    /// as the part of a disc that a straight edge leaves while it moves across evenly. The edge stands for the rim of a stop much
+    /// larger than the pupil.
     #[must_use]
     pub fn vignetted(self, start_rad: f64, end_rad: f64) -> Self {
         let clipped = |cos: f64| {

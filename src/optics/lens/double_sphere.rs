@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{Projected, RIM, over};
+use super::{Projected, RIM, denominator, depth_of, over};
 use crate::num::greater;
 
 /// Its two parameters beside the intrinsics.
@@ -51,8 +51,8 @@ impl DoubleSphere {
         let z = self.xi * first + point.z;
         let second = (point.x * point.x + point.y * point.y + z * z).sqrt();
         // False for NaN.
-        let denominator = self.alpha * second + (1.0 - self.alpha) * z;
-        if !(z > -self.limit() * second * (1.0 + RIM) && denominator > 0.0) {
+        let denominator = denominator(self.alpha, second, z, point.x * point.x + point.y * point.y);
+        if !(z > -(self.limit() + RIM) * second && denominator > 0.0) {
             return None;
         }
         let z_gradient = point * (self.xi / first) + DVec3::Z;
@@ -67,7 +67,7 @@ impl DoubleSphere {
         if !(self.is_sound() && root2 >= -RIM && r2.is_finite()) {
             return None;
         }
-        let z = (1.0 - alpha * alpha * r2) / (alpha * greater(root2, 0.0).sqrt() + 1.0 - alpha);
+        let z = depth_of(alpha, r2, root2);
         let onto_first = (z * xi + (z * z + (1.0 - xi * xi) * r2).sqrt()) / (z * z + r2);
         let bearing = place.extend(z) * onto_first - DVec3::Z * xi;
         bearing.is_finite().then(|| bearing.normalize())

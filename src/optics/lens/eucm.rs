@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{Projected, RIM, over};
+use super::{Projected, RIM, denominator, depth_of, over};
 use crate::num::greater;
 
 /// Its two parameters beside the intrinsics.
@@ -36,10 +36,11 @@ impl Eucm {
     }
 
     pub(super) fn project(&self, point: DVec3, scale: [f64; 2]) -> Option<Projected> {
-        let distance = (self.beta * (point.x * point.x + point.y * point.y) + point.z * point.z).sqrt();
-        let denominator = self.alpha * distance + (1.0 - self.alpha) * point.z;
+        let aside2 = self.beta * (point.x * point.x + point.y * point.y);
+        let distance = (aside2 + point.z * point.z).sqrt();
+        let denominator = denominator(self.alpha, distance, point.z, aside2);
         // False for NaN.
-        let is_inside = point.z > -self.limit() * distance * (1.0 + RIM) && denominator > 0.0;
+        let is_inside = point.z > -(self.limit() + RIM) * distance && denominator > 0.0;
         if !(distance.is_normal() && self.is_sound() && is_inside) {
             return None;
         }
@@ -53,7 +54,7 @@ impl Eucm {
         if !(self.is_sound() && root2 >= -RIM && r2.is_finite()) {
             return None;
         }
-        let z = (1.0 - alpha * alpha * r2) / (alpha * greater(root2, 0.0).sqrt() + 1.0 - alpha);
+        let z = depth_of(alpha, r2, root2);
         let bearing = place.extend(z);
         bearing.is_finite().then(|| bearing.normalize())
     }

@@ -72,7 +72,9 @@ fn places_and_bearings_return_to_themselves_up_to_the_rim() {
             let Some(place_px) = lens.project(bearing * 2.0) else { panic!("{lens:?} refuses {share} of its field") };
             let back =
                 lens.unproject(place_px).unwrap_or_else(|| panic!("{lens:?}: no bearing at {place_px}, {share}"));
-            let again_px = lens.project(back).unwrap();
+            let again_px = lens
+                .project(back)
+                .unwrap_or_else(|| panic!("{lens:?}: {share} of the field returns outside it from {place_px}"));
             // Some thirty roundings of 2^-53, of the place and of the bearing; where places run to infinity the mapping stretches the
             // latter by up to the square of the place over the focal length.
             let size_px = 1.0 + place_px.length();
@@ -126,8 +128,8 @@ fn jacobians_both_ways_are_the_slopes() {
                 let behind_px = lens.project(point_m - axis_vector * step_m).unwrap();
                 let slope = (ahead_px - behind_px) / (2.0 * step_m);
                 let analytic = DVec2::new(jacobian[0][axis], jacobian[1][axis]);
-                // A place of 1,000 px rounds to 1e-13 px, over the step 1e-7; a table's second derivative jumps at its knots by up to 1e2 of the
-                // scale, so a step across one errs by half of that times the step.
+                // A place of 1,000 px rounds to 1e-13 px, over the step 1e-7; a table's second derivative jumps at its knots by
+                // up to 1e2 of the scale, so a step across one errs by half of that times the step.
                 assert!((slope - analytic).length() < 1e-4 * scale, "{lens:?} {point_m} {axis}: {slope} {analytic}");
                 tried += 1;
             }
@@ -197,8 +199,8 @@ fn models_give_the_values_of_their_published_formulas() {
 
 #[test]
 fn a_table_of_a_known_lens_stands_for_it() {
-    // A stereographic lens, 2 tan(a/2), every 5 degrees. The cubic's slopes are means of neighbouring stretches, off by the third derivative
-    // (below 2) times the stretch squared over 6, and the radius by that times a quarter of the stretch: 6e-5.
+    // A stereographic lens, 2 tan(a/2), every 5 degrees. The cubic's slopes are means of neighbouring stretches, off by the third
+    // derivative (below 2) times the stretch squared over 6, and the radius by that times a quarter of the stretch: 6e-5.
     let points: Vec<(f64, f64)> = (0..=20_u32)
         .map(|step| f64::from(5 * step).to_radians())
         .map(|angle_rad| (angle_rad, 2.0 * libm::tan(0.5 * angle_rad)))
