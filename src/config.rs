@@ -24,6 +24,9 @@ const EXCLUSIVE: &[&[&str]] = &[
     &["scene.file", "scene.generator", "scene.target"],
     &["motion.file", "motion.kind"],
     &["rig.baseline_mm", "rig.camera"],
+    // A field of view stands for both focal lengths.
+    &["optics.horizontal_fov_deg", "optics.fx_px"],
+    &["optics.horizontal_fov_deg", "optics.fy_px"],
     &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
     &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
     &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],

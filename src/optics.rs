@@ -1,15 +1,23 @@
-//! Lens and aperture. Enters: rays of a scene. Leaves: mean photons at each pixel over its own exposure window.
+//! Lens and aperture. Enters: rays of a scene. Leaves: mean photons at each pixel over its own exposure window, blurred by the lens and
+//! shared with the neighbours where the sensor does so.
 
 pub mod bounds;
 pub mod camera;
+pub mod crosstalk;
 pub mod depth;
+pub mod expose;
 pub mod lens;
 pub mod mosaic;
 mod motion;
+pub mod psf;
 pub mod render;
+pub mod roll_off;
 
 pub use bounds::photon_bounds;
-pub use camera::{Aperture, Camera, Pupil, RollOff};
+pub use camera::{Aperture, Camera, Pupil};
 pub use depth::depth;
+pub use expose::{ImagePath, expose};
 pub use mosaic::Mosaic;
+pub use psf::Psf;
 pub use render::{Exposure, Sampling, render};
+pub use roll_off::{RollOff, Shading};

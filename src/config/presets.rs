@@ -95,6 +95,24 @@ pub const ALL: &[Preset] = &[
         summary: "90 degrees across with the mild barrel distortion of a small wide-angle lens, f/2",
         text: include_str!("presets/radtan_90.toml"),
     },
+    Preset {
+        name: "kb4_120",
+        kind: Kind::Lens,
+        summary: "f-theta lens, 120 degrees across, f/2",
+        text: include_str!("presets/kb4_120.toml"),
+    },
+    Preset {
+        name: "kb4_190",
+        kind: Kind::Lens,
+        summary: "fisheye with the shape of TUM-VI's (BF2M2020S23), 190 degrees across, f/2",
+        text: include_str!("presets/kb4_190.toml"),
+    },
+    Preset {
+        name: "double_sphere_195",
+        kind: Kind::Lens,
+        summary: "the same fisheye as a double sphere (Usenko et al. 2018), 195 degrees across, f/2",
+        text: include_str!("presets/double_sphere_195.toml"),
+    },
 ];
 
 /// The preset of that name.

@@ -1,6 +1,7 @@
 //! EuRoC's ASL folder: `mav0/{cam0,cam1,...,imu0,state_groundtruth_estimate0}`, each with `data.csv` and `sensor.yaml`.
 //! Enters and leaves: pictures, calibrations, inertial readings and ground truth, with time stamps in nanoseconds.
 
+mod lens;
 mod reader;
 mod writer;
 mod yaml;
@@ -22,7 +23,7 @@ pub struct EurocCamera {
     pub rate_hz: f64,
     /// Of its pictures.
     pub size: Size,
-    /// Pinhole with radial-tangential distortion. (EuRoC counts pixels as OpenCV does: centres are integers, as here.)
+    /// By the names that Kalibr gives to models. (EuRoC counts pixels as OpenCV does: centres are integers, as here.)
     pub lens: Lens,
 }
 

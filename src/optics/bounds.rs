@@ -10,6 +10,7 @@ pub fn photon_bounds(scene: &LitScene, camera: &Camera, exposure_s: f64) -> [f64
     let per_lux_s = camera.photons_per_lux_s(scene.illuminant());
     let exitance = scene.exitance_bounds();
     let [shade_min, shade_max] = camera.roll_off_bounds();
+    let [blur_min, blur_max] = camera.blur_bounds();
     let (mut least, mut greatest) = (f64::INFINITY, 0.0);
     for letter in camera.mosaic.letters() {
         let passed = camera.mosaic.transmission(letter).expect("a mosaic knows its own letters");
@@ -20,5 +21,5 @@ pub fn photon_bounds(scene: &LitScene, camera: &Camera, exposure_s: f64) -> [f64
         }
         (least, greatest) = (lesser(least, low), greater(greatest, high));
     }
-    [lesser(least, greatest) * exposure_s * shade_min, greatest * exposure_s * shade_max]
+    [lesser(least, greatest) * exposure_s * shade_min * blur_min, greatest * exposure_s * shade_max * blur_max]
 }

@@ -3,8 +3,11 @@
 
 use glam::{DVec2, DVec3};
 
+use super::expose::Pass;
 use super::lens::Lens;
 use super::mosaic::Mosaic;
+pub use super::roll_off::RollOff;
+use super::roll_off::Shading;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize, index};
 use crate::pose::Pose;
@@ -19,15 +22,6 @@ pub enum Pupil {
     ThinLens,
     /// `E = pi L T / (4 N^2)`: a lens that obeys the sine condition.
     Aplanatic,
-}
-
-/// How light falls towards the corners.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RollOff {
-    /// The fourth power of the cosine between the bearing and the axis.
-    Cos4,
-    /// Even.
-    None,
 }
 
 /// What lets light in.
@@ -66,11 +60,15 @@ pub struct Camera {
     /// Distance between pixel centres, and the width of a pixel's square area, in micrometres.
     pub pixel_pitch_um: f64,
     /// Fall of light towards the corners.
-    pub roll_off: RollOff,
+    shading: Shading,
     /// Colour filters over the pixels.
     pub mosaic: Mosaic,
     /// Share of near infrared that passes the lens's cut filter.
     pub infrared_transmission: f64,
+    /// What bands go through on their own between lens and photodiode; none where one render says all.
+    pub(super) passes: Vec<Pass>,
+    /// Share of the light behind the filters that ends in the four neighbours.
+    pub(super) optical_crosstalk: f64,
     /// Unit bearings at the corners of pixels, (width + 1) a row; zero where the lens has none.
     bearings: Vec<[f32; 3]>,
     /// Root of the solid angle of each pixel, in radians: the width of its cone at a distance of 1 m.
@@ -106,21 +104,25 @@ impl Camera {
         }
         let bearings = corner_bearings(size, &|place_px| lens.unproject(place_px));
         let spreads = spreads(size, &bearings);
+        let mosaic = Mosaic::mono();
+        let shading = Shading::of(roll_off, &lens);
         Ok(Self {
             lens,
             size,
             body_from_camera,
             aperture,
             pixel_pitch_um,
-            roll_off,
-            mosaic: Mosaic::mono(),
             infrared_transmission: 0.0,
+            shading,
+            mosaic,
+            passes: Vec::new(),
+            optical_crosstalk: 0.0,
             bearings,
             spreads,
         })
     }
 
-    /// The same camera with colour filters.
+    /// The same camera with colour filters. They come before `Camera::with_image_path`, which looks at them.
     #[must_use]
     pub fn with_mosaic(self, mosaic: Mosaic) -> Self {
         Self { mosaic, ..self }
@@ -132,6 +134,26 @@ impl Camera {
         Self { infrared_transmission, ..self }
     }
 
+    /// The same camera with another fall of light. Pixels that reach to where nothing comes through are black.
+    #[must_use]
+    pub fn with_shading(mut self, shading: Shading) -> Self {
+        for bearing in &mut self.bearings {
+            if shading.is_dark_at(f64::from(bearing[2])) {
+                *bearing = [0.0; 3];
+            }
+        }
+        Self { shading, ..self }
+    }
+
+    /// The same camera with another mapping, for a band of its own.
+    #[must_use]
+    pub(super) fn with_lens(self, lens: Lens) -> Self {
+        let bearings = corner_bearings(self.size, &|place_px| lens.unproject(place_px));
+        let spreads = spreads(self.size, &bearings);
+        let shading = self.shading.clone();
+        Self { lens, bearings, spreads, ..self }.with_shading(shading)
+    }
+
     /// Photons of each band that reach a pixel's filter on the axis in a second per lux-equivalent of exitance.
     pub fn photons_per_lux_s(&self, illuminant: Illuminant) -> [f64; BANDS] {
         let area_um2 = self.pixel_pitch_um * self.pixel_pitch_um;
@@ -140,23 +162,46 @@ impl Camera {
         [red, green, blue, infrared * self.infrared_transmission].map(|share| all * share)
     }
 
-    /// Least and greatest share of light that roll-off leaves over all pixels (0 where the lens has no bearing).
+    /// Least and greatest share of light that roll-off leaves over all pixels (0 where the lens has no bearing). Inside a pixel the cosine
+    /// lies between those of its corners.
     pub fn roll_off_bounds(&self) -> [f64; 2] {
-        let mut bounds = [f64::MAX, 0.0];
+        let (mut least, mut most, mut is_whole) = (f32::MAX, f32::MIN, true);
         for bearing in &self.bearings {
-            let share = f64::from(self.roll_off_at(bearing[2]));
-            bounds = [crate::num::lesser(bounds[0], share), crate::num::greater(bounds[1], share)];
+            if *bearing == [0.0; 3] {
+                is_whole = false;
+                continue;
+            }
+            least = if bearing[2] < least { bearing[2] } else { least };
+            most = if bearing[2] > most { bearing[2] } else { most };
         }
-        bounds
+        if most < least {
+            return [0.0; 2];
+        }
+        let [low, high] = self.shading.bounds(least, most);
+        let own = [if is_whole { low } else { 0.0 }, high];
+        // Bands with a mapping of their own see a little more or less of the field.
+        self.passes
+            .iter()
+            .map(Pass::roll_off_bounds)
+            .fold(own, |all, of| [crate::num::lesser(all[0], of[0]), crate::num::greater(all[1], of[1])])
+    }
+
+    /// Least and greatest share of the light of the darkest and of the brightest surroundings that blur can leave a pixel.
+    pub fn blur_bounds(&self) -> [f64; 2] {
+        let lobes = self.passes.iter().fold(0.0, |most, pass| crate::num::greater(most, pass.lobes()));
+        [if lobes > 0.0 { 0.5 } else { 1.0 }, 1.0 + lobes]
+    }
+
+    /// Cosine to the axis of the bearing farthest from it.
+    pub fn cosine_min(&self) -> f64 {
+        let seen = self.bearings.iter().filter(|bearing| **bearing != [0.0; 3]);
+        seen.fold(1.0, |least, bearing| crate::num::lesser(least, f64::from(bearing[2])))
     }
 
     /// Share of light that roll-off leaves for a cosine to the axis.
     #[inline(always)]
     pub(super) fn roll_off_at(&self, cos: f32) -> f32 {
-        match self.roll_off {
-            RollOff::Cos4 => (cos * cos) * (cos * cos),
-            RollOff::None => 1.0,
-        }
+        self.shading.share_at(cos)
     }
 
     /// Bearings of the corners (top left, top right, bottom left, bottom right) of a pixel; none outside the lens's range.
@@ -202,15 +247,15 @@ fn spreads(size: Size, bearings: &[[f32; 3]]) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lens::{Intrinsics, Radtan};
+    use super::super::lens::{Intrinsics, Mapping, Radtan};
     use super::*;
 
     #[test]
     fn bearings_between_corners_keep_their_stated_error() {
         let size = Size { width_px: 320, height_px: 240 };
         let intrinsics = Intrinsics { fx_px: 250.0, fy_px: 250.0, cx_px: 159.5, cy_px: 119.5 };
-        let distortion = Radtan { k1: -0.05, k2: 0.01, p1: 1e-4, p2: -2e-4 };
-        let lens = Lens { intrinsics, distortion };
+        let mapping = Mapping::Radtan(Radtan { k1: -0.05, k2: 0.01, p1: 1e-4, p2: -2e-4, k3: 0.0 });
+        let lens = Lens { intrinsics, mapping };
         let aperture = Aperture { f_number: 2.0, transmission: 1.0, pupil: Pupil::ThinLens };
         let camera = Camera::new(lens, size, Pose::IDENTITY, aperture, 3.0, RollOff::None).unwrap();
         let mut tried = 0;

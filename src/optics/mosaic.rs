@@ -97,6 +97,18 @@ impl Mosaic {
         self.filters.iter().find(|(known, _)| *known == letter).map(|(_, bands)| *bands)
     }
 
+    /// The same pattern where only some bands pass.
+    #[must_use]
+    pub(super) fn restricted_to(&self, bands: [bool; FILTER_BANDS]) -> Self {
+        let mut mosaic = self.clone();
+        for (_, passed) in &mut mosaic.filters {
+            for (share, is_kept) in passed.iter_mut().zip(bands) {
+                *share = if is_kept { *share } else { 0.0 };
+            }
+        }
+        mosaic
+    }
+
     /// The same pattern where the picture starts at another pixel of the array.
     #[must_use]
     pub fn starting_at(&self, x_px: u32, y_px: u32) -> Self {

@@ -206,7 +206,7 @@ impl Session {
                     key: if slot == 0 { key } else { key.with(u64_from(slot)) },
                 };
                 let rows = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
-                optics::render(&setup.scene, camera, &rows, &pose, sampling)
+                optics::expose(&setup.scene, camera, &rows, &pose, sampling)
             };
             exposures.push((0..schedule.slots().len()).map(slot_exposure).collect::<Vec<_>>());
         }

@@ -223,7 +223,9 @@ fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<(Vec<Camera>, Ve
     let all = |lens: Lens, size: Size| -> Result<Vec<Camera>, Error> {
         body_from_cameras.iter().map(|&body_from_camera| camera(body_from_camera, lens, size)).collect()
     };
-    Ok((all(picture_lens, sensor.size)?, all(window_lens, read)?))
+    let windows: Result<Vec<Camera>, Error> =
+        all(window_lens, read)?.into_iter().map(|window| scenario.fitted(window)).collect();
+    Ok((all(picture_lens, sensor.size)?, windows?))
 }
 
 /// Place in the array of the picture's first pixel: the middle of the pixels that it is made of, and, behind colour filters, the mean

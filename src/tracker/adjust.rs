@@ -322,14 +322,14 @@ impl Normal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::lens::{Intrinsics, Lens, Radtan};
+    use crate::optics::lens::{Intrinsics, Lens, Mapping, Radtan};
     use crate::tracker::rig::CameraCalibration;
     use crate::units::Size;
 
     fn rig() -> Vec<RigCamera> {
         let lens = Lens {
             intrinsics: Intrinsics { fx_px: 320.0, fy_px: 321.0, cx_px: 320.0, cy_px: 240.0 },
-            distortion: Radtan { k1: -0.03, k2: 0.004, p1: 0.001, p2: -0.001 },
+            mapping: Mapping::Radtan(Radtan { k1: -0.03, k2: 0.004, p1: 0.001, p2: -0.001, k3: 0.0 }),
         };
         let size = Size { width_px: 640, height_px: 480 };
         let camera = |x_m: f64| {

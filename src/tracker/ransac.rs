@@ -100,7 +100,7 @@ fn distinct(random: &mut Xoshiro256PlusPlus, group: &[usize]) -> Option<[usize; 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::lens::{Intrinsics, Lens, Radtan};
+    use crate::optics::lens::{Intrinsics, Lens, Mapping};
     use crate::tracker::manifold::{Twist, se3_exp};
     use crate::tracker::rig::CameraCalibration;
     use crate::units::Size;
@@ -112,7 +112,7 @@ mod tests {
     fn half_of_the_matches_wrong_still_gives_the_pose_and_equal_keys_give_equal_answers() {
         let intrinsics = Intrinsics { fx_px: 320.0, fy_px: 320.0, cx_px: 320.0, cy_px: 240.0 };
         let size = Size { width_px: 640, height_px: 480 };
-        let lens = Lens { intrinsics, distortion: Radtan::default() };
+        let lens = Lens { intrinsics, mapping: Mapping::Pinhole };
         let cameras = [RigCamera::new(CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY })];
         let truth = se3_exp(Twist::from_array([0.3, -0.2, 0.1, 0.2, -0.4, 0.9]));
         let number = |n: u32, k: u32| f64::from((n * 7_919 + k * 104_729) % 1_000) / 500.0 - 1.0;

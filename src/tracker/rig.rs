@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::compute::Feature;
 use crate::num::{greater, index, u32_from};
-use crate::optics::lens::{Lens, ProjectionJacobian};
+use crate::optics::lens::{Lens, Mapping, ProjectionJacobian};
 use crate::pose::Pose;
 use crate::tracker::matching::Descriptor;
 use crate::units::Size;
@@ -42,13 +42,12 @@ impl RigCamera {
     /// Prepares a camera.
     pub fn new(calibration: CameraCalibration) -> Self {
         let camera_from_body = calibration.body_from_camera.inverse();
-        let intrinsics = calibration.lens.intrinsics;
         let rotation = DMat3::from_quat(camera_from_body.rotation);
-        let focal_px = 0.5 * (intrinsics.fx_px + intrinsics.fy_px);
+        let focal_px = calibration.lens.focal_px();
         Self { calibration, camera_from_body, rotation, focal_px }
     }
 
-    /// Place of a point of the body's frame; `None` behind the camera or outside the picture.
+    /// Place of a point of the body's frame; `None` outside the lens' field or outside the picture.
     pub fn project(&self, point_in_body_m: DVec3) -> Option<DVec2> {
         let point_m = self.rotation * point_in_body_m + self.camera_from_body.translation_m;
         if !self.may_see(point_m) {
@@ -71,8 +70,12 @@ impl RigCamera {
         place_px.is_finite().then(|| (place_px, [row(by_camera[0]), row(by_camera[1])]))
     }
 
-    /// Refuses points behind the camera, and points so far aside that the distortion polynomial may fold them back.
+    /// Refuses points behind the camera, and points so far aside that the distortion polynomial may fold them back. Models of wide lenses
+    /// know their own domain, which may reach behind the camera's plane: for them only points at the camera itself are refused.
     fn may_see(&self, point_m: DVec3) -> bool {
+        if !matches!(self.calibration.lens.mapping, Mapping::Pinhole | Mapping::Radtan(_)) {
+            return point_m.is_finite() && point_m.length_squared() >= DEPTH_M_MIN * DEPTH_M_MIN;
+        }
         if !point_m.is_finite() || point_m.z < DEPTH_M_MIN {
             return false;
         }

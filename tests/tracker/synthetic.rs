@@ -5,7 +5,7 @@ use glam::{DQuat, DVec2, DVec3};
 use sensel::compute::{Feature, STEPS_PER_PX};
 use sensel::draw::DrawKey;
 use sensel::num::{f64_from_u64, low_u8, low_u32, u32_truncated, u64_from};
-use sensel::optics::lens::{Intrinsics, Lens, Radtan};
+use sensel::optics::lens::{Intrinsics, Kb4, Lens, Mapping, Radtan};
 use sensel::pose::Pose;
 use sensel::tracker::manifold::so3_exp;
 use sensel::tracker::{CameraCalibration, FrameInput};
@@ -63,7 +63,7 @@ pub fn stereo_rig() -> Vec<CameraCalibration> {
     let camera = |x_m: f64, turn: DVec3, fx_px: f64| CameraCalibration {
         lens: Lens {
             intrinsics: Intrinsics { fx_px, fy_px: fx_px + 0.7, cx_px: 321.3, cy_px: 238.4 },
-            distortion: Radtan { k1: -0.03, k2: 0.004, p1: 0.0003, p2: -0.0002 },
+            mapping: Mapping::Radtan(Radtan { k1: -0.03, k2: 0.004, p1: 0.0003, p2: -0.0002, k3: 0.0 }),
         },
         size,
         body_from_camera: Pose::new(so3_exp(turn), DVec3::new(x_m, 0.002, 0.001)),
@@ -72,6 +72,17 @@ pub fn stereo_rig() -> Vec<CameraCalibration> {
         camera(-0.0325, DVec3::new(0.003, 0.004, -0.002), 320.0),
         camera(0.0325, DVec3::new(-0.002, -0.006, 0.004), 321.5),
     ]
+}
+
+/// The same places of the cameras, with fisheyes of TUM-VI's shape that see some 120 degrees off the axis in the picture's corners.
+pub fn fisheye_rig() -> Vec<CameraCalibration> {
+    let coefficients = [0.003_482_389_4, 0.000_715_034_8, -0.002_053_236_1, 0.000_202_936_7];
+    let mut rig = stereo_rig();
+    for camera in &mut rig {
+        camera.lens.mapping = Mapping::Kb4(Kb4::new(coefficients));
+        (camera.lens.intrinsics.fx_px, camera.lens.intrinsics.fy_px) = (191.0, 190.9);
+    }
+    rig
 }
 
 /// Half extents of the room: 5 x 2.5 x 2.8 m, y down.
@@ -144,8 +155,10 @@ impl World {
         for (number, landmark) in self.landmarks.iter().enumerate() {
             let key = key.with(u64_from(number));
             let point_m = camera_from_world.point(landmark.place_m);
-            // The polynomial of the lens folds far outside the picture.
-            if point_m.z < 0.05 || point_m.x.abs() > 1.3 * point_m.z || point_m.y.abs() > 1.1 * point_m.z {
+            // The polynomial of the lens folds far outside the picture; a fisheye knows its own domain.
+            let is_flat = matches!(calibration.lens.mapping, Mapping::Radtan(_));
+            let is_beside = point_m.z < 0.05 || point_m.x.abs() > 1.3 * point_m.z || point_m.y.abs() > 1.1 * point_m.z;
+            if is_flat && is_beside {
                 continue;
             }
             let Some(place_px) = calibration.lens.project(point_m) else { continue };

@@ -110,6 +110,12 @@ sections! {
         low_conversion_gain_uv_per_e: Option<f64>,
         /// Capacity of the lateral overflow capacitor in e- beyond the full well, 0 to 1e9; read at the lower gain.
         overflow_capacity_e: f64,
+        /// Share of the light behind the filters that meets one of the four neighbours' photodiodes, 0 to 0.5.
+        optical_crosstalk: f64,
+        /// Share of the charge that one of the four neighbours collects, 0 to 0.5.
+        electrical_crosstalk: f64,
+        /// The same of charge freed by near infrared, which is absorbed deeper, 0 to 0.5; not written: as the visible bands'.
+        electrical_crosstalk_nir: Option<f64>,
     }
     /// Column converters.
     Adc {

@@ -7,11 +7,10 @@ use glam::{DMat3, DQuat, DVec3};
 use image::{DynamicImage, ImageFormat, ImageReader};
 
 use super::yaml::{Document, Refusal, shortened};
-use super::{EurocCamera, GROUND_TRUTH_FOLDER};
+use super::{EurocCamera, GROUND_TRUTH_FOLDER, lens};
 use crate::error::Error;
 use crate::files::{content_error, read_bytes, read_text};
 use crate::num;
-use crate::optics::lens::{Intrinsics, Lens, Radtan};
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::scene::motion::recording::{EurocPose, parse_euroc};
@@ -123,15 +122,6 @@ fn open_camera(folder: &Path) -> Result<CameraFolder, Error> {
 }
 
 fn parse_camera(document: &Document) -> Result<EurocCamera, Refusal> {
-    for (key, known) in
-        [("camera_model", &["pinhole"][..]), ("distortion_model", &["radial-tangential", "radtan", "none"])]
-    {
-        let entry = document.get(key)?;
-        if !known.contains(&entry.text.as_str()) {
-            let reason = format!("{key} = '{}' is not known; known: {}", shortened(&entry.text), known.join(", "));
-            return Err((entry.line, reason));
-        }
-    }
     let rate_hz = document.number("rate_hz")?;
     if rate_hz <= 0.0 {
         return Err((document.get("rate_hz")?.line, format!("rate_hz = {rate_hz}; above 0 would do")));
@@ -141,21 +131,11 @@ fn parse_camera(document: &Document) -> Result<EurocCamera, Refusal> {
         let line = document.get("resolution")?.line;
         return Err((line, format!("resolution = {sides_px:?}; whole numbers from 1 to {SIDE_PX_MAX} would do")));
     }
-    let [fx_px, fy_px, cx_px, cy_px] = document.numbers("intrinsics")?;
-    if fx_px <= 0.0 || fy_px <= 0.0 {
-        return Err((document.get("intrinsics")?.line, "focal lengths are above 0".to_owned()));
-    }
-    let distortion = if document.get("distortion_model")?.text == "none" {
-        Radtan::default()
-    } else {
-        let [k1, k2, p1, p2] = document.numbers("distortion_coefficients")?;
-        Radtan { k1, k2, p1, p2 }
-    };
     Ok(EurocCamera {
         body_from_camera: parse_pose(document)?,
         rate_hz,
         size: Size { width_px: num::u32_truncated(sides_px[0]), height_px: num::u32_truncated(sides_px[1]) },
-        lens: Lens { intrinsics: Intrinsics { fx_px, fy_px, cx_px, cy_px }, distortion },
+        lens: lens::parse(document)?,
     })
 }
 

@@ -8,12 +8,14 @@ use glam::{DQuat, DVec3};
 use super::*;
 use crate::error::Error;
 use crate::files::scratch::Scratch;
-use crate::optics::lens::{Intrinsics, Radtan};
+use crate::optics::lens::{Intrinsics, Mapping, Radtan};
 use crate::plane::Plane;
 use crate::scene::motion::imu::MEMS_PHONE;
 use crate::units::CameraIndex;
 
 const SIZE: Size = Size { width_px: 5, height_px: 3 };
+
+const RADTAN: Radtan = Radtan { k1: -0.283_408_11, k2: 0.073_959_07, p1: 0.000_193_59, p2: 1.761_871_14e-5, k3: 0.0 };
 
 fn camera(x_m: f64) -> EurocCamera {
     EurocCamera {
@@ -22,7 +24,7 @@ fn camera(x_m: f64) -> EurocCamera {
         size: SIZE,
         lens: Lens {
             intrinsics: Intrinsics { fx_px: 458.654, fy_px: 457.296, cx_px: 2.1, cy_px: 1.2 },
-            distortion: Radtan { k1: -0.283_408_11, k2: 0.073_959_07, p1: 0.000_193_59, p2: 1.761_871_14e-5 },
+            mapping: Mapping::Radtan(RADTAN),
         },
     }
 }
@@ -151,7 +153,7 @@ fn the_layouts_of_real_data_sets_are_understood() {
         let folder = &reader.cameras()[0];
         assert_eq!(folder.camera.size, Size { width_px: 752, height_px: 480 });
         assert_eq!(folder.camera.lens.intrinsics.cy_px, 248.375);
-        assert_eq!(folder.camera.lens.distortion.p2, 1.761_871_14e-5);
+        assert_eq!(folder.camera.lens.mapping, Mapping::Radtan(RADTAN));
         assert_eq!(folder.camera.body_from_camera.translation_m.y, -0.064_676_986_768);
         // The camera's x axis is nearly the body's y: column 0 of T_BS.
         assert!((folder.camera.body_from_camera.rotation * DVec3::X).y > 0.999);
@@ -174,7 +176,7 @@ fn hostile_calibrations_are_refused_with_file_and_line() {
         ("[752, 480]", "[752.5, 480]", "line 16: resolution"),
         ("[752, 480]", "[752, 480", "line 16: the list of 'resolution' has no end"),
         ("pinhole", "omni", "line 17: camera_model = 'omni' is not known; known: pinhole"),
-        ("radial-tangential", "equidistant", "line 19: distortion_model"),
+        ("radial-tangential", "fov", "line 19: distortion_model"),
         ("458.654", "nan", "line 18: intrinsics"),
         ("458.654", "-458.654", "line 18: focal lengths"),
         ("0.999557249008", "0.5", "line 9: T_BS is no rotation"),

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
 
-use super::{CAMERA_HEADER, EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, GROUND_TRUTH_HEADER, IMU_HEADER};
+use super::{CAMERA_HEADER, EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, GROUND_TRUTH_HEADER, IMU_HEADER, lens};
 use crate::error::Error;
 use crate::files::{content_error, io_error};
 use crate::num;
@@ -222,23 +222,14 @@ fn pose_yaml(pose: &Pose) -> String {
 }
 
 fn camera_yaml(index: usize, camera: &EurocCamera) -> String {
-    let (i, d) = (camera.lens.intrinsics, camera.lens.distortion);
     format!(
         "# Written by sensel. T_BS maps points of the camera into the body.\nsensor_type: camera\ncomment: simulated cam{index}\n\n\
-         {}\nrate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}] # fu, fv, cu, cv\n\
-         distortion_model: radial-tangential\ndistortion_coefficients: [{}, {}, {}, {}]\n",
+         {}\nrate_hz: {}\nresolution: [{}, {}]\n{}",
         pose_yaml(&camera.body_from_camera),
         camera.rate_hz,
         camera.size.width_px,
         camera.size.height_px,
-        i.fx_px,
-        i.fy_px,
-        i.cx_px,
-        i.cy_px,
-        d.k1,
-        d.k2,
-        d.p1,
-        d.p2
+        lens::yaml(&camera.lens),
     )
 }
 

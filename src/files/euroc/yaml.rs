@@ -11,6 +11,13 @@ pub(super) struct Entry {
     pub(super) line: usize,
 }
 
+impl Entry {
+    fn list(&self) -> Option<Vec<f64>> {
+        let inner = self.text.strip_prefix('[').and_then(|text| text.strip_suffix(']'))?;
+        inner.split(',').map(str::trim).filter(|item| !item.is_empty()).map(finite).collect()
+    }
+}
+
 /// Values by dotted key.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Document {
@@ -71,10 +78,14 @@ impl Document {
     pub(super) fn numbers<const N: usize>(&self, key: &str) -> Result<[f64; N], Refusal> {
         let entry = self.get(key)?;
         let wrong = || (entry.line, format!("{key} = '{}' is no list of {N} numbers", shortened(&entry.text)));
-        let inner = entry.text.strip_prefix('[').and_then(|text| text.strip_suffix(']')).ok_or_else(wrong)?;
-        let items: Option<Vec<f64>> =
-            inner.split(',').map(str::trim).filter(|item| !item.is_empty()).map(finite).collect();
-        items.ok_or_else(wrong)?.try_into().map_err(|_| wrong())
+        entry.list().ok_or_else(wrong)?.try_into().map_err(|_| wrong())
+    }
+
+    /// A list of any number of finite numbers.
+    pub(super) fn list(&self, key: &str) -> Result<Vec<f64>, Refusal> {
+        let entry = self.get(key)?;
+        let wrong = || (entry.line, format!("{key} = '{}' is no list of numbers", shortened(&entry.text)));
+        entry.list().ok_or_else(wrong)
     }
 }
 

@@ -1,0 +1,212 @@
+//! From scene to photodiode: what each band goes through on its own between lens and photodiode. Enters: a lit scene, a camera, its motion,
+//! spans of exposure. Leaves: mean photons of every pixel, blurred by the lens, filtered, and shared with the neighbours.
+//!
+//! The lens blurs light before the filters, charge spreads behind them, and both differ by band, as the mapping does (lateral
+//! chromatic aberration). So bands that differ are rendered one by one, and behind a mosaic so are all bands once the lens blurs.
+//! A monochrome array takes all bands that share a mapping in one render, blurred by the mean of their kernels as the light's
+//! spectrum weighs them, which is exact for grey scenes. Where nothing differs there is one render and its plane is left as it
+//! is.
+
+use super::camera::Camera;
+use super::crosstalk::shared_out;
+use super::mosaic::{FILTER_BANDS, Mosaic};
+use super::psf::{Kernel, Psf};
+use super::render::{Exposure, Sampling, render};
+use crate::error::Error;
+use crate::num::{f32_nearest, f64_from_usize};
+use crate::plane::Plane;
+use crate::pose::Pose;
+use crate::scene::LitScene;
+use crate::scene::light::BANDS;
+use crate::units::Span;
+
+/// Wavelengths that stand for the bands in diffraction, their middles: red, green, blue, near infrared.
+pub const WAVELENGTHS_UM: [f64; FILTER_BANDS] = [0.65, 0.55, 0.45, 0.85];
+
+/// What lies between an ideal mapping and the photodiode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImagePath {
+    /// Size of each band's picture over that of the mapping, around the principal point.
+    pub magnification: [f64; FILTER_BANDS],
+    /// Blur of the lens.
+    pub psf: Psf,
+    /// Share of the light behind the filters that meets one of the four neighbours' photodiodes, 0 to 0.5.
+    pub optical_crosstalk: f64,
+    /// Share of the charge of each band that one of the four neighbours collects, 0 to 0.5.
+    pub electrical_crosstalk: [f64; FILTER_BANDS],
+}
+
+/// Bands that are rendered and changed together.
+#[derive(Clone, Debug)]
+pub(super) struct Pass {
+    /// With the bands' own mapping. It has filters where they are not applied afterwards.
+    camera: Camera,
+    bands: [bool; FILTER_BANDS],
+    /// One for each band where the lens blurs.
+    kernels: Option<[Kernel; FILTER_BANDS]>,
+    /// Whether the filters come after the blur.
+    filters_later: bool,
+    electrical_crosstalk: f64,
+}
+
+impl Camera {
+    /// The same camera with a lens that blurs, bands that differ, and photodiodes that share. To be called after its filters and
+    /// its shading are set.
+    ///
+    /// # Errors
+    /// Values out of range.
+    pub fn with_image_path(mut self, path: &ImagePath) -> Result<Self, Error> {
+        check(path)?;
+        let is_mono = self.mosaic.is_mono();
+        let blurs = !path.psf.is_sharp();
+        let same = |a: usize, b: usize| {
+            path.magnification[a].to_bits() == path.magnification[b].to_bits()
+                && path.electrical_crosstalk[a].to_bits() == path.electrical_crosstalk[b].to_bits()
+                && (is_mono || !blurs)
+        };
+        let mut passes: Vec<Pass> = Vec::new();
+        let passes_some = |band: usize| {
+            self.mosaic
+                .letters()
+                .any(|letter| self.mosaic.transmission(letter).is_some_and(|passed| passed[band] > 0.0))
+        };
+        for band in (0..BANDS).filter(|&band| passes_some(band)) {
+            let known = passes.iter_mut().find(|pass| (0..BANDS).any(|other| pass.bands[other] && same(other, band)));
+            if let Some(pass) = known {
+                pass.bands[band] = true;
+                continue;
+            }
+            let mut bands = [false; FILTER_BANDS];
+            bands[band] = true;
+            let lens = self.lens.magnified(path.magnification[band]);
+            // A factor of 1 keeps the bearings' bits without asking the lens again.
+            let camera = if lens == self.lens { self.clone() } else { self.clone().with_lens(lens) };
+            let kernel = |band: usize| path.psf.kernel(WAVELENGTHS_UM[band], self.pixel_pitch_um);
+            passes.push(Pass {
+                camera,
+                bands,
+                kernels: blurs.then(|| std::array::from_fn(kernel)),
+                filters_later: blurs && !is_mono,
+                electrical_crosstalk: path.electrical_crosstalk[band],
+            });
+        }
+        let changes =
+            |pass: &Pass| pass.kernels.is_some() || pass.electrical_crosstalk > 0.0 || pass.camera.lens != self.lens;
+        if passes.len() == 1 && !changes(&passes[0]) {
+            passes.clear();
+        }
+        for pass in &mut passes {
+            let filters = if pass.filters_later { Mosaic::mono() } else { self.mosaic.clone() };
+            pass.camera.mosaic = filters.restricted_to(pass.bands);
+        }
+        (self.passes, self.optical_crosstalk) = (passes, path.optical_crosstalk);
+        Ok(self)
+    }
+}
+
+fn check(path: &ImagePath) -> Result<(), Error> {
+    let in_range = |key: &str, value: f64, least: f64, most: f64| {
+        if value >= least && value <= most {
+            return Ok(());
+        }
+        Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
+    };
+    in_range("optics.defocus_um", path.psf.defocus_um, 0.0, 1000.0)?;
+    in_range("optics.aberration_um", path.psf.aberration_um, 0.0, 1000.0)?;
+    in_range("sensor.pixel.optical_crosstalk", path.optical_crosstalk, 0.0, 0.5)?;
+    for band in 0..FILTER_BANDS {
+        in_range("sensor.pixel.electrical_crosstalk", path.electrical_crosstalk[band], 0.0, 0.5)?;
+        in_range("optics.lateral_ca", 1e3 * (path.magnification[band] - 1.0), -50.0, 50.0)?;
+    }
+    Ok(())
+}
+
+/// One exposure as the photodiodes receive it. `shutter` has one span a row. Its render noise is stated as an upper bound where bands are
+/// rendered one by one, since they may err together, and before blur and crosstalk, which only lower it.
+pub fn expose(
+    scene: &LitScene,
+    camera: &Camera,
+    shutter: &[Span],
+    world_from_body: &(dyn Fn(f64) -> Pose + Sync),
+    sampling: Sampling,
+) -> Exposure {
+    let mut exposure = if camera.passes.is_empty() {
+        render(scene, camera, shutter, world_from_body, sampling)
+    } else {
+        in_passes(scene, camera, &|camera: &Camera| render(scene, camera, shutter, world_from_body, sampling))
+    };
+    if camera.optical_crosstalk > 0.0 {
+        exposure.photons = shared_out(&exposure.photons, camera.optical_crosstalk);
+    }
+    exposure
+}
+
+fn in_passes(scene: &LitScene, camera: &Camera, render: &dyn Fn(&Camera) -> Exposure) -> Exposure {
+    let mut whole = Exposure { photons: Plane::filled(camera.size, 0.0), render_variance_ratio: 0.0, rays: 0 };
+    let (mut photons, mut deviations) = (0.0, 0.0);
+    for pass in &camera.passes {
+        let seen = render(&pass.camera);
+        let mut plane = seen.photons;
+        if let Some(kernels) = &pass.kernels {
+            plane = pass.kernel(scene, kernels).blurred(&plane);
+        }
+        if pass.filters_later {
+            filter(&mut plane, &camera.mosaic, pass.bands);
+        }
+        if pass.electrical_crosstalk > 0.0 {
+            plane = shared_out(&plane, pass.electrical_crosstalk);
+        }
+        let mean = plane.values().iter().map(|&value| f64::from(value)).sum::<f64>()
+            / f64_from_usize(camera.size.pixel_count());
+        if mean > 0.0 {
+            photons += mean;
+            deviations += (seen.render_variance_ratio * mean).sqrt();
+        }
+        for (sum, value) in whole.photons.values_mut().iter_mut().zip(plane.values()) {
+            *sum += value;
+        }
+        whole.rays += seen.rays;
+    }
+    if photons > 0.0 {
+        whole.render_variance_ratio = deviations * deviations / photons;
+    }
+    whole
+}
+
+/// Photons behind the filters, of a plane of one band before them.
+fn filter(plane: &mut Plane<f32>, mosaic: &Mosaic, bands: [bool; FILTER_BANDS]) {
+    let band = bands.iter().position(|&is_in| is_in).expect("a pass has a band");
+    let (columns, rows) = (mosaic.width_px(), mosaic.height_px());
+    for y in 0..plane.height_px() {
+        let passed: Vec<f32> = (0..columns).map(|x| f32_nearest(mosaic.transmission_at(x, y % rows)[band])).collect();
+        for (x, value) in plane.row_mut(y).iter_mut().enumerate() {
+            *value *= passed[x % columns];
+        }
+    }
+}
+
+impl Pass {
+    /// As `Camera::roll_off_bounds`, of its own mapping.
+    pub(super) fn roll_off_bounds(&self) -> [f64; 2] {
+        self.camera.roll_off_bounds()
+    }
+
+    /// The greatest lobes of its kernels.
+    pub(super) fn lobes(&self) -> f64 {
+        self.kernels.iter().flatten().fold(0.0, |most, kernel| crate::num::greater(most, kernel.lobes()))
+    }
+
+    /// The kernel of the pass's bands: their mean by the light's photons behind the filter.
+    fn kernel(&self, scene: &LitScene, kernels: &[Kernel; FILTER_BANDS]) -> Kernel {
+        let shares = scene.illuminant().band_shares();
+        let passed = self.camera.mosaic.transmission_at(0, 0);
+        let weighed: Vec<(&Kernel, f64)> = (0..BANDS)
+            .filter(|&band| self.bands[band])
+            .map(|band| (&kernels[band], shares[band] * passed[band]))
+            .collect();
+        if let [(kernel, _)] = weighed[..] {
+            return kernel.clone();
+        }
+        if weighed.iter().all(|(_, share)| *share == 0.0) { weighed[0].0.clone() } else { Kernel::mean(&weighed) }
+    }
+}
