@@ -3,6 +3,7 @@
 
 pub mod check;
 pub mod idle;
+mod images;
 mod light;
 mod optics;
 pub mod presets;
@@ -20,7 +21,7 @@ use crate::error::Error;
 /// Keys that say one thing in several ways: a layer that writes one takes away the others of the layers below. Two of them in one
 /// layer are refused where the value is used.
 const EXCLUSIVE: &[&[&str]] = &[
-    &["scene.file", "scene.generator", "scene.target"],
+    &["scene.file", "scene.generator", "scene.target", "scene.images"],
     &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
     &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
     &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],

@@ -7,9 +7,11 @@ pub mod lens;
 pub mod mosaic;
 mod motion;
 pub mod render;
+pub mod resample;
 
 pub use bounds::photon_bounds;
 pub use camera::{Aperture, Camera, Pupil, RollOff};
 pub use depth::depth;
 pub use mosaic::Mosaic;
 pub use render::{Exposure, Sampling, render};
+pub use resample::resample;

@@ -5,23 +5,22 @@ use glam::{DQuat, DVec2, DVec3};
 
 use super::assets::{Assets, Progress};
 use super::exposure::ExposureControl;
-use super::light::lit_scene;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
+use super::world::{Demand, World};
 use crate::config::Resolved;
 use crate::config::check::within;
 use crate::effects::chain::Chain;
 use crate::effects::plan::{self, Kept, Omitted, Plan};
-use crate::effects::regions::{self, LightBounds};
+use crate::effects::regions;
 use crate::effects::{self, Parameters};
 use crate::error::Error;
 use crate::fidelity::Fidelity;
 use crate::num::{f64_from_usize, greater, lesser, u32_from};
+use crate::optics::Camera;
 use crate::optics::lens::Lens;
-use crate::optics::{self, Camera};
 use crate::pose::Pose;
 use crate::readout::{Geometry, Schedule, Shutter};
-use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::tracker::{CameraCalibration, TrackerParams};
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Size, Span};
@@ -55,8 +54,10 @@ pub struct Setup {
     pub frames: u32,
     /// The sensor, alike for all cameras.
     pub sensor: SensorSetup,
-    /// The scene under its light.
-    pub scene: LitScene,
+    /// What is looked at.
+    pub world: World,
+    /// What a person should know of it.
+    pub scene_notes: Vec<String>,
     /// How the body moves.
     pub motion: Motion,
     /// Cameras on the body, with the pixels of their pictures.
@@ -99,10 +100,12 @@ impl Setup {
         let motion = placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)?;
         let start =
             motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
-        let scene = lit_scene(scenario, start.translation_m, assets, progress)?;
+        let span_of = |frames: u32| span_of_run(&sensor, windows.len(), frames);
+        let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
+        let (world, scene_notes) = World::new(scenario, &demand, assets, progress)?;
 
         let exposures_s = exposure_bounds_s(&sensor.schedule);
-        let light = photon_bounds(&scene, &windows[0], exposures_s);
+        let light = world.photon_bounds(&windows, exposures_s);
         let plan_of = |parameters: &Parameters| {
             let pixels = f64_from_usize(sensor.size.pixel_count());
             let storage_s = sensor.schedule.storage_s_max();
@@ -128,7 +131,8 @@ impl Setup {
             fidelity,
             frames,
             sensor,
-            scene,
+            world,
+            scene_notes,
             motion,
             cameras,
             windows,
@@ -232,11 +236,4 @@ fn first_place_px(geometry: &Geometry) -> DVec2 {
         sum += DVec2::new(mean(columns), mean(rows)) - step * f64::from(number);
     }
     sum / f64::from(count)
-}
-
-/// Bounds of a pixel's mean photons, from the scene's light and the lens alone.
-fn photon_bounds(scene: &LitScene, camera: &Camera, exposures_s: [f64; 2]) -> LightBounds {
-    let [photons_min, _] = optics::photon_bounds(scene, camera, exposures_s[0]);
-    let [_, photons_max] = optics::photon_bounds(scene, camera, exposures_s[1]);
-    LightBounds { photons_min, photons_max }
 }
