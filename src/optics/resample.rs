@@ -1,8 +1,8 @@
 //! Photons from pictures: the paper's down-sampling "based on the mapping function of the lens". Enters: a stream of pictures, a camera, a
 //! span of exposure for each row. Leaves: mean photons of every pixel.
 //!
-//! The corners of a pixel's area go through the sensor's lens to bearings and through the pictures' camera to a quadrilateral of the picture,
-//! whose light is averaged exactly by area, so nothing aliases. Neighbours share their corners: no light is lost or counted twice.
+//! The corners of a pixel's area go through the sensor's lens to bearings and through the pictures' camera to a quadrilateral of the
+//! picture, whose light is averaged exactly by area, so nothing aliases. Neighbours share their corners: no light is lost or counted twice.
 //! A quadrilateral narrower than a pixel of the picture is widened to one, and the mean over a square of one pixel is bilinear
 //! interpolation; so both ways meet without a seam. Every row merges the pictures of its own span by the seconds that each counts.
 //!

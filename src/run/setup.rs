@@ -100,7 +100,8 @@ impl Setup {
         let motion = placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)?;
         let start =
             motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
-        let span_of = |frames: u32| span_of_run(&sensor, windows.len(), frames);
+        let exposed_from_s = first_exposure_s(&sensor, windows.len());
+        let span_of = |frames: u32| Span { start_s: exposed_from_s, ..span_of_run(&sensor, windows.len(), frames) };
         let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
         let (world, scene_notes) = World::new(scenario, &demand, assets, progress)?;
 
@@ -177,6 +178,18 @@ fn span_of_run(sensor: &SensorSetup, cameras: usize, frames: u32) -> Span {
         schedule.span(schedule.frame_window_clk(FrameIndex(frames - 1))).end_s
     };
     Span { start_s: 0.0, end_s: (0..cameras).fold(0.0, |most, camera| greater(most, end_s(camera))) }
+}
+
+/// When light is first gathered, by whichever camera: from the start of the run on where exposures may grow.
+fn first_exposure_s(sensor: &SensorSetup, cameras: usize) -> f64 {
+    if sensor.schedule.params().auto.is_some() {
+        return 0.0;
+    }
+    let start_s = |camera| {
+        let schedule = sensor.schedule.for_camera(CameraIndex(u32_from(camera)));
+        schedule.span(schedule.frame_window_clk(FrameIndex(0))).start_s
+    };
+    (0..cameras).fold(f64::INFINITY, |least, camera| lesser(least, start_s(camera)))
 }
 
 /// Shortest and longest exposure that a frame of the run can have, in seconds.

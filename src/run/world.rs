@@ -1,5 +1,5 @@
-//! What a run looks at: a scene with geometry, or pictures from elsewhere. Enters: a scenario, its files. Leaves: photons, bounds on them, and
-//! depth, whichever it is.
+//! What a run looks at: a scene with geometry, or pictures from elsewhere. Enters: a scenario, its files. Leaves: photons, bounds on
+//! them, and depth, whichever it is.
 
 mod pictures;
 
@@ -20,7 +20,7 @@ use crate::units::Span;
 /// What is looked at.
 pub enum World {
     /// Geometry under light.
-    Scene(LitScene),
+    Scene(Box<LitScene>),
     /// Pictures over time, one stream a camera.
     Images(ImageSequence),
 }
@@ -33,7 +33,7 @@ pub struct Demand<'a> {
     pub cameras: &'a [Camera],
     /// Frames of the run.
     pub frames: u32,
-    /// From the start of a run of so many frames to the end of its last exposure.
+    /// From the start of the first exposure of a run of so many frames to the end of its last.
     pub span_of: &'a dyn Fn(u32) -> Span,
 }
 
@@ -51,14 +51,15 @@ impl World {
         match &scenario.scene.images {
             Some(folders) => pictures::sequence(scenario, folders, demand, assets, progress)
                 .map(|(sequence, notes)| (Self::Images(sequence), notes)),
-            None => lit_scene(scenario, demand.start_m, assets, progress).map(|lit| (Self::Scene(lit), Vec::new())),
+            None => lit_scene(scenario, demand.start_m, assets, progress)
+                .map(|lit| (Self::Scene(Box::new(lit)), Vec::new())),
         }
     }
 
     /// The geometry under its light, where there is geometry.
     pub fn scene(&self) -> Option<&LitScene> {
         match self {
-            Self::Scene(scene) => Some(scene),
+            Self::Scene(scene) => Some(&**scene),
             Self::Images(_) => None,
         }
     }

@@ -92,7 +92,7 @@ fn bad_files_are_refused_by_name_with_what_would_do() {
         ("no picture", without(&[".png"]), ["film", "no picture"]),
         ("no list", without(&["times.csv"]), ["scene.images_fps", "times.csv"]),
         ("no camera", without(&["K.txt"]), ["scene.images_camera", "K.txt"]),
-        ("other size", with("002.png", &grey_png_8(size(47, 32), 100)), ["002.png", "47 x 32"]),
+        ("other size", with("001.png", &grey_png_8(size(47, 32), 100)), ["001.png", "47 x 32"]),
         ("cut PNG", with("001.png", &whole[..whole.len() / 2]), ["001.png", "PNG"]),
         ("empty PNG", with("001.png", &[]), ["001.png", "neither PNG nor OpenEXR"]),
         ("JPEG", with("001.png", &[0xff, 0xd8, 0xff, 0xe0, 0, 0]), ["001.png", "neither PNG nor OpenEXR"]),

@@ -34,8 +34,8 @@ impl Blend {
         }
     }
 
-    /// Numbers of the pictures that count for a span, rising by one, and the seconds of each; they sum to the span's length. Linear blending
-    /// is integrated exactly: a trapezoid for each interval that the span touches. Beyond the ends the end's picture counts.
+    /// Numbers of the pictures that count for a span, rising by one, and the seconds of each; they sum to the span's length. Linear
+    /// blending is integrated exactly: a trapezoid for each interval that the span touches. Beyond the ends the end's picture counts.
     pub fn weights(self, times_s: &[f64], span: Span) -> Vec<(usize, f64)> {
         let last = times_s.len() - 1;
         let mut weights: Vec<(usize, f64)> = Vec::new();
@@ -103,7 +103,8 @@ mod tests {
 
     #[test]
     fn brightness_is_integrated_exactly_over_any_span() {
-        // Antiderivatives by hand: linear from 1 to 3 over 0.1 s, flat over 0.2 s, linear from 3 to 10 over 0.1 s; and steps at the middles.
+        // Antiderivatives by hand: linear from 1 to 3 over 0.1 s, flat over 0.2 s, linear from 3 to 10 over 0.1 s; and steps at the
+        // middles.
         let linear = |t_s: f64| match t_s {
             t if t <= 0.1 => t + 10.0 * t * t,
             t if t <= 0.3 => 0.2 + 3.0 * (t - 0.1),

@@ -262,7 +262,8 @@ fn exr_channels(name: &str, bytes: &[u8]) -> Result<Vec<crate::picture::Channel>
     crate::picture::from_exr(name, bytes)
 }
 
-/// Depth from a file of its own: a grey 16-bit PNG of so many steps a metre (0: nothing seen), or channel Z or Y of an OpenEXR file in metres.
+/// Depth from a file of its own: a grey 16-bit PNG of so many steps a metre (0: nothing seen), or channel Z or Y of an OpenEXR file in
+/// metres.
 ///
 /// # Errors
 /// A file that is damaged, or holds something else.

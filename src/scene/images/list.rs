@@ -104,8 +104,8 @@ fn parsed_ns(text: &str, unit: Unit) -> Option<i64> {
     }
 }
 
-/// Times of pictures at a rate: by the numbers at the end of their names, so that missing pictures leave their time empty, or by their order
-/// where a name has none, or a number of more than nine digits.
+/// Times of pictures at a rate: by the numbers at the end of their names, so that missing pictures leave their time empty, or by their
+/// order where a name has none, or a number of more than nine digits.
 ///
 /// # Errors
 /// Two pictures of one number.
