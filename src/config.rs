@@ -3,6 +3,7 @@
 
 pub mod check;
 pub mod idle;
+mod images;
 mod light;
 pub mod motion;
 mod optics;
@@ -21,12 +22,12 @@ use crate::error::Error;
 /// Keys that say one thing in several ways: a layer that writes one takes away the others of the layers below. Two of them in one
 /// layer are refused where the value is used.
 const EXCLUSIVE: &[&[&str]] = &[
-    &["scene.file", "scene.generator", "scene.target"],
     &["motion.file", "motion.kind"],
     &["rig.baseline_mm", "rig.camera"],
     // A field of view stands for both focal lengths.
     &["optics.horizontal_fov_deg", "optics.fx_px"],
     &["optics.horizontal_fov_deg", "optics.fy_px"],
+    &["scene.file", "scene.generator", "scene.target", "scene.images"],
     &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
     &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
     &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],

@@ -11,13 +11,15 @@ pub mod mosaic;
 mod motion;
 pub mod psf;
 pub mod render;
+pub mod resample;
 pub mod roll_off;
 
 pub use bounds::photon_bounds;
 pub use camera::{Aperture, Camera, Pupil};
 pub use depth::depth;
-pub use expose::{ImagePath, expose};
+pub use expose::{ImagePath, expose, expose_by};
 pub use mosaic::Mosaic;
 pub use psf::Psf;
 pub use render::{Exposure, Sampling, render};
+pub use resample::resample;
 pub use roll_off::{RollOff, Shading};

@@ -11,9 +11,11 @@ pub mod sensor;
 pub mod session;
 pub mod setup;
 mod timing;
+pub mod world;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
 pub use sensor::SensorSetup;
 pub use session::{CameraFrame, Frame, Session};
 pub use setup::Setup;
 pub use timing::{burst_utilisation, timing_diagram, timing_record};
+pub use world::World;

@@ -10,6 +10,7 @@ pub mod box_room;
 pub mod bvh;
 mod chance;
 pub mod gltf;
+pub mod images;
 pub mod lamps;
 pub mod lanes;
 pub mod light;
@@ -23,6 +24,7 @@ pub mod texture;
 pub mod tracer;
 
 pub use bake::{Bake, BakeSettings};
+pub use images::{ImageSequence, ImageStream};
 pub use light::Illuminant;
 pub use lit::{ExitanceBounds, LitScene};
 pub use surroundings::{Panel, Surroundings};

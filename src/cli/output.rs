@@ -90,6 +90,11 @@ impl Output {
             .collect();
         let unit = setup.imu.map(|imu| EurocImu { body_from_imu: imu.body_from_imu, noise: imu.noise });
         let euroc = EurocWriter::create(folder.path(), &cameras, unit.as_ref(), PngDepth::Eight)?;
+        if keep.depth && !setup.world.has_depth() {
+            let reason =
+                "the pictures that the scene is made of have no depth; channel Z, or scene.images_depth, would do";
+            return Err(Error::key("--keep", "depth", reason));
+        }
         let mut packets = Vec::new();
         for camera in 0..cameras.len() {
             if keep.packets {
@@ -134,7 +139,9 @@ impl Output {
             }
             if self.keep.depth {
                 let setup = session.setup();
-                let depth_m = sensel::optics::depth(setup.scene.scene(), &setup.cameras[index], &frame.truth);
+                let camera = (index, &setup.cameras[index]);
+                let depth_m = setup.world.depth(camera, &frame.truth, frame.t_s)?;
+                let depth_m = depth_m.expect("a world without depth was refused when the folder was made");
                 picture::write_grey_16(&kept("depth", "png"), &depth_steps(&depth_m))?;
             }
         }

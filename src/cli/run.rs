@@ -1,14 +1,17 @@
 //! `sensel run`: the whole way, and everything it writes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use sensel::error::Error;
 use sensel::files::cache::Cache;
 use sensel::files::folder::OutputFolder;
+use sensel::files::input::InputFolders;
 use sensel::report::Report;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
+use sensel::scene::images::PictureBytes;
 
 use super::args::{RunArguments, RunVerbArguments, Shared};
 use super::interrupt;
@@ -31,7 +34,7 @@ impl Stopwatch for Wall {
 
 /// Files of one folder, and the user's cache.
 pub struct FolderAssets {
-    folders: Vec<PathBuf>,
+    folders: Arc<InputFolders>,
     cache: Option<Cache>,
 }
 
@@ -41,27 +44,22 @@ impl FolderAssets {
     pub fn new(folder: &Path, shared: &Shared) -> Self {
         let mut folders = vec![folder.to_path_buf()];
         folders.extend(place::folders_of_known_scenes(shared));
+        let folders = Arc::new(InputFolders::new(folders));
         Self { folders, cache: Cache::open(shared.cache.as_deref(), CACHE_BYTES).ok() }
     }
 }
 
 impl Assets for FolderAssets {
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
-        let relative = Path::new(name);
-        let inside = relative.components().all(|part| matches!(part, std::path::Component::Normal(_)));
-        if !inside {
-            let reason = "leads out of the scenario's folder; a name within it would do".to_owned();
-            return Err(Error::Content { file: name.to_owned(), reason });
-        }
-        let found = self.folders.iter().map(|folder| folder.join(relative)).find(|path| path.is_file());
-        let path = found.unwrap_or_else(|| self.folders[0].join(relative));
-        std::fs::read(&path).map_err(|source| match source.kind() {
-            std::io::ErrorKind::NotFound => Error::Content {
-                file: path.display().to_string(),
-                reason: "is not there; the scenario names it".to_owned(),
-            },
-            _ => place::io(&path, source),
-        })
+        self.folders.read(name)
+    }
+
+    fn list(&self, folder: &str) -> Result<Vec<String>, Error> {
+        self.folders.list(folder)
+    }
+
+    fn during_run(&self) -> Option<Arc<dyn PictureBytes>> {
+        Some(self.folders.clone())
     }
 
     fn load(&self, key: &str) -> Option<Vec<u8>> {
@@ -168,6 +166,9 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
         scenario.illuminance_lux,
         scenario.bits
     );
+    for note in &scenario.scene_notes {
+        outln!("  pictures      {note}");
+    }
     let tracking = &report.tracking;
     outln!(
         "  tracked       {:.1} % of frames, {} features (median)",

@@ -10,6 +10,7 @@ use crate::error::Error;
 /// The first such key, with what would make it act.
 pub fn check(resolved: &Resolved) -> Result<(), Error> {
     super::optics::check_idle(resolved)?;
+    super::images::check_idle(resolved)?;
     let sensor = &resolved.scenario.sensor;
     let readout = &sensor.readout;
     let rolls = readout.shutter == "rolling";

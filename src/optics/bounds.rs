@@ -2,13 +2,22 @@
 
 use super::camera::Camera;
 use crate::num::{greater, lesser};
-use crate::scene::LitScene;
 use crate::scene::light::BANDS;
+use crate::scene::{ExitanceBounds, Illuminant, LitScene};
 
 /// Least and greatest mean photons of a pixel over an exposure. Lamps and sky count as seen, because they may be.
 pub fn photon_bounds(scene: &LitScene, camera: &Camera, exposure_s: f64) -> [f64; 2] {
-    let per_lux_s = camera.photons_per_lux_s(scene.illuminant());
-    let exitance = scene.exitance_bounds();
+    of_exitance(scene.illuminant(), &scene.exitance_bounds(), camera, exposure_s)
+}
+
+/// The same for light within these bounds.
+pub(super) fn of_exitance(
+    illuminant: Illuminant,
+    exitance: &ExitanceBounds,
+    camera: &Camera,
+    exposure_s: f64,
+) -> [f64; 2] {
+    let per_lux_s = camera.photons_per_lux_s(illuminant);
     let [shade_min, shade_max] = camera.roll_off_bounds();
     let [blur_min, blur_max] = camera.blur_bounds();
     let (mut least, mut greatest) = (f64::INFINITY, 0.0);

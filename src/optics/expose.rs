@@ -16,8 +16,8 @@ use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize};
 use crate::plane::Plane;
 use crate::pose::Pose;
-use crate::scene::LitScene;
-use crate::scene::light::BANDS;
+use crate::scene::light::{BANDS, INFRARED};
+use crate::scene::{Illuminant, LitScene};
 use crate::units::Span;
 
 /// Wavelengths that stand for the bands in diffraction, their middles: red, green, blue, near infrared.
@@ -66,9 +66,11 @@ impl Camera {
         };
         let mut passes: Vec<Pass> = Vec::new();
         let passes_some = |band: usize| {
-            self.mosaic
-                .letters()
-                .any(|letter| self.mosaic.transmission(letter).is_some_and(|passed| passed[band] > 0.0))
+            (band != INFRARED || self.infrared_transmission > 0.0)
+                && self
+                    .mosaic
+                    .letters()
+                    .any(|letter| self.mosaic.transmission(letter).is_some_and(|passed| passed[band] > 0.0))
         };
         for band in (0..BANDS).filter(|&band| passes_some(band)) {
             let known = passes.iter_mut().find(|pass| (0..BANDS).any(|other| pass.bands[other] && same(other, band)));
@@ -130,25 +132,38 @@ pub fn expose(
     world_from_body: &(dyn Fn(f64) -> Pose + Sync),
     sampling: Sampling,
 ) -> Exposure {
-    let mut exposure = if camera.passes.is_empty() {
-        render(scene, camera, shutter, world_from_body, sampling)
-    } else {
-        in_passes(scene, camera, &|camera: &Camera| render(scene, camera, shutter, world_from_body, sampling))
-    };
+    let rendered = |camera: &Camera| Ok(render(scene, camera, shutter, world_from_body, sampling));
+    expose_by(scene.illuminant(), camera, &rendered).expect("rendering cannot fail")
+}
+
+/// The same where the light behind an ideal lens comes from elsewhere: `ideal` is asked once for each group of bands.
+///
+/// # Errors
+/// As `ideal`.
+pub fn expose_by(
+    illuminant: Illuminant,
+    camera: &Camera,
+    ideal: &dyn Fn(&Camera) -> Result<Exposure, Error>,
+) -> Result<Exposure, Error> {
+    let mut exposure = if camera.passes.is_empty() { ideal(camera)? } else { in_passes(illuminant, camera, ideal)? };
     if camera.optical_crosstalk > 0.0 {
         exposure.photons = shared_out(&exposure.photons, camera.optical_crosstalk);
     }
-    exposure
+    Ok(exposure)
 }
 
-fn in_passes(scene: &LitScene, camera: &Camera, render: &dyn Fn(&Camera) -> Exposure) -> Exposure {
+fn in_passes(
+    illuminant: Illuminant,
+    camera: &Camera,
+    ideal: &dyn Fn(&Camera) -> Result<Exposure, Error>,
+) -> Result<Exposure, Error> {
     let mut whole = Exposure { photons: Plane::filled(camera.size, 0.0), render_variance_ratio: 0.0, rays: 0 };
     let (mut photons, mut deviations) = (0.0, 0.0);
     for pass in &camera.passes {
-        let seen = render(&pass.camera);
+        let seen = ideal(&pass.camera)?;
         let mut plane = seen.photons;
         if let Some(kernels) = &pass.kernels {
-            plane = pass.kernel(scene, kernels).blurred(&plane);
+            plane = pass.kernel(illuminant, kernels).blurred(&plane);
         }
         if pass.filters_later {
             filter(&mut plane, &camera.mosaic, pass.bands);
@@ -170,7 +185,7 @@ fn in_passes(scene: &LitScene, camera: &Camera, render: &dyn Fn(&Camera) -> Expo
     if photons > 0.0 {
         whole.render_variance_ratio = deviations * deviations / photons;
     }
-    whole
+    Ok(whole)
 }
 
 /// Photons behind the filters, of a plane of one band before them.
@@ -197,12 +212,12 @@ impl Pass {
     }
 
     /// The kernel of the pass's bands: their mean by the light's photons behind the filter.
-    fn kernel(&self, scene: &LitScene, kernels: &[Kernel; FILTER_BANDS]) -> Kernel {
-        let shares = scene.illuminant().band_shares();
+    fn kernel(&self, illuminant: Illuminant, kernels: &[Kernel; FILTER_BANDS]) -> Kernel {
+        let photons = self.camera.photons_per_lux_s(illuminant);
         let passed = self.camera.mosaic.transmission_at(0, 0);
         let weighed: Vec<(&Kernel, f64)> = (0..BANDS)
             .filter(|&band| self.bands[band])
-            .map(|band| (&kernels[band], shares[band] * passed[band]))
+            .map(|band| (&kernels[band], photons[band] * passed[band]))
             .collect();
         if let [(kernel, _)] = weighed[..] {
             return kernel.clone();

@@ -61,8 +61,10 @@ pub struct Report {
 pub struct Scenario {
     /// Name of the scenario.
     pub name: String,
-    /// Scene file or generator.
+    /// Scene file, generator or folders of pictures.
     pub scene: String,
+    /// What a person should know of pictures from elsewhere: what is black, coarse or cut off.
+    pub scene_notes: Vec<String>,
     /// On a horizontal plane at the camera's start.
     pub illuminance_lux: f64,
     /// Name of the light.

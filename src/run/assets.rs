@@ -1,6 +1,9 @@
 //! Where bytes come from and go to: the core itself does no input or output.
 
+use std::sync::Arc;
+
 use crate::error::Error;
+use crate::scene::images::PictureBytes;
 
 /// Files of a scenario, and a place for baked light.
 pub trait Assets: Sync {
@@ -9,6 +12,22 @@ pub trait Assets: Sync {
     /// # Errors
     /// The file is not there, or not in that folder.
     fn read(&self, name: &str) -> Result<Vec<u8>, Error>;
+
+    /// Names of the files in a folder of the scenario's folder ("" is that folder itself), sorted, without those of folders inside.
+    ///
+    /// # Errors
+    /// The folder is not there, or not in the scenario's folder.
+    fn list(&self, folder: &str) -> Result<Vec<String>, Error> {
+        Err(Error::Content {
+            file: folder.to_owned(),
+            reason: "there are no folders here; a generated scene would do".to_owned(),
+        })
+    }
+
+    /// The same files for reading while a run goes on; none where all must be read before.
+    fn during_run(&self) -> Option<Arc<dyn PictureBytes>> {
+        None
+    }
 
     /// Bytes stored under a content hash earlier, if any.
     fn load(&self, _key: &str) -> Option<Vec<u8>> {

@@ -43,8 +43,19 @@ pub fn lit_scene(
     scene.lit(&bake, start_m, lux, illuminant)
 }
 
+/// Pictures stand alone: no scene beside them.
+///
+/// # Errors
+/// A scene that is named as well.
+pub fn only_images(section: &crate::config::scenario::Scene) -> Result<(), Error> {
+    section.surroundings.check()?;
+    within("scene.reflectance", section.reflectance, 0.0..=1.0, "0 to 1")?;
+    let is_alone = section.file.is_none() && section.generator.is_none() && section.target.is_none();
+    if is_alone { Ok(()) } else { Err(not_one_scene(section)) }
+}
+
 fn not_one_scene(section: &crate::config::scenario::Scene) -> Error {
-    let reason = "exactly one of scene.file, scene.generator and scene.target would do";
+    let reason = "exactly one of scene.file, scene.generator, scene.target and scene.images would do";
     let all =
         [("scene.target", &section.target), ("scene.generator", &section.generator), ("scene.file", &section.file)];
     match all.into_iter().find_map(|(key, value)| Some((key, value.as_ref()?))) {

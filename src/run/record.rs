@@ -3,6 +3,7 @@
 use super::session::{FrameNotes, STAGES, Session};
 use super::setup::PlanSummary;
 use super::timing::{burst_utilisation, timing_record};
+use super::world::World;
 use crate::error::Error;
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Camera;
@@ -41,7 +42,12 @@ impl Session {
             ..Report::default()
         };
         if report.scenario.render_variance_ratio.is_none() {
-            let reason = "one sample a pixel says nothing about its own error".to_owned();
+            let reason = match self.setup.world {
+                World::Scene(_) => "one sample a pixel says nothing about its own error".to_owned(),
+                World::Images(_) => {
+                    "pictures are integrated without chance, and their own noise is not known".to_owned()
+                }
+            };
             report.not_measurable.insert("scenario.render_variance_ratio".to_owned(), reason);
         }
         if report.bandwidth.reduction.is_none() {
@@ -66,12 +72,14 @@ impl Session {
         }
         let scene = &source.scene;
         let named = scene.file.as_ref().or(scene.generator.as_ref()).or(scene.target.as_ref());
+        let folders = scene.images.as_ref().map(|folders| folders.list().join(", "));
         let frames = f64_from_usize(self.notes.len());
         let cameras = f64_from_usize(setup.cameras.len());
         let optics = &source.optics;
         Scenario {
             name: name.to_owned(),
-            scene: named.cloned().unwrap_or_default(),
+            scene: named.cloned().or(folders).unwrap_or_default(),
+            scene_notes: setup.scene_notes.clone(),
             illuminance_lux: scene.illuminance_lux,
             illuminant: scene.illuminant.clone(),
             motion: source.motion.file.as_ref().or(source.motion.kind.as_ref()).cloned().unwrap_or_default(),

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::events::Events;
 use crate::link::{self, FrameMetadata, FrameOut};
 use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, index, u32_from, u64_from, u64_half_even};
-use crate::optics::{self, Exposure, Sampling};
+use crate::optics::{Exposure, Sampling};
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::{ClockSpan, HdrMerge, Schedule, Shutter};
@@ -149,7 +149,7 @@ impl Session {
         let frame = FrameIndex(u32_from(self.notes.len()));
         let mut lap = Lap::start(watch);
         let schedules = self.setup.exposure.schedules(frame);
-        let exposures = self.render(frame, &schedules);
+        let exposures = self.render(frame, &schedules)?;
         self.totals.stage_s[0] += lap.next_s();
         let codes = self.capture(frame, &schedules, &exposures);
         self.totals.stage_s[1] += lap.next_s();
@@ -189,7 +189,7 @@ impl Session {
     }
 
     /// What each camera sees, one exposure a slot.
-    fn render(&mut self, frame: FrameIndex, schedules: &[Schedule]) -> Vec<Vec<Exposure>> {
+    fn render(&mut self, frame: FrameIndex, schedules: &[Schedule]) -> Result<Vec<Vec<Exposure>>, Error> {
         let setup = &self.setup;
         // The motion was checked to cover the whole run before the first frame.
         let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
@@ -206,16 +206,16 @@ impl Session {
                     key: if slot == 0 { key } else { key.with(u64_from(slot)) },
                 };
                 let rows = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
-                optics::expose(&setup.scene, camera, &rows, &pose, sampling)
+                setup.world.expose((camera_index, camera), &rows, &pose, sampling)
             };
-            exposures.push((0..schedule.slots().len()).map(slot_exposure).collect::<Vec<_>>());
+            exposures.push((0..schedule.slots().len()).map(slot_exposure).collect::<Result<Vec<_>, Error>>()?);
         }
         let slots = f64_from_usize(schedules[0].slots().len());
         for exposure in exposures.iter().flatten() {
             self.totals.rays += exposure.rays;
             self.totals.render_variance_ratio += exposure.render_variance_ratio / slots;
         }
-        exposures
+        Ok(exposures)
     }
 
     /// Codes of each camera: of its exposures, merged where there are several.

@@ -5,23 +5,22 @@ use glam::DVec2;
 
 use super::assets::{Assets, Progress};
 use super::exposure::ExposureControl;
-use super::light::lit_scene;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
+use super::world::{Demand, World};
 use crate::config::Resolved;
 use crate::config::check::within;
 use crate::effects::chain::Chain;
 use crate::effects::plan::{self, Kept, Omitted, Plan};
-use crate::effects::regions::{self, LightBounds};
+use crate::effects::regions;
 use crate::effects::{self, Parameters};
 use crate::error::Error;
 use crate::fidelity::Fidelity;
 use crate::num::{f64_from_usize, greater, lesser, u32_from};
+use crate::optics::Camera;
 use crate::optics::lens::Lens;
-use crate::optics::{self, Camera};
 use crate::pose::Pose;
 use crate::readout::{Geometry, Schedule, Shutter};
-use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::scene::motion::imu::Imu;
 use crate::tracker::{CameraCalibration, TrackerParams};
@@ -56,8 +55,10 @@ pub struct Setup {
     pub frames: u32,
     /// The sensor, alike for all cameras.
     pub sensor: SensorSetup,
-    /// The scene under its light.
-    pub scene: LitScene,
+    /// What is looked at.
+    pub world: World,
+    /// What a person should know of it.
+    pub scene_notes: Vec<String>,
     /// How the body moves.
     pub motion: Motion,
     /// What was put right or bridged in the motion's file, for a person.
@@ -106,10 +107,13 @@ impl Setup {
         let (motion, motion_notes) = (placed.motion, placed.notes);
         let start =
             motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
-        let scene = lit_scene(scenario, start.translation_m, assets, progress)?;
+        let exposed_from_s = first_exposure_s(&sensor, windows.len());
+        let span_of = |frames: u32| Span { start_s: exposed_from_s, ..span_of_run(&sensor, windows.len(), frames) };
+        let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
+        let (world, scene_notes) = World::new(scenario, &demand, assets, progress)?;
 
         let exposures_s = exposure_bounds_s(&sensor.schedule);
-        let light = photon_bounds(&scene, &windows[0], exposures_s);
+        let light = world.photon_bounds(&windows, exposures_s);
         let plan_of = |parameters: &Parameters| {
             let pixels = f64_from_usize(sensor.size.pixel_count());
             let storage_s = sensor.schedule.storage_s_max();
@@ -135,7 +139,8 @@ impl Setup {
             fidelity,
             frames,
             sensor,
-            scene,
+            world,
+            scene_notes,
             motion,
             motion_notes,
             imu,
@@ -182,6 +187,18 @@ fn span_of_run(sensor: &SensorSetup, cameras: usize, frames: u32) -> Span {
         schedule.span(schedule.frame_window_clk(FrameIndex(frames - 1))).end_s
     };
     Span { start_s: 0.0, end_s: (0..cameras).fold(0.0, |most, camera| greater(most, end_s(camera))) }
+}
+
+/// When light is first gathered, by whichever camera: from the start of the run on where exposures may grow.
+fn first_exposure_s(sensor: &SensorSetup, cameras: usize) -> f64 {
+    if sensor.schedule.params().auto.is_some() {
+        return 0.0;
+    }
+    let start_s = |camera| {
+        let schedule = sensor.schedule.for_camera(CameraIndex(u32_from(camera)));
+        schedule.span(schedule.frame_window_clk(FrameIndex(0))).start_s
+    };
+    (0..cameras).fold(f64::INFINITY, |least, camera| lesser(least, start_s(camera)))
 }
 
 /// Shortest and longest exposure that a frame of the run can have, in seconds.
@@ -241,11 +258,4 @@ fn first_place_px(geometry: &Geometry) -> DVec2 {
         sum += DVec2::new(mean(columns), mean(rows)) - step * f64::from(number);
     }
     sum / f64::from(count)
-}
-
-/// Bounds of a pixel's mean photons, from the scene's light and the lens alone.
-fn photon_bounds(scene: &LitScene, camera: &Camera, exposures_s: [f64; 2]) -> LightBounds {
-    let [photons_min, _] = optics::photon_bounds(scene, camera, exposures_s[0]);
-    let [_, photons_max] = optics::photon_bounds(scene, camera, exposures_s[1]);
-    LightBounds { photons_min, photons_max }
 }

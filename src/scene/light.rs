@@ -9,6 +9,9 @@ use crate::error::Error;
 /// Bands of a render: red, green, blue, near infrared.
 pub const BANDS: usize = 4;
 
+/// Place of the near infrared among the bands.
+pub const INFRARED: usize = 3;
+
 /// One number a band.
 pub type Bands = [f32; BANDS];
 

@@ -20,8 +20,9 @@ use crate::num;
 use crate::pose::{Pose, TimedPose};
 use crate::units::Span;
 
-/// Samples further apart than this are a gap; nothing is invented inside it.
-pub const GAP_S_MAX: f64 = 0.1;
+/// Samples further apart than this are a gap; nothing is invented inside it. A tenth of a second and a microsecond: differences of decimal
+/// time stamps at 10 Hz come out above 0.1 by their rounding.
+pub const GAP_S_MAX: f64 = 0.100_001;
 
 /// Knot spacing for motion capture of heads and hands: six samples of 120 Hz a knot, and a band of 10 Hz that holds what a
 /// neck or wrist can do.

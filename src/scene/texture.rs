@@ -38,7 +38,11 @@ const ONE: f32 = 65_535.0;
 
 /// IEC 61966-2-1: the linear light of an 8-bit sRGB code, from 0 to 1.
 pub fn linear_from_srgb(code: u8) -> f64 {
-    let value = f64::from(code) / 255.0;
+    linear_from_srgb_share(f64::from(code) / 255.0)
+}
+
+/// IEC 61966-2-1: the linear light of an sRGB value, both from 0 to 1.
+pub fn linear_from_srgb_share(value: f64) -> f64 {
     if value <= 0.04045 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
 }
 

@@ -90,6 +90,7 @@ fn scenario(path_m: f64) -> Scenario {
     Scenario {
         name: "A walk through the furnished bathroom".to_owned(),
         scene: "bathroom.glb".to_owned(),
+        scene_notes: Vec::new(),
         illuminance_lux: 300.0,
         illuminant: "D65".to_owned(),
         motion: "head motion of tum_vi_room1.txt".to_owned(),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 sections! {
-    /// What is looked at: exactly one of `file`, `generator`, `target`.
+    /// What is looked at: exactly one of `file`, `generator`, `target`, `images`.
     Scene {
         /// A glTF binary in the scenario's folder.
         file: Option<String>,
@@ -11,6 +11,24 @@ sections! {
         generator: Option<String>,
         /// A calibration target: "flat".
         target: Option<String>,
+        /// Pictures from elsewhere: a folder in the scenario's folder, or a list of folders with one for each camera.
+        images: Option<Folders>,
+        /// What camera the pictures were made with; without it, `K.txt` in their folder or beside it.
+        images_camera: Option<ImagesCamera>,
+        /// Pictures a second, by the numbers at the end of their names, else by their order; 0.001 to 1,000,000. Without it, a list of
+        /// times in their folder: `times.csv`, `times.txt`, `rgb.txt` (TUM), `data.csv` (EuRoC).
+        images_fps: Option<f64>,
+        /// Time of the pictures at which the run starts, counted from the first of them.
+        images_start_s: f64,
+        /// What counts between two pictures: "nearest" or "linear" (a mixture).
+        images_blend: String,
+        /// How values become light: "auto" (sRGB in PNG, linear in OpenEXR), "srgb", "linear".
+        images_transfer: String,
+        /// A folder in that of the pictures with their depth, one file a picture: grey 16-bit PNG or channel Z of OpenEXR. Without it, channel
+        /// Z of the pictures.
+        images_depth: Option<String>,
+        /// Steps of a metre in PNG files of depth (1000: millimetres; TUM has 5000), 1 to 1,000,000.
+        images_depth_per_m: f64,
         /// On a horizontal plane at the camera's start; for targets, on the target's plane. Above 0, to 200,000.
         illuminance_lux: f64,
         /// "D65", "A", "E", "FL11", "LED-B3".
@@ -19,6 +37,27 @@ sections! {
         reflectance: f64,
         /// Light that a geometry file does not hold: sky, lamps' strength, glowing panels.
         surroundings: crate::scene::Surroundings,
+    }
+    /// A camera that made pictures: `fx_px`, `fy_px`, `cx_px` and `cy_px`, or `horizontal_fov_deg`.
+    ImagesCamera {
+        /// Horizontal focal length, 1 to 1,000,000.
+        fx_px: Option<f64>,
+        /// Vertical focal length, 1 to 1,000,000.
+        fy_px: Option<f64>,
+        /// Column of the principal point; the first column's centre is 0.
+        cx_px: Option<f64>,
+        /// Row of the principal point; the first row's centre is 0.
+        cy_px: Option<f64>,
+        /// Across the whole width, before distortion, 1 to 170; the axis is in the picture's middle.
+        horizontal_fov_deg: Option<f64>,
+        /// Radial distortion, r^2; 0 where it is not written.
+        k1: Option<f64>,
+        /// Radial distortion, r^4.
+        k2: Option<f64>,
+        /// Tangential distortion.
+        p1: Option<f64>,
+        /// Tangential distortion.
+        p2: Option<f64>,
     }
     /// How the rig moves: a `file`, a `kind`, or a file of control poses (`kind = "spline"`).
     Motion {
@@ -94,5 +133,26 @@ sections! {
         orientation: Option<[f64; 4]>,
         /// Or: turned from the rig's to the right, then nose up, then clockwise.
         yaw_pitch_roll_deg: Option<[f64; 3]>,
+    }
+}
+
+/// One folder, or one for each camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[serde(untagged, expecting = "expected a folder, or a list of folders with one for each camera")]
+pub enum Folders {
+    /// Of the only camera.
+    One(String),
+    /// In the order of the cameras.
+    Each(Vec<String>),
+}
+
+impl Folders {
+    /// The folders in the order of the cameras.
+    pub fn list(&self) -> &[String] {
+        match self {
+            Self::One(folder) => std::slice::from_ref(folder),
+            Self::Each(folders) => folders,
+        }
     }
 }

@@ -1,0 +1,35 @@
+//! Keys of pictures that nothing reads. Enters: a resolved scenario. Leaves: an error for the first of them that the user changed.
+
+use super::Resolved;
+use crate::error::Error;
+
+/// Keys of `[scene]` that say something about pictures.
+const OF_PICTURES: [&str; 7] = [
+    "scene.images_camera",
+    "scene.images_fps",
+    "scene.images_start_s",
+    "scene.images_blend",
+    "scene.images_transfer",
+    "scene.images_depth",
+    "scene.images_depth_per_m",
+];
+
+/// Refuses a key of pictures without pictures, and one of rays with them.
+///
+/// # Errors
+/// The first such key, with what would make it act.
+pub fn check_idle(resolved: &Resolved) -> Result<(), Error> {
+    let scene = &resolved.scenario.scene;
+    let has_images = scene.images.is_some();
+    let groups: [(bool, &str, &[&str]); 3] = [
+        (!has_images, "scene.images", &OF_PICTURES),
+        (scene.images_depth.is_none(), "scene.images_depth", &["scene.images_depth_per_m"]),
+        (has_images, "a scene with geometry", &["run.samples_per_pixel", "scene.reflectance", "scene.surroundings"]),
+    ];
+    for (is_off, would_do, keys) in groups {
+        if let Some(key) = keys.iter().find(|key| is_off && resolved.is_changed(key)) {
+            return Err(Error::key(key, "", format!("has no effect here; {would_do}, or leaving it out, would do")));
+        }
+    }
+    Ok(())
+}

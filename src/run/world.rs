@@ -1,0 +1,129 @@
+//! What a run looks at: a scene with geometry, or pictures from elsewhere. Enters: a scenario, its files. Leaves: photons, bounds on
+//! them, and depth, whichever it is.
+
+mod pictures;
+
+use glam::DVec3;
+
+use super::assets::{Assets, Progress};
+use super::light::lit_scene;
+use crate::config::Scenario;
+use crate::effects::regions::LightBounds;
+use crate::error::Error;
+use crate::num::{greater, lesser};
+use crate::optics::{self, Camera, Exposure, Sampling, resample};
+use crate::plane::Plane;
+use crate::pose::Pose;
+use crate::scene::{ImageSequence, LitScene};
+use crate::units::Span;
+
+/// What is looked at.
+pub enum World {
+    /// Geometry under light.
+    Scene(Box<LitScene>),
+    /// Pictures over time, one stream a camera.
+    Images(ImageSequence),
+}
+
+/// What a world must serve.
+pub struct Demand<'a> {
+    /// Where the body is at first: where the scenario's illuminance holds.
+    pub start_m: DVec3,
+    /// The cameras, with the pixels of the array that are read.
+    pub cameras: &'a [Camera],
+    /// Frames of the run.
+    pub frames: u32,
+    /// From the start of the first exposure of a run of so many frames to the end of its last.
+    pub span_of: &'a dyn Fn(u32) -> Span,
+}
+
+impl World {
+    /// The scenario's world, and what a person should know of it.
+    ///
+    /// # Errors
+    /// No scene or more than one named; files that are missing or not what they should be; pictures that do not last for the run.
+    pub fn new(
+        scenario: &Scenario,
+        demand: &Demand,
+        assets: &dyn Assets,
+        progress: &dyn Progress,
+    ) -> Result<(Self, Vec<String>), Error> {
+        match &scenario.scene.images {
+            Some(folders) => pictures::sequence(scenario, folders, demand, assets, progress)
+                .map(|(sequence, notes)| (Self::Images(sequence), notes)),
+            None => lit_scene(scenario, demand.start_m, assets, progress)
+                .map(|lit| (Self::Scene(Box::new(lit)), Vec::new())),
+        }
+    }
+
+    /// The geometry under its light, where there is geometry.
+    pub fn scene(&self) -> Option<&LitScene> {
+        match self {
+            Self::Scene(scene) => Some(&**scene),
+            Self::Images(_) => None,
+        }
+    }
+
+    /// What a camera of the rig sees in one exposure, a span a row.
+    ///
+    /// # Errors
+    /// A picture that cannot be read any more.
+    pub fn expose(
+        &self,
+        (number, camera): (usize, &Camera),
+        shutter: &[Span],
+        world_from_body: &(dyn Fn(f64) -> Pose + Sync),
+        sampling: Sampling,
+    ) -> Result<Exposure, Error> {
+        match self {
+            Self::Scene(scene) => Ok(optics::expose(scene, camera, shutter, world_from_body, sampling)),
+            Self::Images(sequence) => {
+                let stream = &sequence.streams[number];
+                optics::expose_by(stream.illuminant(), camera, &|camera| resample::resample(stream, camera, shutter))
+            }
+        }
+    }
+
+    /// Bounds of a pixel's mean photons over all cameras, for exposures between two lengths.
+    pub fn photon_bounds(&self, cameras: &[Camera], exposures_s: [f64; 2]) -> LightBounds {
+        let of = |exposure_s: f64| match self {
+            // The cameras of a rig are alike, and a scene's bounds hold wherever they stand.
+            Self::Scene(scene) => optics::photon_bounds(scene, &cameras[0], exposure_s),
+            Self::Images(sequence) => {
+                let mut bounds = [f64::INFINITY, 0.0];
+                for (stream, camera) in sequence.streams.iter().zip(cameras) {
+                    let outside = resample::outside_share(stream, camera) > 0.0;
+                    let [least, greatest] = resample::photon_bounds(stream, camera, exposure_s, outside);
+                    bounds = [lesser(bounds[0], least), greater(bounds[1], greatest)];
+                }
+                bounds
+            }
+        };
+        let ([photons_min, _], [_, photons_max]) = (of(exposures_s[0]), of(exposures_s[1]));
+        LightBounds { photons_min, photons_max }
+    }
+
+    /// Ground-truth depth along the axis of a camera of the rig at a time of the run; none where pictures hold none.
+    ///
+    /// # Errors
+    /// As [`World::expose`].
+    pub fn depth(
+        &self,
+        (number, camera): (usize, &Camera),
+        world_from_body: &Pose,
+        t_s: f64,
+    ) -> Result<Option<Plane<f32>>, Error> {
+        match self {
+            Self::Scene(scene) => Ok(Some(optics::depth(scene.scene(), camera, world_from_body))),
+            Self::Images(sequence) => resample::depth(&sequence.streams[number], camera, t_s),
+        }
+    }
+
+    /// Whether [`World::depth`] gives one.
+    pub fn has_depth(&self) -> bool {
+        match self {
+            Self::Scene(_) => true,
+            Self::Images(sequence) => sequence.streams.iter().all(crate::scene::ImageStream::has_depth),
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! One picture. Enters: the bytes of a PNG (8 or 16 bits) or OpenEXR file. Leaves: linear light a pixel, 1.0 being white, and the depth in
+//! metres where the file holds it.
+//!
+//! Grey pictures have all bands alike. Near infrared is like the red unless an OpenEXR channel N or NIR holds it.
+
+use std::io::Cursor;
+
+use image::{ColorType, DynamicImage, ImageFormat, ImageReader};
+
+use super::linear;
+use crate::error::Error;
+use crate::num::{f32_nearest, f64_from_usize, greater, index, lesser};
+use crate::plane::Plane;
+use crate::scene::light::BANDS;
+use crate::units::Size;
+
+/// Side of a picture at most.
+pub const EDGE_PX_MAX: u32 = 16_384;
+
+/// Pixels of a picture at most: 8K, which is 512 MiB of four bands.
+pub const PIXELS_MAX: u64 = 1 << 25;
+
+/// How codes become light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transfer {
+    /// IEC 61966-2-1.
+    Srgb,
+    /// Codes are light.
+    Linear,
+}
+
+impl Transfer {
+    /// All that are known, by the one name in configs; "auto" is sRGB in PNG files and linear in OpenEXR files.
+    pub const ALL: [(&'static str, Option<Self>); 3] =
+        [("auto", None), ("srgb", Some(Self::Srgb)), ("linear", Some(Self::Linear))];
+}
+
+/// A decoded picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    size: Size,
+    /// 1 (all bands), 3 (red, green, blue) or 4 (and near infrared) values a pixel.
+    channels: usize,
+    values: Vec<f32>,
+    clipped_share: f64,
+    depth_m: Option<Plane<f32>>,
+}
+
+/// What a file is, by its first bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Png,
+    Exr,
+}
+
+impl Kind {
+    fn of(name: &str, bytes: &[u8]) -> Result<Self, Error> {
+        match bytes {
+            [0x89, b'P', b'N', b'G', ..] => Ok(Self::Png),
+            [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Self::Exr),
+            _ => Err(refused(name, "is neither PNG nor OpenEXR, which would do")),
+        }
+    }
+}
+
+fn refused(name: &str, reason: impl Into<String>) -> Error {
+    Error::Content { file: name.to_owned(), reason: reason.into() }
+}
+
+fn checked_size(name: &str, width_px: u64, height_px: u64) -> Result<Size, Error> {
+    let edge = u64::from(EDGE_PX_MAX);
+    match (u32::try_from(width_px), u32::try_from(height_px)) {
+        (Ok(width), Ok(height))
+            if width > 0
+                && height > 0
+                && width_px <= edge
+                && height_px <= edge
+                && width_px * height_px <= PIXELS_MAX =>
+        {
+            Ok(Size { width_px: width, height_px: height })
+        }
+        _ => {
+            let reason = format!(
+                "has {width_px} x {height_px} px; up to {EDGE_PX_MAX} an edge and {PIXELS_MAX} in all would do"
+            );
+            Err(refused(name, reason))
+        }
+    }
+}
+
+impl Picture {
+    /// Takes a file apart. `name` is what the user calls it; `transfer` none: by the kind of file.
+    ///
+    /// # Errors
+    /// Neither PNG nor OpenEXR; cut off, too large, transparent, without channels that are known; values that are no light.
+    pub fn decode(name: &str, bytes: &[u8], transfer: Option<Transfer>) -> Result<Self, Error> {
+        match Kind::of(name, bytes)? {
+            Kind::Png => Self::from_png(name, bytes, transfer.unwrap_or(Transfer::Srgb)),
+            Kind::Exr => Self::from_exr(name, bytes, transfer.unwrap_or(Transfer::Linear)),
+        }
+    }
+
+    fn from_png(name: &str, bytes: &[u8], transfer: Transfer) -> Result<Self, Error> {
+        let picture = png(name, bytes)?;
+        let size = Size { width_px: picture.width(), height_px: picture.height() };
+        let is_clear = match &picture {
+            DynamicImage::ImageLumaA8(_) | DynamicImage::ImageRgba8(_) => {
+                picture.to_rgba8().pixels().any(|pixel| pixel.0[3] != u8::MAX)
+            }
+            DynamicImage::ImageLumaA16(_) | DynamicImage::ImageRgba16(_) => {
+                picture.to_rgba16().pixels().any(|pixel| pixel.0[3] != u16::MAX)
+            }
+            _ => false,
+        };
+        if is_clear {
+            return Err(refused(name, "is transparent in places; a picture without alpha would do"));
+        }
+        let (channels, codes, end): (usize, Vec<u16>, u16) = match picture.color() {
+            ColorType::L8 | ColorType::La8 => (1, widened(picture.into_luma8().into_raw()), 255),
+            ColorType::L16 | ColorType::La16 => (1, picture.into_luma16().into_raw(), u16::MAX),
+            ColorType::Rgb16 | ColorType::Rgba16 => (3, picture.into_rgb16().into_raw(), u16::MAX),
+            _ => (3, widened(picture.into_rgb8().into_raw()), 255),
+        };
+        let light: Vec<f32> = (0..=end).map(|code| linear(f64::from(code) / f64::from(end), transfer)).collect();
+        let clipped = codes.iter().filter(|&&code| code == end).count();
+        let clipped_share = f64_from_usize(clipped) / f64_from_usize(codes.len());
+        let values = codes.into_iter().map(|code| light[usize::from(code)]).collect();
+        Ok(Self { size, channels, values, clipped_share, depth_m: None })
+    }
+
+    #[cfg(feature = "exr")]
+    fn from_exr(name: &str, bytes: &[u8], transfer: Transfer) -> Result<Self, Error> {
+        let found = exr_channels(name, bytes)?;
+        let named = |wanted: &[&str]| found.iter().find(|channel| wanted.contains(&channel.name.as_str()));
+        let infrared = named(&["N", "NIR"]);
+        let planes: Vec<_> = match (named(&["R"]), named(&["G"]), named(&["B"]), named(&["Y"])) {
+            (Some(red), Some(green), Some(blue), _) => {
+                [Some(red), Some(green), Some(blue), infrared].into_iter().flatten().collect()
+            }
+            (None, None, None, Some(grey)) if infrared.is_none() => vec![grey],
+            _ => {
+                let names: Vec<&str> = found.iter().map(|channel| channel.name.as_str()).collect();
+                let reason =
+                    format!("has the channels {}; R, G and B (and N or NIR), or Y alone, would do", names.join(", "));
+                return Err(refused(name, reason));
+            }
+        };
+        let (size, channels) = (planes[0].plane.size(), planes.len());
+        let mut values = vec![0.0; size.pixel_count() * channels];
+        for (number, channel) in planes.iter().enumerate() {
+            for (at, &value) in channel.plane.values().iter().enumerate() {
+                if !(value.is_finite() && value >= 0.0) {
+                    let width = index(size.width_px);
+                    let (x, y) = (at % width, at / width);
+                    let reason = format!(
+                        "holds {value} in channel {} at column {x}, row {y}; finite light of at least 0 would do",
+                        channel.name
+                    );
+                    return Err(refused(name, reason));
+                }
+                values[at * channels + number] = match transfer {
+                    Transfer::Linear => value,
+                    Transfer::Srgb => linear(f64::from(value), transfer),
+                };
+            }
+        }
+        let depth = named(&["Z"]).map(|channel| depth_checked(name, &channel.plane)).transpose()?;
+        Ok(Self { size, channels, values, clipped_share: 0.0, depth_m: depth })
+    }
+
+    #[cfg(not(feature = "exr"))]
+    fn from_exr(name: &str, _: &[u8], _: Transfer) -> Result<Self, Error> {
+        Err(refused(name, "is OpenEXR, which this build does not read; PNG would do"))
+    }
+
+    /// The same picture with a depth of its own.
+    ///
+    /// # Errors
+    /// A depth of another size.
+    pub fn with_depth(self, name: &str, depth_m: Plane<f32>) -> Result<Self, Error> {
+        if depth_m.size() != self.size {
+            return Err(refused(name, "has another size than its picture; the same would do"));
+        }
+        Ok(Self { depth_m: Some(depth_m), ..self })
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// 1 (all bands alike), 3 (red, green, blue; near infrared like red) or 4 values a pixel.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The pixels of a row, channel by channel within each.
+    #[inline(always)]
+    pub fn row(&self, y_px: usize) -> &[f32] {
+        let stride = index(self.size.width_px) * self.channels;
+        &self.values[y_px * stride..(y_px + 1) * stride]
+    }
+
+    /// What each channel weighs where the bands weigh so much.
+    pub fn channel_weights(&self, [red, green, blue, infrared]: [f64; BANDS]) -> [f64; BANDS] {
+        match self.channels {
+            1 => [red + green + blue + infrared, 0.0, 0.0, 0.0],
+            3 => [red + infrared, green, blue, 0.0],
+            _ => [red, green, blue, infrared],
+        }
+    }
+
+    /// Least and greatest value of each band.
+    pub fn range(&self) -> [[f64; BANDS]; 2] {
+        let mut range = [[f64::MAX; BANDS], [0.0; BANDS]];
+        for pixel in self.values.chunks_exact(self.channels) {
+            for (channel, &value) in pixel.iter().enumerate() {
+                range[0][channel] = lesser(range[0][channel], f64::from(value));
+                range[1][channel] = greater(range[1][channel], f64::from(value));
+            }
+        }
+        range.map(|corner| match self.channels {
+            1 => [corner[0]; BANDS],
+            3 => [corner[0], corner[1], corner[2], corner[0]],
+            _ => corner,
+        })
+    }
+
+    /// Share of the values at the greatest code; 0 for floats.
+    pub fn clipped_share(&self) -> f64 {
+        self.clipped_share
+    }
+
+    /// Distance along the axis; infinite where nothing is seen.
+    pub fn depth_m(&self) -> Option<&Plane<f32>> {
+        self.depth_m.as_ref()
+    }
+}
+
+fn widened(codes: Vec<u8>) -> Vec<u16> {
+    codes.into_iter().map(u16::from).collect()
+}
+
+/// A PNG file whose size was judged before it was decoded.
+fn png(name: &str, bytes: &[u8]) -> Result<DynamicImage, Error> {
+    let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    let damaged = |error: image::ImageError| refused(name, format!("is no whole PNG file: {error}"));
+    let (width_px, height_px) = reader().into_dimensions().map_err(damaged)?;
+    checked_size(name, width_px.into(), height_px.into())?;
+    reader().decode().map_err(damaged)
+}
+
+/// The channels of an OpenEXR file whose size was judged before memory was taken for it.
+#[cfg(feature = "exr")]
+fn exr_channels(name: &str, bytes: &[u8]) -> Result<Vec<crate::picture::Channel>, Error> {
+    let header = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false)
+        .map_err(|error| refused(name, format!("is no whole OpenEXR file: {error}")))?;
+    for layer in &header.headers {
+        let of = |side: usize| crate::num::u64_from(side);
+        checked_size(name, of(layer.layer_size.width()), of(layer.layer_size.height()))?;
+    }
+    crate::picture::from_exr(name, bytes)
+}
+
+/// Depth from a file of its own: a grey 16-bit PNG of so many steps a metre (0: nothing seen), or channel Z or Y of an OpenEXR file in
+/// metres.
+///
+/// # Errors
+/// A file that is damaged, or holds something else.
+pub fn depth_m(name: &str, bytes: &[u8], steps_per_m: f64) -> Result<Plane<f32>, Error> {
+    match Kind::of(name, bytes)? {
+        Kind::Png => {
+            let DynamicImage::ImageLuma16(picture) = png(name, bytes)? else {
+                return Err(refused(name, "is no depth; a grey 16-bit PNG would do"));
+            };
+            let size = Size { width_px: picture.width(), height_px: picture.height() };
+            let metres = |code: u16| if code == 0 { f32::INFINITY } else { f32_nearest(f64::from(code) / steps_per_m) };
+            Ok(Plane::from_values(size, picture.into_raw().into_iter().map(metres).collect()))
+        }
+        Kind::Exr => exr_depth(name, bytes),
+    }
+}
+
+#[cfg(feature = "exr")]
+fn exr_depth(name: &str, bytes: &[u8]) -> Result<Plane<f32>, Error> {
+    let channels = exr_channels(name, bytes)?;
+    let found = ["Z", "Y"].iter().find_map(|wanted| channels.iter().find(|channel| channel.name == *wanted));
+    let found = found.ok_or_else(|| refused(name, "has no depth; channel Z (or Y) in metres would do"))?;
+    depth_checked(name, &found.plane)
+}
+
+#[cfg(not(feature = "exr"))]
+fn exr_depth(name: &str, _: &[u8]) -> Result<Plane<f32>, Error> {
+    Err(refused(name, "is OpenEXR, which this build does not read; a grey 16-bit PNG would do"))
+}
+
+/// Depths of 0 and below, and endless ones, are where nothing is seen; NaN is refused.
+#[cfg(feature = "exr")]
+fn depth_checked(name: &str, plane: &Plane<f32>) -> Result<Plane<f32>, Error> {
+    if plane.values().iter().any(|depth_m| depth_m.is_nan()) {
+        return Err(refused(
+            name,
+            "holds a depth that is no number; metres, or infinity where nothing is seen, would do",
+        ));
+    }
+    Ok(plane.map(|depth_m| if depth_m > 0.0 { depth_m } else { f32::INFINITY }))
+}
