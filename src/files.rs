@@ -6,6 +6,7 @@ pub mod emva;
 pub mod euroc;
 pub mod folder;
 pub mod picture;
+pub mod truth;
 pub mod waves;
 
 use std::path::Path;

@@ -2,14 +2,13 @@
 
 pub mod bounds;
 pub mod camera;
-pub mod depth;
 pub mod lens;
 pub mod mosaic;
 mod motion;
 pub mod render;
+pub mod truth;
 
 pub use bounds::photon_bounds;
 pub use camera::{Aperture, Camera, Pupil, RollOff};
-pub use depth::depth;
 pub use mosaic::Mosaic;
 pub use render::{Exposure, Sampling, render};

@@ -11,6 +11,7 @@ pub mod sensor;
 pub mod session;
 pub mod setup;
 mod timing;
+mod truth;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
 pub use sensor::SensorSetup;

@@ -7,6 +7,7 @@ use std::time::Instant;
 use sensel::error::Error;
 use sensel::files::cache::Cache;
 use sensel::files::folder::OutputFolder;
+use sensel::files::truth::{Keep, Kept};
 use sensel::report::Report;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
 
@@ -106,7 +107,7 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let watch = Wall(Instant::now());
     let located = located(arguments, shared)?;
     let name = located.name.clone();
-    let keep = super::output::Keep::parse(&arguments.keep)?;
+    let keep = Keep::parse(&arguments.keep)?;
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
     let sensor = sensel::run::SensorSetup::new(&located.resolved)?;
     let waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, &located.resolved)?;
@@ -114,8 +115,12 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let setup = prepare(located, shared)?;
     let prepared_s = watch.now_s();
 
+    let electrons = keep.has(Kept::Electrons);
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;
+    if electrons {
+        session.keep_electrons();
+    }
     let frames = session.setup().frames;
     if let Some(waves) = &waves {
         waves.watch(&mut session);
