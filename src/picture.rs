@@ -2,11 +2,11 @@
 //!
 //! Written losslessly (ZIP, 32-bit floats), read from any lossless layout (16- or 32-bit floats, scan lines or tiles).
 
+use exr::meta::MetaData;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels, ReadLayers, SmallVec,
     WritableImage, read,
 };
-use exr::meta::MetaData;
 use std::io::Cursor;
 
 use crate::error::Error;

@@ -64,7 +64,16 @@ impl Output {
             }
         }
         let kept = TruthWriter::create(folder.path(), &keep, setup)?;
-        Ok(Self { folder, keep, kept, euroc, packets, pictures: Pictures::default(), frames: setup.frames, seconds: 0.0 })
+        Ok(Self {
+            folder,
+            keep,
+            kept,
+            euroc,
+            packets,
+            pictures: Pictures::default(),
+            frames: setup.frames,
+            seconds: 0.0,
+        })
     }
 
     /// Time spent on writing so far.

@@ -19,7 +19,6 @@ use crate::num::u64_half_even;
 use crate::optics::truth::{Matches, Seen, Surfaces, View, matches, surfaces};
 use crate::picture::{Channel, to_exr};
 use crate::plane::Plane;
-use crate::pose::Pose;
 use crate::run::{CameraFrame, Frame, Session, Setup};
 use crate::scene::Scene;
 use crate::scene::motion::imu::ImuSample;

@@ -29,11 +29,7 @@ pub struct View<'a> {
 
 impl<'a> View<'a> {
     /// A view whose rows are seen at these times. Panics if there is not one for each row of the camera's picture.
-    pub fn new(
-        camera: &'a Camera,
-        row_times_s: Vec<f64>,
-        world_from_body: &'a (dyn Fn(f64) -> Pose + Sync),
-    ) -> Self {
+    pub fn new(camera: &'a Camera, row_times_s: Vec<f64>, world_from_body: &'a (dyn Fn(f64) -> Pose + Sync)) -> Self {
         assert!(row_times_s.len() == index(camera.size.height_px), "a view needs one time for each row");
         let mut row_poses: Vec<Pose> = Vec::with_capacity(row_times_s.len());
         for (row, &t_s) in row_times_s.iter().enumerate() {

@@ -27,12 +27,7 @@ impl Session {
     }
 
     /// A camera's picture with the pose of each row; frames as in `row_times_s`. `pose` is `true_pose`, held by the caller.
-    pub fn view<'a>(
-        &'a self,
-        frame: FrameIndex,
-        camera: usize,
-        pose: &'a (dyn Fn(f64) -> Pose + Sync),
-    ) -> View<'a> {
+    pub fn view<'a>(&'a self, frame: FrameIndex, camera: usize, pose: &'a (dyn Fn(f64) -> Pose + Sync)) -> View<'a> {
         View::new(&self.setup.cameras[camera], self.row_times_s(frame, camera), pose)
     }
 

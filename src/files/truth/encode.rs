@@ -87,7 +87,8 @@ mod tests {
         assert_eq!(steps.values(), [0, 0, 5000, 1, 65_535, 0, 0]);
         let dx_px = [0.0, 1.0, -512.0, 511.984_375, 512.0, f32::NAN, -3.25];
         let dy_px = [0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.25];
-        let planes = [dx_px, dy_px].map(|values| Plane::from_values(size, values.map(|v| f32_nearest(v.into())).to_vec()));
+        let planes =
+            [dx_px, dy_px].map(|values| Plane::from_values(size, values.map(|v| f32_nearest(v.into())).to_vec()));
         let [dx_px, dy_px] = planes;
         let found = Matches { dx_px, dy_px, seen: Plane::filled(size, Seen::Visible) };
         let steps = flow_steps(&found);

@@ -133,7 +133,11 @@ impl Surfaces {
         let direction = pose.direction(view.bearing(column, row)?);
         let range_m = self.range_m.at(column, row);
         Some(if range_m.is_finite() {
-            Point { place: pose.translation_m + direction * range_m, weight: 1.0, triangle: self.triangle.at(column, row) }
+            Point {
+                place: pose.translation_m + direction * range_m,
+                weight: 1.0,
+                triangle: self.triangle.at(column, row),
+            }
         } else {
             Point { place: direction, weight: 0.0, triangle: MISS }
         })
@@ -147,9 +151,11 @@ impl Surfaces {
     ) -> Plane<T> {
         let values = by_row(self.range_m.height_px(), &|row| {
             let seen = self.range_m.row(row).iter().zip(self.triangle.row(row)).enumerate();
-            seen.map(|(column, (&range_m, &triangle))| {
-                if triangle == MISS { nothing } else { value(column, row, range_m, triangle) }
-            })
+            seen.map(
+                |(column, (&range_m, &triangle))| {
+                    if triangle == MISS { nothing } else { value(column, row, range_m, triangle) }
+                },
+            )
             .collect()
         });
         Plane::from_values(self.size(), values)
