@@ -140,19 +140,21 @@ fn flow_and_visibility_are_those_of_points_projected_and_looked_at_one_by_one() 
     let scene = box_room::box_room(1);
     let here = camera(lens(), DVec3::new(0.03, -0.02, 0.05));
     let beside = camera(lens(), DVec3::new(0.33, -0.02, 0.05));
-    // The next frame of a rolling and of a global shutter; a frame later still, where more is hidden; and another camera.
+    let far = camera(lens(), DVec3::new(1.3, 0.5, 0.05));
+    // The next frame of a rolling and of a global shutter; a frame later still, where more is hidden; and other cameras.
     let cases = [
         ("next, rolling", rolling(0), rolling(1), &here),
         ("next, global", global(0), global(1), &here),
         ("sixth, rolling", rolling(0), rolling(6), &here),
         ("other camera, rolling", rolling(0), rolling(0), &beside),
+        ("far camera, global", global(0), global(0), &far),
     ];
     let (mut hidden, mut outside) = (0, 0);
     for (name, from_s, to_s, other) in cases {
         let (from, to) = (View::new(&here, from_s.clone(), &hand), View::new(other, to_s.clone(), &hand));
         let found = matches(&scene, &from, &surfaces(&scene, &from), &to);
         let (mut tried, mut worst_px) = (0, 0.0_f64);
-        for (x, y) in Places::new(22, SIZE).take(1_200) {
+        for (x, y) in Places::new(22, SIZE).take(2_000) {
             let pose = hand(from_s[y]).then(&here.body_from_camera);
             let here_px = DVec2::new(f64_from_usize(x), f64_from_usize(y));
             let bearing = pose.direction(here.lens.unproject(here_px).unwrap());
@@ -199,7 +201,7 @@ fn flow_and_visibility_are_those_of_points_projected_and_looked_at_one_by_one() 
         assert!(tried > 500, "{name}: {tried}");
     }
     println!("{hidden} hidden, {outside} outside");
-    assert!(hidden > 30 && outside > 50, "{hidden} hidden, {outside} outside");
+    assert!(hidden > 20 && outside > 500, "{hidden} hidden, {outside} outside");
 }
 
 #[test]

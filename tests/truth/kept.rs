@@ -105,7 +105,7 @@ fn check_steps(out: &Path, stamp: u64, has_next: bool) {
             let shown_px = (f64::from(pixel.0[axis]) - 32_768.0) / 64.0;
             assert!((shown_px - exact_px[axis]).abs() <= 0.5 / 64.0, "{place}: {shown_px} for {}", exact_px[axis]);
         }
-        moved += usize::from(exact_px[0].hypot(exact_px[1]) > 0.05);
+        moved += usize::from(libm::hypot(exact_px[0], exact_px[1]) > 0.05);
         visible += usize::from(seen.as_raw()[place] == 1);
     }
     assert!(moved > 5_000 && visible > 15_000, "{moved} moved, {visible} visible");
