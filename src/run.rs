@@ -2,6 +2,7 @@
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
 pub mod assets;
+mod expose;
 mod exposure;
 mod hashes;
 mod light;

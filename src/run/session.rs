@@ -1,18 +1,18 @@
 //! A run in progress: each step senses one frame with every camera, sends it, and lets the host track it.
 
 use super::assets::Stopwatch;
+use super::expose::expose;
 use super::hashes::StageHashes;
 use super::sensor::FrameOnLink;
 use super::setup::Setup;
 use crate::compute::{self, Feature};
-use crate::draw::DrawKey;
 use crate::effects::chain::{Capture, Chain, RowSamples, RowTimes};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
 use crate::link::{self, FrameMetadata, FrameOut};
-use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, index, u32_from, u64_from, u64_half_even};
-use crate::optics::{self, Camera, Exposure, Sampling};
+use crate::num::{f64_from_u64, f64_from_usize, index, u32_from, u64_from, u64_half_even};
+use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::{ClockSpan, HdrMerge, Schedule, Shutter};
@@ -388,32 +388,8 @@ impl Session {
     }
 }
 
-/// What a camera's window sees in one exposure of a frame.
-pub(super) fn expose(
-    setup: &Setup,
-    camera: &Camera,
-    camera_index: usize,
-    schedule: &Schedule,
-    frame: FrameIndex,
-    slot: usize,
-) -> Exposure {
-    // The motion was checked to cover the whole run before the first frame.
-    let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
-    let key = DrawKey::root(setup.resolved.scenario.seed)
-        .with(RENDER_NUMBER)
-        .with(u64_from(camera_index))
-        .with(frame.0.into());
-    let sampling = Sampling {
-        samples_per_pixel: setup.fidelity.samples_per_pixel,
-        saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
-        key: if slot == 0 { key } else { key.with(u64_from(slot)) },
-    };
-    let rows = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
-    optics::render(&setup.scene, camera, &rows, &pose, sampling)
-}
-
 /// A span for every row of the window; rows that are not read take the last one's that is.
-fn spans(schedule: &Schedule, of_row: impl Fn(RowIndex) -> Option<ClockSpan>) -> Vec<Span> {
+pub(super) fn spans(schedule: &Schedule, of_row: impl Fn(RowIndex) -> Option<ClockSpan>) -> Vec<Span> {
     let window = schedule.geometry().window();
     let mut spans: Vec<Span> = Vec::new();
     for row in window.y_px..window.y_px + window.height_px {
@@ -456,9 +432,6 @@ fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
     }
     merged
 }
-
-/// Published number of the renderer's sample pattern in keys.
-const RENDER_NUMBER: u64 = 1;
 
 fn marks(tracked: Option<&TrackedFrame>, camera: usize, features: usize) -> Vec<bool> {
     let mut marks = vec![false; features];

@@ -1,7 +1,8 @@
 //! Ground truth of a run's frames. Enters: a run after one of its frames. Leaves: views of that frame and of the next, and the full colour
 //! beside a mosaic.
 
-use super::session::{Session, expose};
+use super::expose::expose;
+use super::session::Session;
 use crate::optics::Mosaic;
 use crate::optics::truth::View;
 use crate::plane::Plane;
@@ -13,11 +14,6 @@ use crate::units::{FrameIndex, RowIndex};
 pub const BAND_CHANNELS: [&str; BANDS] = ["R", "G", "B", "NIR"];
 
 impl Session {
-    /// True pose of the body in the scene's world. Panics outside the run.
-    pub fn true_pose(&self, t_s: f64) -> Pose {
-        self.setup.motion.world_from_body(t_s).expect("the motion covers the run")
-    }
-
     /// When the rows of a camera's picture are seen: the middle of each one's longest exposure, in seconds of run time. Known of frames that
     /// were simulated, and of the one after them.
     pub fn row_times_s(&self, frame: FrameIndex, camera: usize) -> Vec<f64> {
@@ -26,7 +22,7 @@ impl Session {
         rows.map(|row| schedule.exposure(frame, RowIndex(row)).middle_s()).collect()
     }
 
-    /// A camera's picture with the pose of each row; frames as in `row_times_s`. `pose` is `true_pose`, held by the caller.
+    /// A camera's picture with the pose of each row; frames as in `row_times_s`. `pose` is the body's motion in the world.
     pub fn view<'a>(&'a self, frame: FrameIndex, camera: usize, pose: &'a (dyn Fn(f64) -> Pose + Sync)) -> View<'a> {
         View::new(&self.setup.cameras[camera], self.row_times_s(frame, camera), pose)
     }
