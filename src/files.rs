@@ -7,6 +7,7 @@ pub mod euroc;
 pub mod folder;
 pub mod input;
 pub mod picture;
+pub mod truth;
 pub mod waves;
 
 use std::path::Path;

@@ -4,7 +4,6 @@
 pub mod bounds;
 pub mod camera;
 pub mod crosstalk;
-pub mod depth;
 pub mod expose;
 pub mod lens;
 pub mod mosaic;
@@ -13,10 +12,10 @@ pub mod psf;
 pub mod render;
 pub mod resample;
 pub mod roll_off;
+pub mod truth;
 
 pub use bounds::photon_bounds;
 pub use camera::{Aperture, Camera, Pupil};
-pub use depth::depth;
 pub use expose::{ImagePath, expose, expose_by};
 pub use mosaic::Mosaic;
 pub use psf::Psf;

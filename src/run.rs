@@ -2,6 +2,7 @@
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
 pub mod assets;
+mod expose;
 mod exposure;
 mod hashes;
 mod light;
@@ -11,6 +12,7 @@ pub mod sensor;
 pub mod session;
 pub mod setup;
 mod timing;
+mod truth;
 pub mod world;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};

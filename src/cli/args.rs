@@ -88,8 +88,8 @@ pub struct RunArguments {
     /// Effects: all, auto, none, or +name,-name.
     #[arg(long, allow_hyphen_values = true)]
     pub effects: Option<String>,
-    /// Stages whose output is kept: packets, codes, depth, features.
-    #[arg(long, value_delimiter = ',')]
+    /// What is kept: packets, photons, electrons, codes, features, colour, poses, depth, normals, materials, flow, visibility, stereo, tum.
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub keep: Vec<String>,
 }
 

@@ -10,10 +10,9 @@ use sensel::draw::DrawKey;
 use sensel::error::Error;
 use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuReading, PngDepth};
 use sensel::files::folder::OutputFolder;
-use sensel::files::picture;
-use sensel::num::{f64_from_u64, low_u16, u32_from, u32_truncated, u64_half_even};
-use sensel::plane::Plane;
-use sensel::pose::format_tum;
+use sensel::files::truth::{Keep, Kept, TruthWriter};
+use sensel::num::{u32_from, u64_half_even};
+use sensel::pose::{Pose, format_tum};
 use sensel::report::html::{Mark, Picture, Pictures, html};
 use sensel::report::{Report, display_curve};
 use sensel::run::{Frame, Session, Setup};
@@ -22,48 +21,14 @@ use sensel::units::{CameraIndex, Span};
 
 use super::{features, place};
 
-/// Stages whose output is kept beside what every run writes.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Keep {
-    packets: bool,
-    codes: bool,
-    depth: bool,
-    features: bool,
-}
-
-impl Keep {
-    /// Reads the words of `--keep`.
-    ///
-    /// # Errors
-    /// A word that names no stage.
-    pub fn parse(words: &[String]) -> Result<Self, Error> {
-        let mut keep = Self::default();
-        for word in words {
-            match word.as_str() {
-                "packets" => keep.packets = true,
-                "codes" => keep.codes = true,
-                "depth" => keep.depth = true,
-                "features" => keep.features = true,
-                _ => {
-                    let known = "packets, codes, depth, features".to_owned();
-                    return Err(Error::Unknown { what: "stage to keep", name: word.clone(), known });
-                }
-            }
-        }
-        Ok(keep)
-    }
-}
-
 /// Frames of the first camera that the report shows, evenly over the run.
 const STRIP: u32 = 6;
-
-/// Steps a metre of kept depth: TUM's convention, 65535 is 13.1 m.
-const DEPTH_STEPS_PER_M: f32 = 5000.0;
 
 /// A run's folder under construction.
 pub struct Output {
     folder: OutputFolder,
     keep: Keep,
+    kept: TruthWriter,
     euroc: EurocWriter,
     packets: Vec<BufWriter<File>>,
     pictures: Pictures,
@@ -77,6 +42,7 @@ impl Output {
     /// # Errors
     /// A folder there that is not ours, or what the disk says.
     pub fn create(target: &Path, setup: &Setup, keep: Keep) -> Result<Self, Error> {
+        keep.check(setup.cameras.len())?;
         let folder = OutputFolder::create(target)?;
         let cameras: Vec<EurocCamera> = setup
             .cameras
@@ -90,23 +56,23 @@ impl Output {
             .collect();
         let unit = setup.imu.map(|imu| EurocImu { body_from_imu: imu.body_from_imu, noise: imu.noise });
         let euroc = EurocWriter::create(folder.path(), &cameras, unit.as_ref(), PngDepth::Eight)?;
-        if keep.depth && !setup.world.has_depth() {
-            let reason =
-                "the pictures that the scene is made of have no depth; channel Z, or scene.images_depth, would do";
-            return Err(Error::key("--keep", "depth", reason));
-        }
         let mut packets = Vec::new();
         for camera in 0..cameras.len() {
-            if keep.packets {
+            if keep.has(Kept::Packets) {
                 packets.push(create(&folder.path().join(format!("cam{camera}.csi2")))?);
             }
-            for (kept, stage) in [(keep.codes, "codes"), (keep.depth, "depth"), (keep.features, "features")] {
-                if kept {
-                    make_folder(&folder.path().join(stage).join(format!("cam{camera}")))?;
-                }
-            }
         }
-        Ok(Self { folder, keep, euroc, packets, pictures: Pictures::default(), frames: setup.frames, seconds: 0.0 })
+        let kept = TruthWriter::create(folder.path(), &keep, setup)?;
+        Ok(Self {
+            folder,
+            keep,
+            kept,
+            euroc,
+            packets,
+            pictures: Pictures::default(),
+            frames: setup.frames,
+            seconds: 0.0,
+        })
     }
 
     /// Time spent on writing so far.
@@ -128,23 +94,12 @@ impl Output {
                 let path = PathBuf::from(format!("cam{index}.csi2"));
                 file.write_all(&camera.packets).map_err(|source| place::io(&path, source))?;
             }
-            let kept = |stage: &str, extension: &str| {
-                self.folder.path().join(stage).join(format!("cam{index}")).join(format!("{timestamp_ns}.{extension}"))
-            };
-            if self.keep.codes {
-                picture::write_grey_16(&kept("codes", "png"), &camera.codes)?;
-            }
-            if self.keep.features {
-                write(&kept("features", "csv"), &features::csv(&camera.features))?;
-            }
-            if self.keep.depth {
-                let setup = session.setup();
-                let camera = (index, &setup.cameras[index]);
-                let depth_m = setup.world.depth(camera, &frame.truth, frame.t_s)?;
-                let depth_m = depth_m.expect("a world without depth was refused when the folder was made");
-                picture::write_grey_16(&kept("depth", "png"), &depth_steps(&depth_m))?;
+            if self.keep.has(Kept::Features) {
+                let place = self.folder.path().join(format!("features/cam{index}/{timestamp_ns}.csv"));
+                write(&place, &features::csv(&camera.features))?;
             }
         }
+        self.kept.add_frame(session, frame)?;
         let every = self.frames.div_ceil(STRIP).max(1);
         if frame.frame.0.is_multiple_of(every) {
             let black_level_dn = session.setup().sensor.parameters.adc.black_level_dn;
@@ -170,6 +125,7 @@ impl Output {
         write(&folder.join("trajectory_gt.tum"), &format_tum(&session.truth()))?;
         write(&folder.join("trajectory_est.tum"), &format_tum(&session.estimate()))?;
         self.euroc.finish()?;
+        self.kept.finish(session.setup())?;
         self.folder.commit()?;
         Ok(())
     }
@@ -192,6 +148,7 @@ impl Output {
                 acceleration_m_per_s2: reading.acceleration_m_per_s2,
             })?;
         }
+        self.kept.add_readings(&readings)?;
         for pose in &truth {
             let state = motion.state(pose.t_s).map_err(failed)?;
             let nearest = readings.partition_point(|reading| reading.t_s <= pose.t_s).saturating_sub(1);
@@ -221,20 +178,8 @@ fn shown(frame: &Frame, bits: u32, black_level_dn: u32) -> Picture {
     }
 }
 
-/// Depth along the optical axis in steps of 0.2 mm; 0 where nothing is hit or beyond 13.1 m.
-fn depth_steps(depth_m: &Plane<f32>) -> Plane<u16> {
-    depth_m.map(|depth_m| {
-        let steps = f64::from(depth_m * DEPTH_STEPS_PER_M) + 0.5;
-        if steps < f64_from_u64(65_536) { low_u16(u32_truncated(steps)) } else { 0 }
-    })
-}
-
 fn create(path: &Path) -> Result<BufWriter<File>, Error> {
     Ok(BufWriter::new(File::create(path).map_err(|source| place::io(path, source))?))
-}
-
-fn make_folder(path: &Path) -> Result<(), Error> {
-    std::fs::create_dir_all(path).map_err(|source| place::io(path, source))
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Error> {

@@ -9,6 +9,7 @@ use sensel::error::Error;
 use sensel::files::cache::Cache;
 use sensel::files::folder::OutputFolder;
 use sensel::files::input::InputFolders;
+use sensel::files::truth::{Keep, Kept};
 use sensel::report::Report;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
 use sensel::scene::images::PictureBytes;
@@ -104,7 +105,7 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let watch = Wall(Instant::now());
     let located = located(arguments, shared)?;
     let name = located.name.clone();
-    let keep = super::output::Keep::parse(&arguments.keep)?;
+    let keep = Keep::parse(&arguments.keep)?;
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
     let sensor = sensel::run::SensorSetup::new(&located.resolved)?;
     let waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, &located.resolved)?;
@@ -112,8 +113,12 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let setup = prepare(located, shared)?;
     let prepared_s = watch.now_s();
 
+    let electrons = keep.has(Kept::Electrons);
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;
+    if electrons {
+        session.keep_electrons();
+    }
     let frames = session.setup().frames;
     if let Some(waves) = &waves {
         waves.watch(&mut session);

@@ -4,6 +4,7 @@
 //! whole window are held between two sweeps over the rows.
 
 mod black;
+mod electrons;
 mod layout;
 mod reading;
 mod row;

@@ -1,18 +1,18 @@
 //! A run in progress: each step senses one frame with every camera, sends it, and lets the host track it.
 
 use super::assets::Stopwatch;
+use super::expose::expose;
 use super::hashes::StageHashes;
 use super::sensor::FrameOnLink;
 use super::setup::Setup;
 use crate::compute::{self, Feature};
-use crate::draw::DrawKey;
 use crate::effects::chain::{Capture, Chain, RowSamples, RowTimes};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
 use crate::link::{self, FrameMetadata, FrameOut};
-use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, index, u32_from, u64_from, u64_half_even};
-use crate::optics::{Exposure, Sampling};
+use crate::num::{f64_from_u64, f64_from_usize, index, u32_from, u64_from, u64_half_even};
+use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::{ClockSpan, HdrMerge, Schedule, Shutter};
@@ -26,6 +26,8 @@ pub const STAGES: [&str; 6] = ["render", "sensor", "compute", "link", "host_link
 pub struct CameraFrame {
     /// Mean photons of each pixel over its exposure.
     pub photons: Plane<f32>,
+    /// Electrons of each pixel before conversion, of its longest exposure, where `Session::keep_electrons` asked for them.
+    pub electrons: Option<Plane<f32>>,
     /// Codes as they leave the readout.
     pub codes: Plane<u16>,
     /// Features as they leave the extractor.
@@ -87,6 +89,9 @@ pub struct Session {
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
     watched: Option<Watched>,
+    /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
+    electrons_kept: bool,
+    electrons: Vec<Option<Plane<f32>>>,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,
 }
@@ -121,6 +126,8 @@ impl Session {
             gain,
             charge_before_e,
             watched: None,
+            electrons_kept: false,
+            electrons: Vec::new(),
             notes: Vec::new(),
             totals: Totals::default(),
         })
@@ -134,6 +141,11 @@ impl Session {
     /// Keeps the first camera's samples of these rows when their frame comes, of its first exposure. They change nothing.
     pub fn watch(&mut self, frame: FrameIndex, rows: &[RowIndex]) {
         self.watched = Some(Watched { frame, rows: rows.to_vec(), samples: Vec::new() });
+    }
+
+    /// Gives every frame from here on its electrons. They change nothing.
+    pub fn keep_electrons(&mut self) {
+        self.electrons_kept = true;
     }
 
     /// Samples of the watched rows at the converters' inputs; empty before their frame.
@@ -176,7 +188,8 @@ impl Session {
             .map(|(camera, (((mut exposures, codes), features), packets))| {
                 let tracked = marks(tracked.as_ref(), camera, features.len());
                 let photons = exposures.swap_remove(0).photons;
-                CameraFrame { photons, codes, features, packets, tracked }
+                let electrons = self.electrons.get_mut(camera).and_then(Option::take);
+                CameraFrame { photons, electrons, codes, features, packets, tracked }
             })
             .collect();
         let done = Frame { frame, t_s, truth, cameras, tracked };
@@ -191,23 +204,9 @@ impl Session {
     /// What each camera sees, one exposure a slot.
     fn render(&mut self, frame: FrameIndex, schedules: &[Schedule]) -> Result<Vec<Vec<Exposure>>, Error> {
         let setup = &self.setup;
-        // The motion was checked to cover the whole run before the first frame.
-        let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
         let mut exposures = Vec::with_capacity(setup.windows.len());
         for (camera_index, (camera, schedule)) in setup.windows.iter().zip(schedules).enumerate() {
-            let key = DrawKey::root(setup.resolved.scenario.seed)
-                .with(RENDER_NUMBER)
-                .with(u64_from(camera_index))
-                .with(frame.0.into());
-            let slot_exposure = |slot: usize| {
-                let sampling = Sampling {
-                    samples_per_pixel: setup.fidelity.samples_per_pixel,
-                    saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
-                    key: if slot == 0 { key } else { key.with(u64_from(slot)) },
-                };
-                let rows = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
-                setup.world.expose((camera_index, camera), &rows, &pose, sampling)
-            };
+            let slot_exposure = |slot: usize| expose(setup, camera, camera_index, schedule, frame, slot);
             exposures.push((0..schedule.slots().len()).map(slot_exposure).collect::<Result<Vec<_>, Error>>()?);
         }
         let slots = f64_from_usize(schedules[0].slots().len());
@@ -234,6 +233,10 @@ impl Session {
                 let capture = Capture { camera: camera_index, frame, slot: u32_from(slot), before_e };
                 if let Some(watched) = self.watched.as_mut().filter(|w| (w.frame, camera, slot) == (frame, 0, 0)) {
                     watched.samples = self.chain.samples_of_rows(&exposure.photons, capture, &times, &watched.rows);
+                }
+                if self.electrons_kept && slot == 0 {
+                    self.electrons.resize(self.setup.cameras.len(), None);
+                    self.electrons[camera] = Some(self.chain.electrons(&exposure.photons, capture, &times));
                 }
                 let captured = self.chain.capture(&exposure.photons, capture, &times);
                 self.totals.events.merge(&captured.events);
@@ -387,7 +390,7 @@ impl Session {
 }
 
 /// A span for every row of the window; rows that are not read take the last one's that is.
-fn spans(schedule: &Schedule, of_row: impl Fn(RowIndex) -> Option<ClockSpan>) -> Vec<Span> {
+pub(super) fn spans(schedule: &Schedule, of_row: impl Fn(RowIndex) -> Option<ClockSpan>) -> Vec<Span> {
     let window = schedule.geometry().window();
     let mut spans: Vec<Span> = Vec::new();
     for row in window.y_px..window.y_px + window.height_px {
@@ -430,9 +433,6 @@ fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
     }
     merged
 }
-
-/// Published number of the renderer's sample pattern in keys.
-const RENDER_NUMBER: u64 = 1;
 
 fn marks(tracked: Option<&TrackedFrame>, camera: usize, features: usize) -> Vec<bool> {
     let mut marks = vec![false; features];

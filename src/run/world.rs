@@ -103,23 +103,19 @@ impl World {
         LightBounds { photons_min, photons_max }
     }
 
-    /// Ground-truth depth along the axis of a camera of the rig at a time of the run; none where pictures hold none.
+    /// Depth along the axis of a camera of the rig at a time of the run, as pictures hold it; none where they hold none, and of scenes,
+    /// whose surfaces `optics::truth` asks.
     ///
     /// # Errors
     /// As [`World::expose`].
-    pub fn depth(
-        &self,
-        (number, camera): (usize, &Camera),
-        world_from_body: &Pose,
-        t_s: f64,
-    ) -> Result<Option<Plane<f32>>, Error> {
+    pub fn depth(&self, (number, camera): (usize, &Camera), t_s: f64) -> Result<Option<Plane<f32>>, Error> {
         match self {
-            Self::Scene(scene) => Ok(Some(optics::depth(scene.scene(), camera, world_from_body))),
+            Self::Scene(_) => Ok(None),
             Self::Images(sequence) => resample::depth(&sequence.streams[number], camera, t_s),
         }
     }
 
-    /// Whether [`World::depth`] gives one.
+    /// Whether depth is known.
     pub fn has_depth(&self) -> bool {
         match self {
             Self::Scene(_) => true,

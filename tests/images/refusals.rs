@@ -161,7 +161,7 @@ fn depth_files_are_read_in_their_own_steps_and_must_fit() {
     let text = small("images_depth = \"depth\"\nimages_depth_per_m = 5000.0", "");
     let made = setup(&files, &text).unwrap();
     assert!(made.world.has_depth());
-    let depth = made.world.depth((0, &made.cameras[0]), &sensel::pose::Pose::IDENTITY, 0.01).unwrap().unwrap();
+    let depth = made.world.depth((0, &made.cameras[0]), 0.01).unwrap().unwrap();
     assert_eq!(depth.at(32, 24), 2.0);
     files.0.insert("film/depth/001.png".to_owned(), grey_png_16(size(48, 31), 10_000));
     assert!(setup(&files, &text).err().unwrap().to_string().contains("001.png"));

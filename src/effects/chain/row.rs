@@ -161,7 +161,7 @@ impl Chain {
         buffers.codes = read;
     }
 
-    fn at_row(&self, shot: &Shot<'_>, array_row: usize) -> RowAt {
+    pub(super) fn at_row(&self, shot: &Shot<'_>, array_row: usize) -> RowAt {
         let first_row = self.layout.as_ref().map_or(0, Layout::first_row);
         self.at(shot.capture, array_row, shot.times[array_row - first_row])
     }

@@ -106,6 +106,11 @@ impl EurocWriter {
     /// What the disk says.
     pub fn create(dir: &Path, cameras: &[EurocCamera], imu: Option<&EurocImu>, depth: PngDepth) -> Result<Self, Error> {
         let root = dir.join("mav0");
+        fs::create_dir_all(&root).map_err(io_error(&root))?;
+        write(
+            &root.join("body.yaml"),
+            "# Written by sensel.\ncomment: simulated rig; its body is the frame of T_BS\n",
+        )?;
         let mut camera_tables = Vec::new();
         for (index, camera) in cameras.iter().enumerate() {
             let folder = root.join(format!("cam{index}"));

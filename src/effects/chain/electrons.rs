@@ -1,0 +1,30 @@
+//! The charge of every pixel at the end of the pixel's own part. Enters: an exposure, as for codes. Leaves: electrons of the window.
+
+use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot, map_chunks};
+use crate::plane::Plane;
+
+impl Chain {
+    /// Electrons of each pixel of the window as they stand at the sense node before it turns them into a voltage, by the same draws as
+    /// `capture`: shot noise, dark charge, full well and whatever else the chosen effects do to charge are in, conversion gain, kTC and
+    /// read noise are not. Pixels that binning joins stand apart; the first reading's, where there are two.
+    pub fn electrons(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Plane<f32> {
+        assert!(times.len() == photons.height_px(), "every row has its times");
+        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
+        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot).0);
+        let (first_row, first_column) =
+            self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()));
+        let mut electrons = Plane::filled(photons.size(), 0.0_f32);
+        let width = photons.width_px();
+        let chunk = |(number, rows): (usize, &mut [f32])| {
+            let mut buffers = self.buffers(width);
+            for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
+                let array_row = first_row + number * ROWS_PER_CHUNK + offset;
+                self.load(&shot, array_row, &mut buffers);
+                self.readings[0].sense(self.at_row(&shot, array_row), self.die_seed, &mut buffers);
+                row_e.copy_from_slice(&buffers.values[first_column..]);
+            }
+        };
+        map_chunks(electrons.values_mut(), width * ROWS_PER_CHUNK, chunk);
+        electrons
+    }
+}

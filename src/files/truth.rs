@@ -1,0 +1,229 @@
+//! Ground truth and stages' outputs beside a run. Enters: which were asked for, and frame by frame a run. Leaves: one folder a kind, one
+//! folder a camera, one file a frame named by its time in nanoseconds; `ground_truth.json` says what each number means.
+//!
+//! Frames are written as they come, so memory does not grow with the run. docs/ground_truth.md describes every file.
+
+mod encode;
+mod index;
+mod keep;
+mod tum;
+
+pub use keep::{Keep, Kept};
+pub use tum::TumWriter;
+
+use std::path::{Path, PathBuf};
+
+use super::io_error;
+use crate::error::Error;
+use crate::num::u64_half_even;
+use crate::optics::truth::{Matches, Seen, Surfaces, View, matches, surfaces};
+use crate::picture::{Channel, to_exr};
+use crate::plane::Plane;
+use crate::run::{CameraFrame, Frame, Session, Setup};
+use crate::scene::Scene;
+use crate::scene::motion::imu::ImuSample;
+use crate::units::FrameIndex;
+
+/// Kinds under construction in a run's folder.
+#[derive(Debug)]
+pub struct TruthWriter {
+    folder: PathBuf,
+    keep: Keep,
+    tum: Option<TumWriter>,
+}
+
+/// One camera of one frame.
+struct Place<'a> {
+    camera: usize,
+    timestamp_ns: u64,
+    session: &'a Session,
+    frame: &'a Frame,
+}
+
+impl TruthWriter {
+    /// Makes the folders of what is kept inside the run's.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn create(folder: &Path, keep: &Keep, setup: &Setup) -> Result<Self, Error> {
+        if setup.world.scene().is_none() {
+            keep.check_for_pictures(setup.world.has_depth())?;
+        }
+        for kept in keep.all() {
+            for leaf in kept.folders(setup.cameras.len()) {
+                let path = folder.join(leaf);
+                std::fs::create_dir_all(&path).map_err(io_error(&path))?;
+            }
+        }
+        let tum = if keep.has(Kept::Tum) { Some(TumWriter::create(&folder.join("tum"))?) } else { None };
+        Ok(Self { folder: folder.to_owned(), keep: keep.clone(), tum })
+    }
+
+    /// Writes what is kept of one frame, which must be the run's last so far.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn add_frame(&mut self, session: &Session, frame: &Frame) -> Result<(), Error> {
+        let timestamp_ns = u64_half_even(frame.t_s * 1e9);
+        for (camera, seen) in frame.cameras.iter().enumerate() {
+            let place = Place { camera, timestamp_ns, session, frame };
+            self.stages(&place, seen)?;
+            self.geometry(&place)?;
+        }
+        Ok(())
+    }
+
+    /// Lists inertial readings where a folder has a place for them.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn add_readings(&mut self, readings: &[ImuSample]) -> Result<(), Error> {
+        self.tum.as_mut().map_or(Ok(()), |tum| tum.add_readings(readings))
+    }
+
+    /// Writes what is still in memory, and what the numbers mean.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn finish(self, setup: &Setup) -> Result<(), Error> {
+        if let Some(tum) = self.tum {
+            tum.finish()?;
+        }
+        if self.keep.is_empty() {
+            return Ok(());
+        }
+        write(&self.folder.join("ground_truth.json"), index::text(&self.keep, setup)?.as_bytes())
+    }
+
+    fn path(&self, folder: &str, place: &Place<'_>, extension: &str) -> PathBuf {
+        let camera = format!("cam{}", place.camera);
+        self.folder.join(folder).join(camera).join(format!("{}.{extension}", place.timestamp_ns))
+    }
+
+    /// What stages before the codes made.
+    fn stages(&self, place: &Place<'_>, seen: &CameraFrame) -> Result<(), Error> {
+        if self.keep.has(Kept::Photons) {
+            let channels = [("Y", seen.photons.clone())];
+            write_exr(&self.path("photons", place, "exr"), channels)?;
+        }
+        if let Some(electrons) = seen.electrons.as_ref().filter(|_| self.keep.has(Kept::Electrons)) {
+            write_exr(&self.path("electrons", place, "exr"), [("Y", electrons.clone())])?;
+        }
+        if self.keep.has(Kept::Codes) {
+            super::picture::write_grey_16(&self.path("codes", place, "png"), &seen.codes)?;
+        }
+        if self.keep.has(Kept::Colour) {
+            let colour = place.session.colour(place.frame.frame, place.camera)?;
+            write_exr(&self.path("colour", place, "exr"), colour)?;
+        }
+        Ok(())
+    }
+
+    /// What the scene's shape and the motion imply.
+    fn geometry(&mut self, place: &Place<'_>) -> Result<(), Error> {
+        let (session, camera) = (place.session, place.camera);
+        let setup = session.setup();
+        // The motion was checked to cover the whole run before the first frame.
+        let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
+        let view = session.view(place.frame.frame, camera, &pose);
+        if self.keep.has(Kept::Poses) {
+            write(&self.path("poses", place, "csv"), encode::pose_table(&view).as_bytes())?;
+        }
+        let has_tum_depth = self.tum.is_some() && camera == 0;
+        if !has_tum_depth && !self.keep.needs_surfaces() {
+            return Ok(());
+        }
+        let Some(scene) = setup.world.scene() else { return self.picture_depth(place) };
+        let scene = scene.scene();
+        let seen = surfaces(scene, &view);
+        self.shape(place, scene, &view, &seen)?;
+        if let Some(tum) = self.tum.as_mut().filter(|_| camera == 0) {
+            let world_from_camera = place.frame.truth.then(&setup.cameras[0].body_from_camera);
+            let codes = &place.frame.cameras[0].codes;
+            let depth = encode::depth_steps(&seen.depth_m(&view));
+            tum.add_frame(place.timestamp_ns, codes, setup.sensor.bits(), &depth, &world_from_camera)?;
+        }
+        let next = FrameIndex(place.frame.frame.0 + 1);
+        if next.0 < setup.frames && (self.keep.has(Kept::Flow) || self.keep.has(Kept::Visibility)) {
+            let found = matches(scene, &view, &seen, &session.view(next, camera, &pose));
+            self.to_next(place, found)?;
+        }
+        if self.keep.has(Kept::Stereo) {
+            for other in 0..setup.cameras.len() {
+                if (camera == 0) != (other == 0) {
+                    let found = matches(scene, &view, &seen, &session.view(place.frame.frame, other, &pose));
+                    self.to_other(place, other, found)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Depth of a world of pictures, which have no other shape.
+    fn picture_depth(&self, place: &Place<'_>) -> Result<(), Error> {
+        if !self.keep.has(Kept::Depth) {
+            return Ok(());
+        }
+        let (setup, frame) = (place.session.setup(), place.frame);
+        let depth_m = setup.world.depth((place.camera, &setup.cameras[place.camera]), frame.t_s)?;
+        let depth_m = depth_m.expect("a world without depth was refused when the folder was made");
+        super::picture::write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
+        write_exr(&self.path("depth", place, "exr"), [("Z", depth_m)])
+    }
+
+    fn shape(&self, place: &Place<'_>, scene: &Scene, view: &View<'_>, seen: &Surfaces) -> Result<(), Error> {
+        if self.keep.has(Kept::Depth) {
+            let depth_m = seen.depth_m(view);
+            super::picture::write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
+            write_exr(&self.path("depth", place, "exr"), [("Z", depth_m), ("range", seen.range_m())])?;
+        }
+        if self.keep.has(Kept::Normals) {
+            let [x, y, z] = seen.normals(scene, view);
+            write_exr(&self.path("normals", place, "exr"), [("normal.X", x), ("normal.Y", y), ("normal.Z", z)])?;
+        }
+        if self.keep.has(Kept::Materials) {
+            let numbers = seen.materials(scene).map(|number| u16::try_from(number).unwrap_or(u16::MAX));
+            super::picture::write_grey_16(&self.path("materials", place, "png"), &numbers)?;
+        }
+        Ok(())
+    }
+
+    fn to_next(&self, place: &Place<'_>, found: Matches) -> Result<(), Error> {
+        if self.keep.has(Kept::Visibility) {
+            encode::write_grey_8(&self.path("visibility", place, "png"), &codes_of(&found.seen))?;
+        }
+        if self.keep.has(Kept::Flow) {
+            encode::write_flow_16(&self.path("flow", place, "png"), &found)?;
+            let channels = [("forward.u", found.dx_px), ("forward.v", found.dy_px)];
+            write_exr(&self.path("flow", place, "exr"), channels)?;
+        }
+        Ok(())
+    }
+
+    fn to_other(&self, place: &Place<'_>, other: usize, found: Matches) -> Result<(), Error> {
+        let folder = self.folder.join("stereo").join(keep::pair(place.camera, other));
+        let name = |extension: &str| folder.join(format!("{}.{extension}", place.timestamp_ns));
+        encode::write_grey_8(&name("png"), &codes_of(&found.seen))?;
+        write_exr(&name("exr"), [("disparity.x", found.dx_px), ("disparity.y", found.dy_px)])
+    }
+}
+
+fn codes_of(seen: &Plane<Seen>) -> Plane<u8> {
+    seen.map(|seen| match seen {
+        Seen::Nothing => 0,
+        Seen::Visible => 1,
+        Seen::Occluded => 2,
+        Seen::Outside => 3,
+        Seen::Unsettled => 4,
+    })
+}
+
+fn write_exr(path: &Path, channels: impl IntoIterator<Item = (&'static str, Plane<f32>)>) -> Result<(), Error> {
+    let named = |(name, plane): (&str, Plane<f32>)| Channel { name: name.to_owned(), plane };
+    let channels: Vec<Channel> = channels.into_iter().map(named).collect();
+    write(path, &to_exr(&channels)?)
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    std::fs::write(path, bytes).map_err(io_error(path))
+}

@@ -1,0 +1,145 @@
+//! Where the points of one view are seen in another. Enters: a scene, two views, the first one's surfaces. Leaves: displacement of every
+//! pixel, and whether its point is visible there. The next frame's view gives optical flow, another camera's gives disparity.
+
+use glam::DVec2;
+
+use super::surface::{Point, idle, is_inside, set_lane};
+use super::{Surfaces, View, by_row};
+use crate::num::{f32_nearest, f64_from_usize};
+use crate::plane::Plane;
+use crate::pose::Pose;
+use crate::scene::Scene;
+use crate::scene::lanes::LANES;
+use crate::scene::tracer::{MISS, Stack, closest};
+
+/// What becomes of a pixel's point in the other view. The numbers are those of kept pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Seen {
+    /// The pixel has no bearing, so there is no point.
+    Nothing = 0,
+    /// It is seen.
+    Visible = 1,
+    /// Something stands before it.
+    Occluded = 2,
+    /// It lies outside the other picture, or where its lens has no place for it.
+    Outside = 3,
+    /// The other picture's rows pass it by: it moves over them as fast as they are exposed, so no time of one row is its own.
+    Unsettled = 4,
+}
+
+/// Places of one view's points in another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matches {
+    /// Column there less column here in pixels; NaN where the other lens has no place.
+    pub dx_px: Plane<f32>,
+    /// Row there less row here in pixels; NaN where the other lens has no place.
+    pub dy_px: Plane<f32>,
+    /// Whether the point is seen.
+    pub seen: Plane<Seen>,
+}
+
+/// What stands nearer to a point than this share of its distance is taken for its own surface: rounding of f32 (1e-7 of the scene) seen
+/// under 0.1 degrees and above stays below it.
+const OCCLUDER_GAP_SHARE: f64 = 1e-4;
+
+/// Steps of the search for a point's row. Each shrinks the error by the point's speed over the rows' (a few hundredths for a hand-held
+/// camera), so ten do for any but extreme motion.
+const STEPS_MAX: u32 = 100;
+
+/// Rows within which the search has settled. The displacement is off by this times the same ratio.
+const SETTLED_PX: f64 = 1e-7;
+
+/// Finds where `to` sees the points of `from`. A point is seen at the time of the row on which it then lies: that row is
+/// found as the fixed point of `y = row of project(point at the time of y)`. Points without a surface are taken as infinitely far.
+pub fn matches(scene: &Scene, from: &View<'_>, surfaces: &Surfaces, to: &View<'_>) -> Matches {
+    let size = surfaces.size();
+    let search = Search { view: to, pose_of_all: to.is_instant().then(|| to.row_poses[0]) };
+    let work = |row: usize| {
+        let mut found: Vec<Match> = Vec::with_capacity(surfaces.range_m.width_px());
+        for column in 0..surfaces.range_m.width_px() {
+            let here_px = DVec2::new(f64_from_usize(column), f64_from_usize(row));
+            found.push(search.match_of(surfaces.point(from, column, row), here_px));
+        }
+        mark_occluded(scene, &mut found);
+        found.into_iter().map(|found| (found.shift_px.map(f32_nearest), found.seen)).collect()
+    };
+    let found: Vec<([f32; 2], Seen)> = by_row(surfaces.range_m.height_px(), &work);
+    let of = |axis: usize| Plane::from_values(size, found.iter().map(|(shift_px, _)| shift_px[axis]).collect());
+    let seen = Plane::from_values(size, found.iter().map(|(_, seen)| *seen).collect());
+    Matches { dx_px: of(0), dy_px: of(1), seen }
+}
+
+struct Match {
+    shift_px: [f64; 2],
+    seen: Seen,
+    /// The point and the camera's pose that sees it, where it lies on the picture.
+    sight: Option<(Point, Pose)>,
+}
+
+impl Match {
+    fn none(seen: Seen) -> Self {
+        Self { shift_px: [f64::NAN; 2], seen, sight: None }
+    }
+}
+
+struct Search<'a, 'b> {
+    view: &'a View<'b>,
+    /// Where all rows are seen at once.
+    pose_of_all: Option<Pose>,
+}
+
+impl Search<'_, '_> {
+    fn match_of(&self, point: Option<Point>, here_px: DVec2) -> Match {
+        let Some(point) = point else { return Match::none(Seen::Nothing) };
+        let lens = &self.view.camera.lens;
+        let pose = match self.pose_of_all {
+            Some(pose) => pose,
+            None => match self.row_of(&point, here_px.y) {
+                Ok(y_px) => self.view.pose(y_px),
+                Err(seen) => return Match::none(seen),
+            },
+        };
+        let Some(place_px) = lens.project(point.in_camera(&pose)) else { return Match::none(Seen::Outside) };
+        let inside = is_inside(self.view.camera.size, place_px);
+        let seen = if inside { Seen::Visible } else { Seen::Outside };
+        Match { shift_px: (place_px - here_px).to_array(), seen, sight: inside.then_some((point, pose)) }
+    }
+
+    /// The row on which a point lies while that row is exposed; the poses between rows are interpolated.
+    fn row_of(&self, point: &Point, first_px: f64) -> Result<f64, Seen> {
+        let mut y_px = first_px;
+        for _ in 0..STEPS_MAX {
+            let place_px = self.view.camera.lens.project(point.in_camera(&self.view.pose_between(y_px)));
+            let Some(place_px) = place_px else { return Err(Seen::Outside) };
+            let before_px = std::mem::replace(&mut y_px, place_px.y);
+            // Beyond the picture all places have the edge row's time.
+            if (y_px - before_px).abs() < SETTLED_PX || self.view.time_s(y_px) == self.view.time_s(before_px) {
+                return Ok(y_px);
+            }
+        }
+        Err(Seen::Unsettled)
+    }
+}
+
+/// Looks from where each point is seen back to the point.
+fn mark_occluded(scene: &Scene, found: &mut [Match]) {
+    let mut stack = Stack::new();
+    for group in found.chunks_mut(LANES) {
+        let mut packet = idle();
+        for (lane, found) in group.iter().enumerate() {
+            let Some((point, pose)) = &found.sight else { continue };
+            let toward = point.toward(pose);
+            let t_max =
+                if point.is_far() { f32::MAX } else { f32_nearest(toward.length() * (1.0 - OCCLUDER_GAP_SHARE)) };
+            set_lane(&mut packet, lane, pose.translation_m, toward.normalize_or_zero(), t_max);
+        }
+        let hits = closest(&scene.bvh, &packet, &mut stack);
+        for (lane, found) in group.iter_mut().enumerate() {
+            let Some((point, _)) = &found.sight else { continue };
+            if hits.triangle[lane] != MISS && hits.triangle[lane] != point.triangle {
+                found.seen = Seen::Occluded;
+            }
+        }
+    }
+}
