@@ -15,8 +15,8 @@ use crate::units::{FrameIndex, RowIndex};
 pub const BAND_CHANNELS: [&str; BANDS] = ["R", "G", "B", "NIR"];
 
 impl Session {
-    /// When the rows of a camera's picture are seen: the middle of each one's longest exposure, in seconds of run time. Known of frames that
-    /// were simulated, and of the one after them.
+    /// When the rows of a camera's picture are seen: the middle of each one's longest exposure, in seconds of run time. Known of
+    /// frames that were simulated, and of the one after them.
     pub fn row_times_s(&self, frame: FrameIndex, camera: usize) -> Vec<f64> {
         let schedule = &self.setup.exposure.schedules(frame)[camera];
         let rows = 0..self.setup.cameras[camera].size.height_px;

@@ -1,4 +1,5 @@
-//! `ground_truth.json`: what is kept beside a run, and what its numbers mean, for programs. Enters: what is kept, a run's parts. Leaves: text.
+//! `ground_truth.json`: what is kept beside a run, and what its numbers mean, for programs. Enters: what is kept, a run's parts.
+//! Leaves: text.
 
 use serde_json::{Map, Value, json};
 
