@@ -13,7 +13,7 @@ use glam::{DQuat, DVec2, DVec3};
 use reference::{Places, distorted_px, first_hit};
 use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, index};
-use sensel::optics::lens::{Intrinsics, Lens, Radtan};
+use sensel::optics::lens::{Intrinsics, Lens, Mapping, Radtan};
 use sensel::optics::truth::{Seen, View, matches, surfaces};
 use sensel::optics::{Aperture, Camera, Pupil, RollOff, Sampling, render};
 use sensel::plane::Plane;
@@ -29,7 +29,7 @@ const ROW_S: f64 = 2e-4;
 
 fn lens() -> Lens {
     let intrinsics = Intrinsics { fx_px: 95.0, fy_px: 96.0, cx_px: 78.3, cy_px: 60.9 };
-    Lens { intrinsics, distortion: Radtan { k1: -0.06, k2: 0.008, p1: 4e-4, p2: -3e-4 } }
+    Lens { intrinsics, mapping: Mapping::Radtan(Radtan { k1: -0.06, k2: 0.008, p1: 4e-4, p2: -3e-4, k3: 0.0 }) }
 }
 
 /// Mounted off the body's axes, so that `body_from_camera` matters.
@@ -222,7 +222,7 @@ fn rows_that_the_picture_outruns_are_unsettled_and_what_has_no_bearing_is_nothin
 
     // A barrel so strong that its polynomial folds inside the picture: beyond the fold there is no bearing.
     let mut folded = lens();
-    folded.distortion = Radtan { k1: -0.45, ..Radtan::default() };
+    folded.mapping = Mapping::Radtan(Radtan { k1: -0.45, ..Radtan::default() });
     let camera = self::camera(folded, DVec3::ZERO);
     let view = View::new(&camera, global(0), &slow);
     let seen = surfaces(&scene, &view);

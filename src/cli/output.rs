@@ -12,7 +12,7 @@ use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuR
 use sensel::files::folder::OutputFolder;
 use sensel::files::truth::{Keep, Kept, TruthWriter};
 use sensel::num::{u32_from, u64_half_even};
-use sensel::pose::{Pose, format_tum};
+use sensel::pose::format_tum;
 use sensel::report::html::{Mark, Picture, Pictures, html};
 use sensel::report::{Report, display_curve};
 use sensel::run::{Frame, Session, Setup};

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use sensel::draw::DrawKey;
 use sensel::num::{index, low_u32};
-use sensel::optics::lens::Lens;
+use sensel::optics::lens::{Lens, Mapping};
 use sensel::scene::mesh::Mesh;
 use sensel::units::Size;
 
@@ -51,7 +51,8 @@ pub fn distorted_px(lens: &Lens, point_in_camera: DVec3) -> Option<DVec2> {
     if x * x + y * y > 3.0 {
         return None;
     }
-    let (i, d) = (lens.intrinsics, lens.distortion);
+    let i = lens.intrinsics;
+    let Mapping::Radtan(d) = &lens.mapping else { panic!("the reference knows radtan only") };
     let r2 = x * x + y * y;
     let radial = 1.0 + d.k1 * r2 + d.k2 * r2 * r2;
     let x_distorted = x * radial + 2.0 * d.p1 * x * y + d.p2 * (r2 + 2.0 * x * x);
