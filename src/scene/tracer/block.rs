@@ -106,6 +106,34 @@ impl Candidate<'_> {
         [x, y]
     }
 
+    /// The plane's normal times each direction, and times the way from the origin to the plane. Their ratio is the distance; unlike the corner
+    /// weights' it does not suffer where a triangle is a needle.
+    #[inline(always)]
+    fn plane<const SHARED: bool>(&self, rays: &Rays) -> (Floats, Floats) {
+        let [mut ab, mut ac, mut normal, mut height] = [[0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]];
+        for place in 0..3 {
+            let [a, b, c] = &self.block.corners_m;
+            let axis = rays.axes[place];
+            ab[place] = b[axis][self.slot] - a[axis][self.slot];
+            ac[place] = c[axis][self.slot] - a[axis][self.slot];
+        }
+        for place in 0..3 {
+            let (next, last) = ((place + 1) % 3, (place + 2) % 3);
+            normal[place] = ab[next] * ac[last] - ab[last] * ac[next];
+            height[place] = self.corners[0][place].0[self.slot] * normal[place];
+        }
+        let [x, y, z] = [Floats::splat(normal[0]), Floats::splat(normal[1]), Floats::splat(normal[2])];
+        let slope = x * rays.direction[0] + y * rays.direction[1] + z * rays.direction[2];
+        let height = if SHARED {
+            Floats::splat(height[0] + height[1] + height[2])
+        } else {
+            x * self.relative::<false>(rays, 0, 0)
+                + y * self.relative::<false>(rays, 0, 1)
+                + z * self.relative::<false>(rays, 0, 2)
+        };
+        (slope, height)
+    }
+
     /// Where each ray enters and leaves the triangle's padded box, which bit for bit is the one that the tree was built from.
     #[inline(always)]
     fn slabs(&self, rays: &Rays) -> (Floats, Floats) {
@@ -148,18 +176,15 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
     if !inside.any() {
         return false;
     }
-    let sum = weight_a + weight_b + weight_c;
-    let depth = weight_a * candidate.relative::<SHARED>(rays, 0, 2)
-        + weight_b * candidate.relative::<SHARED>(rays, 1, 2)
-        + weight_c * candidate.relative::<SHARED>(rays, 2, 2);
-    let mut share = zero;
+    let (slope, height) = candidate.plane::<SHARED>(rays);
+    let (mut raw, mut share) = (zero, weight_a + weight_b + weight_c);
     for lane in 0..LANES {
-        share.0[lane] = 1.0 / sum.0[lane];
+        raw.0[lane] = height.0[lane] / slope.0[lane];
+        share.0[lane] = 1.0 / share.0[lane];
     }
-    let raw = depth * rays.inverse[rays.axes[2]] * share;
     let (near, far) = candidate.slabs(rays);
     let (t, known) = (raw.greater(near).lesser(far), hits.t);
-    // A triangle seen exactly edge-on has no area across the ray and gives an infinite or undefined distance.
+    // A triangle seen exactly edge-on gives an infinite or undefined distance.
     let finite = Floats::splat(f32::MIN).at_most(raw) & raw.at_most(Floats::splat(f32::MAX));
     let within = inside & finite & near.at_most(far) & rays.t_min.at_most(t) & t.at_most(known);
     let triangle = candidate.block.triangle[candidate.slot];
@@ -170,7 +195,7 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
     let mut wins = within & (t.below(known) | (t.equal(known) & Mask(lower)));
     let (u, v) = (weight_b * share, weight_c * share);
     if candidate.block.cut_out >> candidate.slot & 1 != 0 {
-        wins = solid(holes, triangle, wins, &u, &v);
+        wins = solid(holes, triangle, wins, &u, &v, hits);
     }
     // A shadow ray is done with its first hit, so its lane falls idle.
     hits.t = wins.select(if ANY { Floats::splat(f32::MIN) } else { t }, known);
@@ -182,9 +207,9 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
 
 /// The lanes among these that do not pass through a hole.
 #[inline(never)]
-fn solid<H: Holes>(holes: &H, triangle: u32, mut wins: Mask, u: &Floats, v: &Floats) -> Mask {
+fn solid<H: Holes>(holes: &H, triangle: u32, mut wins: Mask, u: &Floats, v: &Floats, hits: &mut Hits) -> Mask {
     for lane in 0..LANES {
-        if wins.0[lane] != 0 && holes.is_open(triangle, u.0[lane], v.0[lane]) {
+        if wins.0[lane] != 0 && hits.triangle[lane] != triangle && holes.is_open(triangle, u.0[lane], v.0[lane]) {
             wins.0[lane] = 0;
         }
     }

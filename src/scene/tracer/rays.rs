@@ -57,6 +57,8 @@ impl Courses {
 pub struct Rays {
     pub origin_m: Vectors,
     pub inverse: Vectors,
+    /// Along the axes in the order of `axes`.
+    pub direction: Vectors,
     pub t_min: Floats,
     pub t_max: Floats,
     /// The two other axes and the one along which all go farthest.
@@ -102,13 +104,15 @@ impl Rays {
                 inverse[axis].0[lane] = 1.0 / if d.abs() < DIRECTION_MIN { away } else { d };
             }
         }
-        let (axes, shear) = match course >> 3 {
-            0 => ([1, 2, 0], [packet.direction[1] * inverse[0], packet.direction[2] * inverse[0]]),
-            1 => ([2, 0, 1], [packet.direction[2] * inverse[1], packet.direction[0] * inverse[1]]),
-            _ => ([0, 1, 2], [packet.direction[0] * inverse[2], packet.direction[1] * inverse[2]]),
+        let [x, y, z] = packet.direction;
+        let (axes, direction, scale) = match course >> 3 {
+            0 => ([1, 2, 0], [y, z, x], inverse[0]),
+            1 => ([2, 0, 1], [z, x, y], inverse[1]),
+            _ => ([0, 1, 2], [x, y, z], inverse[2]),
         };
+        let shear = [direction[0] * scale, direction[1] * scale];
         let (span, shared) = Span::of(&origin_m, &inverse, t_min, &shear, down, mask);
-        Self { origin_m, inverse, t_min, t_max, axes, shear, down, shared, span }
+        Self { origin_m, inverse, direction, t_min, t_max, axes, shear, down, shared, span }
     }
 }
 
