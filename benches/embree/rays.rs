@@ -56,14 +56,19 @@ pub fn triangles_m(scene: &Scene) -> Vec<[[f32; 3]; 3]> {
 pub fn primary_rays() -> Vec<Packet> {
     let mut packets = Vec::new();
     for (number, view) in VIEWS.iter().enumerate() {
-        let turned = DQuat::from_rotation_y(view.turn_deg.to_radians()) * DQuat::from_rotation_x(view.tilt_deg.to_radians());
+        let turned =
+            DQuat::from_rotation_y(view.turn_deg.to_radians()) * DQuat::from_rotation_x(view.tilt_deg.to_radians());
         for y in (0..VIEW_PX[1]).step_by(4) {
             for x in (0..VIEW_PX[0]).step_by(4) {
                 let mut packet = idle();
                 for lane in 0..LANES {
                     let pixel = [x + lane % 4, y + lane / 4];
-                    let place = sub_pixel(view.jittered, DrawKey::root(u64_from(number)).with(u64_from(pixel[1] * VIEW_PX[0] + pixel[0])));
-                    let across = [0, 1].map(|axis| f64_from_usize(pixel[axis]) + place[axis] - 0.5 * f64_from_usize(VIEW_PX[axis]));
+                    let place = sub_pixel(
+                        view.jittered,
+                        DrawKey::root(u64_from(number)).with(u64_from(pixel[1] * VIEW_PX[0] + pixel[0])),
+                    );
+                    let across = [0, 1]
+                        .map(|axis| f64_from_usize(pixel[axis]) + place[axis] - 0.5 * f64_from_usize(VIEW_PX[axis]));
                     let direction = turned * DVec3::new(across[0], -across[1], -FOCAL_PX).normalize();
                     set(&mut packet, lane, view.eye_m.map(f32_nearest), direction.to_array().map(f32_nearest));
                 }
@@ -144,7 +149,8 @@ impl Peer {
     /// The program and what it is to be called with for so many timed passes.
     pub fn command(&self, passes: u32, options: &[&str]) -> Vec<String> {
         let file = |name: &str| self.folder.join(name).to_string_lossy().into_owned();
-        let mut words = vec![self.program.to_string_lossy().into_owned(), file("triangles"), file("rays"), file("answers")];
+        let mut words =
+            vec![self.program.to_string_lossy().into_owned(), file("triangles"), file("rays"), file("answers")];
         words.push(passes.to_string());
         words.extend(options.iter().map(|&option| option.to_owned()));
         words

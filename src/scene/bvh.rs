@@ -6,14 +6,14 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
-use crate::num::{index, u32_from};
+use crate::num::{f32_nearest, index, u32_from};
 
 /// Children of a node.
 pub const CHILDREN: usize = 8;
@@ -53,6 +53,8 @@ pub struct Node {
 pub struct Block {
     /// Of each corner each coordinate.
     pub corners_m: [[[f32; BLOCK]; 3]; 3],
+    /// Their unit normals. Rounded from 64 bits, so that needles have one too.
+    pub normal: [[f32; BLOCK]; 3],
     /// Their indices in the scene.
     pub triangle: [u32; BLOCK],
     /// A byte for each triangle, set for those that are.
@@ -135,10 +137,8 @@ impl Bvh {
     }
 }
 
-const EMPTY: Node = Node {
-    planes_m: [[[f32::INFINITY; CHILDREN], [f32::NEG_INFINITY; CHILDREN]]; 3],
-    child: [IS_BLOCK; CHILDREN],
-};
+const EMPTY: Node =
+    Node { planes_m: [[[f32::INFINITY; CHILDREN], [f32::NEG_INFINITY; CHILDREN]]; 3], child: [IS_BLOCK; CHILDREN] };
 
 /// What becomes the children of a wide node.
 fn children(tree: &Bvh2, source: usize) -> Vec<usize> {
@@ -165,12 +165,21 @@ fn children(tree: &Bvh2, source: usize) -> Vec<usize> {
 
 fn block(triangles: &[u32], triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) -> Block {
     assert!((1..=BLOCK).contains(&triangles.len()), "the collapse of leaves fills no block beyond its end");
-    let mut block =
-        Block { corners_m: [[[0.0; BLOCK]; 3]; 3], triangle: [0; BLOCK], present: u64::MAX >> (8 * (BLOCK - triangles.len())), cut_out: 0 };
+    let mut block = Block {
+        corners_m: [[[0.0; BLOCK]; 3]; 3],
+        normal: [[0.0; BLOCK]; 3],
+        triangle: [0; BLOCK],
+        present: u64::MAX >> (8 * (BLOCK - triangles.len())),
+        cut_out: 0,
+    };
     for slot in 0..BLOCK {
         let triangle = triangles[slot.min(triangles.len() - 1)];
         block.triangle[slot] = triangle;
         block.cut_out |= u32::from(is_cut_out(triangle)) << slot;
+        let normal = unit_normal(&triangles_m[index(triangle)]);
+        for axis in 0..3 {
+            block.normal[axis][slot] = normal[axis];
+        }
         for corner in 0..3 {
             for axis in 0..3 {
                 block.corners_m[corner][axis][slot] = triangles_m[index(triangle)][corner][axis];
@@ -178,6 +187,12 @@ fn block(triangles: &[u32], triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u
         }
     }
     block
+}
+
+/// Zero where the triangle has no area.
+fn unit_normal(corners_m: &[[f32; 3]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners_m.map(|corner| DVec3::from_array(corner.map(f64::from)));
+    (b - a).cross(c - a).normalize_or_zero().to_array().map(f32_nearest)
 }
 
 /// The tracer sees corners moved by its roundings: a corner's two coordinates across the ray carry one of the direction's ratio (2^-24

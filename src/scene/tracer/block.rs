@@ -25,13 +25,7 @@ pub fn meet<H: Holes, const ANY: bool, const SHARED: bool>(
     pad_m: f32,
     hits: &mut Hits,
 ) -> bool {
-    let mut corners = [[Eight::splat(0.0); 3]; 3];
-    for corner in 0..3 {
-        for place in 0..3 {
-            let axis = rays.axes[place];
-            corners[corner][place] = Eight(block.corners_m[corner][axis]) - Eight::splat(rays.span.origin_m[axis]);
-        }
-    }
+    let corners = relative_corners(rays, block);
     let mut open = candidates::<SHARED>(rays, &corners) & block.present;
     let mut met = false;
     while open != 0 {
@@ -43,7 +37,20 @@ pub fn meet<H: Holes, const ANY: bool, const SHARED: bool>(
     met
 }
 
-/// One bit for each triangle that any ray may be inside of. An edge function is linear in the shears, so over the packet it stays within its value
+/// Corners relative to the span's origin.
+#[inline(always)]
+pub fn relative_corners(rays: &Rays, block: &Block) -> Corners {
+    let mut corners = [[Eight::splat(0.0); 3]; 3];
+    for corner in 0..3 {
+        for place in 0..3 {
+            let axis = rays.axes[place];
+            corners[corner][place] = Eight(block.corners_m[corner][axis]) - Eight::splat(rays.span.origin_m[axis]);
+        }
+    }
+    corners
+}
+
+/// A byte for each triangle that any ray may be inside of. An edge function is linear in the shears, so over the packet it stays within its value
 /// at their middle plus or minus its slopes times their reach.
 #[inline(always)]
 fn candidates<const SHARED: bool>(rays: &Rays, corners: &Corners) -> u64 {
@@ -64,8 +71,9 @@ fn candidates<const SHARED: bool>(rays: &Rays, corners: &Corners) -> u64 {
         let along = cz * bx - cx * bz;
         let upright = cx * by - cy * bx;
         let middle = upright + Eight::splat(span.shear[0]) * across + Eight::splat(span.shear[1]) * along;
-        let mut reach =
-            Eight::splat(span.shear_reach[0]) * across.abs() + Eight::splat(span.shear_reach[1]) * along.abs() + rounding;
+        let mut reach = Eight::splat(span.shear_reach[0]) * across.abs()
+            + Eight::splat(span.shear_reach[1]) * along.abs()
+            + rounding;
         if !SHARED {
             // An origin elsewhere turns an edge function by no more than its distance times the edge's length.
             let edge = (cx - bx).abs() + (cy - by).abs() + (cz - bz).abs();
@@ -107,19 +115,12 @@ impl Candidate<'_> {
     }
 
     /// The plane's normal times each direction, and times the way from the origin to the plane. Their ratio is the distance; unlike the corner
-    /// weights' it does not suffer where a triangle is a needle.
+    /// weights', which a needle's rounding moves along it.
     #[inline(always)]
     fn plane<const SHARED: bool>(&self, rays: &Rays) -> (Floats, Floats) {
-        let [mut ab, mut ac, mut normal, mut height] = [[0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]];
+        let (mut normal, mut height) = ([0.0; 3], [0.0; 3]);
         for place in 0..3 {
-            let [a, b, c] = &self.block.corners_m;
-            let axis = rays.axes[place];
-            ab[place] = b[axis][self.slot] - a[axis][self.slot];
-            ac[place] = c[axis][self.slot] - a[axis][self.slot];
-        }
-        for place in 0..3 {
-            let (next, last) = ((place + 1) % 3, (place + 2) % 3);
-            normal[place] = ab[next] * ac[last] - ab[last] * ac[next];
+            normal[place] = self.block.normal[rays.axes[place]][self.slot];
             height[place] = self.corners[0][place].0[self.slot] * normal[place];
         }
         let [x, y, z] = [Floats::splat(normal[0]), Floats::splat(normal[1]), Floats::splat(normal[2])];
@@ -205,7 +206,8 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
     true
 }
 
-/// The lanes among these that do not pass through a hole.
+/// The lanes among these that do not pass through a hole. That it is given the hits, and might change them, keeps them in memory, where they are
+/// read and written by whole registers.
 #[inline(never)]
 fn solid<H: Holes>(holes: &H, triangle: u32, mut wins: Mask, u: &Floats, v: &Floats, hits: &mut Hits) -> Mask {
     for lane in 0..LANES {

@@ -27,7 +27,8 @@ impl Courses {
             let signs = u32::from(x < 0.0) | u32::from(y < 0.0) << 1 | u32::from(z < 0.0) << 2;
             let (wide, high, deep) = (x.abs(), y.abs(), z.abs());
             let axis = if wide >= high && wide >= deep { 0 } else { 8 + u32::from(high < deep) * 8 };
-            let origin = packet.origin_m[0].0[lane].abs() + packet.origin_m[1].0[lane].abs() + packet.origin_m[2].0[lane].abs();
+            let origin =
+                packet.origin_m[0].0[lane].abs() + packet.origin_m[1].0[lane].abs() + packet.origin_m[2].0[lane].abs();
             // Whatever is not a number would spoil the spans of its neighbours.
             let sound = origin + (wide + high + deep) <= f32::MAX;
             let idle = !(packet.t_min.0[lane] <= packet.t_max.0[lane]) | !sound;
@@ -151,7 +152,8 @@ impl Span {
         };
         for axis in 0..3 {
             let (least_m, most_m) = (least(origin_m[axis], mask), most(origin_m[axis], mask));
-            (span.entry_m[axis], span.exit_m[axis]) = if down[axis] == 1 { (least_m, most_m) } else { (most_m, least_m) };
+            (span.entry_m[axis], span.exit_m[axis]) =
+                if down[axis] == 1 { (least_m, most_m) } else { (most_m, least_m) };
             span.inverse[axis] = [least(inverse[axis], mask), most(inverse[axis], mask)];
             span.origin_m[axis] = if least_m == most_m { least_m } else { 0.5 * (least_m + most_m) };
             span.reach_m += (most_m - span.origin_m[axis]).max(span.origin_m[axis] - least_m);

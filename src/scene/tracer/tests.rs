@@ -1,21 +1,149 @@
 //! The tracer against its slow twin, at edges, at ties and through holes. Enters: rooms and random rays (distances in metres).
 
+use super::block::{Candidate, take};
 use super::*;
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_usize, u64_from};
 use crate::scene::box_room::box_room;
+use crate::scene::bvh::Block;
 use crate::scene::chance::pair;
+use crate::simd::{Level, limit};
 
-/// The slow twin: every ray against every triangle, in the order of the list.
+/// The slow twin: every ray by itself against every triangle, in the order of the list, without boxes and without spans.
 fn closest_by_trying_all<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet) -> Hits {
-    let mut leaves = bvh.leaves.clone();
-    leaves.sort_by_key(|leaf| leaf.triangle);
-    let nothing = Floats::splat(0.0);
-    let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: nothing, v: nothing };
-    for leaf in &leaves {
-        take::<H, false>(packet, holes, leaf, &mut hits);
+    let slots = |block: &Block| usize::try_from(block.present.count_ones() / 8).unwrap();
+    let mut places: Vec<_> =
+        bvh.blocks.iter().flat_map(|block| (0..slots(block)).map(move |slot| (block, slot))).collect();
+    places.sort_by_key(|(block, slot)| block.triangle[*slot]);
+    let zero = Floats::splat(0.0);
+    let mut all = Hits { t: packet.t_max, triangle: [MISS; LANES], u: zero, v: zero };
+    for lane in 0..LANES {
+        let alone = alone(packet, lane);
+        let (mask, course) = Courses::of(&alone).take().unwrap();
+        let rays = Rays::of(&alone, mask, course);
+        let mut hits = Hits { t: rays.t_max, ..all };
+        for &(block, slot) in &places {
+            let corners = block::relative_corners(&rays, block);
+            let candidate = Candidate { block, slot, corners: &corners, pad_m: bvh.pad_m };
+            take::<H, false, true>(&rays, holes, &candidate, &mut hits);
+        }
+        copy_lane(&hits, lane, &mut all, lane);
     }
-    hits
+    all
+}
+
+/// A packet of one ray; the other lanes are idle, and hold what is no ray at all.
+fn alone(packet: &Packet, lane: usize) -> Packet {
+    let nonsense = Floats::splat(f32::NAN);
+    let (origin_m, direction) = ([nonsense; 3], [nonsense; 3]);
+    let mut alone = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: Floats::splat(-1.0) };
+    copy_ray(packet, lane, &mut alone, lane);
+    alone
+}
+
+fn copy_ray(from: &Packet, source: usize, to: &mut Packet, lane: usize) {
+    for axis in 0..3 {
+        to.origin_m[axis].0[lane] = from.origin_m[axis].0[source];
+        to.direction[axis].0[lane] = from.direction[axis].0[source];
+    }
+    to.t_min.0[lane] = from.t_min.0[source];
+    to.t_max.0[lane] = from.t_max.0[source];
+}
+
+fn copy_lane(from: &Hits, source: usize, to: &mut Hits, lane: usize) {
+    to.t.0[lane] = from.t.0[source];
+    to.triangle[lane] = from.triangle[source];
+    to.u.0[lane] = from.u.0[source];
+    to.v.0[lane] = from.v.0[source];
+}
+
+fn bits(hits: &Hits) -> [[u32; LANES]; 4] {
+    [hits.t.0.map(f32::to_bits), hits.triangle, hits.u.0.map(f32::to_bits), hits.v.0.map(f32::to_bits)]
+}
+
+/// Triangles of all sizes around a place, every fifth a needle a thousand times longer than wide.
+fn soup(key: DrawKey, count: usize, place_m: f64) -> Vec<[[f32; 3]; 3]> {
+    let one = |number: usize| {
+        let size = 0.6 / f64_from_usize(1 + number % 9);
+        let key = key.with(u64_from(number));
+        [0, 1, 2].map(|corner| {
+            [0, 1, 2].map(|axis| {
+                let [at, apart] = [pair(key, axis)[0], pair(key, u64_from(3 + 3 * corner) + axis)[1]];
+                let thin = if number.is_multiple_of(5) && corner == 1 { 0.001 } else { 1.0 };
+                let start = pair(key, 3 + axis)[1];
+                between(place_m - 1.0, place_m + 1.0, at) + between(-size, size, start + thin * (apart - start))
+            })
+        })
+    };
+    (0..count).map(one).collect()
+}
+
+/// Neighbours on one way, from one place, from places a little apart, or rays of all ways; some along an axis exactly, some from a corner.
+fn hard_packet(key: DrawKey, triangles_m: &[[[f32; 3]; 3]], place_m: f32) -> Packet {
+    let mut packet = random_packet(key);
+    let kind = key.0 % 8;
+    for lane in 0..LANES {
+        for axis in 0..3 {
+            let (spread, apart) = (if kind < 4 { 0.02 } else { 1.0 }, if kind % 4 == 0 { 0.0 } else { 0.01 });
+            let own = packet.direction[axis].0[lane];
+            packet.direction[axis].0[lane] = packet.direction[axis].0[0] + spread * own;
+            let origin_m = packet.origin_m[axis].0[0] + apart * packet.origin_m[axis].0[lane];
+            packet.origin_m[axis].0[lane] = place_m + origin_m;
+            let corner_m = triangles_m[index(u32::try_from(key.0 % 31).unwrap()) % triangles_m.len()][lane % 3];
+            if kind == 5 {
+                packet.origin_m[axis].0[lane] = corner_m[axis];
+            }
+            if kind == 6 && axis != lane % 3 {
+                packet.direction[axis].0[lane] = if lane % 2 == 0 { 0.0 } else { -0.0 };
+                packet.origin_m[axis].0[lane] = corner_m[axis];
+            }
+        }
+    }
+    packet
+}
+
+#[test]
+fn a_ray_meets_the_same_alone_and_in_any_company_at_every_level() {
+    let (mut hits, mut tried) = (0, 0);
+    for (number, place_m) in [0.0_f32, 0.0, 300.0, 1e5].into_iter().enumerate() {
+        let key = DrawKey::root(21).with(u64_from(number));
+        let triangles_m = soup(key, [1, 60, 200, 200][number], f64::from(place_m));
+        let bvh = Bvh::build(&triangles_m);
+        let packets: Vec<Packet> =
+            (0..200).map(|case| hard_packet(key.with(1000 + case), &triangles_m, place_m)).collect();
+        let mut stack = Stack::new();
+        let first: Vec<Hits> = packets.iter().map(|packet| closest(&bvh, packet, &mut stack)).collect();
+        for (case, packet) in packets.iter().enumerate() {
+            assert_eq!(
+                bits(&first[case]),
+                bits(&closest_by_trying_all(&bvh, &NoHoles, packet)),
+                "{place_m} m, case {case}"
+            );
+            // Each lane from another packet, at another place.
+            let (mut mixed, mut expected) = (*packet, first[case]);
+            for lane in 0..LANES {
+                let (other, source) = ((case + 7 * lane) % packets.len(), (5 * lane + 3) % LANES);
+                copy_ray(&packets[other], source, &mut mixed, lane);
+                copy_lane(&first[other], source, &mut expected, lane);
+                let one = closest(&bvh, &alone(packet, lane), &mut stack);
+                let mut same = one;
+                copy_lane(&first[case], lane, &mut same, lane);
+                assert_eq!(bits(&one), bits(&same), "{place_m} m, case {case}, lane {lane} alone");
+                hits += usize::from(one.triangle[lane] != MISS);
+                tried += 1;
+            }
+            for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
+                limit(level);
+                assert_eq!(
+                    bits(&expected),
+                    bits(&closest(&bvh, &mixed, &mut stack)),
+                    "{place_m} m, case {case}, {level:?}"
+                );
+            }
+        }
+    }
+    println!("{hits} of {tried} rays hit");
+    assert!(hits > 1_500 && tried == 12_800, "{hits} of {tried}");
 }
 
 fn between(low: f64, high: f64, uniform: f64) -> f32 {
