@@ -3,11 +3,18 @@
 //!
 //!     SENSEL_JUDGE_PYTHON=path/to/python cargo bench --bench ratios [-- PEER ...]
 //!
-//! Peers are those of benches/peers/sensor_speed.py: `numpy32` (default), `numpy`, `galsim`.
+//! Peers are those of benches/peers/sensor_speed.py: `numpy32`, `numpy`, `galsim`; and `embree`, the row of rays. Without names: `numpy32` and
+//! `embree`.
 
 #![allow(missing_docs)]
 
 mod common;
+#[path = "embree/compare.rs"]
+mod compare;
+#[path = "embree/rays.rs"]
+mod rays;
+#[path = "embree/row.rs"]
+mod embree;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -37,12 +44,17 @@ const CHILD: &str = "--ours";
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     if let Some(place) = arguments.iter().position(|argument| argument == CHILD) {
-        println!("{}", ours_ns_per_px(&arguments[place + 1], &arguments[place + 2]));
+        let (work, level) = (&arguments[place + 1], &arguments[place + 2]);
+        println!("{}", if work == embree::WORK { embree::ours_s(level) } else { ours_ns_per_px(work, level) });
         return ExitCode::SUCCESS;
     }
     let named: Vec<&str> = arguments.iter().map(String::as_str).filter(|argument| !argument.starts_with('-')).collect();
-    let peers = if named.is_empty() { vec!["numpy32"] } else { named };
+    let peers = if named.is_empty() { vec!["numpy32", embree::PEER] } else { named };
     let mut failed = false;
+    let (rays, peers): (Vec<&str>, Vec<&str>) = peers.iter().partition(|&&peer| peer == embree::PEER);
+    if !rays.is_empty() {
+        failed |= !embree::rows();
+    }
     for (scene, photons_max) in SCENES {
         for level in LEVELS.into_iter().filter(|&level| level <= simd::level()) {
             for peer in &peers {
@@ -55,11 +67,7 @@ fn main() -> ExitCode {
 
 /// Times both sides and prints their row; gives back whether both ran.
 fn row(scene: &str, photons_max: f32, level: Level, peer: &str) -> bool {
-    let ours = || {
-        let program = std::env::current_exe().map_err(|error| error.to_string())?;
-        let output = run(&program.to_string_lossy(), &[CHILD, scene, &format!("{level:?}")])?;
-        output.trim().parse::<f64>().map_err(|error| format!("ours said {output:?}: {error}"))
-    };
+    let ours = || ourselves(scene, level);
     let theirs = || peer_ns_per_px(peer, photons_max);
     let times = || -> Result<(f64, f64), String> {
         let (first, second, third, fourth) = (ours()?, theirs()?, theirs()?, ours()?);
@@ -79,6 +87,13 @@ fn row(scene: &str, photons_max: f32, level: Level, peer: &str) -> bool {
         }
     }
     true
+}
+
+/// What this program says as a child about a piece of work at a level.
+fn ourselves(work: &str, level: Level) -> Result<f64, String> {
+    let program = std::env::current_exe().map_err(|error| error.to_string())?;
+    let output = run(&program.to_string_lossy(), &[CHILD, work, &format!("{level:?}")])?;
+    output.trim().parse::<f64>().map_err(|error| format!("ours said {output:?}: {error}"))
 }
 
 fn peer_ns_per_px(peer: &str, photons_max: f32) -> Result<f64, String> {
@@ -106,15 +121,20 @@ fn run(program: &str, arguments: &[&str]) -> Result<String, String> {
     Err(said.lines().last().unwrap_or("it failed and said nothing").to_owned())
 }
 
+/// Uses the level that the parent names.
+fn keep_to(level: &str) {
+    let level = LEVELS.into_iter().find(|found| format!("{found:?}") == level).expect("the parent names a level");
+    simd::limit(level);
+    assert!(simd::level() == level, "the parent names a level of this machine");
+}
+
 /// The best time of a frame, in nanoseconds a pixel.
 fn ours_ns_per_px(scene: &str, level: &str) -> f64 {
     let (_, photons_max) = SCENES.into_iter().find(|(name, _)| *name == scene).expect("the parent names a scene");
-    let level = LEVELS.into_iter().find(|found| format!("{found:?}") == level).expect("the parent names a level");
     // The thread that asks is the pool, so that no frame waits for another thread to wake.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
     assert!(pool.is_ok(), "nothing has used the pool yet");
-    simd::limit(level);
-    assert!(simd::level() == level, "the parent names a level of this machine");
+    keep_to(level);
     let more = if scene == PEERS_JOB { &PEERS_ALONE[..] } else { &[] };
     let sensor = Sensor::of(parameters_with(more), photons_max);
     let mut best_s = f64::INFINITY;

@@ -1,72 +1,90 @@
-//! The tree over triangles. Enters: triangles. Leaves: flat arrays that the packet tracer walks.
+//! The tree over triangles. Enters: triangles in metres. Leaves: flat arrays that the packet tracer walks.
 //!
-//! Built by `obvhs` (locally ordered clustering, then reinsertion and leaf collapse) through its parts that read no clock.
+//! Built by `obvhs` (locally ordered clustering, then reinsertion and leaf collapse) through its parts that read no clock, then
+//! widened: nodes of eight children, leaves of a block of triangles, each in arrays that fit registers.
 //! Which tree comes out changes only the speed: hits depend on the triangles alone.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
-use crate::num::{index, u32_from};
+use crate::num::{f32_nearest, index, u32_from};
 
-/// Triangles that a leaf may hold.
-const LEAF_TRIANGLES_MAX: u32 = 4;
+/// Children of a node.
+pub const CHILDREN: usize = 8;
 
-/// Cost of a box test in units of a triangle test, as the collapse of leaves weighs them.
-const BOX_COST: f32 = 1.5;
+/// Triangles of a block.
+pub const BLOCK: usize = 8;
+
+/// Cost of a box test in units of a triangle test, as the collapse of leaves weighs them. Whole packets are tested against four
+/// triangles or eight boxes at a time, so a full block costs little more than one triangle.
+const BOX_COST: f32 = 4.0;
 
 /// Share of nodes that the optimiser tries to reinsert in each pass.
 const REINSERTION_SHARE: f32 = 0.15;
 
 /// Deepest tree that the tracer's stack can walk; far above what the builder makes of any real scene.
-pub const DEPTH_MAX: usize = 96;
+const LEVELS_MAX: usize = 64;
 
-/// Two children with their boxes: a cache line and a third, read together. The first child is the one that lies lower along
-/// the axis on which their centres differ most.
+/// Places that a walk may have open: all children but one on every level.
+pub const OPEN_MAX: usize = LEVELS_MAX * (CHILDREN - 1) + 1;
+
+/// Marks a child that is a block.
+pub const IS_BLOCK: u32 = 1 << 31;
+
+/// Eight children with their boxes, side by side.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
+#[repr(C, align(32))]
 pub struct Node {
-    /// Least corner, greatest corner of each child.
-    pub boxes_m: [[[f32; 3]; 2]; 2],
-    /// Index of the child's node, or of its first triangle.
-    pub first: [u32; 2],
-    /// Triangles of a leaf; 0 for an inner node.
-    pub count: [u32; 2],
-    /// The axis that tells the children apart, 0 to 2.
-    pub axis: u32,
+    /// Of each axis the least and the greatest coordinates. A missing child has a box that no ray enters.
+    pub planes_m: [[[f32; CHILDREN]; 2]; 3],
+    /// Node, or block with `IS_BLOCK` set.
+    pub child: [u32; CHILDREN],
 }
 
-/// A triangle in leaf order.
+/// Triangles of a leaf, side by side. Beyond the last one it is repeated.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct Leaf {
-    /// Corners.
-    pub corners_m: [[f32; 3]; 3],
-    /// Its index in the scene.
-    pub triangle: u32,
-    /// How far an edge function may be on the wrong side and still count, for rays of unit direction.
-    pub slack: f32,
+#[repr(C, align(32))]
+pub struct Block {
+    /// Of each corner each coordinate.
+    pub corners_m: [[[f32; BLOCK]; 3]; 3],
+    /// Their unit normals. Rounded from 64 bits, so that needles have one too.
+    pub normal: [[f32; BLOCK]; 3],
+    /// Their indices in the scene.
+    pub triangle: [u32; BLOCK],
+    /// A byte for each triangle, set for those that are.
+    pub present: u64,
+    /// One bit for each triangle that may have holes.
+    pub cut_out: u32,
 }
 
 /// Flat tree.
 #[derive(Clone, Debug)]
 pub struct Bvh {
-    /// Inner nodes; the root is the first. A scene of few triangles is one node with one leaf.
+    /// Inner nodes; the root is the first.
     pub nodes: Vec<Node>,
-    /// Triangles in leaf order.
-    pub leaves: Vec<Leaf>,
+    /// Leaves.
+    pub blocks: Vec<Block>,
+    /// How far each triangle's box reaches beyond it.
+    pub pad_m: f32,
 }
 
 impl Bvh {
     /// Builds the tree. Corners must be finite and there must be at least one triangle.
     pub fn build(triangles_m: &[[[f32; 3]; 3]]) -> Self {
+        Self::build_with_cut_outs(triangles_m, &|_| false)
+    }
+
+    /// Builds the tree and marks those triangles that may have holes.
+    pub fn build_with_cut_outs(triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) -> Self {
         assert!(!triangles_m.is_empty(), "a tree needs a triangle");
-        let boxes: Vec<Aabb> = triangles_m.iter().map(bounds).collect();
+        let pad_m = pad_m(triangles_m);
+        let boxes: Vec<Aabb> = triangles_m.iter().map(|corners_m| bounds(corners_m, pad_m)).collect();
         let order: Vec<u32> = (0..u32_from(boxes.len())).collect();
         let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
             PlocSearchDistance::Medium,
@@ -77,95 +95,122 @@ impl Bvh {
         );
         let mut optimizer = ReinsertionOptimizer::default();
         optimizer.run(&mut tree, REINSERTION_SHARE, None);
-        collapse(&mut tree, LEAF_TRIANGLES_MAX, BOX_COST);
+        collapse(&mut tree, u32_from(BLOCK), BOX_COST);
         optimizer.run(&mut tree, REINSERTION_SHARE, None);
-        let flat = Self { nodes: flatten(&tree), leaves: leaves(&tree, triangles_m) };
-        assert!(flat.depth() < DEPTH_MAX, "the tree is deeper than the tracer's stack");
+        let mut flat = Self { nodes: Vec::new(), blocks: Vec::new(), pad_m };
+        flat.widen(&tree, triangles_m, is_cut_out);
         flat
     }
 
-    /// Levels of inner nodes.
-    fn depth(&self) -> usize {
-        let mut deepest = 0;
-        let mut stack = vec![(0_u32, 1_usize)];
-        while let Some((node, depth)) = stack.pop() {
-            deepest = deepest.max(depth);
-            let node = &self.nodes[index(node)];
-            for child in 0..2 {
-                if node.count[child] == 0 && node.first[child] != 0 {
-                    stack.push((node.first[child], depth + 1));
+    /// Bytes of nodes and triangles.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
+    }
+
+    /// Takes over the tree of two children a node: the largest inner child is replaced by its own two until a node is full.
+    fn widen(&mut self, tree: &Bvh2, triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) {
+        self.nodes.push(EMPTY);
+        // Depth first, so that a walk down the near side reads neighbouring lines.
+        let mut open = vec![(0_usize, 0_usize, 1_usize)];
+        while let Some((source, place, level)) = open.pop() {
+            assert!(level <= LEVELS_MAX, "the tree is deeper than the tracer's stack");
+            let mut node = EMPTY;
+            for (slot, child) in children(tree, source).into_iter().enumerate() {
+                let from = &tree.nodes[child];
+                for axis in 0..3 {
+                    node.planes_m[axis][0][slot] = from.aabb().min[axis];
+                    node.planes_m[axis][1][slot] = from.aabb().max[axis];
+                }
+                if from.is_leaf() {
+                    node.child[slot] = u32_from(self.blocks.len()) | IS_BLOCK;
+                    let first = index(from.first_index);
+                    let triangles = &tree.primitive_indices[first..first + index(from.prim_count)];
+                    self.blocks.push(block(triangles, triangles_m, is_cut_out));
+                } else {
+                    node.child[slot] = u32_from(self.nodes.len());
+                    open.push((child, self.nodes.len(), level + 1));
+                    self.nodes.push(EMPTY);
                 }
             }
-        }
-        deepest
-    }
-}
-
-fn bounds(corners_m: &[[f32; 3]; 3]) -> Aabb {
-    let [a, b, c] = corners_m.map(Vec3A::from_array);
-    Aabb::new(a.min(b).min(c), a.max(b).max(c))
-}
-
-/// An edge function is twice a triple product of (point of the edge, edge, direction). Its factors carry half an epsilon of
-/// rounding each, and its two products and three sums as much again: together below 8 epsilon times the distance of the ray's
-/// origin times the length of the edge. In metres that moves an edge by 4 epsilon of the scene's extent: 3 um in a room.
-fn leaves(tree: &Bvh2, triangles_m: &[[[f32; 3]; 3]]) -> Vec<Leaf> {
-    let root = tree.nodes[0].aabb();
-    let extent_m = (root.max - root.min).to_array().into_iter().fold(0.0, |sum, edge| sum + edge);
-    let leaf = |&triangle: &u32| {
-        let corners_m = triangles_m[index(triangle)];
-        let edge_m = (0..3).fold(0.0_f32, |longest, corner| {
-            let (from, to) = (corners_m[corner], corners_m[(corner + 1) % 3]);
-            let apart = (from[0] - to[0]).abs() + (from[1] - to[1]).abs() + (from[2] - to[2]).abs();
-            if apart > longest { apart } else { longest }
-        });
-        Leaf { corners_m, triangle, slack: 8.0 * f32::EPSILON * extent_m * edge_m }
-    };
-    tree.primitive_indices.iter().map(leaf).collect()
-}
-
-/// The axis on which the centres of two boxes differ most, and whether the second one is the lower there.
-fn order(boxes_m: &[[[f32; 3]; 2]; 2]) -> (u32, bool) {
-    let (mut axis, mut widest) = (0, 0.0_f32);
-    for candidate in 0..3 {
-        let [left, right] = boxes_m.map(|corners_m| corners_m[0][candidate] + corners_m[1][candidate]);
-        if (right - left).abs() > widest.abs() {
-            (axis, widest) = (u32_from(candidate), right - left);
+            self.nodes[place] = node;
         }
     }
-    (axis, widest < 0.0)
 }
 
-fn flatten(tree: &Bvh2) -> Vec<Node> {
-    let corners = |node: &Bvh2Node| [node.aabb().min.to_array(), node.aabb().max.to_array()];
-    let root = &tree.nodes[0];
-    if root.is_leaf() {
-        // Both children are the one leaf: what is met twice is met once.
-        let boxes_m = [corners(root); 2];
-        return vec![Node { boxes_m, first: [root.first_index; 2], count: [root.prim_count; 2], axis: 0 }];
+const EMPTY: Node =
+    Node { planes_m: [[[f32::INFINITY; CHILDREN], [f32::NEG_INFINITY; CHILDREN]]; 3], child: [IS_BLOCK; CHILDREN] };
+
+/// What becomes the children of a wide node.
+fn children(tree: &Bvh2, source: usize) -> Vec<usize> {
+    if tree.nodes[source].is_leaf() {
+        return vec![source];
     }
-    let mut nodes = Vec::with_capacity(tree.nodes.len() / 2 + 1);
-    nodes.push(None);
-    // Depth first, so that a walk down the near side reads neighbouring lines.
-    let mut open = vec![(0_usize, 0_usize)];
-    while let Some((source, place)) = open.pop() {
-        let first = index(tree.nodes[source].first_index);
-        let boxes_m = [corners(&tree.nodes[first]), corners(&tree.nodes[first + 1])];
-        let (axis, swapped) = order(&boxes_m);
-        let mut flat = Node { boxes_m, first: [0; 2], count: [0; 2], axis };
-        for child in 0..2 {
-            let source = first + if swapped { 1 - child } else { child };
-            let node = &tree.nodes[source];
-            flat.boxes_m[child] = corners(node);
-            flat.count[child] = node.prim_count;
-            flat.first[child] = node.first_index;
-            if !node.is_leaf() {
-                flat.first[child] = u32_from(nodes.len());
-                open.push((source, nodes.len()));
-                nodes.push(None);
+    let pair = |node: usize| [index(tree.nodes[node].first_index), index(tree.nodes[node].first_index) + 1];
+    let mut found = pair(source).to_vec();
+    while found.len() < CHILDREN {
+        let mut largest: Option<(usize, f32)> = None;
+        for (place, &node) in found.iter().enumerate() {
+            let area = tree.nodes[node].aabb().half_area();
+            if !tree.nodes[node].is_leaf() && largest.is_none_or(|(_, most)| area > most) {
+                largest = Some((place, area));
             }
         }
-        nodes[place] = Some(flat);
+        let Some((place, _)) = largest else { break };
+        let [first, second] = pair(found[place]);
+        found[place] = first;
+        found.push(second);
     }
-    nodes.into_iter().map(|node| node.expect("every place that was opened was filled")).collect()
+    found
+}
+
+fn block(triangles: &[u32], triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) -> Block {
+    assert!((1..=BLOCK).contains(&triangles.len()), "the collapse of leaves fills no block beyond its end");
+    let mut block = Block {
+        corners_m: [[[0.0; BLOCK]; 3]; 3],
+        normal: [[0.0; BLOCK]; 3],
+        triangle: [0; BLOCK],
+        present: u64::MAX >> (8 * (BLOCK - triangles.len())),
+        cut_out: 0,
+    };
+    for slot in 0..BLOCK {
+        let triangle = triangles[slot.min(triangles.len() - 1)];
+        block.triangle[slot] = triangle;
+        block.cut_out |= u32::from(is_cut_out(triangle)) << slot;
+        let normal = unit_normal(&triangles_m[index(triangle)]);
+        for axis in 0..3 {
+            block.normal[axis][slot] = normal[axis];
+        }
+        for corner in 0..3 {
+            for axis in 0..3 {
+                block.corners_m[corner][axis][slot] = triangles_m[index(triangle)][corner][axis];
+            }
+        }
+    }
+    block
+}
+
+/// Zero where the triangle has no area.
+fn unit_normal(corners_m: &[[f32; 3]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners_m.map(|corner| DVec3::from_array(corner.map(f64::from)));
+    (b - a).cross(c - a).normalize_or_zero().to_array().map(f32_nearest)
+}
+
+/// The tracer sees corners moved by its roundings: a corner's two coordinates across the ray carry one of the direction's ratio (2^-24
+/// twice), one of a product and one of a difference each, and a slab's distance three more, each of the distance to the ray's
+/// origin; together below 4 epsilon of it. Four times that serves origins as far outside the scene as it is wide. Far from the
+/// coordinates' origin the pad itself must survive rounding.
+fn pad_m(triangles_m: &[[[f32; 3]; 3]]) -> f32 {
+    let (mut least, mut greatest) = (Vec3A::MAX, Vec3A::MIN);
+    for &corner in triangles_m.iter().flatten() {
+        (least, greatest) = (least.min(Vec3A::from_array(corner)), greatest.max(Vec3A::from_array(corner)));
+    }
+    let extent_m = (greatest - least).element_sum();
+    let farthest_m = least.abs().max(greatest.abs()).max_element();
+    f32::EPSILON * (16.0 * extent_m + 2.0 * farthest_m)
+}
+
+fn bounds(corners_m: &[[f32; 3]; 3], pad_m: f32) -> Aabb {
+    let [a, b, c] = corners_m.map(Vec3A::from_array);
+    let pad = Vec3A::splat(pad_m);
+    Aabb::new(a.min(b).min(c) - pad, a.max(b).max(c) + pad)
 }

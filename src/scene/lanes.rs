@@ -1,8 +1,8 @@
-//! Sixteen numbers at a time, as plain arrays that the compiler turns into whatever registers the dispatched level has: one of
-//! AVX-512, two of AVX2, four of SSE2, NEON or simd128.
+//! Numbers side by side, as plain arrays that the compiler turns into whatever registers the dispatched level has. Sixteen, the rays of a
+//! packet, are one register of AVX-512, two of AVX2, four of SSE2, NEON or simd128.
 //!
-//! Enters and leaves: lanes of one packet of rays. Every operation is one IEEE operation a lane, so bits do not depend on
-//! the level.
+//! Enters and leaves: lanes of one packet of rays, children of a node, triangles of a block. Every operation is one IEEE operation a lane,
+//! so bits do not depend on the level.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
@@ -11,27 +11,14 @@ use std::ops::{Add, BitAnd, BitOr, Mul, Sub};
 /// Rays in a packet.
 pub const LANES: usize = 16;
 
-/// One `f32` a lane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(64))]
-pub struct Floats(pub [f32; LANES]);
-
-/// One truth a lane: all bits set or none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C, align(64))]
-pub struct Mask(pub [u32; LANES]);
-
-/// Three coordinates a lane.
-pub type Vectors = [Floats; 3];
-
 macro_rules! lanewise {
-    ($trait:ident, $method:ident, $operator:tt) => {
-        impl $trait for Floats {
+    ($type:ident, $count:expr, $trait:ident, $method:ident, $operator:tt, $zero:expr) => {
+        impl $trait for $type {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                let mut out = [0.0; LANES];
-                for lane in 0..LANES {
+                let mut out = [$zero; $count];
+                for lane in 0..$count {
                     out[lane] = self.0[lane] $operator other.0[lane];
                 }
                 Self(out)
@@ -39,121 +26,192 @@ macro_rules! lanewise {
         }
     };
 }
-lanewise!(Add, add, +);
-lanewise!(Sub, sub, -);
-lanewise!(Mul, mul, *);
+
+macro_rules! comparison {
+    ($(#[$doc:meta])* $name:ident, $mask:ident, $count:expr, $operator:tt) => {
+        $(#[$doc])*
+        #[inline(always)]
+        pub fn $name(self, other: Self) -> $mask {
+            let mut out = [0; $count];
+            for lane in 0..$count {
+                out[lane] = if self.0[lane] $operator other.0[lane] { u32::MAX } else { 0 };
+            }
+            $mask(out)
+        }
+    };
+}
+
+macro_rules! lanes {
+    ($floats:ident, $mask:ident, $count:expr) => {
+        /// One `f32` a lane.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[repr(C, align(64))]
+        pub struct $floats(pub [f32; $count]);
+
+        /// One truth a lane: all bits set or none.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(C, align(64))]
+        pub struct $mask(pub [u32; $count]);
+
+        lanewise!($floats, $count, Add, add, +, 0.0);
+        lanewise!($floats, $count, Sub, sub, -, 0.0);
+        lanewise!($floats, $count, Mul, mul, *, 0.0);
+        lanewise!($mask, $count, BitAnd, bitand, &, 0);
+        lanewise!($mask, $count, BitOr, bitor, |, 0);
+
+        impl $floats {
+            /// The same number in every lane.
+            #[inline(always)]
+            pub fn splat(value: f32) -> Self {
+                Self([value; $count])
+            }
+
+            /// The lesser of two numbers; the other one where either is NaN.
+            #[inline(always)]
+            pub fn lesser(self, other: Self) -> Self {
+                let mut out = [0.0; $count];
+                for lane in 0..$count {
+                    out[lane] = if self.0[lane] < other.0[lane] { self.0[lane] } else { other.0[lane] };
+                }
+                Self(out)
+            }
+
+            /// The greater of two numbers; the other one where either is NaN.
+            #[inline(always)]
+            pub fn greater(self, other: Self) -> Self {
+                let mut out = [0.0; $count];
+                for lane in 0..$count {
+                    out[lane] = if self.0[lane] > other.0[lane] { self.0[lane] } else { other.0[lane] };
+                }
+                Self(out)
+            }
+
+            /// Without their signs.
+            #[inline(always)]
+            pub fn abs(self) -> Self {
+                let mut out = [0.0; $count];
+                for lane in 0..$count {
+                    out[lane] = self.0[lane].abs();
+                }
+                Self(out)
+            }
+
+            comparison!(
+                /// Where this is at most the other.
+                at_most, $mask, $count, <=
+            );
+            comparison!(
+                /// Where this is below the other.
+                below, $mask, $count, <
+            );
+            comparison!(
+                /// Where the two are equal.
+                equal, $mask, $count, ==
+            );
+        }
+
+        impl $mask {
+            /// Whether any lane is set.
+            #[inline(always)]
+            pub fn any(self) -> bool {
+                let mut all = 0;
+                for lane in 0..$count {
+                    all |= self.0[lane];
+                }
+                all != 0
+            }
+
+            /// The first where set, else the second.
+            #[inline(always)]
+            pub fn select(self, set: $floats, clear: $floats) -> $floats {
+                let mut out = [0.0; $count];
+                for lane in 0..$count {
+                    let (set, clear) = (set.0[lane].to_bits(), clear.0[lane].to_bits());
+                    out[lane] = f32::from_bits(self.0[lane] & set | !self.0[lane] & clear);
+                }
+                $floats(out)
+            }
+
+            /// The first where set, else the second.
+            #[inline(always)]
+            pub fn select_u32(self, set: [u32; $count], clear: [u32; $count]) -> [u32; $count] {
+                let mut out = [0; $count];
+                for lane in 0..$count {
+                    out[lane] = self.0[lane] & set[lane] | !self.0[lane] & clear[lane];
+                }
+                out
+            }
+        }
+    };
+}
+
+lanes!(Floats, Mask, LANES);
+lanes!(Eight, EightMask, 8);
+
+/// Three coordinates a lane.
+pub type Vectors = [Floats; 3];
 
 impl Floats {
-    /// The same number in every lane.
+    /// The least of all lanes.
     #[inline(always)]
-    pub fn splat(value: f32) -> Self {
-        Self([value; LANES])
+    pub fn least(self) -> f32 {
+        let mut row = self.0;
+        let mut half = LANES / 2;
+        while half > 0 {
+            for lane in 0..half {
+                row[lane] = if row[lane + half] < row[lane] { row[lane + half] } else { row[lane] };
+            }
+            half /= 2;
+        }
+        row[0]
     }
 
-    /// The lesser of two numbers; the other one where either is NaN.
+    /// The greatest of all lanes.
     #[inline(always)]
-    pub fn lesser(self, other: Self) -> Self {
-        let mut out = [0.0; LANES];
-        for lane in 0..LANES {
-            out[lane] = if self.0[lane] < other.0[lane] { self.0[lane] } else { other.0[lane] };
+    pub fn most(self) -> f32 {
+        let mut row = self.0;
+        let mut half = LANES / 2;
+        while half > 0 {
+            for lane in 0..half {
+                row[lane] = if row[lane + half] > row[lane] { row[lane + half] } else { row[lane] };
+            }
+            half /= 2;
         }
-        Self(out)
-    }
-
-    /// The greater of two numbers; the other one where either is NaN.
-    #[inline(always)]
-    pub fn greater(self, other: Self) -> Self {
-        let mut out = [0.0; LANES];
-        for lane in 0..LANES {
-            out[lane] = if self.0[lane] > other.0[lane] { self.0[lane] } else { other.0[lane] };
-        }
-        Self(out)
-    }
-
-    /// Where this is at most the other.
-    #[inline(always)]
-    pub fn at_most(self, other: Self) -> Mask {
-        let mut out = [0; LANES];
-        for lane in 0..LANES {
-            out[lane] = if self.0[lane] <= other.0[lane] { u32::MAX } else { 0 };
-        }
-        Mask(out)
-    }
-
-    /// Where this is below the other.
-    #[inline(always)]
-    pub fn below(self, other: Self) -> Mask {
-        let mut out = [0; LANES];
-        for lane in 0..LANES {
-            out[lane] = if self.0[lane] < other.0[lane] { u32::MAX } else { 0 };
-        }
-        Mask(out)
-    }
-
-    /// Where the two are equal.
-    #[inline(always)]
-    pub fn equal(self, other: Self) -> Mask {
-        let mut out = [0; LANES];
-        for lane in 0..LANES {
-            out[lane] = if self.0[lane] == other.0[lane] { u32::MAX } else { 0 };
-        }
-        Mask(out)
+        row[0]
     }
 }
 
-impl Mask {
-    /// Whether any lane is set.
+/// Halves of a packet: eight lanes are what two registers of the baseline or one of AVX2 hold, so that a triangle's test stays within
+/// the registers there are.
+impl Floats {
+    /// Lanes 0 to 7 or 8 to 15.
     #[inline(always)]
-    pub fn any(self) -> bool {
-        let mut all = 0;
-        for lane in 0..LANES {
-            all |= self.0[lane];
+    pub fn half(&self, half: usize) -> Eight {
+        let mut out = [0.0; 8];
+        for lane in 0..8 {
+            out[lane] = self.0[8 * half + lane];
         }
-        all != 0
+        Eight(out)
     }
 
-    /// The first where set, else the second.
+    /// Replaces lanes 0 to 7 or 8 to 15.
     #[inline(always)]
-    pub fn select(self, set: Floats, clear: Floats) -> Floats {
-        let mut out = [0.0; LANES];
-        for lane in 0..LANES {
-            out[lane] = if self.0[lane] != 0 { set.0[lane] } else { clear.0[lane] };
+    pub fn set_half(&mut self, half: usize, values: Eight) {
+        for lane in 0..8 {
+            self.0[8 * half + lane] = values.0[lane];
         }
-        Floats(out)
-    }
-
-    /// The first where set, else the second.
-    #[inline(always)]
-    pub fn select_u32(self, set: [u32; LANES], clear: [u32; LANES]) -> [u32; LANES] {
-        let mut out = [0; LANES];
-        for lane in 0..LANES {
-            out[lane] = if self.0[lane] != 0 { set[lane] } else { clear[lane] };
-        }
-        out
     }
 }
 
-impl BitAnd for Mask {
-    type Output = Self;
+impl EightMask {
+    /// A byte a lane, of which all bits or none are set.
     #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        let mut out = [0; LANES];
-        for lane in 0..LANES {
-            out[lane] = self.0[lane] & other.0[lane];
+    pub fn bytes(self) -> u64 {
+        let mut out = [0_u8; 8];
+        for lane in 0..8 {
+            out[lane] = if self.0[lane] != 0 { u8::MAX } else { 0 };
         }
-        Self(out)
-    }
-}
-
-impl BitOr for Mask {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        let mut out = [0; LANES];
-        for lane in 0..LANES {
-            out[lane] = self.0[lane] | other.0[lane];
-        }
-        Self(out)
+        u64::from_le_bytes(out)
     }
 }
 
@@ -169,20 +227,8 @@ pub fn sub3(a: Vectors, b: Vectors) -> Vectors {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Lane by lane sum.
-#[inline(always)]
-pub fn add3(a: Vectors, b: Vectors) -> Vectors {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
 /// Lane by lane scalar product.
 #[inline(always)]
 pub fn dot3(a: Vectors, b: Vectors) -> Floats {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Lane by lane vector product. Swapping the arguments negates every bit of the result exactly.
-#[inline(always)]
-pub fn cross3(a: Vectors, b: Vectors) -> Vectors {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

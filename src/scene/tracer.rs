@@ -1,29 +1,52 @@
 //! Rays against triangles, sixteen at a time. Enters: packets of rays. Leaves: the nearest hit of each, or whether anything
 //! is in the way.
 //!
-//! Edge functions are Pluecker products relative to the ray's origin: for the two triangles at an edge they are exact
-//! negatives, and zero belongs to both, so no ray slips between them; at corners a slack of a few micrometres closes what
-//! rounding opens. Boxes are widened by more than their rounding. Of equal
-//! distances the triangle of lowest index wins, so the answer is a function of the triangles and the ray alone.
+//! The edge functions are those of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): corners are sheared into the
+//! plane across the ray, each by itself, so neighbours see the same corners; there an edge function's sign is never wrong, only zero, and
+//! zero belongs to both sides. Boxes are padded by more than the shear's rounding, and a hit lies within its triangle's box as the
+//! ray's own slabs see it, so the walk may skip whatever they rule out. Of equal distances the triangle of lowest index wins.
+//! So the answer is a function of the triangles and the ray alone: no other ray of the packet, no order and no tree changes it.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::bvh::{Bvh, DEPTH_MAX, Leaf};
-use super::lanes::{Floats, LANES, Mask, Vectors, add3, cross3, dot3, splat3, sub3};
+mod block;
+mod rays;
+
+use super::bvh::{Bvh, IS_BLOCK, Node, OPEN_MAX};
+use super::lanes::{Eight, Floats, LANES, Vectors};
 use crate::num::index;
 use crate::simd::{Kernel, dispatch};
+use rays::{Courses, Rays};
 
 /// Rays that walk together. A lane whose `t_max` is below its `t_min` is idle.
 #[derive(Clone, Copy, Debug)]
 pub struct Packet {
     /// Origins in metres.
     pub origin_m: Vectors,
-    /// Directions; distances along them are in units of their length. Corners are closed for lengths up to 1.
+    /// Directions; distances along them are in units of their length.
     pub direction: Vectors,
     /// Least distance that counts.
     pub t_min: Floats,
     /// Greatest distance that counts.
     pub t_max: Floats,
+}
+
+/// Where cut-out triangles let rays through. It is asked only about triangles that the tree was told are cut out, and only about points
+/// that would otherwise be hits; its answer must depend on its arguments alone.
+pub trait Holes {
+    /// Whether a ray passes the triangle at these weights of its second and third corner.
+    fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool;
+}
+
+/// Every triangle is whole.
+#[derive(Clone, Copy, Debug)]
+pub struct NoHoles;
+
+impl Holes for NoHoles {
+    #[inline(always)]
+    fn is_open(&self, _: u32, _: f32, _: f32) -> bool {
+        false
+    }
 }
 
 /// No triangle.
@@ -42,130 +65,19 @@ pub struct Hits {
     pub v: Floats,
 }
 
-/// A box grows by this share of its distances: each slab distance carries three roundings (2^-24 each, the reciprocal's
-/// included), on both the near and the far side.
-const SLAB_GROWTH: f32 = 1.0 + 8.0 * f32::EPSILON;
-
-/// Directions closer to zero than this are moved away from it, so that slabs need no rule for infinities. Over a scene of
-/// 10 km the ray bends by 1e-14 m, which is below the rounding of its own coordinates.
-const DIRECTION_MIN: f32 = 1e-18;
-
-struct Prepared {
-    packet: Packet,
-    inverse: Vectors,
-    /// Which axes the first ray walks downwards; decides the order of children.
-    down: [bool; 3],
-    /// Whether all rays do as the first one.
-    alike: bool,
-}
-
-#[inline(always)]
-fn prepare(packet: Packet) -> Prepared {
-    let mut inverse = [Floats::splat(0.0); 3];
-    let mut down = [false; 3];
-    let mut differing = 0;
-    for axis in 0..3 {
-        for lane in 0..LANES {
-            let d = packet.direction[axis].0[lane];
-            let away = if d < 0.0 { -DIRECTION_MIN } else { DIRECTION_MIN };
-            inverse[axis].0[lane] = 1.0 / if d.abs() < DIRECTION_MIN { away } else { d };
-        }
-        down[axis] = packet.direction[axis].0[0] < 0.0;
-        for lane in 0..LANES {
-            differing |= u32::from((packet.direction[axis].0[lane] < 0.0) != down[axis]);
-        }
-    }
-    Prepared { packet, inverse, down, alike: differing == 0 }
-}
-
-/// Entry distance of each lane, and which lanes enter before their `t_max`. Where all rays walk an axis the same way the nearer
-/// plane is known beforehand; rounding is monotone, so both ways give the same distances.
-#[inline(always)]
-fn slabs<const ALIKE: bool>(ray: &Prepared, corners_m: &[[f32; 3]; 2], t_max: Floats) -> (Floats, Mask) {
-    let (mut near, mut far) = (ray.packet.t_min, t_max);
-    for axis in 0..3 {
-        let down = ALIKE && ray.down[axis];
-        let (first, second) = (corners_m[usize::from(down)][axis], corners_m[usize::from(!down)][axis]);
-        let a = (Floats::splat(first) - ray.packet.origin_m[axis]) * ray.inverse[axis];
-        let b = (Floats::splat(second) - ray.packet.origin_m[axis]) * ray.inverse[axis];
-        if ALIKE {
-            near = a.greater(near);
-            far = b.lesser(far);
-        } else {
-            near = a.lesser(b).greater(near);
-            far = a.greater(b).lesser(far);
-        }
-    }
-    (near, near.at_most(far * Floats::splat(SLAB_GROWTH)))
-}
-
-/// Edges of a triangle: from the first corner to the third, from the second to the first, from the third to the second. The
-/// neighbour at an edge has its exact negative.
-#[inline(always)]
-fn edges(leaf: &Leaf) -> [[f32; 3]; 3] {
-    let [a, b, c] = leaf.corners_m;
-    [difference(c, a), difference(a, b), difference(b, c)]
-}
-
-#[inline(always)]
-fn difference(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Distances and corner weights of the lanes that meet the triangle within their limits.
-#[inline(always)]
-fn meet(packet: &Packet, leaf: &Leaf, t_max: Floats) -> Option<(Mask, Floats, Floats, Floats)> {
-    let [ca, ab, bc] = edges(leaf);
-    let [a, b, c] = leaf.corners_m.map(|corner| sub3(splat3(corner), packet.origin_m));
-    let weight_b = dot3(cross3(add3(c, a), splat3(ca)), packet.direction);
-    let weight_c = dot3(cross3(add3(a, b), splat3(ab)), packet.direction);
-    let weight_a = dot3(cross3(add3(b, c), splat3(bc)), packet.direction);
-    let zero = Floats::splat(0.0);
-    let least = weight_a.lesser(weight_b).lesser(weight_c);
-    let greatest = weight_a.greater(weight_b).greater(weight_c);
-    let sum = weight_a + weight_b + weight_c;
-    let strictly = zero.at_most(least) | greatest.at_most(zero);
-    // Around a corner rounding may put the ray outside every triangle by turns, so each is wider by its slack, unless it is
-    // seen so nearly edge-on that the slack would decide where it is met.
-    let (slack, minus) = (Floats::splat(leaf.slack), Floats::splat(-leaf.slack));
-    let (broad, minus_broad) = (Floats::splat(4.0 * leaf.slack), Floats::splat(-4.0 * leaf.slack));
-    let loosely = (minus.at_most(least) & broad.at_most(sum)) | (greatest.at_most(slack) & sum.at_most(minus_broad));
-    let inside = strictly | loosely;
-    if !inside.any() {
-        return None;
-    }
-    let normal = splat3(cross(ab, ca));
-    let slope = dot3(normal, packet.direction);
-    let height = dot3(normal, a);
-    let mut t = zero;
-    let mut share = zero;
-    for lane in 0..LANES {
-        t.0[lane] = height.0[lane] / slope.0[lane];
-        share.0[lane] = 1.0 / sum.0[lane];
-    }
-    // A triangle seen exactly edge-on has slope 0 and gives an infinite or undefined t, which no comparison accepts.
-    let within = inside & packet.t_min.at_most(t) & t.at_most(t_max);
-    within.any().then_some((within, t, weight_b * share, weight_c * share))
-}
-
 /// What is still to be walked. One serves many packets, because clearing it costs more than a short walk.
 pub struct Stack {
-    /// First node or triangle, count of triangles.
-    places: [(u32, u32); DEPTH_MAX],
-    /// Where each ray enters.
-    entries: [Floats; DEPTH_MAX],
+    /// Children by node and slot.
+    places: [u32; OPEN_MAX],
+    /// No ray enters before this.
+    entries: [f32; OPEN_MAX],
 }
 
 impl Stack {
     /// An empty one.
     #[inline(always)]
     pub fn new() -> Self {
-        Self { places: [(0, 0); DEPTH_MAX], entries: [Floats::splat(0.0); DEPTH_MAX] }
+        Self { places: [0; OPEN_MAX], entries: [0.0; OPEN_MAX] }
     }
 }
 
@@ -175,224 +87,147 @@ impl Default for Stack {
     }
 }
 
-struct Walk<'a, const ANY: bool> {
+struct Walk<'a, H, const ANY: bool> {
     bvh: &'a Bvh,
+    holes: &'a H,
     packet: &'a Packet,
     stack: &'a mut Stack,
 }
 
-impl<const ANY: bool> Kernel for Walk<'_, ANY> {
+impl<H: Holes, const ANY: bool> Kernel for Walk<'_, H, ANY> {
     type Output = Hits;
 
     #[inline(always)]
     fn run(self) -> Hits {
-        walk::<ANY>(self.bvh, self.packet, self.stack)
+        walk::<H, ANY>(self.bvh, self.holes, self.packet, self.stack)
     }
 }
 
 #[inline(always)]
-fn walk<const ANY: bool>(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
-    let ray = prepare(*packet);
+fn walk<H: Holes, const ANY: bool>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> Hits {
     let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: Floats::splat(0.0), v: Floats::splat(0.0) };
-    if ray.alike {
-        walk_down::<ANY, true>(bvh, &ray, stack, &mut hits);
-    } else {
-        walk_down::<ANY, false>(bvh, &ray, stack, &mut hits);
+    let mut courses = Courses::of(packet);
+    while let Some((mask, course)) = courses.take() {
+        let rays = Rays::of(packet, mask, course);
+        let mut found = Hits { t: rays.t_max, ..hits };
+        if rays.shared {
+            descend::<H, ANY, true>(bvh, holes, &rays, stack, &mut found);
+        } else {
+            descend::<H, ANY, false>(bvh, holes, &rays, stack, &mut found);
+        }
+        hits = Hits { t: mask.select(found.t, hits.t), ..found };
     }
     hits
 }
 
+/// Walks the tree, nearer children first. A child is looked at by the whole packet, then by its rays, when its turn comes.
 #[inline(always)]
-fn walk_down<const ANY: bool, const ALIKE: bool>(bvh: &Bvh, ray: &Prepared, stack: &mut Stack, hits: &mut Hits) {
-    let mut depth = 0;
-    let (mut first, mut count) = (0_u32, 0_u32);
-    loop {
-        if count == 0 {
-            let node = &bvh.nodes[index(first)];
-            let near = usize::from(ray.down[index(node.axis)]);
-            let far = 1 - near;
-            let (_, near_enters) = slabs::<ALIKE>(ray, &node.boxes_m[near], hits.t);
-            let (far_entry, far_enters) = slabs::<ALIKE>(ray, &node.boxes_m[far], hits.t);
-            let far_place = (node.first[far], node.count[far]);
-            match (near_enters.any(), far_enters.any()) {
-                (true, true) => {
-                    // Idle and missing lanes must not keep a subtree alive: their entry lies beyond every limit.
-                    stack.places[depth] = far_place;
-                    stack.entries[depth] = far_enters.select(far_entry, Floats::splat(f32::MAX));
-                    depth += 1;
-                    (first, count) = (node.first[near], node.count[near]);
-                    continue;
-                }
-                (true, false) => {
-                    (first, count) = (node.first[near], node.count[near]);
-                    continue;
-                }
-                (false, true) => {
-                    (first, count) = far_place;
-                    continue;
-                }
-                (false, false) => {}
-            }
-        } else {
-            for leaf in &bvh.leaves[index(first)..index(first + count)] {
-                take::<ANY>(&ray.packet, leaf, hits);
-            }
+fn descend<H: Holes, const ANY: bool, const SHARED: bool>(
+    bvh: &Bvh,
+    holes: &H,
+    rays: &Rays,
+    stack: &mut Stack,
+    hits: &mut Hits,
+) {
+    let mut t_most = hits.t.most();
+    let mut depth = enter(&bvh.nodes[0], 0, rays, t_most, stack, 0);
+    while depth > 0 {
+        depth -= 1;
+        if stack.entries[depth] > t_most {
+            continue;
         }
-        loop {
-            if depth == 0 {
-                return;
-            }
-            depth -= 1;
-            if stack.entries[depth].at_most(hits.t).any() {
-                break;
-            }
+        let (node, slot) = (stack.places[depth] >> 3, index(stack.places[depth] & 7));
+        let parent = &bvh.nodes[index(node)];
+        let child = parent.child[slot];
+        if !any_enters(rays, parent, slot, hits.t) {
+            continue;
         }
-        (first, count) = stack.places[depth];
+        if child & IS_BLOCK == 0 {
+            depth = enter(&bvh.nodes[index(child)], child, rays, t_most, stack, depth);
+        } else if block::meet::<H, ANY, SHARED>(rays, holes, &bvh.blocks[index(child ^ IS_BLOCK)], bvh.pad_m, hits) {
+            t_most = hits.t.most();
+        }
     }
 }
 
+/// Puts those children of a node on the stack that any ray may enter before `t_most`, the nearest on top. A lane's distances to
+/// planes never leave those of the span, because rounding is monotone; so no ray loses a hit by what the others do.
 #[inline(always)]
-fn take<const ANY: bool>(packet: &Packet, leaf: &Leaf, hits: &mut Hits) {
-    let Some((within, t, u, v)) = meet(packet, leaf, hits.t) else { return };
-    let mut lower = [0; LANES];
-    for lane in 0..LANES {
-        lower[lane] = if leaf.triangle < hits.triangle[lane] { u32::MAX } else { 0 };
+fn enter(node: &Node, place: u32, rays: &Rays, t_most: f32, stack: &mut Stack, depth: usize) -> usize {
+    let span = &rays.span;
+    let (mut entry, mut exit) = (Eight::splat(span.t_min), Eight::splat(t_most));
+    for axis in 0..3 {
+        let down = rays.down[axis] & 1;
+        let [slow, fast] = [Eight::splat(span.inverse[axis][0]), Eight::splat(span.inverse[axis][1])];
+        let ahead = Eight(node.planes_m[axis][down]) - Eight::splat(span.entry_m[axis]);
+        entry = (ahead * slow).lesser(ahead * fast).greater(entry);
+        let ahead = Eight(node.planes_m[axis][1 - down]) - Eight::splat(span.exit_m[axis]);
+        exit = (ahead * slow).greater(ahead * fast).lesser(exit);
     }
-    let wins = within & (t.below(hits.t) | (t.equal(hits.t) & Mask(lower)));
-    // A shadow ray is done with its first hit, so its lane falls idle.
-    hits.t = wins.select(if ANY { Floats::splat(f32::MIN) } else { t }, hits.t);
-    hits.triangle = wins.select_u32([leaf.triangle; LANES], hits.triangle);
-    hits.u = wins.select(u, hits.u);
-    hits.v = wins.select(v, hits.v);
+    let mut entered = entry.at_most(exit).bytes();
+    let mut top = depth;
+    while entered != 0 {
+        let slot = entered.trailing_zeros() / 8;
+        entered &= !(0xFF << (8 * slot));
+        let at = entry.0[index(slot)];
+        let mut hole = top;
+        while hole > depth && stack.entries[hole - 1] < at {
+            stack.entries[hole] = stack.entries[hole - 1];
+            stack.places[hole] = stack.places[hole - 1];
+            hole -= 1;
+        }
+        stack.entries[hole] = at;
+        stack.places[hole] = place << 3 | slot;
+        top += 1;
+    }
+    top
+}
+
+/// Whether any ray enters a child's box before its own nearest hit.
+#[inline(always)]
+fn any_enters(rays: &Rays, node: &Node, slot: usize, t_max: Floats) -> bool {
+    let (mut near, mut far) = (rays.t_min, t_max);
+    for axis in 0..3 {
+        let down = rays.down[axis] & 1;
+        let first = Floats::splat(node.planes_m[axis][down][slot]) - rays.origin_m[axis];
+        let second = Floats::splat(node.planes_m[axis][1 - down][slot]) - rays.origin_m[axis];
+        near = (first * rays.inverse[axis]).greater(near);
+        far = (second * rays.inverse[axis]).lesser(far);
+    }
+    near.at_most(far).any()
 }
 
 /// The nearest hit of each ray, for kernels that are dispatched themselves.
 #[inline(always)]
 pub fn closest_inline(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
-    walk::<false>(bvh, packet, stack)
+    closest_inline_through(bvh, &NoHoles, packet, stack)
+}
+
+/// The nearest hit of each ray that is no hole, for kernels that are dispatched themselves.
+#[inline(always)]
+pub fn closest_inline_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> Hits {
+    walk::<H, false>(bvh, holes, packet, stack)
 }
 
 /// The nearest hit of each ray.
 pub fn closest(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
-    dispatch(Walk::<false> { bvh, packet, stack })
+    closest_through(bvh, &NoHoles, packet, stack)
+}
+
+/// The nearest hit of each ray that is no hole.
+pub fn closest_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> Hits {
+    dispatch(Walk::<H, false> { bvh, holes, packet, stack })
 }
 
 /// Whether each ray meets anything between its limits.
 pub fn blocked(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> [bool; LANES] {
-    dispatch(Walk::<true> { bvh, packet, stack }).triangle.map(|triangle| triangle != MISS)
+    blocked_through(bvh, &NoHoles, packet, stack)
+}
+
+/// Whether each ray meets anything that is no hole between its limits.
+pub fn blocked_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> [bool; LANES] {
+    dispatch(Walk::<H, true> { bvh, holes, packet, stack }).triangle.map(|triangle| triangle != MISS)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::box_room::box_room;
-    use super::super::chance::pair;
-    use super::*;
-    use crate::draw::DrawKey;
-    use crate::num::{f32_nearest, f64_from_usize, u64_from};
-
-    /// The slow twin: every ray against every triangle, in the order of the list.
-    fn closest_by_trying_all(bvh: &Bvh, packet: &Packet) -> Hits {
-        let mut leaves = bvh.leaves.clone();
-        leaves.sort_by_key(|leaf| leaf.triangle);
-        let nothing = Floats::splat(0.0);
-        let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: nothing, v: nothing };
-        for leaf in &leaves {
-            take::<false>(packet, leaf, &mut hits);
-        }
-        hits
-    }
-
-    fn between(low: f64, high: f64, uniform: f64) -> f32 {
-        f32_nearest(low + (high - low) * uniform)
-    }
-
-    fn random_packet(key: DrawKey) -> Packet {
-        let zero = Floats::splat(0.0);
-        let mut packet =
-            Packet { origin_m: [zero; 3], direction: [zero; 3], t_min: zero, t_max: Floats::splat(f32::MAX) };
-        for lane in 0..LANES {
-            for axis in 0..3 {
-                let [a, b] = pair(key, u64_from(lane * 3 + axis));
-                packet.origin_m[axis].0[lane] = between(-1.0, 1.0, a) + if axis == 1 { 1.5 } else { 0.0 };
-                packet.direction[axis].0[lane] = between(-1.0, 1.0, b);
-            }
-        }
-        packet
-    }
-
-    #[test]
-    fn the_tree_finds_what_trying_all_triangles_finds_bit_for_bit() {
-        let scene = box_room(3);
-        let mut hit = 0;
-        for case in 0..250 {
-            let mut packet = random_packet(DrawKey::root(11).with(case));
-            if case % 3 == 0 {
-                // Directions along an axis, and through it exactly: the hard case of slabs.
-                packet.direction[usize::try_from(case % 9 / 3).unwrap()] = Floats::splat(0.0);
-            }
-            let fast = closest(&scene.bvh, &packet, &mut Stack::new());
-            assert_eq!(fast, closest_by_trying_all(&scene.bvh, &packet), "case {case}");
-            let any = blocked(&scene.bvh, &packet, &mut Stack::new());
-            for lane in 0..LANES {
-                assert_eq!(any[lane], fast.triangle[lane] != MISS, "case {case} lane {lane}");
-                hit += usize::from(any[lane]);
-            }
-        }
-        assert!(hit > 3_000, "{hit} hits");
-    }
-
-    #[test]
-    fn no_ray_leaves_a_closed_room_not_even_at_edges_and_corners() {
-        let scene = box_room(3);
-        let corners: Vec<[f32; 3]> = scene.mesh.vertices.iter().map(|vertex| vertex.position_m).collect();
-        let mut tried = 0;
-        for case in 0..2_000_u64 {
-            let mut packet = random_packet(DrawKey::root(12).with(case));
-            for lane in 0..LANES {
-                // At a point of an edge of some face, or (weight 0) exactly at a vertex of the room.
-                let number = (index(u32::try_from(case).unwrap()) * LANES + lane) % 24;
-                let next = number / 4 * 4 + (number + 1) % 4;
-                let weight = if case % 5 == 0 { 0.0 } else { f64_from_usize(lane) / f64_from_usize(LANES - 1) };
-                let toward: [f32; 3] = std::array::from_fn(|axis| {
-                    let at = between(f64::from(corners[number][axis]), f64::from(corners[next][axis]), weight);
-                    at - packet.origin_m[axis].0[lane]
-                });
-                let direction = super::super::mesh::unit(toward).unwrap();
-                for axis in 0..3 {
-                    packet.direction[axis].0[lane] = direction[axis];
-                }
-            }
-            let hits = closest(&scene.bvh, &packet, &mut Stack::new());
-            assert!(!hits.triangle.contains(&MISS), "case {case}: {hits:?}");
-            tried += LANES;
-        }
-        assert_eq!(tried, 32_000);
-    }
-
-    #[test]
-    fn of_equal_hits_the_lowest_triangle_wins() {
-        let wall = [[-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0]];
-        let bvh = Bvh::build(&[[[5.0, 5.0, 5.0], [6.0, 5.0, 5.0], [5.0, 6.0, 5.0]], wall, wall, wall]);
-        let zero = Floats::splat(0.0);
-        let direction = [zero, zero, Floats::splat(1.0)];
-        let packet = Packet { origin_m: [zero; 3], direction, t_min: zero, t_max: Floats::splat(2.0) };
-        assert_eq!(closest(&bvh, &packet, &mut Stack::new()).triangle, [1; LANES]);
-    }
-
-    #[test]
-    fn a_tree_of_one_triangle_is_walked_to_its_end() {
-        let bvh = Bvh::build(&[[[-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0]]]);
-        let zero = Floats::splat(0.0);
-        let mut packet = Packet {
-            origin_m: [zero; 3],
-            direction: [zero, zero, Floats::splat(1.0)],
-            t_min: zero,
-            t_max: Floats::splat(f32::MAX),
-        };
-        packet.direction[2].0[3] = -1.0;
-        let hits = closest(&bvh, &packet, &mut Stack::new());
-        for lane in 0..LANES {
-            assert_eq!(hits.triangle[lane], if lane == 3 { MISS } else { 0 }, "lane {lane}");
-        }
-    }
-}
+mod tests;

@@ -1,0 +1,219 @@
+//! Rays against a block of triangles. Enters: rays of one course, triangles in metres. Leaves: nearer hits.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use super::super::bvh::Block;
+use super::super::lanes::{Eight, Floats, LANES, Mask};
+use super::rays::Rays;
+use super::{Hits, Holes};
+use crate::num::index;
+
+/// Bound of the roundings of an edge function and of its estimate for a packet, in units of the square of the corners' greatest distance
+/// along the axes. The sheared coordinates are off by 2.5 epsilon of it at most (shear, product, difference), which makes 5.5 of an edge function
+/// with its own products and difference; the estimate's cross product and sum, with the rounding of the shears' middle and reach, add 9.
+const ROUNDING: f32 = 32.0 * f32::EPSILON;
+
+/// Corners relative to the span's origin, along the two sheared axes and the third.
+pub type Corners = [[Eight; 3]; 3];
+
+/// Looks at all triangles of a block; gives back whether any became some ray's nearest hit.
+#[inline(always)]
+pub fn meet<H: Holes, const ANY: bool, const SHARED: bool>(
+    rays: &Rays,
+    holes: &H,
+    block: &Block,
+    pad_m: f32,
+    hits: &mut Hits,
+) -> bool {
+    let corners = relative_corners(rays, block);
+    let mut open = candidates::<SHARED>(rays, &corners) & block.present;
+    let mut met = false;
+    while open != 0 {
+        let slot = index(open.trailing_zeros() / 8);
+        open &= !(0xFF << (8 * slot));
+        let candidate = Candidate { block, slot, corners: &corners, pad_m };
+        met |= take::<H, ANY, SHARED>(rays, holes, &candidate, hits);
+    }
+    met
+}
+
+/// Corners relative to the span's origin.
+#[inline(always)]
+pub fn relative_corners(rays: &Rays, block: &Block) -> Corners {
+    let mut corners = [[Eight::splat(0.0); 3]; 3];
+    for corner in 0..3 {
+        for place in 0..3 {
+            let axis = rays.axes[place];
+            corners[corner][place] = Eight(block.corners_m[corner][axis]) - Eight::splat(rays.span.origin_m[axis]);
+        }
+    }
+    corners
+}
+
+/// A byte for each triangle that any ray may be inside of. An edge function is linear in the shears, so over the packet it stays within its value
+/// at their middle plus or minus its slopes times their reach.
+#[inline(always)]
+fn candidates<const SHARED: bool>(rays: &Rays, corners: &Corners) -> u64 {
+    let span = &rays.span;
+    let mut size = Eight::splat(0.0);
+    for corner in 0..3 {
+        let [x, y, z] = corners[corner];
+        size = (x.abs() + y.abs() + z.abs()).greater(size);
+    }
+    if !SHARED {
+        size = size + Eight::splat(span.reach_m);
+    }
+    let rounding = Eight::splat(ROUNDING) * (size * size);
+    let (mut least_most, mut most_least) = (Eight::splat(f32::MAX), Eight::splat(f32::MIN));
+    for edge in 0..3 {
+        let ([bx, by, bz], [cx, cy, cz]) = (corners[(edge + 1) % 3], corners[(edge + 2) % 3]);
+        let across = cy * bz - cz * by;
+        let along = cz * bx - cx * bz;
+        let upright = cx * by - cy * bx;
+        let middle = upright + Eight::splat(span.shear[0]) * across + Eight::splat(span.shear[1]) * along;
+        let mut reach = Eight::splat(span.shear_reach[0]) * across.abs()
+            + Eight::splat(span.shear_reach[1]) * along.abs()
+            + rounding;
+        if !SHARED {
+            // An origin elsewhere turns an edge function by no more than its distance times the edge's length.
+            let edge = (cx - bx).abs() + (cy - by).abs() + (cz - bz).abs();
+            reach = reach + Eight::splat(span.reach_m) * edge;
+        }
+        least_most = (middle + reach).lesser(least_most);
+        most_least = (middle - reach).greater(most_least);
+    }
+    let zero = Eight::splat(0.0);
+    (zero.at_most(least_most) | most_least.at_most(zero)).bytes()
+}
+
+/// One triangle of a block, with all its corners relative to the span's origin.
+pub struct Candidate<'a> {
+    pub block: &'a Block,
+    pub slot: usize,
+    pub corners: &'a Corners,
+    pub pad_m: f32,
+}
+
+impl Candidate<'_> {
+    /// A corner's coordinate relative to the origins of half the rays.
+    #[inline(always)]
+    fn relative<const SHARED: bool>(&self, rays: &Rays, corner: usize, place: usize) -> Floats {
+        if SHARED {
+            return Floats::splat(self.corners[corner][place].0[self.slot]);
+        }
+        let axis = rays.axes[place];
+        Floats::splat(self.block.corners_m[corner][axis][self.slot]) - rays.origin_m[axis]
+    }
+
+    /// A corner in the plane across each ray.
+    #[inline(always)]
+    fn sheared<const SHARED: bool>(&self, rays: &Rays, corner: usize) -> [Floats; 2] {
+        let z = self.relative::<SHARED>(rays, corner, 2);
+        let x = self.relative::<SHARED>(rays, corner, 0) - rays.shear[0] * z;
+        let y = self.relative::<SHARED>(rays, corner, 1) - rays.shear[1] * z;
+        [x, y]
+    }
+
+    /// The plane's normal times each direction, and times the way from the origin to the plane. Their ratio is the distance; unlike the corner
+    /// weights', which a needle's rounding moves along it.
+    #[inline(always)]
+    fn plane<const SHARED: bool>(&self, rays: &Rays) -> (Floats, Floats) {
+        let (mut normal, mut height) = ([0.0; 3], [0.0; 3]);
+        for place in 0..3 {
+            normal[place] = self.block.normal[rays.axes[place]][self.slot];
+            height[place] = self.corners[0][place].0[self.slot] * normal[place];
+        }
+        let [x, y, z] = [Floats::splat(normal[0]), Floats::splat(normal[1]), Floats::splat(normal[2])];
+        let slope = x * rays.direction[0] + y * rays.direction[1] + z * rays.direction[2];
+        let height = if SHARED {
+            Floats::splat(height[0] + height[1] + height[2])
+        } else {
+            x * self.relative::<false>(rays, 0, 0)
+                + y * self.relative::<false>(rays, 0, 1)
+                + z * self.relative::<false>(rays, 0, 2)
+        };
+        (slope, height)
+    }
+
+    /// Where each ray enters and leaves the triangle's padded box, which bit for bit is the one that the tree was built from.
+    #[inline(always)]
+    fn slabs(&self, rays: &Rays) -> (Floats, Floats) {
+        let (mut near, mut far) = (Floats::splat(0.0), Floats::splat(0.0));
+        for axis in 0..3 {
+            let [a, b, c] = [0, 1, 2].map(|corner| self.block.corners_m[corner][axis][self.slot]);
+            let (least, most) = if a < b { (a, b) } else { (b, a) };
+            let least = if c < least { c } else { least } - self.pad_m;
+            let most = if c > most { c } else { most } + self.pad_m;
+            let (first, second) = if rays.down[axis] == 1 { (most, least) } else { (least, most) };
+            let (origin_m, inverse) = (rays.origin_m[axis], rays.inverse[axis]);
+            let enters = (Floats::splat(first) - origin_m) * inverse;
+            let leaves = (Floats::splat(second) - origin_m) * inverse;
+            near = if axis == 0 { enters } else { enters.greater(near) };
+            far = if axis == 0 { leaves } else { leaves.lesser(far) };
+        }
+        (near, far)
+    }
+}
+
+/// Keeps the hits of one triangle and half the rays that are nearer than those known; gives back whether there are any.
+#[inline(always)]
+pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
+    rays: &Rays,
+    holes: &H,
+    candidate: &Candidate,
+    hits: &mut Hits,
+) -> bool {
+    let zero = Floats::splat(0.0);
+    let a = candidate.sheared::<SHARED>(rays, 0);
+    let b = candidate.sheared::<SHARED>(rays, 1);
+    let c = candidate.sheared::<SHARED>(rays, 2);
+    let weight_a = c[0] * b[1] - c[1] * b[0];
+    let weight_b = a[0] * c[1] - a[1] * c[0];
+    let weight_c = b[0] * a[1] - b[1] * a[0];
+    let least = weight_a.lesser(weight_b).lesser(weight_c);
+    let most = weight_a.greater(weight_b).greater(weight_c);
+    // All at least zero, or all at most zero; in one comparison, which is all that most triangles cost.
+    let inside = zero.at_most(least.greater(zero - most));
+    if !inside.any() {
+        return false;
+    }
+    let (slope, height) = candidate.plane::<SHARED>(rays);
+    let (mut raw, mut share) = (zero, weight_a + weight_b + weight_c);
+    for lane in 0..LANES {
+        raw.0[lane] = height.0[lane] / slope.0[lane];
+        share.0[lane] = 1.0 / share.0[lane];
+    }
+    let (near, far) = candidate.slabs(rays);
+    let (t, known) = (raw.greater(near).lesser(far), hits.t);
+    // A triangle seen exactly edge-on gives an infinite or undefined distance.
+    let finite = Floats::splat(f32::MIN).at_most(raw) & raw.at_most(Floats::splat(f32::MAX));
+    let within = inside & finite & near.at_most(far) & rays.t_min.at_most(t) & t.at_most(known);
+    let triangle = candidate.block.triangle[candidate.slot];
+    let mut lower = [0; LANES];
+    for lane in 0..LANES {
+        lower[lane] = if triangle < hits.triangle[lane] { u32::MAX } else { 0 };
+    }
+    let mut wins = within & (t.below(known) | (t.equal(known) & Mask(lower)));
+    let (u, v) = (weight_b * share, weight_c * share);
+    if candidate.block.cut_out >> candidate.slot & 1 != 0 {
+        wins = solid(holes, triangle, wins, &u, &v, hits);
+    }
+    // A shadow ray is done with its first hit, so its lane falls idle.
+    hits.t = wins.select(if ANY { Floats::splat(f32::MIN) } else { t }, known);
+    hits.u = wins.select(u, hits.u);
+    hits.v = wins.select(v, hits.v);
+    hits.triangle = wins.select_u32([triangle; LANES], hits.triangle);
+    true
+}
+
+/// The lanes among these that do not pass through a hole. That it is given the hits, and might change them, keeps them in memory, where they are
+/// read and written by whole registers.
+#[inline(never)]
+fn solid<H: Holes>(holes: &H, triangle: u32, mut wins: Mask, u: &Floats, v: &Floats, hits: &mut Hits) -> Mask {
+    for lane in 0..LANES {
+        if wins.0[lane] != 0 && hits.triangle[lane] != triangle && holes.is_open(triangle, u.0[lane], v.0[lane]) {
+            wins.0[lane] = 0;
+        }
+    }
+    wins
+}
