@@ -3,7 +3,7 @@
 
 pub mod check;
 pub mod idle;
-mod light;
+pub mod light;
 mod optics;
 pub mod presets;
 mod readout;
@@ -21,6 +21,7 @@ use crate::error::Error;
 /// layer are refused where the value is used.
 const EXCLUSIVE: &[&[&str]] = &[
     &["scene.file", "scene.generator", "scene.target"],
+    &["scene.illuminant", "scene.blackbody_k"],
     &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
     &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
     &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],

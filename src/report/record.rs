@@ -63,10 +63,12 @@ pub struct Scenario {
     pub name: String,
     /// Scene file or generator.
     pub scene: String,
-    /// On a horizontal plane at the camera's start.
+    /// On a horizontal plane at the camera's start, at the lamps' mean.
     pub illuminance_lux: f64,
     /// Name of the light.
     pub illuminant: String,
+    /// How far light was followed, and how lamps flicker.
+    pub light: String,
     /// Trajectory file or kind of motion.
     pub motion: String,
     /// Factor on the translation of the motion file, so that it fits the scene.

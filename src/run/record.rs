@@ -10,6 +10,7 @@ use crate::report::record::{
     Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, Timing,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
+use crate::scene::Illuminant;
 use crate::units::{FrameIndex, RowIndex};
 
 impl Session {
@@ -71,8 +72,9 @@ impl Session {
         Scenario {
             name: name.to_owned(),
             scene: named.cloned().unwrap_or_default(),
-            illuminance_lux: scene.illuminance_lux,
-            illuminant: scene.illuminant.clone(),
+            illuminance_lux: setup.scene.illuminance_lux(),
+            illuminant: spectrum(setup.scene.illuminant()),
+            light: setup.scene.describe_light(),
             motion: source.motion.file.clone().unwrap_or_else(|| source.motion.kind.clone()),
             motion_scale: source.motion.scale,
             path_m,
@@ -185,6 +187,14 @@ impl Session {
             .ok_or_else(|| NotMeasurable::Absent("no landmark was predicted into a frame and found again".to_owned()));
         report.tracking.innovation_px = report.figure("tracking.innovation_px", innovation);
         report.set_trajectory(figures);
+    }
+}
+
+/// The light's spectrum, by name or temperature.
+fn spectrum(illuminant: Illuminant) -> String {
+    match illuminant {
+        Illuminant::Blackbody(kelvin) => format!("black body of {kelvin} K"),
+        named => named.name().to_owned(),
     }
 }
 
