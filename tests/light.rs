@@ -138,44 +138,44 @@ fn lumens_of_a_lamp_give_lux_by_the_inverse_square() {
     let scene = scene.with_lamps(&[ball([0.0, 2.0, 0.0], 1_000.0)], Illuminant::D65).unwrap();
     let bake = scene.bake(&BakeSettings::ROOM, &|_| {});
     let lit = scene.lit_absolutely(&bake, DVec3::new(0.0, 0.001, 0.0), Illuminant::D65).unwrap();
-    // 1,000 lm over 4 pi of 2 m: 19.89 lux. The ball subtends 1 degree; 192 points on its 128 faces, of which half are seen: the
-    // share that is seen is one of about 96 with an error of about one: 1 %.
+    // 1,000 lm over 4 pi of 2 m: 19.89 lux. The ball of 512 triangles is a sphere within 0.7 %; the meter's 4,096 points add 0.3 %.
     let expected = 1_000.0 / (4.0 * std::f64::consts::PI * 4.0);
     assert!((lit.illuminance_lux() / expected - 1.0).abs() < 0.01, "{}", lit.illuminance_lux());
+    // 192 points, of which about half are seen: strata of three faces leave one point or two of 96 to chance: 2 % beside the 0.7 %.
     let exitance = lit.exitance_lux(0, [0.5, 0.0], [0.0, -1.0, 0.0], 0.001, 1.0)[1];
-    assert!((f64::from(exitance) / (0.6 * expected) - 1.0).abs() < 0.02, "{exitance}");
+    assert!((f64::from(exitance) / (0.6 * expected) - 1.0).abs() < 0.03, "{exitance}");
 }
 
 #[test]
 fn steady_and_flickering_light_are_baked_apart_and_add_up() {
     let flicker = Flicker { waveform: Waveform::Sine, frequency_hz: 100.0, modulation: 1.0, phase_deg: 0.0 };
-    let lit = |first: bool, second: bool, flickers: bool| {
-        let mut lamps = vec![ball([0.3, 1.6, 0.2], 900.0), ball([-0.6, 1.2, 0.1], 500.0)];
-        lamps[1].flickers = false;
-        let lamps: Vec<Lamp> =
-            lamps.into_iter().zip([first, second]).filter(|pair| pair.1).map(|pair| pair.0).collect();
+    let lit = |lamps: &[Lamp], flickers: bool| {
         let scene = furnished(0.5, 0.0, false);
         let scene = if flickers { scene.with_flickering(|_| true) } else { scene };
-        let scene = scene.with_lamps(&lamps, Illuminant::D65).unwrap();
+        let scene = scene.with_lamps(lamps, Illuminant::D65).unwrap();
         let bake = scene.bake(&BakeSettings::DRAFT, &|_| {});
         let lit = scene.lit_absolutely(&bake, DVec3::new(0.0, 1.0, 0.0), Illuminant::D65).unwrap();
         if flickers { lit.with_flicker(flicker) } else { lit }
     };
-    let [a, b, both] = [lit(true, false, false), lit(false, true, false), lit(true, true, true)];
+    let lamps = [ball([0.3, 1.6, 0.2], 900.0), Lamp { flickers: false, ..ball([-0.6, 1.2, 0.1], 500.0) }];
+    let [alone, steady, both] = [lit(&lamps[..1], false), lit(&lamps, false), lit(&lamps, true)];
+    let exitance = |scene: &sensel::scene::LitScene, triangle: usize, level: f32| {
+        let direction = scene.scene().layout.triangles[triangle].normal.map(|x| -x);
+        scene.exitance_lux(u32::try_from(triangle).unwrap(), [0.3, 0.4], direction, 0.01, level)[0]
+    };
     let mut tried = 0;
     for triangle in 0..12 {
-        for level in [0.0_f32, 1.0, 1.7] {
-            let exitance = |scene: &sensel::scene::LitScene, level| {
-                let direction = scene.scene().layout.triangles[triangle].normal.map(|x| -x);
-                scene.exitance_lux(u32::try_from(triangle).unwrap(), [0.3, 0.4], direction, 0.01, level)[0]
-            };
-            let (sum, own) = (exitance(&a, 1.0) * level + exitance(&b, 1.0), exitance(&both, level));
-            // One lamp takes all points, two share them: the strata differ, 2 % at 64 points; a lamp shades the other a little.
-            assert!((own / sum - 1.0).abs() < 0.04, "triangle {triangle}, level {level}: {own} {sum}");
-            tried += 1;
-        }
+        let [dark, mean, bright] = [0.0, 1.0, 1.7].map(|level| exitance(&both, triangle, level));
+        // The same points and rays in two groups: roundings of f32 sums, and 1e-4 where an iteration ends.
+        let all = exitance(&steady, triangle, 1.0);
+        assert!((mean / all - 1.0).abs() < 2e-4, "triangle {triangle}: {mean} {all}");
+        assert!(((bright - dark) / (1.7 * (mean - dark)) - 1.0).abs() < 1e-4, "triangle {triangle}: not linear");
+        // The lamp alone has twice the points, and no other lamp in its way: 32 points, half of them seen, leave 10 %.
+        let share = exitance(&alone, triangle, 1.0);
+        assert!(((mean - dark) / share - 1.0).abs() < 0.1, "triangle {triangle}: {} {share}", mean - dark);
+        tried += 1;
     }
-    assert_eq!(tried, 36);
+    assert_eq!(tried, 12);
 }
 
 #[test]

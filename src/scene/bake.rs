@@ -7,6 +7,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+mod buried;
 pub(super) mod rays;
 mod store;
 
@@ -14,11 +15,11 @@ use super::Scene;
 use super::chance::in_chunks;
 use super::light::{BANDS, Bands};
 use crate::num::{f32_nearest, f64_from_usize, index, u64_from};
-use rays::{DARK, Gathered};
+use rays::{Gathered, MIRRORED};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 5;
+pub const BAKE_VERSION: u32 = 6;
 
 /// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,25 +128,28 @@ impl Bake {
             chunk
         });
         let gathered: Vec<Gathered> = gathered.into_iter().flatten().collect();
-        let irradiance = settled(scene, &gathered, 0);
-        let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &gathered, 1) };
+        let stand_ins = buried::stand_ins(&scene.layout, |place| gathered[place / 2].buried[place % 2]);
+        let irradiance = settled(scene, &gathered, &stand_ins, 0);
+        let flickering =
+            if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &gathered, &stand_ins, 1) };
         progress(1.0);
         Self { key: scene.bake_key(settings), irradiance, flickering, bounces: settings.bounces }
     }
 }
 
 /// Iterates the bounces of a group: next = direct + mean of (albedo times irradiance) over the places its rays met.
-fn settled(scene: &Scene, gathered: &[Gathered], group: usize) -> Vec<Bands> {
+fn settled(scene: &Scene, gathered: &[Gathered], stand_ins: &[(u32, u32)], group: usize) -> Vec<Bands> {
     let albedo: Vec<Bands> = scene.layout.samples.iter().map(|sample| sample.albedo).collect();
     let first: Vec<Bands> = gathered.iter().flat_map(|sample| [0, 1].map(|side| sample.direct[side][group])).collect();
     let mut now = first.clone();
+    buried::fill(&mut now, stand_ins);
     for _ in 0..BOUNCES_MAX {
         let exitance: Vec<Bands> = now
             .iter()
             .enumerate()
             .map(|(place, light)| std::array::from_fn(|band| light[band] * albedo[place / 2][band]))
             .collect();
-        let next: Vec<Bands> = in_chunks(gathered.len(), CHUNK, |range| {
+        let mut next: Vec<Bands> = in_chunks(gathered.len(), CHUNK, |range| {
             range
                 .flat_map(|sample| {
                     [0, 1].map(|side| gathered[sample].bounced(side, &first[2 * sample + side], &exitance))
@@ -155,6 +159,7 @@ fn settled(scene: &Scene, gathered: &[Gathered], group: usize) -> Vec<Bands> {
         .into_iter()
         .flatten()
         .collect();
+        buried::fill(&mut next, stand_ins);
         let settled = is_settled(&now, &next);
         now = next;
         if settled {
@@ -180,7 +185,7 @@ impl Gathered {
         }
         let mut sum = [0.0_f64; BANDS];
         for &place in met {
-            if place < DARK {
+            if place < MIRRORED {
                 for band in 0..BANDS {
                     sum[band] += f64::from(exitance[index(place)][band]);
                 }

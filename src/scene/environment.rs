@@ -71,7 +71,7 @@ impl Environment {
     pub fn from_texels(name: &str, width: u32, texels: &[[f32; 3]], yaw_deg: f64) -> Result<Self, Error> {
         let refuse = |reason: String| Error::Content { file: name.to_owned(), reason };
         let height = width / 2;
-        if width < 4 || width % 2 != 0 || texels.len() != index(width) * index(height) {
+        if width < 4 || !width.is_multiple_of(2) || texels.len() != index(width) * index(height) {
             let rows = texels.len() / index(width.max(1));
             let reason = format!("{width} x {rows} px; an equirectangular picture, twice as wide as high, would do");
             return Err(refuse(reason));

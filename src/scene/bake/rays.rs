@@ -16,8 +16,10 @@ use crate::num::{f32_nearest, f64_from_usize, index, u32_from, u64_from};
 
 /// A ray met nothing and saw the sky.
 pub const SKY: u32 = u32::MAX;
-/// A ray met something that sends no bounced light.
+/// A ray met the back of something that has none.
 pub const DARK: u32 = u32::MAX - 1;
+/// A ray met a glossy surface: its shares are among those that are mirrored. Smaller numbers are places.
+pub const MIRRORED: u32 = u32::MAX - 2;
 
 /// Rays start this far above their surface in metres: above the rounding of coordinates up to 1 km (6e-5 m), below what
 /// furniture is made of.
@@ -42,10 +44,12 @@ pub type ByGroup<T> = [[T; BANDS]; GROUPS];
 pub struct Gathered {
     /// Light of lamps, sky and glowing surfaces on each side, by group.
     pub direct: [ByGroup<f32>; 2],
-    /// Twice the sample met plus its side for every ray of a side; or `SKY`, or `DARK`. Empty for the back of what has none.
+    /// Twice the sample met plus its side for every ray of a side; or `SKY`, `DARK` or `MIRRORED`. Empty for the back of what has none.
     pub met: [Box<[u32]>; 2],
     /// What was met on or over glossy surfaces.
     pub mirrored: [Box<[Mirrored]>; 2],
+    /// Whether a side lies within something closed, as a floor does under a box that stands on it: most of its rays met backs.
+    pub buried: [bool; 2],
 }
 
 /// A share of a ray that ended at a place.
@@ -100,6 +104,7 @@ pub fn gather(scene: &Scene, aims: &[Aims; 2], bounces: bool, number: usize) -> 
     let aims = &aims[usize::from(sample.on_grid)];
     let mut direct = aimed_light(scene, sample.position_m, sample.normal, aims);
     let mut bounced = [Bounced::default(), Bounced::default()];
+    let mut buried = [false; 2];
     for side in 0..sample.sides() {
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
         bounced[side] = bounce_rays(scene, sample.position_m, normal, &aims.fan);
@@ -108,13 +113,15 @@ pub fn gather(scene: &Scene, aims: &[Aims; 2], bounces: bool, number: usize) -> 
                 direct[side][group][band] += bounced[side].seen[group][band];
             }
         }
+        let backs = bounced[side].met.iter().filter(|&&place| place == DARK).count();
+        buried[side] = 2 * backs > aims.fan.len();
         if !bounces {
             (bounced[side].met, bounced[side].mirrored) = (Vec::new(), Vec::new());
         }
     }
     let direct = direct.map(|groups| groups.map(|light| light.map(f32_nearest)));
     let [a, b] = bounced;
-    Gathered { direct, met: [a.met.into(), b.met.into()], mirrored: [a.mirrored.into(), b.mirrored.into()] }
+    Gathered { direct, met: [a.met.into(), b.met.into()], mirrored: [a.mirrored.into(), b.mirrored.into()], buried }
 }
 
 /// Rays towards sources that wait until a packet is full.
@@ -231,7 +238,7 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
             for band in 0..BANDS {
                 bounced.seen[end.group][band] += f64::from(glow[band]);
             }
-            bounced.met.push(if end.mirror.is_some() { DARK } else { end.place });
+            bounced.met.push(if end.mirror.is_some() { MIRRORED } else { end.place });
             let path = Path { origin_m: origin, direction, weight: [1.0; BANDS] };
             paths
                 .extend(end.mirror.and_then(|mirror| mirror.reflected(&path, hits.t.0[lane], end.place, &mut bounced)));
@@ -261,7 +268,7 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
                 }
                 match end.mirror {
                     Some(mirror) => further.extend(mirror.reflected(path, hits.t.0[lane], end.place, bounced)),
-                    None if end.place < DARK => {
+                    None if end.place < MIRRORED => {
                         bounced.mirrored.push(Mirrored { place: end.place, weight: path.weight });
                     }
                     None => {}
