@@ -4,7 +4,7 @@
 pub mod check;
 pub mod idle;
 mod images;
-mod light;
+pub mod light;
 pub mod motion;
 mod optics;
 pub mod presets;
@@ -28,6 +28,7 @@ const EXCLUSIVE: &[&[&str]] = &[
     &["optics.horizontal_fov_deg", "optics.fx_px"],
     &["optics.horizontal_fov_deg", "optics.fy_px"],
     &["scene.file", "scene.generator", "scene.target", "scene.images"],
+    &["scene.illuminant", "scene.blackbody_k"],
     &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
     &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
     &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],

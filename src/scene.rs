@@ -2,13 +2,15 @@
 //! rays in photons per second, per band; ground-truth poses, depth. It knows no lens and no pixel, and touches no disk.
 //!
 //! A `Scene` is geometry with materials in its own light units; a `Bake` is its irradiance; a `LitScene` is both, scaled so that a
-//! horizontal plane at a given point has a given illuminance. All reflection is Lambertian: metals and glossy plastics
-//! reflect as dull surfaces of their base colour, and glass that the file marks as such is left out.
+//! horizontal plane at a given point has a given illuminance. Metals and glossy dielectrics mirror what stands before them
+//! (`Material::gloss`); all other reflection is Lambertian, and glass that the file marks as such is left out.
 
 pub mod bake;
 pub mod box_room;
 pub mod bvh;
 mod chance;
+pub mod environment;
+pub mod flicker;
 pub mod gltf;
 pub mod images;
 pub mod lamps;
@@ -18,13 +20,17 @@ pub mod lit;
 pub mod mesh;
 pub mod motion;
 pub mod samples;
+pub mod sky;
 pub mod surroundings;
 pub mod target;
 pub mod texture;
 pub mod tracer;
 
-pub use bake::{Bake, BakeSettings};
+pub use bake::{Bake, BakeCost, BakeSettings};
+pub use environment::Environment;
+pub use flicker::Flicker;
 pub use images::{ImageSequence, ImageStream};
+pub use lamps::fixture::Lamp;
 pub use light::Illuminant;
 pub use lit::{ExitanceBounds, LitScene};
 pub use surroundings::{Panel, Surroundings};
@@ -52,6 +58,10 @@ pub struct Scene {
     pub lamps: Lamps,
     /// Radiance of what lies beyond all surfaces, in the scene's own units, the same in every direction.
     pub sky: Bands,
+    /// Radiance by direction, instead of `sky`.
+    pub environment: Option<Environment>,
+    /// Which materials' own light flickers; empty: none.
+    pub flickering: Vec<bool>,
     /// Cameras that the scene's file holds.
     pub viewpoints: Vec<Viewpoint>,
 }
@@ -81,7 +91,8 @@ impl Scene {
         let corners_m: Vec<_> = (0..mesh.triangles.len()).map(|triangle| mesh.corners_m(triangle)).collect();
         let bvh = Bvh::build(&corners_m);
         let (layout, lamps) = (Layout::of(&mesh), Lamps::of(&mesh, &bvh));
-        Ok(Self { name: name.to_owned(), mesh, bvh, layout, lamps, sky, viewpoints: Vec::new() })
+        let (environment, flickering, viewpoints) = (None, Vec::new(), Vec::new());
+        Ok(Self { name: name.to_owned(), mesh, bvh, layout, lamps, sky, environment, flickering, viewpoints })
     }
 
     /// Gives the scene a sky of this radiance (in its own light units) beyond all surfaces.
@@ -91,19 +102,55 @@ impl Scene {
         self
     }
 
+    /// Gives the scene light from beyond all surfaces, by direction.
+    #[must_use]
+    pub fn with_environment(mut self, environment: Environment) -> Self {
+        self.environment = Some(environment);
+        self
+    }
+
+    /// Lets the light of those emissive materials flicker that `which` accepts by name.
+    #[must_use]
+    pub fn with_flickering(mut self, which: impl Fn(&str) -> bool) -> Self {
+        self.flickering = self.mesh.materials.iter().map(|m| m.is_emissive() && which(&m.name)).collect();
+        self
+    }
+
+    /// Whether a material's own light flickers.
+    fn flickers(&self, material: u32) -> bool {
+        self.flickering.get(crate::num::index(material)).copied().unwrap_or(false)
+    }
+
+    /// Radiance of what lies beyond all surfaces.
+    pub fn sky_radiance(&self, direction: [f32; 3]) -> Bands {
+        self.environment.as_ref().map_or(self.sky, |environment| environment.radiance(direction))
+    }
+
+    /// The same without what a bake aims at.
+    fn soft_sky(&self, direction: [f32; 3]) -> Bands {
+        self.environment.as_ref().map_or(self.sky, |environment| environment.soft_radiance(direction))
+    }
+
     /// Bakes the irradiance of all surfaces. `progress` is told the share done, from 0 to 1, from any thread.
     pub fn bake(&self, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Bake {
         Bake::of(self, settings, progress)
     }
 
-    /// What a bake of this scene depends on: geometry, materials, textures, sky, settings and the method's version.
+    /// What a bake of this scene depends on: geometry, materials, textures, sky, what flickers, settings and the method's version.
     pub fn bake_key(&self, settings: &BakeSettings) -> [u8; 32] {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&bake::BAKE_VERSION.to_le_bytes());
         for rays in [settings.grid_rays, settings.vertex_rays, settings.grid_lamp_rays, settings.vertex_lamp_rays] {
             hasher.update(&crate::num::u64_from(rays).to_le_bytes());
         }
+        hasher.update(&[u8::from(settings.bounces)]);
         hash_floats(&mut hasher, &self.sky);
+        hasher.update(&[u8::from(self.environment.is_some())]);
+        if let Some(environment) = &self.environment {
+            environment.hash_into(&mut hasher);
+        }
+        hasher.update(&crate::num::u64_from(self.flickering.len()).to_le_bytes());
+        hasher.update(&self.flickering.iter().copied().map(u8::from).collect::<Vec<_>>());
         let vertices = self.mesh.vertices.iter();
         let numbers: Vec<f32> = vertices.flat_map(|v| v.position_m.into_iter().chain(v.normal).chain(v.uv)).collect();
         hash_floats(&mut hasher, &numbers);
@@ -113,6 +160,7 @@ impl Scene {
         for material in &self.mesh.materials {
             hash_floats(&mut hasher, &material.base_colour);
             hash_floats(&mut hasher, &material.emission);
+            hash_floats(&mut hasher, &[material.metallic, material.roughness]);
             hasher.update(&[u8::from(material.double_sided)]);
             hasher.update(&material.texture.unwrap_or(u32::MAX).to_le_bytes());
         }

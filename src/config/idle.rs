@@ -38,8 +38,10 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
         ),
         (readout.binning == 1, "sensor.readout.binning = 2", &["readout.binning_mode"]),
     ];
-    for (is_off, would_do, keys) in groups {
-        for key in keys.iter().map(|key| format!("sensor.{key}")) {
+    let sensor = groups.into_iter().map(|group| ("sensor", group));
+    let all = sensor.chain(light(&resolved.scenario.scene).map(|group| ("scene", group)));
+    for (section, (is_off, would_do, keys)) in all {
+        for key in keys.iter().map(|key| format!("{section}.{key}")) {
             if is_off && resolved.is_changed(&key) {
                 return Err(Error::key(
                     &key,
@@ -50,4 +52,29 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
         }
     }
     super::motion::check_idle(resolved)
+}
+
+/// Keys of `[scene]` that say something about light that is not there.
+fn light(scene: &super::scenario::Scene) -> [(bool, &'static str, &'static [&'static str]); 6] {
+    let flickers = scene.flicker.waveform != "none";
+    [
+        (
+            scene.sky.kind == "none",
+            "scene.sky.kind = \"overcast\" or \"clear\"",
+            &["sky.sun_elevation_deg", "sky.sun_azimuth_deg", "sky.cie_type", "sky.ground_reflectance"],
+        ),
+        (scene.environment.is_none(), "scene.environment", &["environment_yaw_deg"]),
+        (
+            !flickers,
+            "scene.flicker.waveform other than none",
+            &["flicker.frequency_hz", "flicker.modulation", "flicker.phase_deg", "flicker.own_lamps"],
+        ),
+        (scene.flicker.waveform != "pwm", "scene.flicker.waveform = \"pwm\"", &["flicker.duty"]),
+        (scene.light_level == "absolute", "scene.light_level = \"scaled\"", &["illuminance_lux"]),
+        (
+            scene.target.is_some(),
+            "a scene with geometry",
+            &["environment", "sky.kind", "lamp", "light_level", "bake", "bake_rays_max", "flicker.own_lamps"],
+        ),
+    ]
 }

@@ -1,20 +1,147 @@
-//! From the light's keys to its spectrum and level.
+//! From the light's keys to its spectrum, level, sky and flicker.
 
 use super::check::{one_of, within};
 use super::scenario::Scenario;
 use crate::error::Error;
-use crate::scene::Illuminant;
+use crate::scene::flicker::{Flicker, Waveform};
+use crate::scene::light::BLACKBODY_K;
+use crate::scene::sky::{Sky, SkyKind};
+use crate::scene::{BakeCost, Illuminant};
+
+/// How much light there is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// All by one factor, to the lux that are asked for.
+    Scaled,
+    /// As lamps and sky state it.
+    Absolute,
+}
+
+/// How far light is followed, and what that may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BakeLimits {
+    /// Over all bounces, or not at all.
+    pub bounces: bool,
+    /// Most that a bake may take.
+    pub most: BakeCost,
+}
+
+impl BakeLimits {
+    /// Refuses a bake before its first ray.
+    ///
+    /// # Errors
+    /// More rays or memory than allowed.
+    pub fn check(&self, cost: BakeCost) -> Result<(), Error> {
+        let would_do = |much: String| {
+            let direct = if self.bounces { "; or scene.bake = \"direct\", which needs far fewer" } else { "" };
+            format!("this scene's light takes {much}, which would do{direct}")
+        };
+        if cost.rays > self.most.rays {
+            let much = format!("{:.3e} rays", crate::num::f64_from_u64(cost.rays));
+            return Err(Error::key("scene.bake_rays_max", self.most.rays, would_do(much)));
+        }
+        if cost.bytes > self.most.bytes {
+            let much = format!("{} MB", cost.bytes.div_ceil(1_000_000));
+            return Err(Error::key("scene.bake_memory_mb_max", self.most.bytes / 1_000_000, would_do(much)));
+        }
+        Ok(())
+    }
+}
 
 impl Scenario {
     /// The light's spectrum and its level in lux.
     ///
     /// # Errors
-    /// An unknown name, or a level that is not above 0 and at most 200,000.
+    /// An unknown name, two spectra, or a level that is not above 0 and at most 200,000.
     pub fn light(&self) -> Result<(Illuminant, f64), Error> {
-        let names = Illuminant::ALL.map(|illuminant| (illuminant.name(), illuminant));
-        let illuminant = one_of("scene.illuminant", &self.scene.illuminant, &names)?;
+        let scene = &self.scene;
+        let illuminant = match (&scene.illuminant, scene.blackbody_k) {
+            (Some(name), None) => {
+                one_of("scene.illuminant", name, &Illuminant::ALL.map(|illuminant| (illuminant.name(), illuminant)))?
+            }
+            (None, Some(kelvin)) => {
+                let range = BLACKBODY_K[0]..=BLACKBODY_K[1];
+                Illuminant::Blackbody(within("scene.blackbody_k", kelvin, range, "1000 to 20000")?)
+            }
+            (Some(name), Some(_)) => {
+                let reason = "stands beside scene.blackbody_k; exactly one of the two would do";
+                return Err(Error::key("scene.illuminant", name, reason));
+            }
+            (None, None) => {
+                let reason = "a name, such as \"D65\", or scene.blackbody_k would do";
+                return Err(Error::key("scene.illuminant", "nothing", reason));
+            }
+        };
         let would_do = "1e-6 to 200,000 (starlight 0.001, office 500, direct sun 100,000)";
-        let lux = within("scene.illuminance_lux", self.scene.illuminance_lux, 1e-6..=200_000.0, would_do)?;
+        let lux = within("scene.illuminance_lux", scene.illuminance_lux, 1e-6..=200_000.0, would_do)?;
         Ok((illuminant, lux))
+    }
+
+    /// How the light's level is set.
+    ///
+    /// # Errors
+    /// An unknown name.
+    pub fn light_level(&self) -> Result<Level, Error> {
+        let levels = [("scaled", Level::Scaled), ("absolute", Level::Absolute)];
+        one_of("scene.light_level", &self.scene.light_level, &levels)
+    }
+
+    /// How far light is followed.
+    ///
+    /// # Errors
+    /// An unknown name, limits out of range.
+    pub fn bake_limits(&self) -> Result<BakeLimits, Error> {
+        let scene = &self.scene;
+        let bounces = one_of("scene.bake", &scene.bake, &[("full", true), ("direct", false)])?;
+        let rays = within("scene.bake_rays_max", scene.bake_rays_max, 1e6..=1e13, "1e6 to 1e13")?;
+        let megabytes = within("scene.bake_memory_mb_max", scene.bake_memory_mb_max, 16.0..=1e6, "16 to 1,000,000")?;
+        let whole = crate::num::u64_truncated;
+        Ok(BakeLimits { bounces, most: BakeCost { rays: whole(rays), bytes: whole(1e6 * megabytes) } })
+    }
+
+    /// Sun and sky by code, if any.
+    ///
+    /// # Errors
+    /// An unknown kind, numbers out of range, a pattern that does not go with the kind.
+    pub fn sky(&self) -> Result<Option<Sky>, Error> {
+        let keys = &self.scene.sky;
+        let kinds = [("none", None), ("overcast", Some(SkyKind::Overcast)), ("clear", Some(SkyKind::Clear))];
+        let kind = one_of("scene.sky.kind", &keys.kind, &kinds)?;
+        let sun_elevation_deg = within("scene.sky.sun_elevation_deg", keys.sun_elevation_deg, 1.0..=90.0, "1 to 90")?;
+        let sun_azimuth_deg = within("scene.sky.sun_azimuth_deg", keys.sun_azimuth_deg, -360.0..=360.0, "-360 to 360")?;
+        let ground_reflectance =
+            within("scene.sky.ground_reflectance", keys.ground_reflectance, 0.0..=0.9, "0 to 0.9")?;
+        let Some(kind) = kind else { return Ok(None) };
+        let (usual, range) = match kind {
+            SkyKind::Overcast => (1, 1..=6),
+            SkyKind::Clear => (12, 7..=15),
+        };
+        let would_do = format!("0, or {} to {} for this kind of sky,", range.start(), range.end());
+        let wanted = if keys.cie_type == 0 { usual } else { keys.cie_type };
+        let cie_type = within("scene.sky.cie_type", wanted, range, &would_do)?;
+        Ok(Some(Sky { kind, cie_type, sun_elevation_deg, sun_azimuth_deg, ground_reflectance }))
+    }
+
+    /// How lamps flicker, if they do.
+    ///
+    /// # Errors
+    /// An unknown waveform, numbers out of range.
+    pub fn flicker(&self) -> Result<Option<Flicker>, Error> {
+        let keys = &self.scene.flicker;
+        let duty = keys.duty;
+        if !(duty > 0.0 && duty <= 1.0) {
+            return Err(Error::key("scene.flicker.duty", duty, "out of range; above 0 to 1 would do"));
+        }
+        let waveforms = [
+            ("none", None),
+            ("sine", Some(Waveform::Sine)),
+            ("rectified_sine", Some(Waveform::RectifiedSine)),
+            ("pwm", Some(Waveform::Pwm { duty })),
+        ];
+        let waveform = one_of("scene.flicker.waveform", &keys.waveform, &waveforms)?;
+        let frequency_hz = within("scene.flicker.frequency_hz", keys.frequency_hz, 0.01..=1e7, "0.01 to 10,000,000")?;
+        let modulation = within("scene.flicker.modulation", keys.modulation, 0.0..=1.0, "0 to 1")?;
+        let phase_deg = within("scene.flicker.phase_deg", keys.phase_deg, -360.0..=360.0, "-360 to 360")?;
+        Ok(waveform.map(|waveform| Flicker { waveform, frequency_hz, modulation, phase_deg }))
     }
 }

@@ -60,6 +60,8 @@ struct Rows<'a> {
     camera: &'a Camera,
     /// One for each stratum of time.
     motion: &'a [Parabolas],
+    /// Level of the lamps that flicker over each stratum, by row.
+    levels: &'a [[f32; ROWS]],
     /// Photons of each band per lux-equivalent behind a pixel's filter, on the axis, over each row's exposure; by row, then by column
     /// of the filters' pattern.
     photons_per_lux: [[Bands; COLUMNS]; ROWS],
@@ -94,6 +96,7 @@ pub fn render(
         let count = values.len() / width;
         let row_of: [usize; ROWS] = std::array::from_fn(|row| first + row.min(count - 1));
         let motion = strata(row_of.map(|row| shutter[row]), samples_per_pixel, camera, world_from_body);
+        let levels = levels(scene, row_of.map(|row| shutter[row]), samples_per_pixel);
         let per_lux = |row: usize| -> [Bands; COLUMNS] {
             let of_band = |passed: [f64; BANDS], band: usize| {
                 f32_nearest(per_lux_s[band] * passed[band] * shutter[row].length_s())
@@ -105,6 +108,7 @@ pub fn render(
             scene,
             camera,
             motion: &motion,
+            levels: &levels,
             photons_per_lux: row_of.map(per_lux),
             pattern_px: camera.mosaic.width_px(),
             first,
@@ -166,10 +170,7 @@ fn strata(
     world_from_body: &(dyn Fn(f64) -> Pose + Sync),
 ) -> Vec<Parabolas> {
     let world_from_camera = |t_s: f64| world_from_body(t_s).then(&camera.body_from_camera);
-    let stratum = |span: Span, number: u32| {
-        let edge_s = |number: u32| span.start_s + span.length_s() * (f64::from(number) / f64::from(samples));
-        Parabola::through(Span { start_s: edge_s(number), end_s: edge_s(number + 1) }, &world_from_camera)
-    };
+    let stratum = |span: Span, number: u32| Parabola::through(part(span, number, samples), &world_from_camera);
     let lanes = |number: u32| {
         let mut known = [stratum(spans[0], number); ROWS];
         for row in 1..ROWS {
@@ -178,6 +179,17 @@ fn strata(
         Parabolas::of(&std::array::from_fn(|lane| known[lane / COLUMNS]))
     };
     (0..samples).map(lanes).collect()
+}
+
+/// One of so many equal parts of a span.
+fn part(span: Span, number: u32, parts: u32) -> Span {
+    let edge_s = |number: u32| span.start_s + span.length_s() * (f64::from(number) / f64::from(parts));
+    Span { start_s: edge_s(number), end_s: edge_s(number + 1) }
+}
+
+/// Level of the scene's lamps over each stratum of each row: its mean over all strata is exactly that of the exposure.
+fn levels(scene: &LitScene, spans: [Span; ROWS], samples: u32) -> Vec<[f32; ROWS]> {
+    (0..samples).map(|number| spans.map(|span| scene.lamp_level(part(span, number, samples)))).collect()
 }
 
 /// A square of pixels, row by row.
@@ -269,13 +281,14 @@ impl Rows<'_> {
         let samples = f32_nearest(f64_from_usize(self.motion.len()));
         let filter = (1.0 / samples.sqrt()).max(FILTER_SHARE_MIN);
         let mut number = 0.0;
-        for motion in self.motion {
+        for (motion, levels) in self.motion.iter().zip(self.levels) {
             let x = shifted(pixels.shift[0], number * R2[0]);
             let y = shifted(pixels.shift[1], number * R2[1]);
             let bearing = bilinear(&pixels.corners, x, y);
             let (origin_m, direction) = motion.rays(bearing, pixels.shift[2]);
             let photons = self.shade(
                 pixels,
+                levels,
                 filter,
                 bearing,
                 Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max },
@@ -292,18 +305,27 @@ impl Rows<'_> {
     }
 
     #[inline(always)]
-    fn shade(&self, pixels: &Pixels, filter: f32, bearing: Vectors, packet: Packet, stack: &mut Stack) -> Floats {
+    fn shade(
+        &self,
+        pixels: &Pixels,
+        levels: &[f32; ROWS],
+        filter: f32,
+        bearing: Vectors,
+        packet: Packet,
+        stack: &mut Stack,
+    ) -> Floats {
         let hits = closest_inline(&self.scene.scene().bvh, &packet, stack);
         let mut photons = Floats::splat(0.0);
         // A list whose length only the run knows: unrolled sixteen times, shading outgrows the instruction cache.
         for &lane in &pixels.seen.0[..pixels.seen.1] {
+            let [x, y, z] = packet.direction;
+            let direction = [x.0[lane], y.0[lane], z.0[lane]];
             let exitance = if hits.triangle[lane] == MISS {
-                self.scene.sky_lux()
+                self.scene.sky_lux(direction)
             } else {
-                let [x, y, z] = packet.direction;
-                let direction = [x.0[lane], y.0[lane], z.0[lane]];
                 let footprint_m = hits.t.0[lane] * pixels.spread.0[lane] * filter;
-                self.scene.exitance_lux(hits.triangle[lane], [hits.u.0[lane], hits.v.0[lane]], direction, footprint_m)
+                let (at, level) = ([hits.u.0[lane], hits.v.0[lane]], levels[lane / COLUMNS]);
+                self.scene.exitance_lux(hits.triangle[lane], at, direction, footprint_m, level)
             };
             let [r, g, b, n] = exitance;
             let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux.map(|per_lux| per_lux.0[lane]);

@@ -65,10 +65,12 @@ pub struct Scenario {
     pub scene: String,
     /// What a person should know of pictures from elsewhere: what is black, coarse or cut off.
     pub scene_notes: Vec<String>,
-    /// On a horizontal plane at the camera's start.
+    /// On a horizontal plane at the camera's start, at the lamps' mean.
     pub illuminance_lux: f64,
     /// Name of the light.
     pub illuminant: String,
+    /// How far light was followed, and how lamps flicker.
+    pub light: String,
     /// Trajectory file or kind of motion.
     pub motion: String,
     /// What was put right or bridged in the motion's file.

@@ -5,16 +5,18 @@ use glam::DVec3;
 use super::assets::{Assets, Progress};
 use crate::config::Scenario;
 use crate::config::check::within;
+use crate::config::light::{BakeLimits, Level};
 use crate::error::Error;
-use crate::scene::{Bake, BakeSettings, LitScene, Scene, box_room, target};
+use crate::scene::surroundings::PANEL;
+use crate::scene::{Bake, BakeCost, BakeSettings, Environment, LitScene, Scene, box_room, target};
 
 /// The box room's textures: not the run's seed, so that two runs with different seeds look at the same room.
 const BOX_ROOM_SEED: u64 = 1;
 
-/// Loads or generates the scene, bakes or loads its light, and scales it to the scenario's lux at `start_m`.
+/// Loads or generates the scene, gives it what lights it, bakes or loads its light, and scales it to the scenario's lux at `start_m`.
 ///
 /// # Errors
-/// No scene or more than one named, a file that is no scene, no light at the start.
+/// No scene or more than one named, a file that is no scene, no light at the start, a bake that takes more than is allowed.
 pub fn lit_scene(
     scenario: &Scenario,
     start_m: DVec3,
@@ -22,10 +24,12 @@ pub fn lit_scene(
     progress: &dyn Progress,
 ) -> Result<LitScene, Error> {
     let (illuminant, lux) = scenario.light()?;
+    let (level, limits, flicker) = (scenario.light_level()?, scenario.bake_limits()?, scenario.flicker()?);
     let section = &scenario.scene;
     // Also where the scene has no use for them: a value that is written is a value that holds.
     section.surroundings.check()?;
     within("scene.reflectance", section.reflectance, 0.0..=1.0, "0 to 1")?;
+    let beyond = beyond(scenario, assets)?;
     let scene = match (&section.file, &section.generator, &section.target) {
         (Some(file), None, None) => {
             let named = |error: Error| error.named_by("scene.file", file);
@@ -35,12 +39,75 @@ pub fn lit_scene(
         (None, Some(generator), None) => generated(generator)?,
         (None, None, Some(target)) => {
             let flat = flat_target(target, section.reflectance)?;
-            return Ok(flat.evenly_lit(lux, illuminant));
+            let lit = flat.evenly_lit(lux, illuminant);
+            return Ok(match flicker {
+                Some(flicker) => lit.all_flickering(flicker),
+                None => lit,
+            });
         }
         _ => return Err(not_one_scene(section)),
     };
-    let bake = baked(&scene, assets, progress);
-    scene.lit(&bake, start_m, lux, illuminant)
+    let scene = match beyond {
+        Some(environment) => scene.with_environment(environment),
+        None => scene,
+    };
+    let scene = flickering(scene, section, flicker.is_some())?.with_lamps(&section.lamp, illuminant)?;
+    let bake = baked(&scene, limits, assets, progress)?;
+    let lit = match level {
+        Level::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
+        Level::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
+    };
+    Ok(match flicker {
+        Some(flicker) => lit.with_flicker(flicker),
+        None => lit,
+    })
+}
+
+/// Light from beyond all surfaces: of a picture or of sun and sky, if either is asked for.
+fn beyond(scenario: &Scenario, assets: &dyn Assets) -> Result<Option<Environment>, Error> {
+    let section = &scenario.scene;
+    let yaw_deg = within("scene.environment_yaw_deg", section.environment_yaw_deg, -360.0..=360.0, "-360 to 360")?;
+    let sky = scenario.sky()?;
+    let even = section.surroundings.sky.iter().any(|&band| band > 0.0);
+    if even && (sky.is_some() || section.environment.is_some()) {
+        let reason = "stands beside scene.environment or scene.sky; one light from beyond the scene would do";
+        return Err(Error::key("scene.surroundings.sky", "", reason));
+    }
+    match (&section.environment, sky) {
+        (Some(file), Some(_)) => {
+            Err(Error::key("scene.environment", file, "stands beside scene.sky; one of the two would do"))
+        }
+        (Some(file), None) => {
+            let named = |error: Error| error.named_by("scene.environment", file);
+            let bytes = assets.read(file).map_err(named)?;
+            picture(file, &bytes, yaw_deg).map(Some).map_err(named)
+        }
+        (None, sky) => Ok(sky.map(|sky| sky.environment())),
+    }
+}
+
+#[cfg(feature = "exr")]
+fn picture(file: &str, bytes: &[u8], yaw_deg: f64) -> Result<Environment, Error> {
+    Environment::from_exr(file, bytes, yaw_deg)
+}
+
+#[cfg(not(feature = "exr"))]
+fn picture(file: &str, _: &[u8], _: f64) -> Result<Environment, Error> {
+    let reason = "this build reads no OpenEXR; scene.sky, or a build with the feature exr, would do".to_owned();
+    Err(Error::Content { file: file.to_owned(), reason })
+}
+
+/// Marks what flickers, before lamps are added.
+fn flickering(scene: Scene, section: &crate::config::scenario::Scene, flickers: bool) -> Result<Scene, Error> {
+    if !flickers {
+        return Ok(scene);
+    }
+    let scene = scene.with_flickering(|name| section.flicker.own_lamps && name != PANEL);
+    if scene.flickering.contains(&true) || section.lamp.iter().any(|lamp| lamp.flickers) {
+        return Ok(scene);
+    }
+    let reason = "no lamp here flickers; a scene with lamps, or a [[scene.lamp]] with flickers = true, would do";
+    Err(Error::key("scene.flicker.waveform", &section.flicker.waveform, reason))
 }
 
 /// Pictures stand alone: no scene beside them.
@@ -78,14 +145,16 @@ fn flat_target(target: &str, reflectance: f64) -> Result<Scene, Error> {
     }
 }
 
-fn baked(scene: &Scene, assets: &dyn Assets, progress: &dyn Progress) -> Bake {
-    let settings = if scene.mesh.triangles.len() > 10_000 { BakeSettings::ROOM } else { BakeSettings::DRAFT };
+fn baked(scene: &Scene, limits: BakeLimits, assets: &dyn Assets, progress: &dyn Progress) -> Result<Bake, Error> {
+    let full = if scene.mesh.triangles.len() > 10_000 { BakeSettings::ROOM } else { BakeSettings::DRAFT };
+    let settings = if limits.bounces { full } else { full.direct() };
     let key = blake3::Hash::from_bytes(scene.bake_key(&settings)).to_hex().to_string();
     let stored = assets.load(&key).and_then(|bytes| Bake::from_bytes(&key, &bytes).ok());
     if let Some(bake) = stored.filter(|bake| bake.key() == scene.bake_key(&settings)) {
-        return bake;
+        return Ok(bake);
     }
+    limits.check(BakeCost::of(scene, &settings))?;
     let bake = scene.bake(&settings, &|share| progress.at("light", share));
     assets.store(&key, &bake.to_bytes());
-    bake
+    Ok(bake)
 }

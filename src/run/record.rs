@@ -12,6 +12,7 @@ use crate::report::record::{
     Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, Timing,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
+use crate::scene::{Illuminant, LitScene};
 use crate::units::{FrameIndex, RowIndex};
 
 impl Session {
@@ -76,12 +77,14 @@ impl Session {
         let frames = f64_from_usize(self.notes.len());
         let cameras = f64_from_usize(setup.cameras.len());
         let optics = &source.optics;
+        let lit = setup.world.scene();
         Scenario {
             name: name.to_owned(),
             scene: named.cloned().or(folders).unwrap_or_default(),
             scene_notes: setup.scene_notes.clone(),
-            illuminance_lux: scene.illuminance_lux,
-            illuminant: scene.illuminant.clone(),
+            illuminance_lux: lit.map_or(scene.illuminance_lux, LitScene::illuminance_lux),
+            illuminant: spectrum(setup.world.illuminant()),
+            light: lit.map_or_else(String::new, LitScene::describe_light),
             motion: source.motion.file.as_ref().or(source.motion.kind.as_ref()).cloned().unwrap_or_default(),
             motion_notes: setup.motion_notes.clone(),
             motion_scale: source.motion.scale,
@@ -202,6 +205,14 @@ impl Session {
 fn first_distance_mm(cameras: &[Camera]) -> f64 {
     let place_m = |camera: &Camera| camera.body_from_camera.translation_m;
     cameras.get(1).map_or(0.0, |second| 1e3 * (place_m(second) - place_m(&cameras[0])).length())
+}
+
+/// The light's spectrum, by name or temperature.
+fn spectrum(illuminant: Illuminant) -> String {
+    match illuminant {
+        Illuminant::Blackbody(kelvin) => format!("black body of {kelvin} K"),
+        named => named.name().to_owned(),
+    }
 }
 
 fn frame_record(note: &FrameNotes) -> FrameRecord {

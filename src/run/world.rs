@@ -14,7 +14,7 @@ use crate::num::{greater, lesser};
 use crate::optics::{self, Camera, Exposure, Sampling, resample};
 use crate::plane::Plane;
 use crate::pose::Pose;
-use crate::scene::{ImageSequence, LitScene};
+use crate::scene::{Illuminant, ImageSequence, LitScene};
 use crate::units::Span;
 
 /// What is looked at.
@@ -61,6 +61,14 @@ impl World {
         match self {
             Self::Scene(scene) => Some(&**scene),
             Self::Images(_) => None,
+        }
+    }
+
+    /// Spectrum of its white light.
+    pub fn illuminant(&self) -> Illuminant {
+        match self {
+            Self::Scene(scene) => scene.illuminant(),
+            Self::Images(sequence) => sequence.streams[0].illuminant(),
         }
     }
 

@@ -5,6 +5,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+pub mod fixture;
+
 use super::bvh::Bvh;
 use super::chance::{cosine_direction, frame, pair, turned};
 use super::lanes::{Floats, LANES};
@@ -24,6 +26,7 @@ struct Piece {
     radiance: Bands,
     area_m2: f64,
     weight: f64,
+    material: u32,
 }
 
 /// A point on a lamp, seen from its front.
@@ -37,6 +40,8 @@ pub struct LampPoint {
     pub radiance: Bands,
     /// Area that it stands for.
     pub area_m2: f64,
+    /// What shines there.
+    pub material: u32,
 }
 
 /// All lamps of a scene that shadow rays are aimed at: the shining pieces of each emissive material.
@@ -62,7 +67,8 @@ impl Lamps {
             glowing_m2 += area;
             let normal = unit_normal(corners_m).expect("a mesh keeps no triangle without area");
             let weight = area * super::light::luminance(material.emission.map(f64::from));
-            let front = Piece { corners_m, normal, radiance: material.emission, area_m2: area, weight };
+            let (radiance, material_number) = (material.emission, mesh.material_of[triangle]);
+            let front = Piece { corners_m, normal, radiance, area_m2: area, weight, material: material_number };
             let back = Piece { normal: normal.map(|x| -x), ..front };
             let sides = if material.double_sided { vec![front, back] } else { vec![front] };
             groups[number].extend(sides.into_iter().filter(|side| shines_out(side, mesh, bvh)));
@@ -134,6 +140,7 @@ fn spread(group: &[Piece], count: usize, key: DrawKey, points: &mut Vec<LampPoin
         let [a, b, c] = piece.corners_m;
         let position_m = [0, 1, 2].map(|axis| a[axis] * (1.0 - u - v) + b[axis] * u + c[axis] * v);
         let area_m2 = piece.area_m2 * total / (piece.weight * f64_from_usize(count));
-        points.push(LampPoint { position_m, normal: piece.normal, radiance: piece.radiance, area_m2 });
+        let (normal, radiance, material) = (piece.normal, piece.radiance, piece.material);
+        points.push(LampPoint { position_m, normal, radiance, area_m2, material });
     }
 }

@@ -7,8 +7,9 @@
 
 use glam::DVec3;
 
-use super::bake::rays::{bounce_rays, fan, lamp_light};
+use super::bake::rays::{Aims, aimed_light, bounce_rays};
 use super::bake::{Bake, BakeSettings};
+use super::flicker::Flicker;
 use super::light::{BANDS, Bands, Illuminant, luminance};
 use super::mesh::dot;
 use super::{Scene, samples::ShadeTriangle};
@@ -38,11 +39,21 @@ pub struct ExitanceBounds {
 pub struct LitScene {
     scene: Scene,
     illuminant: Illuminant,
-    /// Lux-equivalents; side 0, then side 1 of each sample.
+    /// Lux-equivalents of steady light; side 0, then side 1 of each sample.
     irradiance_lux: Vec<Bands>,
+    /// The same of light that flickers, at its mean; empty where none does.
+    flickering_lux: Vec<Bands>,
     /// Lux-equivalents of each material's own light.
     emission_lux: Vec<Bands>,
+    /// How lamps flicker; none: not at all.
+    flicker: Option<Flicker>,
+    /// Exitance in lux-equivalents over radiance in the scene's own units.
+    lux_per_radiance: f64,
     sky_lux: Bands,
+    /// Of a horizontal plane where the light was set or measured.
+    illuminance_lux: f64,
+    /// Whether the bake followed light over surfaces.
+    bounces: bool,
 }
 
 impl Scene {
@@ -57,9 +68,7 @@ impl Scene {
         illuminance_lux: f64,
         illuminant: Illuminant,
     ) -> Result<LitScene, Error> {
-        if bake.irradiance.len() != 2 * self.layout.samples.len() {
-            return Err(Error::Run(format!("the bake is not of scene '{}'", self.name)));
-        }
+        self.check_bake(bake)?;
         if !(illuminance_lux.is_finite() && illuminance_lux >= 0.0) {
             return Err(Error::key("scene.illuminance_lux", illuminance_lux, "a finite number of at least 0 would do"));
         }
@@ -70,31 +79,61 @@ impl Scene {
                 format!("no light reaches ({:.2}, {:.2}, {:.2}) m, where it is to be set", at_m.x, at_m.y, at_m.z);
             return Err(Error::key("scene.illuminance_lux", illuminance_lux, reason));
         }
-        Ok(LitScene::scaled(self, bake, illuminance_lux / own_lux, illuminant))
+        let mut lit = LitScene::scaled(self, bake, illuminance_lux / own_lux, illuminant);
+        lit.illuminance_lux = illuminance_lux;
+        Ok(lit)
     }
 
-    /// Irradiance of the upper side of a horizontal plane, in the scene's own units.
+    /// Takes a bake as it is: radiances of the scene are cd/m^2, so that lamps' lumens give lux. `at_m` is where the illuminance is
+    /// measured that `LitScene::illuminance_lux` tells.
+    ///
+    /// # Errors
+    /// A bake of another scene.
+    pub fn lit_absolutely(self, bake: &Bake, at_m: DVec3, illuminant: Illuminant) -> Result<LitScene, Error> {
+        self.check_bake(bake)?;
+        let illuminance_lux = luminance(self.horizontal_irradiance(bake, at_m));
+        let mut lit = LitScene::scaled(self, bake, 1.0, illuminant);
+        lit.illuminance_lux = illuminance_lux;
+        Ok(lit)
+    }
+
+    fn check_bake(&self, bake: &Bake) -> Result<(), Error> {
+        let flickering = if self.flickering.is_empty() { 0 } else { bake.irradiance.len() };
+        if bake.irradiance.len() != 2 * self.layout.samples.len() || bake.flickering.len() != flickering {
+            return Err(Error::Run(format!("the bake is not of scene '{}'", self.name)));
+        }
+        Ok(())
+    }
+
+    /// Irradiance of the upper side of a horizontal plane, in the scene's own units, at the lamps' mean.
     fn horizontal_irradiance(&self, bake: &Bake, at_m: DVec3) -> [f64; BANDS] {
         let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
-        let lamps = lamp_light(self, at, up, &self.lamps.points(METER_LAMP_RAYS))[0];
-        let mut met = Vec::with_capacity(METER_RAYS);
-        let seen = bounce_rays(self, at, up, &fan(METER_RAYS), &mut met);
+        let aims = Aims::new(self, METER_LAMP_RAYS, METER_RAYS);
+        let [aimed, _] = aimed_light(self, at, up, &aims);
+        let rays = bounce_rays(self, at, up, &aims.fan);
         let mut bounced = [0.0; BANDS];
-        for place in met.into_iter().map(index) {
-            if let Some(light) = bake.irradiance.get(place) {
+        let mut add = |place: usize, weight: Bands| {
+            for light in [bake.irradiance.get(place), bake.flickering.get(place)].into_iter().flatten() {
                 for band in 0..BANDS {
                     let albedo = self.layout.samples[place / 2].albedo[band];
-                    bounced[band] += f64::from(light[band]) * f64::from(albedo);
+                    bounced[band] += f64::from(light[band]) * f64::from(albedo) * f64::from(weight[band]);
                 }
             }
-        }
-        std::array::from_fn(|band| lamps[band] + seen[band] + bounced[band] / crate::num::f64_from_usize(METER_RAYS))
+        };
+        rays.met.iter().for_each(|&place| add(index(place), [1.0; BANDS]));
+        rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.place), mirrored.weight));
+        std::array::from_fn(|band| {
+            let [steady, flickering] = [0, 1].map(|group| aimed[group][band] + rays.seen[group][band]);
+            steady + flickering + bounced[band] / crate::num::f64_from_usize(METER_RAYS)
+        })
     }
 
     /// The scene with the same irradiance everywhere, and no other light: photometric targets.
     pub fn evenly_lit(self, illuminance_lux: f64, illuminant: Illuminant) -> LitScene {
         let bake = Bake::even(&self, 1.0);
-        LitScene::scaled(self, &bake, illuminance_lux, illuminant)
+        let mut lit = LitScene::scaled(self, &bake, illuminance_lux, illuminant);
+        lit.illuminance_lux = illuminance_lux;
+        lit
     }
 
     /// Bakes and lights at once.
@@ -120,6 +159,11 @@ impl LitScene {
         Self {
             illuminant,
             irradiance_lux: bake.irradiance.iter().map(|&light| scaled(light, lux_per_unit)).collect(),
+            flickering_lux: bake.flickering.iter().map(|&light| scaled(light, lux_per_unit)).collect(),
+            flicker: None,
+            lux_per_radiance: pi * lux_per_unit,
+            illuminance_lux: 0.0,
+            bounces: bake.bounces,
             emission_lux: scene.mesh.materials.iter().map(|m| scaled(m.emission, pi * lux_per_unit)).collect(),
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
             scene,
@@ -136,20 +180,63 @@ impl LitScene {
         self.illuminant
     }
 
-    /// Exitance of the sky in lux-equivalents.
-    pub fn sky_lux(&self) -> Bands {
-        self.sky_lux
+    /// Lets those of the scene's lamps flicker that it marks. Without this they shine at their mean.
+    #[must_use]
+    pub fn with_flicker(self, flicker: Flicker) -> Self {
+        Self { flicker: Some(flicker), ..self }
+    }
+
+    /// Exitance of what lies beyond all surfaces, towards where a ray that leaves along `direction` came from, in lux-equivalents.
+    #[inline]
+    pub fn sky_lux(&self, direction: [f32; 3]) -> Bands {
+        match &self.scene.environment {
+            None => self.sky_lux,
+            Some(environment) => environment.radiance(direction).map(|band| band * f32_nearest(self.lux_per_radiance)),
+        }
+    }
+
+    /// Lets all light of a target that is lit evenly flicker.
+    #[must_use]
+    pub fn all_flickering(mut self, flicker: Flicker) -> Self {
+        let dark = vec![[0.0; BANDS]; self.irradiance_lux.len()];
+        self.flickering_lux = std::mem::replace(&mut self.irradiance_lux, dark);
+        self.with_flicker(flicker)
+    }
+
+    /// Illuminance of a horizontal plane where the light was set (or, where lamps and sky state it, measured), at the lamps' mean.
+    pub fn illuminance_lux(&self) -> f64 {
+        self.illuminance_lux
+    }
+
+    /// What the light is, in words, for the report.
+    pub fn describe_light(&self) -> String {
+        let reach = if self.bounces { "after all bounces" } else { "direct light only: no bounces" };
+        self.flicker
+            .map_or_else(|| reach.to_owned(), |flicker| format!("{reach}; lamps flicker: {}", flicker.describe()))
     }
 
     /// Mean level of the lamps that flicker over a span of run time; 1 is their mean over all time.
-    pub fn lamp_level(&self, _span: Span) -> f32 {
-        1.0
+    pub fn lamp_level(&self, span: Span) -> f32 {
+        self.flicker.map_or(1.0, |flicker| flicker.level(span))
+    }
+
+    /// Least and greatest level of any span.
+    pub fn lamp_level_bounds(&self) -> [f32; 2] {
+        self.flicker.map_or([1.0; 2], |flicker| flicker.bounds())
     }
 
     /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band. `u` and `v` weigh the second and third
-    /// corner; `footprint_m` is the width of the ray's cone at the hit, across it; `direction` has unit length.
+    /// corner; `footprint_m` is the width of the ray's cone at the hit, across it; `direction` has unit length; `lamp_level` is that
+    /// of the lamps that flicker, as `lamp_level` gives it.
     #[inline(always)]
-    pub fn exitance_lux(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3], footprint_m: f32) -> Bands {
+    pub fn exitance_lux(
+        &self,
+        triangle: u32,
+        [u, v]: [f32; 2],
+        direction: [f32; 3],
+        footprint_m: f32,
+        lamp_level: f32,
+    ) -> Bands {
         let shade = &self.scene.layout.triangles[index(triangle)];
         let facing = dot(shade.normal, direction);
         let back = facing > 0.0;
@@ -163,12 +250,18 @@ impl LitScene {
             for band in 0..BANDS {
                 irradiance[band] += light[band] * weight;
             }
+            if let Some(light) = self.flickering_lux.get(2 * sample + usize::from(back)) {
+                for band in 0..BANDS {
+                    irradiance[band] += light[band] * (weight * lamp_level);
+                }
+            }
         }
         let albedo = self.albedo(shade, [u, v], facing, footprint_m);
         let glow = &self.emission_lux[index(shade.material)];
+        let glow_level = if self.scene.flickers(shade.material) { lamp_level } else { 1.0 };
         let mut light = [0.0; BANDS];
         for band in 0..BANDS {
-            light[band] = irradiance[band] * albedo[band] + glow[band];
+            light[band] = irradiance[band] * albedo[band] + glow[band] * glow_level;
         }
         light
     }
@@ -192,6 +285,15 @@ impl LitScene {
         albedo
     }
 
+    /// Least and greatest of what lies beyond all surfaces. A sky that is the same everywhere has no least: closed rooms have one.
+    fn sky_bounds(&self) -> [[f64; BANDS]; 2] {
+        match &self.scene.environment {
+            None => [[f64::MAX; BANDS], self.sky_lux.map(f64::from)],
+            Some(environment) => [environment.least(), environment.greatest()]
+                .map(|corner| corner.map(|band| f64::from(band) * self.lux_per_radiance)),
+        }
+    }
+
     /// Bounds on the light that leaves any surface, from each triangle's own irradiance and reflectance: no rendered pixel lies outside
     /// (weights of an interpolation are within 0..1 up to rounding).
     pub fn exitance_bounds(&self) -> ExitanceBounds {
@@ -204,15 +306,21 @@ impl LitScene {
                 range.map(|corner| std::array::from_fn(|band| corner[band] * material.base_colour[band]))
             })
             .collect();
-        let mut bounds =
-            ExitanceBounds { least: [f64::MAX; BANDS], greatest: [0.0; BANDS], emitted: self.sky_lux.map(f64::from) };
+        let [sky_least, sky_greatest] = self.sky_bounds();
+        let mut bounds = ExitanceBounds { least: sky_least, greatest: [0.0; BANDS], emitted: sky_greatest };
+        let levels = self.lamp_level_bounds().map(f64::from);
         for shade in &self.scene.layout.triangles {
             let range = &ranges[index(shade.material)];
-            let glow = self.emission_lux[index(shade.material)].map(f64::from);
+            let glow_level = if self.scene.flickers(shade.material) { levels[1] } else { 1.0 };
+            let glow = self.emission_lux[index(shade.material)].map(|glow| f64::from(glow) * glow_level);
             for (back, sample) in sides_of(shade) {
                 let light = self.irradiance_lux[2 * sample + back];
+                let flickering = self.flickering_lux.get(2 * sample + back).copied().unwrap_or([0.0; BANDS]);
                 for band in 0..BANDS {
-                    let [least, greatest] = [0, 1].map(|end| f64::from(range[end][band]) * f64::from(light[band]));
+                    let [least, greatest] = [0, 1].map(|end| {
+                        let light = f64::from(light[band]) + f64::from(flickering[band]) * levels[end];
+                        f64::from(range[end][band]) * light
+                    });
                     if glow.iter().all(|&glow| glow == 0.0) {
                         bounds.least[band] = crate::num::lesser(bounds.least[band], least);
                         bounds.greatest[band] = crate::num::greater(bounds.greatest[band], greatest);

@@ -35,10 +35,19 @@ pub struct Sample {
     pub position_m: [f32; 3],
     /// Unit length; the first side.
     pub normal: [f32; 3],
-    /// Diffuse reflectance around it.
+    /// Reflectance around it of what leaves in all directions: a glossy metal has none.
     pub albedo: Bands,
+    /// Whether the back is lit and seen as well.
+    pub double_sided: bool,
     /// Part of a grid on a large triangle, which deserves more rays than a vertex of a small one.
     pub on_grid: bool,
+}
+
+impl Sample {
+    /// Sides that are lit.
+    pub fn sides(&self) -> usize {
+        1 + usize::from(self.double_sided)
+    }
 }
 
 /// What shading needs of a triangle, in one cache line.
@@ -134,7 +143,8 @@ impl Layout {
     fn push_vertex(&mut self, mesh: &Mesh, vertex: &Vertex, shade: &ShadeTriangle) -> u32 {
         let albedo = albedo(mesh, shade, vertex.uv);
         let (position_m, normal) = (vertex.position_m, vertex.normal);
-        self.samples.push(Sample { position_m, normal, albedo, on_grid: false });
+        let double_sided = mesh.materials[index(shade.material)].double_sided;
+        self.samples.push(Sample { position_m, normal, albedo, double_sided, on_grid: false });
         u32_from(self.samples.len() - 1)
     }
 
@@ -159,7 +169,8 @@ impl Layout {
                 });
                 let normal = unit(mix(normals)).unwrap_or(shade.normal);
                 let albedo = albedo(mesh, shade, uv);
-                self.samples.push(Sample { position_m: mix(corners_m), normal, albedo, on_grid: true });
+                let double_sided = mesh.materials[index(shade.material)].double_sided;
+                self.samples.push(Sample { position_m: mix(corners_m), normal, albedo, double_sided, on_grid: true });
             }
         }
     }
@@ -213,14 +224,16 @@ fn grid_steps(corners_m: [[f32; 3]; 3]) -> u32 {
     u32_truncated_f32(steps).clamp(2, GRID_STEPS_MAX)
 }
 
-/// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid.
+/// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid; without what it mirrors.
 fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2]) -> Bands {
     let material = &mesh.materials[index(shade.material)];
+    let dull = if material.gloss().is_some() { 1.0 - material.metallic } else { 1.0 };
+    let base = material.base_colour.map(|band| band * dull);
     match material.texture {
-        None => material.base_colour,
+        None => base,
         Some(texture) => {
             let colour = mesh.textures[index(texture)].colour(uv, shade.texels_per_m * GRID_SPACING_M);
-            std::array::from_fn(|band| material.base_colour[band] * colour[band])
+            std::array::from_fn(|band| base[band] * colour[band])
         }
     }
 }

@@ -37,6 +37,9 @@ pub struct Panel {
     pub radiance: [f32; 3],
 }
 
+/// Name of the panels' material: daylight in a window, which never flickers.
+pub const PANEL: &str = "panel";
+
 const fn one() -> f32 {
     1.0
 }
@@ -77,7 +80,7 @@ impl Surroundings {
             material.emission = material.emission.map(|band| band * self.lamps);
         }
         for panel in &self.panels {
-            let plain = Material::plain("panel", [0.0; 3]);
+            let plain = Material::plain(PANEL, [0.0; 3]);
             mesh.materials.push(Material { emission: with_infrared(panel.radiance), double_sided: false, ..plain });
             mesh.append_quad(u32_from(mesh.materials.len() - 1), panel.corners_m, [1.0, 1.0]);
         }

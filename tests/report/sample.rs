@@ -93,6 +93,7 @@ fn scenario(path_m: f64) -> Scenario {
         scene_notes: Vec::new(),
         illuminance_lux: 300.0,
         illuminant: "D65".to_owned(),
+        light: "after all bounces".to_owned(),
         motion: "head motion of tum_vi_room1.txt".to_owned(),
         motion_notes: Vec::new(),
         motion_scale: 0.35,

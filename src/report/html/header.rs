@@ -6,11 +6,12 @@ use crate::report::record::Report;
 pub(super) fn header(report: &Report) -> String {
     let scenario = &report.scenario;
     let summary = format!(
-        "The rig follows {} through {}, lit to {} lux ({}): {} frames in {}, {} of path.",
+        "The rig follows {} through {}, lit to {} lux ({}, {}): {} frames in {}, {} of path.",
         scenario.motion,
         scenario.scene,
         digits(scenario.illuminance_lux),
         scenario.illuminant,
+        scenario.light,
         grouped(f64::from(scenario.frames)),
         si(scenario.duration_s, "s"),
         si(scenario.path_m, "m"),

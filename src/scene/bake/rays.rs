@@ -4,19 +4,22 @@
 
 use super::super::Scene;
 use super::super::chance::{cosine_direction, frame, pair, turned};
+use super::super::environment::DistantLight;
 use super::super::lamps::LampPoint;
 use super::super::lanes::{Floats, LANES};
 use super::super::light::{BANDS, Bands};
-use super::super::mesh::{dot, sub};
-use super::super::tracer::{MISS, Packet, Stack, blocked, closest};
+use super::super::mesh::{dot, sub, unit};
+use super::super::tracer::{Hits, MISS, Packet, Stack, blocked, closest};
 use super::BakeSettings;
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from, u64_from};
 
 /// A ray met nothing and saw the sky.
 pub const SKY: u32 = u32::MAX;
-/// A ray met something that sends no bounced light.
+/// A ray met the back of something that has none.
 pub const DARK: u32 = u32::MAX - 1;
+/// A ray met a glossy surface: its shares are among those that are mirrored. Smaller numbers are places.
+pub const MIRRORED: u32 = u32::MAX - 2;
 
 /// Rays start this far above their surface in metres: above the rounding of coordinates up to 1 km (6e-5 m), below what
 /// furniture is made of.
@@ -25,13 +28,37 @@ const LIFT_M: f32 = 2e-4;
 /// Aimed rays end this share short of the lamp.
 const AIM_SHARE: f32 = 0.999;
 
+/// Mirrors that a ray is followed over. What is left after them is dropped: 0.9^5 of a hall of metal mirrors, 1e-7 of glazed tiles.
+const MIRRORS_MAX: usize = 4;
+
+/// Light is kept apart in two groups: what is steady, and what flickers.
+pub const GROUPS: usize = 2;
+const STEADY: usize = 0;
+const FLICKERING: usize = 1;
+
+/// One number a group and band.
+pub type ByGroup<T> = [[T; BANDS]; GROUPS];
+
 /// What the rays of one sample brought.
 #[derive(Clone, Debug)]
 pub struct Gathered {
-    /// Light of lamps, sky and glowing surfaces on each side.
-    pub direct: [Bands; 2],
-    /// Twice the sample met plus its side for every ray, the first half from side 0; or `SKY`, or `DARK`.
-    pub met: Vec<u32>,
+    /// Light of lamps, sky and glowing surfaces on each side, by group.
+    pub direct: [ByGroup<f32>; 2],
+    /// Twice the sample met plus its side for every ray of a side; or `SKY`, `DARK` or `MIRRORED`. Empty for the back of what has none.
+    pub met: [Box<[u32]>; 2],
+    /// What was met on or over glossy surfaces.
+    pub mirrored: [Box<[Mirrored]>; 2],
+    /// Whether a side lies within something closed, as a floor does under a box that stands on it: most of its rays met backs.
+    pub buried: [bool; 2],
+}
+
+/// A share of a ray that ended at a place.
+#[derive(Clone, Copy, Debug)]
+pub struct Mirrored {
+    /// Twice the sample plus its side.
+    pub place: u32,
+    /// Share of the place's exitance, by band.
+    pub weight: Bands,
 }
 
 /// Number of the bounces' draws: the seed of their key.
@@ -41,65 +68,124 @@ const BOUNCE_DRAWS: u64 = 0x626F_756E;
 pub struct Aims {
     /// Points on lamps.
     pub lamp_points: Vec<LampPoint>,
-    /// Directions of bounces.
+    /// Bright directions of the surroundings.
+    pub distant: Vec<DistantLight>,
+    /// Directions of bounces. Empty where rays by chance would find nothing that is wanted.
     pub fan: Vec<[f32; 3]>,
 }
 
 impl Aims {
+    /// At lamps and bright directions, along so many rays.
+    pub fn new(scene: &Scene, lamp_rays: usize, rays: usize) -> Self {
+        let distant = scene.environment.as_ref().map_or_else(Vec::new, |environment| environment.aims(lamp_rays));
+        Self { lamp_points: scene.lamps.points(lamp_rays), distant, fan: fan(rays) }
+    }
+
     /// Of samples on vertices, then of samples on grids.
     pub fn of(scene: &Scene, settings: &BakeSettings) -> [Self; 2] {
-        let aims = |lamp_rays, rays| Self { lamp_points: scene.lamps.points(lamp_rays), fan: fan(rays) };
-        [aims(settings.vertex_lamp_rays, settings.vertex_rays), aims(settings.grid_lamp_rays, settings.grid_rays)]
+        let with_fan = settings.bounces || scene.glows_beyond_aims();
+        [(settings.vertex_lamp_rays, settings.vertex_rays), (settings.grid_lamp_rays, settings.grid_rays)].map(
+            |(lamp_rays, rays)| {
+                let aims = Self::new(scene, lamp_rays, rays);
+                if with_fan { aims } else { Self { fan: Vec::new(), ..aims } }
+            },
+        )
+    }
+
+    /// Rays of a sample with so many sides.
+    pub fn rays(&self, sides: usize) -> usize {
+        self.lamp_points.len() + self.distant.len() + sides * self.fan.len()
     }
 }
 
 /// Traces all rays of a sample.
-pub fn gather(scene: &Scene, aims: &[Aims; 2], number: usize) -> Gathered {
+pub fn gather(scene: &Scene, aims: &[Aims; 2], bounces: bool, number: usize) -> Gathered {
     let sample = &scene.layout.samples[number];
     let aims = &aims[usize::from(sample.on_grid)];
-    let mut direct = lamp_light(scene, sample.position_m, sample.normal, &aims.lamp_points);
-    let mut met = Vec::with_capacity(2 * aims.fan.len());
-    for (side, light) in direct.iter_mut().enumerate() {
+    let mut direct = aimed_light(scene, sample.position_m, sample.normal, aims);
+    let mut bounced = [Bounced::default(), Bounced::default()];
+    let mut buried = [false; 2];
+    for side in 0..sample.sides() {
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
-        let seen = bounce_rays(scene, sample.position_m, normal, &aims.fan, &mut met);
-        for band in 0..BANDS {
-            light[band] += seen[band];
+        bounced[side] = bounce_rays(scene, sample.position_m, normal, &aims.fan);
+        for group in 0..GROUPS {
+            for band in 0..BANDS {
+                direct[side][group][band] += bounced[side].seen[group][band];
+            }
+        }
+        let backs = bounced[side].met.iter().filter(|&&place| place == DARK).count();
+        buried[side] = 2 * backs > aims.fan.len();
+        if !bounces {
+            (bounced[side].met, bounced[side].mirrored) = (Vec::new(), Vec::new());
         }
     }
-    Gathered { direct: direct.map(|light| light.map(f32_nearest)), met }
+    let direct = direct.map(|groups| groups.map(|light| light.map(f32_nearest)));
+    let [a, b] = bounced;
+    Gathered { direct, met: [a.met.into(), b.met.into()], mirrored: [a.mirrored.into(), b.mirrored.into()], buried }
 }
 
-/// Light that lamps send straight to both sides of a place.
-pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], points: &[LampPoint]) -> [[f64; BANDS]; 2] {
-    let mut light = [[0.0; BANDS]; 2];
-    let mut stack = Stack::new();
-    let mut packet = idle();
-    let mut waiting = [(0, [0.0; BANDS]); LANES];
-    let mut lanes = 0;
-    for (number, point) in points.iter().enumerate() {
-        let side = usize::from(dot(sub(point.position_m, at_m), normal) < 0.0);
+/// Rays towards sources that wait until a packet is full.
+struct Shadows<'a> {
+    scene: &'a Scene,
+    stack: Stack,
+    packet: Packet,
+    waiting: [(usize, usize, [f64; BANDS]); LANES],
+    lanes: usize,
+    light: [ByGroup<f64>; 2],
+}
+
+impl Shadows<'_> {
+    fn push(&mut self, ray: ([f32; 3], [f32; 3], f32), side: usize, group: usize, sent: [f64; BANDS]) {
+        let (origin, direction, t_max) = ray;
+        set_ray(&mut self.packet, self.lanes, origin, direction, t_max);
+        self.waiting[self.lanes] = (side, group, sent);
+        self.lanes += 1;
+        if self.lanes == LANES {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        let shadowed = blocked(&self.scene.bvh, &self.packet, &mut self.stack);
+        for lane in (0..self.lanes).filter(|&lane| !shadowed[lane]) {
+            let (side, group, sent) = self.waiting[lane];
+            for band in 0..BANDS {
+                self.light[side][group][band] += sent[band];
+            }
+        }
+        (self.packet, self.lanes) = (idle(), 0);
+    }
+}
+
+/// Light that lamps and bright directions send straight to both sides of a place.
+pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], aims: &Aims) -> [ByGroup<f64>; 2] {
+    let dark = [[[0.0; BANDS]; GROUPS]; 2];
+    let (stack, waiting) = (Stack::new(), [(0, 0, [0.0; BANDS]); LANES]);
+    let mut shadows = Shadows { scene, stack, packet: idle(), waiting, lanes: 0, light: dark };
+    let lifted = |side: usize| -> [f32; 3] {
         let lift = if side == 0 { LIFT_M } else { -LIFT_M };
-        let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * lift);
+        [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * lift)
+    };
+    for point in &aims.lamp_points {
+        let side = usize::from(dot(sub(point.position_m, at_m), normal) < 0.0);
+        let origin = lifted(side);
         let direction = sub(point.position_m, origin);
         let strength = disc_form_factor(normal, direction, point.normal, point.area_m2);
         if strength > 0.0 {
-            set_ray(&mut packet, lanes, origin, direction, AIM_SHARE);
             let sent = point.radiance.map(|band| std::f64::consts::PI * f64::from(band) * strength);
-            waiting[lanes] = (side, sent);
-            lanes += 1;
-        }
-        if lanes == LANES || (number + 1 == points.len() && lanes > 0) {
-            let shadowed = blocked(&scene.bvh, &packet, &mut stack);
-            for lane in (0..lanes).filter(|&lane| !shadowed[lane]) {
-                let (side, sent) = waiting[lane];
-                for band in 0..BANDS {
-                    light[side][band] += sent[band];
-                }
-            }
-            (packet, lanes) = (idle(), 0);
+            shadows.push((origin, direction, AIM_SHARE), side, scene.group_of(point.material), sent);
         }
     }
-    light
+    for light in &aims.distant {
+        let cos = f64::from(dot(light.direction, normal));
+        let side = usize::from(cos < 0.0);
+        let sent = light.normal_irradiance.map(|band| f64::from(band) * cos.abs());
+        shadows.push((lifted(side), light.direction, f32::MAX), side, STEADY, sent);
+    }
+    if shadows.lanes > 0 {
+        shadows.flush();
+    }
+    shadows.light
 }
 
 /// Form factor of a small disc of the area a ray stands for: cos cos A / (pi d^2 + A). It never exceeds 1, so a lamp that
@@ -114,19 +200,31 @@ fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2:
     cos_here * cos_there / distance2 * area_m2 / (std::f64::consts::PI * distance2 + area_m2)
 }
 
-/// Cosine-weighted rays of one side along the directions of a fan: notes what they met, and returns the light that they saw
-/// shining by itself (sky, and glowing surfaces where lamps are not aimed at).
-pub fn bounce_rays(
-    scene: &Scene,
-    at_m: [f32; 3],
-    normal: [f32; 3],
-    fan: &[[f32; 3]],
-    met: &mut Vec<u32>,
-) -> [f64; BANDS] {
+/// What the rays by chance of one side brought.
+#[derive(Clone, Debug, Default)]
+pub struct Bounced {
+    /// Light that shines by itself: sky, glowing surfaces where lamps are not aimed at, lamps in mirrors.
+    pub seen: ByGroup<f64>,
+    /// Where each ray ended, as `Gathered::met`.
+    pub met: Vec<u32>,
+    /// As `Gathered::mirrored`.
+    pub mirrored: Vec<Mirrored>,
+}
+
+/// A ray that was mirrored, and the share of light that comes along it.
+#[derive(Clone, Copy)]
+struct Path {
+    origin_m: [f32; 3],
+    direction: [f32; 3],
+    weight: Bands,
+}
+
+/// Cosine-weighted rays of one side along the directions of a fan.
+pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32; 3]]) -> Bounced {
     let origin: [f32; 3] = [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * LIFT_M);
     let sides = frame(normal);
-    let mut seen = [0.0; BANDS];
-    let mut stack = Stack::new();
+    let mut bounced = Bounced { met: Vec::with_capacity(fan.len()), ..Bounced::default() };
+    let (mut stack, mut paths) = (Stack::new(), Vec::new());
     for directions in fan.chunks_exact(LANES) {
         let mut packet = idle();
         for (lane, &local) in directions.iter().enumerate() {
@@ -135,14 +233,50 @@ pub fn bounce_rays(
         let hits = closest(&scene.bvh, &packet, &mut stack);
         for lane in 0..LANES {
             let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
-            let (place, light) = scene.bounce_place(hits.triangle[lane], hits.u.0[lane], hits.v.0[lane], direction);
-            met.push(place);
+            let end = scene.end_of(&hits, lane, direction);
+            let glow = if end.is_sky || scene.lamps.is_empty() { end.light } else { [0.0; BANDS] };
             for band in 0..BANDS {
-                seen[band] += f64::from(light[band]);
+                bounced.seen[end.group][band] += f64::from(glow[band]);
             }
+            bounced.met.push(if end.mirror.is_some() { MIRRORED } else { end.place });
+            let path = Path { origin_m: origin, direction, weight: [1.0; BANDS] };
+            paths
+                .extend(end.mirror.and_then(|mirror| mirror.reflected(&path, hits.t.0[lane], end.place, &mut bounced)));
         }
     }
-    seen.map(|sum| std::f64::consts::PI * sum / f64_from_usize(fan.len()))
+    follow(scene, paths, &mut bounced, &mut stack);
+    let share = std::f64::consts::PI / f64_from_usize(fan.len().max(1));
+    bounced.seen = bounced.seen.map(|light| light.map(|sum| sum * share));
+    bounced
+}
+
+/// Follows rays over mirrors, where lamps shine as well because no ray is aimed over a mirror. (The sun's disc and what else is
+/// aimed at beyond all surfaces is not found this way: a few rays would carry all of it.)
+fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mut Stack) {
+    for _ in 0..MIRRORS_MAX {
+        let mut further = Vec::new();
+        for group in paths.chunks(LANES) {
+            let mut packet = idle();
+            for (lane, path) in group.iter().enumerate() {
+                set_ray(&mut packet, lane, path.origin_m, path.direction, f32::MAX);
+            }
+            let hits = closest(&scene.bvh, &packet, stack);
+            for (lane, path) in group.iter().enumerate() {
+                let end = scene.end_of(&hits, lane, path.direction);
+                for band in 0..BANDS {
+                    bounced.seen[end.group][band] += f64::from(end.light[band] * path.weight[band]);
+                }
+                match end.mirror {
+                    Some(mirror) => further.extend(mirror.reflected(path, hits.t.0[lane], end.place, bounced)),
+                    None if end.place < MIRRORED => {
+                        bounced.mirrored.push(Mirrored { place: end.place, weight: path.weight });
+                    }
+                    None => {}
+                }
+            }
+        }
+        paths = further;
+    }
 }
 
 /// Stratified cosine-weighted directions around +z. Every sample uses the same, so that neighbours on a wall see the same places a
@@ -188,25 +322,80 @@ fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 
     packet.t_max.0[lane] = t_max;
 }
 
+/// Where a ray ended.
+struct End {
+    /// Twice the sample plus its side, `SKY` or `DARK`.
+    place: u32,
+    is_sky: bool,
+    group: usize,
+    /// What shines from there by itself.
+    light: Bands,
+    mirror: Option<Mirror>,
+}
+
+/// A glossy surface where a ray met it.
+#[derive(Clone, Copy)]
+struct Mirror {
+    /// Unit normal on the side that was met.
+    normal: [f32; 3],
+    /// Schlick's reflectance along the ray.
+    reflectance: Bands,
+}
+
+impl Mirror {
+    /// The rest of a ray that comes over this surface; its dull part is noted. None where nothing goes on.
+    fn reflected(&self, path: &Path, t: f32, place: u32, bounced: &mut Bounced) -> Option<Path> {
+        let weight: Bands = std::array::from_fn(|band| path.weight[band] * self.reflectance[band]);
+        let dull = std::array::from_fn(|band| path.weight[band] - weight[band]);
+        bounced.mirrored.push(Mirrored { place, weight: dull });
+        let along = 2.0 * dot(path.direction, self.normal);
+        let direction = unit([0, 1, 2].map(|axis| path.direction[axis] - along * self.normal[axis]))?;
+        let origin_m =
+            [0, 1, 2].map(|axis| path.origin_m[axis] + path.direction[axis] * t + self.normal[axis] * LIFT_M);
+        Some(Path { origin_m, direction, weight })
+    }
+}
+
 impl Scene {
-    /// What a bounced ray met: the nearest sample on the side it came from, and the light that shines from there by itself.
-    fn bounce_place(&self, triangle: u32, u: f32, v: f32, direction: [f32; 3]) -> (u32, Bands) {
+    /// What a ray met: the nearest sample on the side it came from, the light that shines from there by itself, and whether it
+    /// goes on. Taking the nearest of three samples instead of their mean moves light by half a spacing and loses none.
+    fn end_of(&self, hits: &Hits, lane: usize, direction: [f32; 3]) -> End {
+        let triangle = hits.triangle[lane];
         if triangle == MISS {
-            return (SKY, self.sky);
+            let light = self.soft_sky(direction);
+            return End { place: SKY, is_sky: true, group: STEADY, light, mirror: None };
         }
         let shade = &self.layout.triangles[index(triangle)];
-        let back = dot(shade.normal, direction) > 0.0;
+        let facing = dot(shade.normal, direction);
+        let back = facing > 0.0;
         let material = &self.mesh.materials[index(shade.material)];
         if back && !material.double_sided {
-            return (DARK, [0.0; BANDS]);
+            return End { place: DARK, is_sky: false, group: STEADY, light: [0.0; BANDS], mirror: None };
         }
         let mut nearest = (0, f32::MIN);
-        for (sample, weight) in shade.around(u, v) {
+        for (sample, weight) in shade.around(hits.u.0[lane], hits.v.0[lane]) {
             if weight > nearest.1 {
                 nearest = (sample, weight);
             }
         }
-        let glow = if self.lamps.is_empty() { material.emission } else { [0.0; BANDS] };
-        (u32_from(2 * nearest.0 + usize::from(back)), glow)
+        let mirror = material.gloss().map(|gloss| {
+            let grazing = 1.0 - facing.abs().min(1.0);
+            let rise = grazing * grazing * grazing * grazing * grazing;
+            let reflectance = gloss.at_normal.map(|normal| normal + (1.0 - normal) * rise);
+            Mirror { normal: if back { shade.normal.map(|x| -x) } else { shade.normal }, reflectance }
+        });
+        let place = u32_from(2 * nearest.0 + usize::from(back));
+        End { place, is_sky: false, group: self.group_of(shade.material), light: material.emission, mirror }
+    }
+
+    /// Group of a material's own light.
+    fn group_of(&self, material: u32) -> usize {
+        if self.flickers(material) { FLICKERING } else { STEADY }
+    }
+
+    /// Whether rays that leave by chance find light that no ray is aimed at.
+    fn glows_beyond_aims(&self) -> bool {
+        let sky = self.environment.is_some() || self.sky.iter().any(|&band| band > 0.0);
+        sky || self.lamps.is_empty() && self.mesh.materials.iter().any(super::super::mesh::Material::is_emissive)
     }
 }

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::num::u64_from;
 
 const MAGIC: &[u8; 8] = b"SENSELBK";
-const HEADER_BYTES: usize = 8 + 4 + 32 + 8;
+const HEADER_BYTES: usize = 8 + 4 + 32 + 8 + 8 + 1;
 const CHECKSUM_BYTES: usize = 32;
 
 impl Bake {
@@ -15,14 +15,19 @@ impl Bake {
         self.key
     }
 
-    /// Magic, version, key, count, irradiance in little-endian `f32`, and the blake3 of all that.
+    /// Magic, version, key, counts of steady and of flickering irradiance, whether light bounced, all irradiance in little-endian
+    /// `f32`, and the blake3 of all that.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(HEADER_BYTES + 4 * BANDS * self.irradiance.len() + CHECKSUM_BYTES);
+        let mut bytes = Vec::with_capacity(
+            HEADER_BYTES + 4 * BANDS * (self.irradiance.len() + self.flickering.len()) + CHECKSUM_BYTES,
+        );
         bytes.extend_from_slice(MAGIC);
         bytes.extend_from_slice(&BAKE_VERSION.to_le_bytes());
         bytes.extend_from_slice(&self.key);
         bytes.extend_from_slice(&u64_from(self.irradiance.len()).to_le_bytes());
-        for value in self.irradiance.iter().flatten() {
+        bytes.extend_from_slice(&u64_from(self.flickering.len()).to_le_bytes());
+        bytes.push(u8::from(self.bounces));
+        for value in self.irradiance.iter().chain(&self.flickering).flatten() {
             bytes.extend_from_slice(&value.to_le_bytes());
         }
         let checksum = blake3::hash(&bytes);
@@ -51,11 +56,15 @@ impl Bake {
             .chunks_exact(4)
             .map(|word| f32::from_le_bytes(word.try_into().expect("chunks of four")))
             .collect();
-        let irradiance: Vec<Bands> =
+        let mut irradiance: Vec<Bands> =
             values.chunks_exact(BANDS).map(|bands| bands.try_into().expect("chunks of a sample")).collect();
-        if content[44..52] != u64_from(irradiance.len()).to_le_bytes() {
-            return Err(refuse("its count does not fit its length"));
+        let count = |at: usize| u64::from_le_bytes(content[at..at + 8].try_into().expect("eight bytes were taken"));
+        let (steady, flickering) = (count(44), count(52));
+        let fits = steady.checked_add(flickering) == Some(u64_from(irradiance.len()));
+        if !fits || !(flickering == 0 || flickering == steady) {
+            return Err(refuse("its counts do not fit its length"));
         }
-        Ok(Self { key, irradiance })
+        let flickering = irradiance.split_off(usize::try_from(steady).expect("it was compared with a length"));
+        Ok(Self { key, irradiance, flickering, bounces: content[60] != 0 })
     }
 }

@@ -1,0 +1,54 @@
+//! Samples that nobody sees and that see nothing. Enters: which places lie within something closed. Leaves: for each of them that is
+//! interpolated with a place in the open, the place whose light it takes.
+//!
+//! Without this the floor is darker around everything that stands on it, as far as the next sample.
+
+use super::super::light::Bands;
+use super::super::samples::{Layout, ShadeTriangle};
+use crate::num::{f32_from_u32, index, u32_from};
+
+/// Pairs of a buried place and its neighbour in the open. A place is twice a sample plus its side.
+pub fn stand_ins(layout: &Layout, is_buried: impl Fn(usize) -> bool) -> Vec<(u32, u32)> {
+    let mut found: Vec<Option<u32>> = vec![None; 2 * layout.samples.len()];
+    for triangle in &layout.triangles {
+        cells(triangle, |corners| {
+            for side in 0..2 {
+                let places = corners.map(|sample| 2 * sample + side);
+                let Some(open) = places.into_iter().find(|&place| !is_buried(place)) else { continue };
+                for place in places.into_iter().filter(|&place| is_buried(place)) {
+                    // The first cell in the order of the triangles decides.
+                    found[place].get_or_insert(u32_from(open));
+                }
+            }
+        });
+    }
+    let pairs = found.into_iter().enumerate();
+    pairs.filter_map(|(place, open)| Some((u32_from(place), open?))).collect()
+}
+
+/// The samples that points of a triangle are interpolated between, cell by cell.
+fn cells(triangle: &ShadeTriangle, mut each: impl FnMut([usize; 3])) {
+    if triangle.grid_steps == 0 {
+        return each(triangle.samples.map(index));
+    }
+    let steps = f32_from_u32(triangle.grid_steps);
+    for row in 0..triangle.grid_steps {
+        for column in 0..(triangle.grid_steps - row) {
+            // A point in the middle of each of a cell's two triangles.
+            for share in [0.25, 0.75] {
+                if share > 0.5 && column + row + 2 > triangle.grid_steps {
+                    continue;
+                }
+                let [u, v] = [column, row].map(|at| (f32_from_u32(at) + share) / steps);
+                each(triangle.around(u, v).map(|(sample, _)| sample));
+            }
+        }
+    }
+}
+
+/// Gives each buried place the light of its neighbour.
+pub fn fill(light: &mut [Bands], stand_ins: &[(u32, u32)]) {
+    for &(buried, open) in stand_ins {
+        light[index(buried)] = light[index(open)];
+    }
+}

@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+"""Renders an exported box room with Mitsuba 3 and compares pixels.
+
+Takes a folder with scene.json (written by tests/light.rs): camera, faces, lamp, photons per radiance of each band, and raw
+little-endian float32 files: textures (linear, the top row first) and our own pictures. Prints the mean relative error of the
+direct light and of the light after all bounces as JSON. Nothing of ours but the scene's description goes into Mitsuba's picture.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+mi.set_variant("scalar_rgb")
+
+folder = Path(sys.argv[1])
+spp = int(sys.argv[2])
+scene = json.loads((folder / "scene.json").read_text())
+
+
+def floats(name, shape):
+    return np.fromfile(folder / name, dtype="<f4").reshape(shape)
+
+
+def quad(number, corners, uvs):
+    """A PLY of two triangles."""
+    lines = ["ply", "format ascii 1.0", "element vertex 4"]
+    lines += [f"property float {name}" for name in "xyzuv"]
+    lines += ["element face 2", "property list uchar int vertex_indices", "end_header"]
+    lines += [" ".join(repr(float(x)) for x in [*corner, *uv]) for corner, uv in zip(corners, uvs)]
+    lines += ["3 0 1 2", "3 0 2 3"]
+    path = folder / f"quad{number}.ply"
+    path.write_text("\n".join(lines) + "\n")
+    return {"type": "ply", "filename": str(path), "face_normals": True}
+
+
+def world():
+    parts = {"type": "scene"}
+    for number, face in enumerate(scene["faces"]):
+        shape = quad(number, face["corners_m"], face["uvs"])
+        if face["texture"] is None:
+            shape["bsdf"] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": face["colour"]}}
+        else:
+            width, height = face["texture_size"]
+            texels = floats(face["texture"], (height, width, 3)) * np.array(face["colour"], dtype=np.float32)
+            bitmap = mi.Bitmap(np.ascontiguousarray(texels))
+            texture = {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": "clamp"}
+            shape["bsdf"] = {"type": "diffuse", "reflectance": texture}
+        if any(face["radiance"]):
+            shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": face["radiance"]}}
+        parts[f"face{number}"] = shape
+    return parts
+
+
+def rendered(view, max_depth, seed):
+    transform = mi.ScalarTransform4f().look_at(origin=view["origin_m"], target=view["target_m"], up=view["up"])
+    width, height = scene["size"]
+    parts = world()
+    parts["sensor"] = {
+        "type": "perspective",
+        "fov": scene["horizontal_fov_deg"],
+        "fov_axis": "x",
+        "to_world": transform,
+        "near_clip": 0.001,
+        "film": {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb",
+                 "component_format": "float32", "rfilter": {"type": "box"}},
+        "sampler": {"type": "multijitter", "sample_count": spp},
+    }
+    parts["integrator"] = {"type": "path", "max_depth": max_depth, "rr_depth": 50}
+    return np.array(mi.render(mi.load_dict(parts), spp=spp, seed=seed))
+
+
+def main():
+    width, height = scene["size"]
+    weights = np.array(scene["photons_per_radiance"])
+    found = {"spp": spp, "pixels": 0, "mitsuba": mi.__version__}
+    for names, max_depth in ((["direct"], 2), (["full", "default"], -1)):
+        views = enumerate(scene["views"])
+        theirs = np.array([rendered(view, max_depth, number) @ weights for number, view in views])
+        lit = theirs > 0.0
+        for name in names:
+            pictures = [floats(f"{name}{number}.f32", (height, width)) for number in range(len(scene["views"]))]
+            ours = np.array(pictures, dtype=np.float64)
+            error = np.abs(ours[lit] - theirs[lit]) / theirs[lit]
+            found[name] = {
+                "mean_relative_error": float(error.mean()),
+                "median_relative_error": float(np.median(error)),
+                "worst_relative_error": float(error.max()),
+                "ratio_of_means": float(ours.mean() / theirs.mean()),
+            }
+        found["pixels"] += int(lit.sum())
+        np.save(folder / f"{names[0]}_mitsuba.npy", theirs)
+    print(json.dumps(found))
+
+
+main()

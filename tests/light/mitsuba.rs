@@ -1,0 +1,109 @@
+//! The textured box room as Mitsuba sees it, from the same camera: direct light, and light after all bounces.
+
+use std::path::Path;
+use std::process::Command;
+
+use super::room::{camera, looking, seen};
+use glam::DVec3;
+use sensel::num::{f32_from_u32, index, u32_truncated_f32};
+use sensel::optics::Pupil;
+use sensel::scene::{BakeSettings, Illuminant, Scene, box_room};
+use sensel::units::Size;
+
+const SIZE: Size = Size { width_px: 40, height_px: 30 };
+const FOV_RAD: f64 = 1.4;
+/// Texels that one of the exported pictures stands for, along each edge: below what one of these few pixels sees.
+const COARSER: f32 = 4.0;
+
+/// Linear texels of a material's picture, a level or two down; returns the size.
+fn export_texture(scene: &Scene, number: u32, path: &Path) -> [u32; 2] {
+    let texture = &scene.mesh.textures[index(number)];
+    let size = texture.size().map(|edge| u32_truncated_f32((edge / COARSER).ceil()));
+    let mut bytes = Vec::new();
+    for row in 0..size[1] {
+        for column in 0..size[0] {
+            let uv = [(column, size[0]), (row, size[1])].map(|(at, of)| (f32_from_u32(at) + 0.5) / f32_from_u32(of));
+            for band in &texture.colour(uv, COARSER)[..3] {
+                bytes.extend(band.to_le_bytes());
+            }
+        }
+    }
+    std::fs::write(path, bytes).unwrap();
+    size
+}
+
+/// Writes faces (two triangles each, as `append_quad` makes them) and pictures.
+fn export_faces(scene: &Scene, folder: &Path) -> Vec<serde_json::Value> {
+    let mut faces = Vec::new();
+    for first in (0..scene.mesh.triangles.len()).step_by(2) {
+        let [a, b, c] = scene.mesh.triangles[first];
+        let [_, _, d] = scene.mesh.triangles[first + 1];
+        let vertices = [a, b, c, d].map(|corner| scene.mesh.vertices[index(corner)]);
+        let material = &scene.mesh.materials[index(scene.mesh.material_of[first])];
+        let name = format!("face{first}.f32");
+        let size = material.texture.map(|number| export_texture(scene, number, &folder.join(&name)));
+        faces.push(serde_json::json!({
+            "corners_m": vertices.map(|vertex| vertex.position_m),
+            "uvs": vertices.map(|vertex| vertex.uv),
+            "colour": &material.base_colour[..3],
+            "radiance": &material.emission[..3],
+            "texture": size.map(|_| name),
+            "texture_size": size,
+        }));
+    }
+    faces
+}
+
+#[test]
+fn mitsuba_sees_the_box_room_within_two_per_cent() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mitsuba_box");
+    std::fs::create_dir_all(&folder).unwrap();
+    let scene = box_room::box_room(1);
+    let camera = camera(SIZE, FOV_RAD, 1.0, Pupil::ThinLens);
+    let places = [(DVec3::new(0.0, 1.5, 0.3), 0.4, 0.35), (DVec3::new(0.4, 1.3, -0.2), 2.4, 0.25)];
+    let mut views = Vec::new();
+    for (at_m, turn, down) in places {
+        let pose = looking(at_m, turn, down);
+        let axis = |axis: DVec3| (pose.rotation * axis).to_array();
+        let target_m = (at_m + pose.rotation * DVec3::Z).to_array();
+        views.push(serde_json::json!({"origin_m": at_m.to_array(), "target_m": target_m, "up": axis(-DVec3::Y)}));
+    }
+    // Four times the default's rays; the default is compared as well, and may differ by a little more.
+    let fine = BakeSettings { grid_rays: 1024, ..BakeSettings::ROOM };
+    for (name, settings) in [("direct", fine.direct()), ("full", fine), ("default", BakeSettings::ROOM)] {
+        let bake = scene.bake(&settings, &|_| {});
+        let lit = scene.clone().lit_absolutely(&bake, DVec3::new(0.0, 1.5, 0.3), Illuminant::D65).unwrap();
+        for (number, (at_m, turn, down)) in places.into_iter().enumerate() {
+            let photons = seen(&lit, &camera, looking(at_m, turn, down), 2048).photons;
+            let bytes: Vec<u8> = photons.values().iter().flat_map(|value| value.to_le_bytes()).collect();
+            std::fs::write(folder.join(format!("{name}{number}.f32")), bytes).unwrap();
+        }
+    }
+    // White light of one lux has exitance 1, and a radiance of 1 an exitance of pi.
+    let per_radiance: Vec<f64> = camera.photons_per_lux_s(Illuminant::D65)[..3]
+        .iter()
+        .map(|per_lux| per_lux * 0.01 * std::f64::consts::PI)
+        .collect();
+    let description = serde_json::json!({
+        "size": [SIZE.width_px, SIZE.height_px],
+        "horizontal_fov_deg": FOV_RAD.to_degrees(),
+        "views": views,
+        "faces": export_faces(&scene, &folder),
+        "photons_per_radiance": per_radiance,
+    });
+    std::fs::write(folder.join("scene.json"), description.to_string()).unwrap();
+    let python = std::env::var("SENSEL_JUDGE_PYTHON").expect("./check names the judges' Python in SENSEL_JUDGE_PYTHON");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judges/mitsuba_box.py");
+    let output = Command::new(python).arg(script).arg(&folder).arg("1024").output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    println!("{found}");
+    // 2 % is asked for. Mitsuba's own noise with 1,024 paths a pixel is 0.9 % of a pixel's light (two seeds), ours about as much.
+    for (name, bound) in [("direct", 0.02), ("full", 0.02), ("default", 0.03)] {
+        let error = found[name]["mean_relative_error"].as_f64().unwrap();
+        assert!(error < bound, "{name}: {found}");
+        let ratio = found[name]["ratio_of_means"].as_f64().unwrap();
+        assert!((ratio - 1.0).abs() < 0.005, "{name}: {found}");
+    }
+    assert_eq!(found["pixels"], 2 * 2 * SIZE.width_px * SIZE.height_px);
+}
