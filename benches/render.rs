@@ -43,7 +43,7 @@ fn frames(criterion: &mut Criterion) {
     for (name, scene) in [("bathroom", bathroom()), ("box", box_room::box_room(1))] {
         let eye_m = middle_m(&scene);
         let scene = scene.evenly_lit(300.0, Illuminant::D65);
-        let sampling = Sampling { samples_per_pixel: SAMPLES, saturation_photons: f32::MAX, key: DrawKey::root(1) };
+        let sampling = Sampling::fixed(SAMPLES, DrawKey::root(1));
         let run = |scene: &LitScene| {
             // Two opposite views, so that no single wall decides.
             [0.4, 3.5].map(|yaw_rad| render(scene, &camera, &shutter, &|t_s| pose(eye_m, yaw_rad, t_s), sampling))

@@ -38,14 +38,25 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
     ];
     for (is_off, would_do, keys) in groups {
         for key in keys.iter().map(|key| format!("sensor.{key}")) {
-            if is_off && resolved.is_changed(&key) {
-                return Err(Error::key(
-                    &key,
-                    "",
-                    format!("has no effect here; {would_do}, or leaving it out, would do"),
-                ));
-            }
+            refuse_idle(resolved, is_off, would_do, &key)?;
         }
+    }
+    let run = &resolved.scenario.run;
+    let merges = run.sampling == "subframes";
+    let is_fixed = run.render_tolerance == 0.0;
+    for (is_off, would_do, key) in [
+        (!merges, "run.sampling = \"subframes\"", "run.subframes"),
+        (merges && !is_fixed, "run.sampling = \"stratified\"", "run.render_tolerance"),
+        (merges || is_fixed, "a run.render_tolerance above 0 with run.sampling = \"stratified\"", "run.samples_max"),
+    ] {
+        refuse_idle(resolved, is_off, would_do, key)?;
+    }
+    Ok(())
+}
+
+fn refuse_idle(resolved: &Resolved, is_off: bool, would_do: &str, key: &str) -> Result<(), Error> {
+    if is_off && resolved.is_changed(key) {
+        return Err(Error::key(key, "", format!("has no effect here; {would_do}, or leaving it out, would do")));
     }
     Ok(())
 }

@@ -5,12 +5,18 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+mod gloss;
+mod slopes;
+
+pub use gloss::{BOUNCES_MAX, Facet};
+
 use glam::DVec3;
 
 use super::bake::rays::{bounce_rays, fan, lamp_light};
 use super::bake::{Bake, BakeSettings};
 use super::light::{BANDS, Bands, Illuminant, luminance};
-use super::mesh::dot;
+use super::mesh::{Gloss, dot};
+use super::texture::Footprint;
 use super::{Scene, samples::ShadeTriangle};
 use crate::error::Error;
 use crate::num::{f32_nearest, index};
@@ -43,6 +49,10 @@ pub struct LitScene {
     /// Lux-equivalents of each material's own light.
     emission_lux: Vec<Bands>,
     sky_lux: Bands,
+    /// Texels for a metre in the world along u and v, a triangle; empty without textures.
+    slopes: Vec<[[f32; 3]; 2]>,
+    /// What of each material keeps an image.
+    gloss: Vec<Option<Gloss>>,
 }
 
 impl Scene {
@@ -122,6 +132,8 @@ impl LitScene {
             irradiance_lux: bake.irradiance.iter().map(|&light| scaled(light, lux_per_unit)).collect(),
             emission_lux: scene.mesh.materials.iter().map(|m| scaled(m.emission, pi * lux_per_unit)).collect(),
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
+            slopes: slopes::of(&scene.mesh),
+            gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
             scene,
         }
     }
@@ -146,13 +158,20 @@ impl LitScene {
         1.0
     }
 
-    /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band. `u` and `v` weigh the second and third
-    /// corner; `footprint_m` is the width of the ray's cone at the hit, across it; `direction` has unit length.
+    /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band, as if all of it were reflected diffusely (what
+    /// keeps an image: `facet`). `u` and `v` weigh the second and third corner; `footprint` is what the ray stands for on the texture;
+    /// `direction` has unit length; `_lamp_level` is that of the lamps that flicker over the ray's stratum of time (all lamps are steady).
     #[inline(always)]
-    pub fn exitance_lux(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3], footprint_m: f32) -> Bands {
+    pub fn exitance_lux(
+        &self,
+        triangle: u32,
+        [u, v]: [f32; 2],
+        direction: [f32; 3],
+        footprint: &Footprint,
+        _lamp_level: f32,
+    ) -> Bands {
         let shade = &self.scene.layout.triangles[index(triangle)];
-        let facing = dot(shade.normal, direction);
-        let back = facing > 0.0;
+        let back = dot(shade.normal, direction) > 0.0;
         let material = &self.scene.mesh.materials[index(shade.material)];
         if back && !material.double_sided {
             return [0.0; BANDS];
@@ -164,7 +183,7 @@ impl LitScene {
                 irradiance[band] += light[band] * weight;
             }
         }
-        let albedo = self.albedo(shade, [u, v], facing, footprint_m);
+        let albedo = self.albedo(shade, [u, v], footprint);
         let glow = &self.emission_lux[index(shade.material)];
         let mut light = [0.0; BANDS];
         for band in 0..BANDS {
@@ -173,18 +192,15 @@ impl LitScene {
         light
     }
 
-    /// Reflectance at a point, averaged over the footprint. A slanted view spreads the footprint over 1 / cos in one direction
-    /// and not in the other: the level is that of the geometric mean, between blur and aliasing.
+    /// Reflectance at a point, averaged over the footprint.
     #[inline(always)]
-    fn albedo(&self, shade: &ShadeTriangle, [u, v]: [f32; 2], facing: f32, footprint_m: f32) -> Bands {
+    fn albedo(&self, shade: &ShadeTriangle, [u, v]: [f32; 2], footprint: &Footprint) -> Bands {
         let material = &self.scene.mesh.materials[index(shade.material)];
         let Some(texture) = material.texture else { return material.base_colour };
         let [a, b, c] = shade.uv;
         let w = 1.0 - u - v;
         let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
-        let slant = facing.abs().clamp(0.02, 1.0);
-        let colour =
-            self.scene.mesh.textures[index(texture)].colour(uv, shade.texels_per_m * footprint_m / slant.sqrt());
+        let colour = self.scene.mesh.textures[index(texture)].over(uv, footprint);
         let mut albedo = material.base_colour;
         for band in 0..BANDS {
             albedo[band] *= colour[band];
@@ -225,6 +241,7 @@ impl LitScene {
         for band in 0..BANDS {
             bounds.least[band] = crate::num::lesser(bounds.least[band], bounds.greatest[band]);
         }
+        self.widened_by_gloss(&mut bounds);
         bounds
     }
 }
