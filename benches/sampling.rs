@@ -1,6 +1,6 @@
 //! Render variance over photon variance in the furnished room, for docs/sampling.md: `cargo bench --bench sampling`.
 //!
-//! Enters: the default scenario at 320 x 240, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-. Leaves: a
+//! Enters: the default scenario at 192 x 144, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-. Leaves: a
 //! Markdown table, and with `--svg FILE` its picture. Truth is a render of 2,048 samples with another key; "seeds" is half the mean square
 //! difference of two renders with different keys, which has no part of the bias; "own" is what the render says of itself.
 //! `--reference N` takes another number of samples for the truth.
@@ -19,9 +19,10 @@ use sensel::run::{Assets, NoProgress, Setup};
 use sensel::units::Span;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/bathroom");
-const ROWS: u32 = 240;
+const ROWS: u32 = 144;
+const COLUMNS: u32 = 192;
 const EXPOSURE_S: f64 = 0.010;
-const ROW_S: f64 = 40e-6;
+const ROW_S: f64 = 60e-6;
 const MEAN_E: f64 = 1_000.0;
 /// Saturation over the mean.
 const SATURATION: f64 = 10.0;
@@ -51,7 +52,7 @@ impl Assets for Files {
 
 fn setup() -> Setup {
     let text = std::fs::read_to_string(format!("{FOLDER}/scene.toml")).expect("the bathroom lies among the scenes");
-    let set = ["sensor.width=320", "sensor.height=240", "run.frames=1"].map(str::to_owned);
+    let set = [format!("sensor.width={COLUMNS}"), format!("sensor.height={ROWS}"), "run.frames=1".to_owned()];
     let resolved = Resolved::from_layers("scene.toml", &text, &set).expect("a sound scenario");
     let cache = Cache::open(None, 1 << 31).expect("a folder for the light");
     Setup::new(resolved, &Files(cache), &NoProgress).expect("a sound scenario")
@@ -122,7 +123,7 @@ impl Case<'_> {
         let truth = 0.5
             * (self.ratio(&both[0].photons, reference, reference) + self.ratio(&both[1].photons, reference, reference));
         let seeds = 0.5 * self.ratio(&both[0].photons, &both[1].photons, reference);
-        let pixels = f64::from(ROWS * 320);
+        let pixels = f64::from(ROWS * COLUMNS);
         let samples = both.iter().map(|exposure| exposure.rays).sum::<u64>();
         let samples = f64::from(u32::try_from(samples / 2).expect("a small picture")) / pixels;
         let own = 0.5 * (both[0].render_variance_ratio + both[1].render_variance_ratio);

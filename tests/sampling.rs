@@ -117,8 +117,9 @@ fn blur_of_a_moving_edge_is_the_analytic_ramp() {
         }
         // Two surfaces: 1,024 samples in two-dimensional strata (x, t), of which the edge cuts 64 at most: sigma is sqrt(64 / 6) / 1024 = 0.3 % in
         // a pixel and 0.07 % in the mean of 24 rows, besides 0.007 px / 6 px of the bearings: 0.1 %. The picture's own edge is a texel
-        // wide, 0.2 px: its ramp's corners are rounder by under 0.2 px / 6 px / 8 = 0.4 %, and four samples filter the motion in rows of taps.
-        let bound = if samples == 4 { 0.03 } else { 0.005 };
+        // wide, 0.2 px: its ramp's corners are rounder by under 0.2 px / 6 px / 8 = 0.4 %. Four samples stand for a share f of half the motion
+        // each: corners are rounder by f / 8 = 6 %.
+        let bound = if samples == 4 { 0.065 } else { 0.005 };
         assert!(worst < bound, "{name}, {samples} samples: {worst}");
     }
 }
@@ -174,7 +175,12 @@ fn mean(photons: &Plane<f32>) -> f64 {
 
 #[test]
 fn tiles_that_stop_by_themselves_keep_the_mean() {
-    let (scene, exposures) = (room(), shutter(0.0, 40e-6, 0.02));
+    // Without pictures, in many colours: what is filtered is not in question here.
+    let mut scene = box_room::box_room(1);
+    for (number, material) in (0_u8..).zip(&mut scene.mesh.materials) {
+        (material.texture, material.base_colour) = (None, [f32::from(number % 5) * 0.2 + 0.05; 4]);
+    }
+    let (scene, exposures) = (scene.evenly_lit(300.0, Illuminant::D65), shutter(0.0, 40e-6, 0.02));
     let see = |sampling: Sampling| -> Exposure { render(&scene, &camera(), &exposures, &turning, sampling) };
     let truth = mean(&see(Sampling::fixed(4096, DrawKey::root(6))).photons);
     let seeds: u32 = 64;
@@ -226,12 +232,11 @@ fn the_bits_do_not_depend_on_threads_or_on_the_instruction_set() {
 fn a_glossy_white_furnace_neither_gains_nor_loses() {
     let mut tried = 0;
     for (metallic, roughness, least) in [
-        // What a dielectric does not reflect leaves diffusely, so nothing is lost but rounding: some forty operations of 2^-24.
+        // What is not reflected leaves diffusely, so nothing is lost but rounding: some forty operations of 2^-24.
         (0.0, 0.0, 1.0 - 5e-6),
         (0.0, 0.4, 1.0 - 5e-6),
         (1.0, 0.0, 1.0 - 5e-6),
-        // A rough metal loses up to 1.2 % at each of up to four bounces (single scattering; 5 % where it is seen at 10 degrees).
-        (1.0, 0.4, 0.9),
+        (1.0, 0.4, 1.0 - 5e-6),
     ] {
         let mut scene = target::flat(1.0).unwrap();
         (scene.mesh.materials[0].metallic, scene.mesh.materials[0].roughness) = (metallic, roughness);

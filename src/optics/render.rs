@@ -84,10 +84,6 @@ impl Sampling {
     }
 }
 
-/// A sample of N stands for 2 / sqrt(N) of a pixel's width (at most all of it): twice what N squares would have, because neighbouring
-/// samples may share what they average (see `filter` for why that blurs nothing).
-const FILTER_SHARE: f32 = 2.0;
-
 /// Renders one exposure. `shutter` has one span a row (all equal for a global shutter). Panics if it does not, without samples, and for a
 /// first batch of a tolerance that is no power of two from 2.
 pub fn render(
@@ -174,10 +170,7 @@ struct Groups<'a> {
 impl Groups<'_> {
     fn pass(&self, first: u32, count: u32) -> Pass {
         let Sampling { subframes, samples_per_pixel: each, saturation_photons, .. } = self.sampling;
-        let share = |samples: u32| {
-            let share = FILTER_SHARE / f32_from_u32(samples).sqrt();
-            if share < 1.0 { share } else { 1.0 }
-        };
+        let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
         // A still picture is filtered for itself, and not along the motion.
         let shares = if subframes > 0 { [share(each), 0.0] } else { [share(first + count); 2] };
         let strata_log2 = count.ilog2().min(pattern::SHARED_BITS);

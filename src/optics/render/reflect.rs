@@ -85,9 +85,9 @@ impl Rows<'_> {
             let direction = direction_of(packet, lane);
             let at = [hits.u.0[lane], hits.v.0[lane]];
             let Some(facet) = self.scene.facet(hits.triangle[lane], at, direction) else { continue };
-            let (away, share) = facet.reflected(direction, numbers(lane));
+            let (away, share, dull) = facet.reflected(direction, numbers(lane));
             for band in 0..BANDS {
-                paths.settled[lane][band] += paths.last[lane][band] * facet.diffuse * (1.0 - share[band]);
+                paths.settled[lane][band] += paths.last[lane][band] * dull[band];
                 paths.weight[lane][band] *= share[band];
             }
             paths.last[lane] = [0.0; BANDS];

@@ -5,10 +5,13 @@
 //! var(n) - var(2n) = E(A - B)^2 / 4: what halves differ by is the variance that doubling took away. Doubling multiplies the variance by some
 //! r (1/2 for random samples, 0.35 to 0.4 at edges, less for what is smooth), so what is left after it is r / (1 - r) of that. The
 //! render takes r from its own pixels: what halves differ by over what quarters do.
+//!
+//! A tile that stops because its halves happen to agree would also say that it has no error. So the pixels of a chequerboard's black fields
+//! choose, and those of its white fields tell the error: they are as many, as noisy, and had no say.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use crate::num::{f32_from_u32, f64_from_usize, index};
+use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index};
 use crate::scene::lanes::{Floats, LANES};
 
 /// The factor r where a render has too few samples to see it: that of edges in two dimensions and time.
@@ -56,6 +59,14 @@ impl Parts {
     }
 }
 
+/// The pixels of a tile that choose whether it goes on: a chequerboard's black fields, four to a row.
+const IS_BLACK: [bool; LANES] = [
+    true, false, true, false, //
+    false, true, false, true, //
+    true, false, true, false, //
+    false, true, false, true,
+];
+
 /// A square of pixels that is sampled together.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
@@ -63,10 +74,12 @@ pub struct Tile {
     pub is_active: bool,
     /// Samples of each of its pixels.
     pub samples: u32,
-    /// Pixels that count: lit and below saturation.
+    /// White pixels that count: lit and below saturation.
     pub pixels: u32,
     /// Sum over them of the variance that the last doubling took away, over the photons.
     pub taken: f32,
+    /// The same over the black pixels that count, in the mean.
+    pub chooses: f32,
     /// The same of the doubling before.
     pub taken_before: f32,
     /// Whether the doubling before is known.
@@ -76,7 +89,7 @@ pub struct Tile {
 impl Tile {
     /// Before its first sample.
     pub const NEW: Self =
-        Self { is_active: true, samples: 0, pixels: 0, taken: 0.0, taken_before: 0.0, has_before: false };
+        Self { is_active: true, samples: 0, pixels: 0, taken: 0.0, chooses: 0.0, taken_before: 0.0, has_before: false };
 
     /// Takes a pass in: means of all samples, lane by lane.
     #[inline(always)]
@@ -90,6 +103,7 @@ impl Tile {
         let is_first = self.samples == 0;
         let mut means = [0.0; LANES];
         (self.pixels, self.taken, self.taken_before) = (0, 0.0, 0.0);
+        let (mut black, mut chooses) = (0.0, 0.0);
         for lane in 0..LANES {
             let ((a, of_a), (b, of_b)) = (parts.mean([0, 1], lane), parts.mean([2, 3], lane));
             let all = of_a + of_b;
@@ -104,21 +118,22 @@ impl Tile {
                 (before[lane] + 0.5 * apart, 0.25 * apart * apart, 0.25 * (a - b) * (a - b))
             };
             means[lane] = mean;
-            if inside[lane] && mean > 0.0 && mean < saturation_photons {
+            let counts = inside[lane] && mean > 0.0 && mean < saturation_photons;
+            if counts && IS_BLACK[lane] {
+                black += 1.0;
+                chooses += taken / mean;
+            } else if counts {
                 self.pixels += 1;
                 self.taken += taken / mean;
                 self.taken_before += earlier / mean;
             }
         }
+        self.chooses = if black > 0.0 { chooses / black } else { 0.0 };
         self.has_before = !is_first || (parts.count >= 4 && parts.count.is_multiple_of(4));
         self.samples += parts.count;
         means
     }
 
-    /// Variance that the last doubling took away, over photons, mean over the pixels that count.
-    fn mean_taken(&self) -> f32 {
-        if self.pixels == 0 { 0.0 } else { self.taken / f32_from_u32(self.pixels) }
-    }
 }
 
 /// Half of a tile's judgement is its own, the rest its eight neighbours': what luck hides from one shows in the others.
@@ -127,8 +142,8 @@ const OWN_SHARE: f32 = 0.5;
 /// Says which of the tiles that were active need more samples: those whose variance, judged with their neighbours, is above
 /// `tolerance` times photon variance. Returns how many.
 pub fn choose(tiles: &mut [Tile], across: usize, tolerance: f32) -> usize {
-    let left = f64_to_f32(FALL_TYPICAL / (1.0 - FALL_TYPICAL));
-    let noise: Vec<f32> = tiles.iter().map(|tile| left * tile.mean_taken()).collect();
+    let left = f32_nearest(FALL_TYPICAL / (1.0 - FALL_TYPICAL));
+    let noise: Vec<f32> = tiles.iter().map(|tile| left * tile.chooses).collect();
     let down = tiles.len() / across;
     let mut active = 0;
     for y in 0..down {
@@ -206,6 +221,3 @@ impl Watch {
     }
 }
 
-fn f64_to_f32(value: f64) -> f32 {
-    crate::num::f32_nearest(value)
-}
