@@ -47,9 +47,7 @@ fn frames(criterion: &mut Criterion) {
         let eye_m = middle_m(&scene);
         let scene = scene.evenly_lit(300.0, Illuminant::D65);
         let sampling = Sampling::fixed(SAMPLES, DrawKey::root(1));
-        let run = |scene: &LitScene| {
-            render(scene, &camera, &shutter, &|t_s| pose(eye_m, 0.4, t_s), sampling)
-        };
+        let run = |scene: &LitScene| render(scene, &camera, &shutter, &|t_s| pose(eye_m, 0.4, t_s), sampling);
         for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
             limit(level);
             let id = BenchmarkId::new(format!("{name}_one_thread"), format!("{level:?}"));

@@ -36,8 +36,7 @@ struct Files(Cache);
 
 impl Assets for Files {
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
-        std::fs::read(format!("{FOLDER}/{name}"))
-            .map_err(|source| Error::Io { path: name.to_owned(), source })
+        std::fs::read(format!("{FOLDER}/{name}")).map_err(|source| Error::Io { path: name.to_owned(), source })
     }
 
     fn load(&self, key: &str) -> Option<Vec<u8>> {
@@ -169,10 +168,14 @@ fn main() {
         let case = levelled(&setup, velocity, turn);
         let reference = case.render(Sampling::fixed(reference_samples, DrawKey::root(99)));
         let reference = reference.photons;
-        println!("\n| {name} | samples | error | seeds | bias | own | own/seeds | mean off |\n|---|---|---|---|---|---|---|---|");
+        println!(
+            "\n| {name} | samples | error | seeds | bias | own | own/seeds | mean off |\n|---|---|---|---|---|---|---|---|"
+        );
         let print = |label: &str, [samples, truth, seeds, bias, own, off]: [f64; 6]| {
             let honest = own / seeds;
-            println!("| {label} | {samples:.2} | {truth:.4} | {seeds:.4} | {bias:.4} | {own:.4} | {honest:.2} | {off:+.5} |");
+            println!(
+                "| {label} | {samples:.2} | {truth:.4} | {seeds:.4} | {bias:.4} | {own:.4} | {honest:.2} | {off:+.5} |"
+            );
         };
         let key = DrawKey::root(1);
         let mut curve = Vec::new();
@@ -214,12 +217,24 @@ fn svg(curves: &[(String, Vec<(f64, f64)>)]) -> String {
     let add = |text: &mut String, line: String| writeln!(text, "{line}").expect("text grows");
     for power in 0..=8 {
         let at = x(f64::from(1 << power));
-        add(&mut text, format!("<path d=\"M{at:.1} 40V440\" stroke=\"#ddd\"/><text x=\"{at:.1}\" y=\"458\" text-anchor=\"middle\">{}</text>", 1 << power));
+        add(
+            &mut text,
+            format!(
+                "<path d=\"M{at:.1} 40V440\" stroke=\"#ddd\"/><text x=\"{at:.1}\" y=\"458\" text-anchor=\"middle\">{}</text>",
+                1 << power
+            ),
+        );
     }
     for ratio in [0.001, 0.01, 0.1, 1.0, 10.0, 100.0] {
         let at = y(ratio);
         let stroke = if ratio == 0.1 { "#888" } else { "#ddd" };
-        add(&mut text, format!("<path d=\"M60 {at:.1}H620\" stroke=\"{stroke}\"/><text x=\"54\" y=\"{:.1}\" text-anchor=\"end\">{ratio}</text>", at + 4.0));
+        add(
+            &mut text,
+            format!(
+                "<path d=\"M60 {at:.1}H620\" stroke=\"{stroke}\"/><text x=\"54\" y=\"{:.1}\" text-anchor=\"end\">{ratio}</text>",
+                at + 4.0
+            ),
+        );
     }
     let colours = ["#1b6ca8", "#c8553d", "#2a9d5c"];
     let dashes = ["", "6 3", "1 4"];
@@ -227,7 +242,9 @@ fn svg(curves: &[(String, Vec<(f64, f64)>)]) -> String {
         let place = |&(samples, ratio): &(f64, f64)| format!("{:.1},{:.1}", x(samples), y(ratio));
         let points: Vec<String> = points.iter().map(place).collect();
         let (colour, dash) = (colours[number / 3 % 3], dashes[number % 3]);
-        let style = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{dash}\" stroke-linecap=\"round\"");
+        let style = format!(
+            "fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{dash}\" stroke-linecap=\"round\""
+        );
         add(&mut text, format!("<polyline points=\"{}\" {style}/>", points.join(" ")));
         let at = 60 + 24 * number;
         add(&mut text, format!("<path d=\"M640 {at}H680\" {style}/><text x=\"688\" y=\"{}\">{name}</text>", at + 4));

@@ -97,7 +97,13 @@ fn ramp(column: f64, from: f64, to: f64) -> f64 {
     // Integral of clamp(place - (column - 1/2), 0, 1) over the edge's places.
     let whole = |place: f64| {
         let z = place - (column - 0.5);
-        if z <= 0.0 { 0.0 } else if z < 1.0 { 0.5 * z * z } else { z - 0.5 }
+        if z <= 0.0 {
+            0.0
+        } else if z < 1.0 {
+            0.5 * z * z
+        } else {
+            z - 0.5
+        }
     };
     (whole(to) - whole(from)) / (to - from)
 }
@@ -107,7 +113,9 @@ fn blur_of_a_moving_edge_is_the_analytic_ramp() {
     let exposures = shutter(0.0, 0.0, 0.3);
     let (from, to) = (edge_px(0.3), edge_px(0.0));
     assert!(to - from > 6.0, "{from} {to}: nothing to see");
-    for (name, scene, samples) in [("two surfaces", edge(), 1024), ("a picture", textured_edge(), 256), ("a picture", textured_edge(), 4)] {
+    for (name, scene, samples) in
+        [("two surfaces", edge(), 1024), ("a picture", textured_edge(), 256), ("a picture", textured_edge(), 4)]
+    {
         let seen = render(&scene, &camera(), &exposures, &walking, Sampling::fixed(samples, DrawKey::root(2))).photons;
         let mut worst: f64 = 0.0;
         for column in 0..seen.width_px() {

@@ -107,11 +107,7 @@ impl Turns {
     #[inline(always)]
     pub fn turned(&self, [x, y, z]: Vectors) -> Vectors {
         let m = &self.0;
-        [
-            m[0] * x + m[3] * y + m[6] * z,
-            m[1] * x + m[4] * y + m[7] * z,
-            m[2] * x + m[5] * y + m[8] * z,
-        ]
+        [m[0] * x + m[3] * y + m[6] * z, m[1] * x + m[4] * y + m[7] * z, m[2] * x + m[5] * y + m[8] * z]
     }
 
     /// The translation in metres.
@@ -165,9 +161,8 @@ fn turn_rad(span: Span, world_from_camera: &dyn Fn(f64) -> Pose) -> f64 {
 
 fn parabolas(span: Span, pieces: u32, world_from_camera: &dyn Fn(f64) -> Pose) -> Vec<Parabola> {
     let edge_s = |number: u32| span.start_s + span.length_s() * (f64::from(number) / f64::from(pieces));
-    let piece = |number: u32| {
-        Parabola::through(Span { start_s: edge_s(number), end_s: edge_s(number + 1) }, world_from_camera)
-    };
+    let piece =
+        |number: u32| Parabola::through(Span { start_s: edge_s(number), end_s: edge_s(number + 1) }, world_from_camera);
     (0..pieces).map(piece).collect()
 }
 

@@ -139,11 +139,7 @@ fn rows_of(group: usize, height: usize) -> [usize; ROWS] {
     std::array::from_fn(|row| (group * ROWS + row).min(height - 1))
 }
 
-fn timelines(
-    shutter: &[Span],
-    camera: &Camera,
-    world_from_body: &(dyn Fn(f64) -> Pose + Sync),
-) -> Vec<Timeline> {
+fn timelines(shutter: &[Span], camera: &Camera, world_from_body: &(dyn Fn(f64) -> Pose + Sync)) -> Vec<Timeline> {
     let world_from_camera = |t_s: f64| world_from_body(t_s).then(&camera.body_from_camera);
     let of = |group: usize| Timeline::of(rows_of(group, shutter.len()).map(|row| shutter[row]), &world_from_camera);
     let groups = shutter.len().div_ceil(ROWS);

@@ -138,7 +138,13 @@ fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share
     let counted = f32_from_u32(u32_truncated_f32((1.0 + wanted).sqrt())) + 1.0;
     // An ellipse that is nearly round is a circle of its mean width.
     let is_round = !(wanted >= 1.0);
-    let taps = if is_round { 1.0 } else if counted > most { most } else { counted };
+    let taps = if is_round {
+        1.0
+    } else if counted > most {
+        most
+    } else {
+        counted
+    };
     let widened = longer / (2.0 * (most * most - 1.0));
     let area_of_taps = if widened > area { widened } else { area };
     let area = if is_round { area + longer * (1.0 / 6.0) } else { area_of_taps };
@@ -166,7 +172,8 @@ mod tests {
         ] {
             let (u, v, taps, area) = ellipse(right, down, travel, 1.0, 0.25);
             let extra = (taps * taps - 1.0) / 12.0;
-            let widths = |axis: usize| right[axis] * right[axis] + down[axis] * down[axis] + 0.25 * travel[axis] * travel[axis];
+            let widths =
+                |axis: usize| right[axis] * right[axis] + down[axis] * down[axis] + 0.25 * travel[axis] * travel[axis];
             let found = [0, 1].map(|axis| (area - 1.0) / 4.0 + extra * if axis == 0 { u * u } else { v * v });
             // Sums of squares of a few texels with some ten roundings of 2^-24 each.
             for axis in 0..2 {

@@ -17,8 +17,13 @@ pub const DIMENSIONS: usize = 5;
 pub const SHARED_BITS: u32 = 4;
 
 /// Directions of the first five dimensions: of degree 0 (van der Corput), then of primitive polynomials 1, 3, 7 in binary and so on.
-const DIRECTIONS: [[u32; 32]; DIMENSIONS] =
-    [van_der_corput(), directions(1, 0, [1, 0, 0]), directions(2, 1, [1, 3, 0]), directions(3, 1, [1, 3, 1]), directions(3, 2, [1, 1, 1])];
+const DIRECTIONS: [[u32; 32]; DIMENSIONS] = [
+    van_der_corput(),
+    directions(1, 0, [1, 0, 0]),
+    directions(2, 1, [1, 3, 0]),
+    directions(3, 1, [1, 3, 1]),
+    directions(3, 2, [1, 1, 1]),
+];
 
 const fn van_der_corput() -> [u32; 32] {
     let mut all = [0; 32];

@@ -40,12 +40,8 @@ impl Rows<'_> {
         lux: &mut [Bands; LANES],
     ) {
         let (mut hits, mut packet) = (*hits, *packet);
-        let mut paths = Paths {
-            weight: [[1.0; BANDS]; LANES],
-            gone_m: hits.t.0,
-            settled: [[0.0; BANDS]; LANES],
-            last: *lux,
-        };
+        let mut paths =
+            Paths { weight: [[1.0; BANDS]; LANES], gone_m: hits.t.0, settled: [[0.0; BANDS]; LANES], last: *lux };
         let mut stack = Stack::new();
         for bounce in 0..BOUNCES_MAX {
             let numbers = |lane: usize| facet_numbers(number, pixels.seeds.lanes[3][lane], bounce);

@@ -173,7 +173,9 @@ impl Rows<'_> {
             if self.pass.subframes > 0 {
                 let t = (f32_from_u32(number / self.pass.each) + 0.5) / f32_from_u32(self.pass.subframes);
                 place.t = Floats::splat(t);
-                piece = index(crate::num::u32_truncated_f32(t * f32_from_u32(crate::num::u32_from(self.timeline.pieces.len()))));
+                piece = index(crate::num::u32_truncated_f32(
+                    t * f32_from_u32(crate::num::u32_from(self.timeline.pieces.len())),
+                ));
             } else if !self.timeline.is_still {
                 piece = pattern::stratum(place.shared, self.timeline.pieces.len().trailing_zeros());
             }

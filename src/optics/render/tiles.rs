@@ -133,7 +133,6 @@ impl Tile {
         self.samples += parts.count;
         means
     }
-
 }
 
 /// Half of a tile's judgement is its own, the rest its eight neighbours': what luck hides from one shows in the others.
@@ -220,4 +219,3 @@ impl Watch {
         if pixels == 0 { 0.0 } else { sum / f64_from_usize(pixels) }
     }
 }
-

@@ -69,7 +69,8 @@ impl LitScene {
     pub(super) fn widened_by_gloss(&self, bounds: &mut ExitanceBounds) {
         let glossy = |metals: bool| {
             let materials = self.gloss.iter().zip(&self.scene.mesh.materials);
-            materials.filter(move |(gloss, material)| gloss.is_some() && (!metals || material.metallic > 0.0)).count() > 0
+            materials.filter(move |(gloss, material)| gloss.is_some() && (!metals || material.metallic > 0.0)).count()
+                > 0
         };
         for band in 0..BANDS {
             if glossy(false) {
@@ -87,11 +88,7 @@ impl Facet {
     /// 0 sees nothing.
     pub fn reflected(&self, direction: [f32; 3], numbers: [f32; 2]) -> ([f32; 3], Bands, Bands) {
         let view = direction.map(|x| -x);
-        let (half, kept) = if self.alpha < ALPHA_MIN {
-            (self.normal, 1.0)
-        } else {
-            self.visible_half(view, numbers)
-        };
+        let (half, kept) = if self.alpha < ALPHA_MIN { (self.normal, 1.0) } else { self.visible_half(view, numbers) };
         let cos = dot(view, half).clamp(0.0, 1.0);
         let away = mirrored(direction, half);
         // A smooth normal may turn the ray into the surface: there the plane's own normal takes its place.
