@@ -30,8 +30,14 @@ impl Rung {
 pub struct Fidelity {
     /// Rung of the ladder.
     pub rung: Rung,
-    /// Rays a pixel: render variance falls, time grows in proportion. At least 1.
+    /// Rays a pixel: render variance falls, time grows in proportion. At least 1. With a render tolerance, those of the first batch.
     pub samples_per_pixel: u32,
+    /// Rays a pixel at most, with a render tolerance.
+    pub samples_max: u32,
+    /// Tiles stop when their render variance is below so many times photon variance; 0: never.
+    pub render_tolerance: f64,
+    /// Still pictures that an exposure is the mean of; 0: every ray has its own instant.
+    pub subframes: u32,
     /// Share of a pixel's own noise sigma that all effects left out may add up to (0: keep every effect that could matter).
     pub accuracy: f64,
 }

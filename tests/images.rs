@@ -111,7 +111,7 @@ fn a_white_picture_is_the_white_target_at_any_resolution_and_through_any_lens() 
     for lens in [Lens::pinhole(sensor, FOV_RAD), distorted] {
         let camera = camera_with(lens, sensor);
         let flat = target::flat(1.0).unwrap().evenly_lit(WHITE_LUX, Illuminant::D65);
-        let sampling = Sampling { samples_per_pixel: 4, saturation_photons: f32::INFINITY, key: DrawKey::root(1) };
+        let sampling = Sampling::fixed(4, DrawKey::root(1));
         let expected = render(&flat, &camera, &global(31), &|_| Pose::IDENTITY, sampling).photons;
         for source in [size(7, 5), size(45, 31), size(64, 48), size(400, 300)] {
             let seen = resample(&still(white_png(source), source, 1.6), &camera, &global(31)).unwrap();

@@ -35,7 +35,7 @@ fn fisheye() -> Lens {
 
 fn seen(scene: &LitScene, camera: &Camera, samples_per_pixel: u32) -> Plane<f32> {
     let shutter = vec![Span { start_s: 0.0, end_s: 0.01 }; 72];
-    let sampling = Sampling { samples_per_pixel, saturation_photons: f32::INFINITY, key: DrawKey::root(1) };
+    let sampling = Sampling::fixed(samples_per_pixel, DrawKey::root(1));
     expose(scene, camera, &shutter, &|_| Pose::IDENTITY, sampling).photons
 }
 
@@ -203,7 +203,7 @@ fn an_ideal_path_keeps_the_bits_of_the_render() {
     let scene = edge(0.02, 0.1);
     let camera = camera(Lens::pinhole(SIZE, 1.2), RollOff::Cos4).with_image_path(&IDEAL).unwrap();
     let shutter = vec![Span { start_s: 0.0, end_s: 0.01 }; 72];
-    let sampling = Sampling { samples_per_pixel: 4, saturation_photons: f32::INFINITY, key: DrawKey::root(1) };
+    let sampling = Sampling::fixed(4, DrawKey::root(1));
     let rendered = render(&scene, &camera, &shutter, &|_| Pose::IDENTITY, sampling);
     let exposed = expose(&scene, &camera, &shutter, &|_| Pose::IDENTITY, sampling);
     assert_eq!((rendered.photons, rendered.rays), (exposed.photons, exposed.rays));

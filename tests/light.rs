@@ -15,6 +15,7 @@ use sensel::run::{NoFiles, NoProgress, Setup};
 use sensel::scene::flicker::{Flicker, Waveform};
 use sensel::scene::light::{BANDS, LUMINANCE_WEIGHTS};
 use sensel::scene::mesh::{Material, Mesh};
+use sensel::scene::texture::Footprint;
 use sensel::scene::{BakeCost, BakeSettings, Environment, Illuminant, Lamp, Scene, target};
 use sensel::units::{Size, Span};
 
@@ -106,7 +107,7 @@ fn rows_of_a_rolling_shutter_follow_the_waveform_of_the_lamps() {
 
 fn seen_rows(scene: &sensel::scene::LitScene, camera: &sensel::optics::Camera, shutter: &[Span]) -> Vec<f64> {
     let key = sensel::draw::DrawKey::root(1);
-    let sampling = Sampling { samples_per_pixel: 4, saturation_photons: f32::INFINITY, key };
+    let sampling = Sampling::fixed(4, key);
     let exposure = render(scene, camera, shutter, &|_| Pose::IDENTITY, sampling);
     exposure.photons.values().chunks(16).map(|row| row.iter().map(|&x| f64::from(x)).sum::<f64>() / 16.0).collect()
 }
@@ -142,7 +143,7 @@ fn lumens_of_a_lamp_give_lux_by_the_inverse_square() {
     let expected = 1_000.0 / (4.0 * std::f64::consts::PI * 4.0);
     assert!((lit.illuminance_lux() / expected - 1.0).abs() < 0.01, "{}", lit.illuminance_lux());
     // 192 points, of which about half are seen: strata of three faces leave one point or two of 96 to chance: 2 % beside the 0.7 %.
-    let exitance = lit.exitance_lux(0, [0.5, 0.0], [0.0, -1.0, 0.0], 0.001, 1.0)[1];
+    let exitance = lit.exitance_lux(0, [0.5, 0.0], [0.0, -1.0, 0.0], &Footprint::POINT, 1.0)[1];
     assert!((f64::from(exitance) / (0.6 * expected) - 1.0).abs() < 0.03, "{exitance}");
 }
 
@@ -161,7 +162,7 @@ fn steady_and_flickering_light_are_baked_apart_and_add_up() {
     let [alone, steady, both] = [lit(&lamps[..1], false), lit(&lamps, false), lit(&lamps, true)];
     let exitance = |scene: &sensel::scene::LitScene, triangle: usize, level: f32| {
         let direction = scene.scene().layout.triangles[triangle].normal.map(|x| -x);
-        scene.exitance_lux(u32::try_from(triangle).unwrap(), [0.3, 0.4], direction, 0.01, level)[0]
+        scene.exitance_lux(u32::try_from(triangle).unwrap(), [0.3, 0.4], direction, &Footprint::POINT, level)[0]
     };
     let mut tried = 0;
     for triangle in 0..12 {

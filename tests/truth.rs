@@ -290,7 +290,7 @@ fn the_next_frame_warped_by_the_flow_is_this_frame() {
     let camera = camera(lens(), DVec3::new(0.03, -0.02, 0.05));
     let exposed = |times_s: &[f64], seed: u64| {
         let spans: Vec<Span> = times_s.iter().map(|t_s| Span { start_s: t_s - 5e-5, end_s: t_s + 5e-5 }).collect();
-        let sampling = Sampling { samples_per_pixel: 64, saturation_photons: f32::INFINITY, key: DrawKey::root(seed) };
+        let sampling = Sampling::fixed(64, DrawKey::root(seed));
         render(&lit, &camera, &spans, &hand, sampling).photons
     };
     let later = |frame: u32| -> Vec<f64> { rolling(frame).iter().map(|t_s| t_s + 0.01).collect() };

@@ -85,7 +85,17 @@ impl Scenario {
         }
         let samples = within("run.samples_per_pixel", self.run.samples_per_pixel, 1..=4096, "1 to 4096")?;
         let accuracy = within("run.accuracy", self.run.accuracy, 0.0..=10.0, "0 to 10")?;
-        Ok(Fidelity { rung, samples_per_pixel: samples, accuracy })
+        let merges = one_of("run.sampling", &self.run.sampling, &[("stratified", false), ("subframes", true)])?;
+        let subframes = within("run.subframes", self.run.subframes, 1..=4096, "1 to 4096")?;
+        let samples_max = within("run.samples_max", self.run.samples_max, 2..=4096, "2 to 4096")?;
+        let tolerance = within("run.render_tolerance", self.run.render_tolerance, 0.0..=1000.0, "0 to 1000")?;
+        let render_tolerance = if merges { 0.0 } else { tolerance };
+        if render_tolerance > 0.0 && (samples < 2 || !samples.is_power_of_two()) {
+            let reason = "with a render tolerance this is the first batch, which doubles: a power of two from 2, or run.render_tolerance = 0, would do";
+            return Err(Error::key("run.samples_per_pixel", samples, reason));
+        }
+        let subframes = if merges { subframes } else { 0 };
+        Ok(Fidelity { rung, samples_per_pixel: samples, samples_max, render_tolerance, subframes, accuracy })
     }
 
     /// Threads of the run; 0: as many as cores.

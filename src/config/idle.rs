@@ -39,7 +39,9 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
         (readout.binning == 1, "sensor.readout.binning = 2", &["readout.binning_mode"]),
     ];
     let sensor = groups.into_iter().map(|group| ("sensor", group));
-    let all = sensor.chain(light(&resolved.scenario.scene).map(|group| ("scene", group)));
+    let scene = light(&resolved.scenario.scene).map(|group| ("scene", group));
+    let run = sampling(&resolved.scenario.run).map(|group| ("run", group));
+    let all = sensor.chain(scene).chain(run);
     for (section, (is_off, would_do, keys)) in all {
         for key in keys.iter().map(|key| format!("{section}.{key}")) {
             if is_off && resolved.is_changed(&key) {
@@ -52,6 +54,17 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
         }
     }
     super::motion::check_idle(resolved)
+}
+
+/// Keys of `[run]` that say something about a way of sampling that is not taken.
+fn sampling(run: &super::scenario::Run) -> [(bool, &'static str, &'static [&'static str]); 3] {
+    let merges = run.sampling == "subframes";
+    let is_fixed = run.render_tolerance == 0.0;
+    [
+        (!merges, "run.sampling = \"subframes\"", &["subframes"]),
+        (merges && !is_fixed, "run.sampling = \"stratified\"", &["render_tolerance"]),
+        (merges || is_fixed, "a run.render_tolerance above 0 with run.sampling = \"stratified\"", &["samples_max"]),
+    ]
 }
 
 /// Keys of `[scene]` that say something about light that is not there.

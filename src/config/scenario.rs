@@ -59,8 +59,17 @@ sections! {
         effects: String,
         /// Threads; 0: as many as cores. Changes no byte of the result.
         threads: u32,
-        /// Rays a pixel, 1 to 4096.
+        /// Rays a pixel, 1 to 4096. With a render tolerance, those of the first batch: a power of two from 2. With sub-frames, those of
+        /// each.
         samples_per_pixel: u32,
+        /// Rays a pixel at most, with a render tolerance, 2 to 4096.
+        samples_max: u32,
+        /// Tiles stop when their render variance is below so many times their photon variance, 0 to 1000; 0: all pixels have the same rays.
+        render_tolerance: f64,
+        /// "stratified": every ray has its own instant. "subframes": still pictures are averaged, as others do; a reference.
+        sampling: String,
+        /// Still pictures an exposure with sampling = "subframes", 1 to 4096.
+        subframes: u32,
         /// What all effects left out may add up to, in units of a pixel's own noise, 0 to 10.
         accuracy: f64,
     }

@@ -13,7 +13,7 @@ const NUMBERS: usize = 12;
 
 /// `world_from_camera` over a span, as the parabola through start, middle and end. For a rotation by an angle d over the
 /// span the worst entry is off by d^3 sqrt(3) / 216 (0.008 d^3): 8e-6 rad for 0.1 rad, under a hundredth of a pixel at 1,000 px.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parabola {
     coefficients: [[f32; 3]; NUMBERS],
 }
@@ -36,9 +36,18 @@ impl Parabola {
         let (middle, end) = if span.length_s() > 0.0 { (at(span.middle_s()), at(span.end_s)) } else { (start, start) };
         let coefficients = std::array::from_fn(|number| {
             let (a, b, c) = (start[number], middle[number], end[number]);
+            // What stands still does so in every bit, whatever the time within the span.
+            if a.to_bits() == b.to_bits() && b.to_bits() == c.to_bits() {
+                return [f32_nearest(a), 0.0, 0.0];
+            }
             [a, -3.0 * a + 4.0 * b - c, 2.0 * a - 4.0 * b + 2.0 * c].map(f32_nearest)
         });
         Self { coefficients }
+    }
+
+    /// Whether it is one pose throughout.
+    fn is_still(&self) -> bool {
+        self.coefficients.iter().all(|[_, b, c]| *b == 0.0 && *c == 0.0)
     }
 }
 
@@ -60,25 +69,94 @@ impl Parabolas {
         Self { coefficients }
     }
 
+    /// The pose at each lane's own share (0..1) of the span.
     #[inline(always)]
-    fn at(&self, number: usize, share: Floats) -> Floats {
-        let [a, b, c] = self.coefficients[number];
-        a + share * (b + share * c)
+    pub fn at(&self, share: Floats) -> Turns {
+        let mut numbers = [Floats::splat(0.0); NUMBERS];
+        for (to, [a, b, c]) in numbers.iter_mut().zip(&self.coefficients) {
+            *to = *a + share * (*b + share * *c);
+        }
+        Turns(numbers)
     }
 
-    /// One coordinate of the turned bearings. A function, because closures are not inlined into dispatched kernels.
+    /// How the pose changes there, over `spans` times the span.
     #[inline(always)]
-    fn turned(&self, row: usize, bearing: Vectors, share: Floats) -> Floats {
-        self.at(row, share) * bearing[0] + self.at(3 + row, share) * bearing[1] + self.at(6 + row, share) * bearing[2]
+    pub fn change_at(&self, share: Floats, spans: f32) -> Turns {
+        let (twice, spans) = (share + share, Floats::splat(spans));
+        let mut numbers = [Floats::splat(0.0); NUMBERS];
+        for (to, [_, b, c]) in numbers.iter_mut().zip(&self.coefficients) {
+            *to = (*b + twice * *c) * spans;
+        }
+        Turns(numbers)
+    }
+}
+
+/// A pose, or its change, a lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Turns([Floats; NUMBERS]);
+
+impl Turns {
+    /// The matrix's product with vectors of the camera.
+    #[inline(always)]
+    pub fn turned(&self, [x, y, z]: Vectors) -> Vectors {
+        let m = &self.0;
+        [m[0] * x + m[3] * y + m[6] * z, m[1] * x + m[4] * y + m[7] * z, m[2] * x + m[5] * y + m[8] * z]
     }
 
-    /// Origins and directions in the world of a packet's bearings, each at its own share (0..1) of the span.
+    /// The translation in metres.
     #[inline(always)]
-    pub fn rays(&self, bearing: Vectors, share: Floats) -> (Vectors, Vectors) {
-        let direction =
-            [self.turned(0, bearing, share), self.turned(1, bearing, share), self.turned(2, bearing, share)];
-        ([self.at(9, share), self.at(10, share), self.at(11, share)], direction)
+    pub fn place_m(&self) -> Vectors {
+        [self.0[9], self.0[10], self.0[11]]
     }
+}
+
+/// The motion of neighbouring rows over their exposures, in equal pieces of time.
+#[derive(Clone, Debug)]
+pub struct Timeline {
+    /// A power of two of them, up to `PIECES_MAX`; one where nothing moves.
+    pub pieces: Vec<Parabolas>,
+    /// Whether the camera stands still over all of it.
+    pub is_still: bool,
+}
+
+/// Pieces of an exposure: few, because a parabola over an eighth of a radian is exact enough.
+const PIECES_MIN: u32 = 4;
+/// As many as the packets' samples share strata of time.
+const PIECES_MAX: u32 = 16;
+/// Turn over a piece that asks for finer ones.
+const TURN_MAX_RAD: f64 = 0.05;
+
+impl Timeline {
+    /// Of the exposures of four rows, lane by lane of a packet. Rows that are exposed together are asked for once.
+    pub fn of<const ROWS: usize>(spans: [Span; ROWS], world_from_camera: &dyn Fn(f64) -> Pose) -> Self {
+        let mut pieces = PIECES_MIN;
+        while pieces < PIECES_MAX && turn_rad(spans[0], world_from_camera) > TURN_MAX_RAD * f64::from(pieces) {
+            pieces *= 2;
+        }
+        let mut known: Vec<Vec<Parabola>> = Vec::with_capacity(ROWS);
+        for row in 0..ROWS {
+            let before = (row > 0 && spans[row] == spans[row - 1]).then(|| known[row - 1].clone());
+            known.push(before.unwrap_or_else(|| parabolas(spans[row], pieces, world_from_camera)));
+        }
+        let first = known[0][0];
+        let is_still = known.iter().flatten().all(|parabola| *parabola == first && parabola.is_still());
+        let lanes = |piece: usize| Parabolas::of(&std::array::from_fn(|lane| known[lane / (LANES / ROWS)][piece]));
+        let count = if is_still { 1 } else { crate::num::index(pieces) };
+        Self { pieces: (0..count).map(lanes).collect(), is_still }
+    }
+}
+
+/// Turn between the ends of a span: the finest piece's length follows from it.
+fn turn_rad(span: Span, world_from_camera: &dyn Fn(f64) -> Pose) -> f64 {
+    let [start, middle, end] = [span.start_s, span.middle_s(), span.end_s].map(world_from_camera);
+    start.inverse().then(&middle).angle_rad() + middle.inverse().then(&end).angle_rad()
+}
+
+fn parabolas(span: Span, pieces: u32, world_from_camera: &dyn Fn(f64) -> Pose) -> Vec<Parabola> {
+    let edge_s = |number: u32| span.start_s + span.length_s() * (f64::from(number) / f64::from(pieces));
+    let piece =
+        |number: u32| Parabola::through(Span { start_s: edge_s(number), end_s: edge_s(number + 1) }, world_from_camera);
+    (0..pieces).map(piece).collect()
 }
 
 #[cfg(test)]
@@ -97,7 +175,8 @@ mod tests {
             for step in 0..=20 {
                 let share = f64::from(step) / 20.0;
                 let bearing = [Floats::splat(0.6), Floats::splat(0.0), Floats::splat(0.8)];
-                let (origin, direction) = parabola.rays(bearing, Floats::splat(f32_nearest(share)));
+                let turns = parabola.at(Floats::splat(f32_nearest(share)));
+                let (origin, direction) = (turns.place_m(), turns.turned(bearing));
                 let exact = pose(share).direction(DVec3::new(0.6, 0.0, 0.8));
                 // Each coordinate sums two entries times 0.6 and 0.8; f32 adds some ten roundings of 2^-24.
                 let bound = 1.4 * 0.0081 * angle_rad * angle_rad * angle_rad + 10.0 * 6e-8;

@@ -32,6 +32,10 @@ pub(super) fn expose(
         .with(frame.0.into());
     let sampling = Sampling {
         samples_per_pixel: setup.fidelity.samples_per_pixel,
+        samples_max: setup.fidelity.samples_max,
+        tolerance: setup.fidelity.render_tolerance,
+        subframes: setup.fidelity.subframes,
+        electrons_per_photon: setup.sensor.electrons_per_photon(),
         saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
         key: if slot == 0 { key } else { key.with(u64_from(slot)) },
     };

@@ -71,6 +71,11 @@ impl SensorSetup {
         crate::num::lesser(range_e, pixel.full_well_e) / (pixel.quantum_efficiency * pixel.fill_factor)
     }
 
+    /// Electrons that a photon leaves in a pixel, in the mean.
+    pub fn electrons_per_photon(&self) -> f64 {
+        self.parameters.pixel.quantum_efficiency * self.parameters.pixel.fill_factor
+    }
+
     /// The controller of an automatic exposure, as it stands before the first frame; none where the exposure is fixed.
     ///
     /// # Errors

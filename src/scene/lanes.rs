@@ -221,6 +221,12 @@ pub fn splat3(value: [f32; 3]) -> Vectors {
     [Floats::splat(value[0]), Floats::splat(value[1]), Floats::splat(value[2])]
 }
 
+/// Lane by lane sum.
+#[inline(always)]
+pub fn add3(a: Vectors, b: Vectors) -> Vectors {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
 /// Lane by lane difference.
 #[inline(always)]
 pub fn sub3(a: Vectors, b: Vectors) -> Vectors {

@@ -5,13 +5,19 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+mod gloss;
+mod slopes;
+
+pub use gloss::{BOUNCES_MAX, Facet};
+
 use glam::DVec3;
 
 use super::bake::rays::{Aims, aimed_light, bounce_rays};
 use super::bake::{Bake, BakeSettings};
 use super::flicker::Flicker;
 use super::light::{BANDS, Bands, Illuminant, luminance};
-use super::mesh::dot;
+use super::mesh::{Gloss, dot};
+use super::texture::Footprint;
 use super::{Scene, samples::ShadeTriangle};
 use crate::error::Error;
 use crate::num::{f32_nearest, index};
@@ -54,6 +60,10 @@ pub struct LitScene {
     illuminance_lux: f64,
     /// Whether the bake followed light over surfaces.
     bounces: bool,
+    /// Texels for a metre in the world along u and v, a triangle; empty without textures.
+    slopes: Vec<[[f32; 3]; 2]>,
+    /// What of each material keeps an image.
+    gloss: Vec<Option<Gloss>>,
 }
 
 impl Scene {
@@ -166,6 +176,8 @@ impl LitScene {
             bounces: bake.bounces,
             emission_lux: scene.mesh.materials.iter().map(|m| scaled(m.emission, pi * lux_per_unit)).collect(),
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
+            slopes: slopes::of(&scene.mesh),
+            gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
             scene,
         }
     }
@@ -225,21 +237,20 @@ impl LitScene {
         self.flicker.map_or([1.0; 2], |flicker| flicker.bounds())
     }
 
-    /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band. `u` and `v` weigh the second and third
-    /// corner; `footprint_m` is the width of the ray's cone at the hit, across it; `direction` has unit length; `lamp_level` is that
-    /// of the lamps that flicker, as `lamp_level` gives it.
+    /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band, as if all of it were reflected diffusely (what
+    /// keeps an image: `facet`). `u` and `v` weigh the second and third corner; `footprint` is what the ray stands for on the texture;
+    /// `direction` has unit length; `lamp_level` is that of the lamps that flicker over the ray's stratum of time.
     #[inline(always)]
     pub fn exitance_lux(
         &self,
         triangle: u32,
         [u, v]: [f32; 2],
         direction: [f32; 3],
-        footprint_m: f32,
+        footprint: &Footprint,
         lamp_level: f32,
     ) -> Bands {
         let shade = &self.scene.layout.triangles[index(triangle)];
-        let facing = dot(shade.normal, direction);
-        let back = facing > 0.0;
+        let back = dot(shade.normal, direction) > 0.0;
         let material = &self.scene.mesh.materials[index(shade.material)];
         if back && !material.double_sided {
             return [0.0; BANDS];
@@ -256,7 +267,7 @@ impl LitScene {
                 }
             }
         }
-        let albedo = self.albedo(shade, [u, v], facing, footprint_m);
+        let albedo = self.albedo(shade, [u, v], footprint);
         let glow = &self.emission_lux[index(shade.material)];
         let glow_level = if self.scene.flickers(shade.material) { lamp_level } else { 1.0 };
         let mut light = [0.0; BANDS];
@@ -266,18 +277,15 @@ impl LitScene {
         light
     }
 
-    /// Reflectance at a point, averaged over the footprint. A slanted view spreads the footprint over 1 / cos in one direction
-    /// and not in the other: the level is that of the geometric mean, between blur and aliasing.
+    /// Reflectance at a point, averaged over the footprint.
     #[inline(always)]
-    fn albedo(&self, shade: &ShadeTriangle, [u, v]: [f32; 2], facing: f32, footprint_m: f32) -> Bands {
+    fn albedo(&self, shade: &ShadeTriangle, [u, v]: [f32; 2], footprint: &Footprint) -> Bands {
         let material = &self.scene.mesh.materials[index(shade.material)];
         let Some(texture) = material.texture else { return material.base_colour };
         let [a, b, c] = shade.uv;
         let w = 1.0 - u - v;
         let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
-        let slant = facing.abs().clamp(0.02, 1.0);
-        let colour =
-            self.scene.mesh.textures[index(texture)].colour(uv, shade.texels_per_m * footprint_m / slant.sqrt());
+        let colour = self.scene.mesh.textures[index(texture)].over(uv, footprint);
         let mut albedo = material.base_colour;
         for band in 0..BANDS {
             albedo[band] *= colour[band];
@@ -333,6 +341,7 @@ impl LitScene {
         for band in 0..BANDS {
             bounds.least[band] = crate::num::lesser(bounds.least[band], bounds.greatest[band]);
         }
+        self.widened_by_gloss(&mut bounds);
         bounds
     }
 }

@@ -137,6 +137,7 @@ fn horizontal_lux(texels: &[Bands]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::mesh::{Material, Mesh};
+    use super::super::texture::Footprint;
     use super::super::{BakeSettings, Illuminant, LitScene, Scene};
     use super::*;
     use glam::DVec3;
@@ -189,7 +190,7 @@ mod tests {
             let sky = sky(kind, cie_type, elevation_deg);
             let lit = plate_under(&sky);
             let expected = sky.diffuse_lux() + sky.direct_normal_lux() * sky.sun_direction()[1];
-            let exitance = lit.exitance_lux(0, [0.3, 0.3], [0.0, -1.0, 0.0], 0.001, 1.0)[1];
+            let exitance = lit.exitance_lux(0, [0.3, 0.3], [0.0, -1.0, 0.0], &Footprint::POINT, 1.0)[1];
             // 256 stratified rays over a smooth sky, and 192 directions of equal power for its glow: 1 % of the sky's share.
             let bound = 0.01 * sky.diffuse_lux() / expected + 0.001;
             let ratio = f64::from(exitance) / (0.5 * expected);

@@ -32,9 +32,38 @@ struct Level {
 pub struct Texture {
     levels: Vec<Level>,
     wrap: [Wrap; 2],
+    /// One over the finest level's width and height.
+    per_size: [f32; 2],
 }
 
 const ONE: f32 = 65_535.0;
+
+/// Look-ups along the longer axis of a footprint at most.
+pub const TAPS_MAX: u32 = 8;
+
+/// What a look-up averages over: an ellipse, as places in a row and a level of the mip chain. Lengths are texels of the finest level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// From the point that is asked for to the ellipse's middle.
+    pub shift_texels: [f32; 2],
+    /// From place to place.
+    pub step_texels: [f32; 2],
+    /// Places, 1 to `TAPS_MAX`.
+    pub taps: u32,
+    /// Area of the level's texels: 1 for the finest level, 4 for the next.
+    pub area_texels2: f32,
+}
+
+impl Footprint {
+    /// A point.
+    pub const POINT: Self = Self { shift_texels: [0.0; 2], step_texels: [0.0; 2], taps: 1, area_texels2: 1.0 };
+
+    /// A round one with the variance of a square of a width.
+    #[inline(always)]
+    pub fn round(width_texels: f32) -> Self {
+        Self { area_texels2: 1.0 + width_texels * width_texels * (1.0 / 3.0), ..Self::POINT }
+    }
+}
 
 /// IEC 61966-2-1: the linear light of an 8-bit sRGB code, from 0 to 1.
 pub fn linear_from_srgb(code: u8) -> f64 {
@@ -60,7 +89,8 @@ impl Texture {
         while let Some(next) = levels.last().and_then(halved) {
             levels.push(next);
         }
-        Self { levels, wrap }
+        let per_size = [1.0 / f32_from_u32(width), 1.0 / f32_from_u32(height)];
+        Self { levels, wrap, per_size }
     }
 
     /// Width and height of the finest level in texels.
@@ -102,6 +132,49 @@ impl Texture {
             mixed[band] = a[band] + (b[band] - a[band]) * share;
         }
         scaled(mixed)
+    }
+
+    /// Linear colour averaged over a footprint around texture coordinates.
+    #[inline(always)]
+    pub fn over(&self, uv: [f32; 2], footprint: &Footprint) -> Bands {
+        let [per_width, per_height] = self.per_size;
+        let step = [footprint.step_texels[0] * per_width, footprint.step_texels[1] * per_height];
+        let back = 0.5 * (f32_from_u32(footprint.taps) - 1.0);
+        let mut at = [
+            uv[0] + footprint.shift_texels[0] * per_width - back * step[0],
+            uv[1] + footprint.shift_texels[1] * per_height - back * step[1],
+        ];
+        let (fine, share) = self.level_of(footprint.area_texels2);
+        let mut sum = [0.0; 4];
+        for _ in 0..footprint.taps {
+            let mut value = self.bilinear(fine, at);
+            if share > 0.0 {
+                let coarse = self.bilinear(fine + 1, at);
+                for band in 0..4 {
+                    value[band] += (coarse[band] - value[band]) * share;
+                }
+            }
+            for band in 0..4 {
+                sum[band] += value[band];
+            }
+            at = [at[0] + step[0], at[1] + step[1]];
+        }
+        let scale = 1.0 / (ONE * f32_from_u32(footprint.taps));
+        sum.map(|value| value * scale)
+    }
+
+    /// The level whose texels have at most this area, and the weight of the next: variances of mixed levels mix as their weights do,
+    /// and go as the texels' area.
+    #[inline(always)]
+    fn level_of(&self, area_texels2: f32) -> (usize, f32) {
+        let exponent = ((area_texels2.to_bits() >> 23) & 0xFF).saturating_sub(127);
+        let level = exponent / 2;
+        let last = self.levels.len() - 1;
+        if index(level) >= last {
+            return (last, 0.0);
+        }
+        let own = f32_from_u32(1 << (2 * level));
+        (index(level), ((area_texels2 / own - 1.0) * (1.0 / 3.0)).clamp(0.0, 1.0))
     }
 
     /// Four bands are one register.
@@ -238,6 +311,39 @@ mod tests {
         // Half of the texels are 65,535: the mean is 32,767.5, off by at most one rounding of 1/65,535 a level (6 levels).
         let mean = checker(64).mean()[0];
         assert!((mean - 0.5).abs() < 7.0 / ONE, "{mean}");
+    }
+
+    #[test]
+    fn levels_mix_so_that_the_texels_area_is_the_one_asked_for() {
+        let texture = checker(64);
+        let mut tried = 0;
+        for step in 0..60_u32 {
+            let area = 1.0 + 0.37 * f32_from_u32(step * step);
+            let (level, share) = texture.level_of(area);
+            if level == 6 {
+                continue;
+            }
+            let own = f32_from_u32(1 << (2 * level));
+            // Two roundings of 2^-24 of the area and the mix.
+            assert!((own * (1.0 + 3.0 * share) / area - 1.0).abs() < 3e-7, "{area}: {level} {share}");
+            tried += 1;
+        }
+        assert!(tried > 50, "{tried}");
+        assert_eq!(texture.level_of(f32::MAX), (6, 0.0));
+    }
+
+    #[test]
+    fn a_row_of_taps_averages_along_its_direction_only() {
+        // Columns of black and white: along u the taps meet both, along v one.
+        let codes: Vec<[u8; 3]> = (0..64).map(|i| if i % 8 < 4 { [255; 3] } else { [0; 3] }).collect();
+        let texture = Texture::from_srgb(8, 8, &codes, [Wrap::Repeat; 2]);
+        let over = |step_texels| Footprint { step_texels, taps: 8, ..Footprint::POINT };
+        let at = [1.5 / 8.0, 0.5];
+        // Eight texels a step apart are every column once: their mean is half of white.
+        assert!((texture.over(at, &over([1.0, 0.0]))[0] - 0.5).abs() < 1e-6);
+        assert!((texture.over(at, &over([0.0, 1.0]))[0] - 1.0).abs() < 1e-6);
+        let moved = Footprint { shift_texels: [4.0, 0.0], ..over([0.0, 1.0]) };
+        assert!(texture.over(at, &moved)[0].abs() < 1e-6);
     }
 
     #[test]

@@ -32,7 +32,7 @@ fn lit_box() -> LitScene {
 }
 
 fn seen(scene: &LitScene, camera: &Camera, shutter: &[Span], samples_per_pixel: u32, seed: u64) -> Plane<f32> {
-    let sampling = Sampling { samples_per_pixel, saturation_photons: f32::INFINITY, key: DrawKey::root(seed) };
+    let sampling = Sampling::fixed(samples_per_pixel, DrawKey::root(seed));
     render(scene, camera, shutter, &turning, sampling).photons
 }
 
@@ -205,7 +205,7 @@ fn stereo_pictures() -> (Files, f64) {
         camera.body_from_camera = of_rig.body_from_camera;
         for (frame, &t_s) in times_s.iter().enumerate() {
             let pose = setup.motion.world_from_body(t_s).unwrap();
-            let sampling = Sampling { samples_per_pixel: 4, saturation_photons: f32::INFINITY, key: DrawKey::root(9) };
+            let sampling = Sampling::fixed(4, DrawKey::root(9));
             let shutter = vec![Span { start_s: 0.0, end_s: 0.01 }; 360];
             let photons = render(setup.world.scene().unwrap(), &camera, &shutter, &|_| pose, sampling).photons;
             files.0.insert(format!("cam{number}/{frame:03}.exr"), picture(&photons, &camera, 1000.0 * 0.01));

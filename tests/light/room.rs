@@ -24,7 +24,7 @@ pub fn global(exposure_s: f64) -> impl Fn(usize) -> Vec<Span> {
 
 pub fn seen(scene: &LitScene, camera: &Camera, pose: Pose, samples_per_pixel: u32) -> Exposure {
     let shutter = global(0.01)(usize::try_from(camera.size.height_px).unwrap());
-    let sampling = Sampling { samples_per_pixel, saturation_photons: f32::INFINITY, key: DrawKey::root(1) };
+    let sampling = Sampling::fixed(samples_per_pixel, DrawKey::root(1));
     render(scene, camera, &shutter, &|_| pose, sampling)
 }
 

@@ -1,0 +1,254 @@
+//! Render variance over photon variance in the furnished room, for docs/sampling.md: `cargo bench --bench sampling`.
+//!
+//! Enters: the default scenario at 192 x 144, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-. Leaves: a
+//! Markdown table, and with `--svg FILE` its picture. Truth is a render of 2,048 samples with another key; "seeds" is half the mean square
+//! difference of two renders with different keys, which has no part of the bias; "own" is what the render says of itself.
+//! `--reference N` takes another number of samples for the truth.
+
+use std::fmt::Write as _;
+
+use glam::{DQuat, DVec3};
+use sensel::config::Resolved;
+use sensel::draw::DrawKey;
+use sensel::error::Error;
+use sensel::files::cache::Cache;
+use sensel::optics::{Exposure, Sampling, render};
+use sensel::plane::Plane;
+use sensel::pose::Pose;
+use sensel::run::{Assets, NoProgress, Setup};
+use sensel::units::Span;
+
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/bathroom");
+const ROWS: u32 = 144;
+const COLUMNS: u32 = 192;
+const EXPOSURE_S: f64 = 0.010;
+const ROW_S: f64 = 60e-6;
+const MEAN_E: f64 = 1_000.0;
+/// Saturation over the mean.
+const SATURATION: f64 = 10.0;
+const FIXED: [u32; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
+/// First batch, most samples, tolerance.
+const ADAPTIVE: [(u32, u32, f64); 6] =
+    [(2, 64, 16.0), (2, 64, 8.0), (2, 64, 4.0), (4, 256, 1.0), (4, 256, 0.5), (4, 512, 0.25)];
+const SUBFRAMES: [u32; 4] = [4, 16, 64, 256];
+
+struct Files(Cache);
+
+impl Assets for Files {
+    fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
+        std::fs::read(format!("{FOLDER}/{name}")).map_err(|source| Error::Io { path: name.to_owned(), source })
+    }
+
+    fn load(&self, key: &str) -> Option<Vec<u8>> {
+        self.0.get(key)
+    }
+
+    fn store(&self, key: &str, bytes: &[u8]) {
+        // Without room in the cache the next bench bakes again.
+        let _ = self.0.put(key, bytes);
+    }
+}
+
+fn setup() -> Setup {
+    let text = std::fs::read_to_string(format!("{FOLDER}/scene.toml")).expect("the bathroom lies among the scenes");
+    let set = [format!("sensor.width={COLUMNS}"), format!("sensor.height={ROWS}"), "run.frames=1".to_owned()];
+    let resolved = Resolved::from_layers("scene.toml", &text, &set).expect("a sound scenario");
+    let cache = Cache::open(None, 1 << 31).expect("a folder for the light");
+    Setup::new(resolved, &Files(cache), &NoProgress).expect("a sound scenario")
+}
+
+/// One motion with its light level.
+struct Case<'a> {
+    setup: &'a Setup,
+    velocity_m_per_s: DVec3,
+    turn_rad_per_s: f64,
+    electrons_per_photon: f64,
+    saturation_photons: f32,
+}
+
+impl Case<'_> {
+    fn render(&self, sampling: Sampling) -> Exposure {
+        let start = self.setup.motion.world_from_body(0.0).expect("a motion has a start");
+        let camera = &self.setup.windows[0];
+        // Velocity and turn are the camera's own, so that all motions start from one picture.
+        let pose = |t_s: f64| {
+            let turn = DQuat::from_rotation_y(self.turn_rad_per_s * t_s);
+            let moved = Pose::new(turn, self.velocity_m_per_s * t_s);
+            let from_camera = camera.body_from_camera;
+            start.then(&from_camera).then(&moved).then(&from_camera.inverse())
+        };
+        let span = |row: u32| {
+            let start_s = ROW_S * f64::from(row);
+            Span { start_s, end_s: start_s + EXPOSURE_S }
+        };
+        let shutter: Vec<Span> = (0..ROWS).map(span).collect();
+        let sampling = Sampling {
+            electrons_per_photon: self.electrons_per_photon,
+            saturation_photons: self.saturation_photons,
+            ..sampling
+        };
+        render(&self.setup.scene, camera, &shutter, &pose, sampling)
+    }
+
+    /// Mean over lit pixels below saturation of the square of the difference over the photons, in electrons.
+    fn ratio(&self, a: &Plane<f32>, b: &Plane<f32>, reference: &Plane<f32>) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for ((&a, &b), &mean) in a.values().iter().zip(b.values()).zip(reference.values()) {
+            if mean > 0.0 && mean < self.saturation_photons {
+                let apart = f64::from(a) - f64::from(b);
+                sum += apart * apart / f64::from(mean);
+                count += 1.0;
+            }
+        }
+        self.electrons_per_photon * sum / count
+    }
+
+    fn bias(&self, a: &[Exposure], reference: &Plane<f32>) -> f64 {
+        // Product of two independent errors: their common part alone is left.
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (at, &mean) in reference.values().iter().enumerate() {
+            if mean > 0.0 && mean < self.saturation_photons {
+                let error = |side: usize| f64::from(a[side].photons.values()[at]) - f64::from(mean);
+                sum += error(0) * error(1) / f64::from(mean);
+                count += 1.0;
+            }
+        }
+        self.electrons_per_photon * sum / count
+    }
+
+    /// One row: mean samples, error against the truth, from seeds, bias, and the render's own word; and the mean's shift.
+    fn row(&self, sampling: Sampling, reference: &Plane<f32>) -> [f64; 6] {
+        let both = [11, 12].map(|seed| self.render(Sampling { key: DrawKey::root(seed), ..sampling }));
+        let truth = 0.5
+            * (self.ratio(&both[0].photons, reference, reference) + self.ratio(&both[1].photons, reference, reference));
+        let seeds = 0.5 * self.ratio(&both[0].photons, &both[1].photons, reference);
+        let pixels = f64::from(ROWS * COLUMNS);
+        let samples = both.iter().map(|exposure| exposure.rays).sum::<u64>();
+        let samples = f64::from(u32::try_from(samples / 2).expect("a small picture")) / pixels;
+        let own = 0.5 * (both[0].render_variance_ratio + both[1].render_variance_ratio);
+        let (mut apart, mut all) = (0.0, 0.0);
+        for (at, &mean) in reference.values().iter().enumerate().filter(|(_, mean)| **mean < self.saturation_photons) {
+            let mean_of_two = 0.5 * (both[0].photons.values()[at] + both[1].photons.values()[at]);
+            apart += f64::from(mean_of_two - mean);
+            all += f64::from(mean);
+        }
+        [samples, truth, seeds, self.bias(&both, reference), own, apart / all]
+    }
+}
+
+/// Light level of a case from a first look: 1,000 e- in the mean of what is below ten times that.
+fn levelled<'a>(setup: &'a Setup, velocity_m_per_s: DVec3, turn_rad_per_s: f64) -> Case<'a> {
+    let mut case =
+        Case { setup, velocity_m_per_s, turn_rad_per_s, electrons_per_photon: 1.0, saturation_photons: f32::INFINITY };
+    let look = case.render(Sampling::fixed(16, DrawKey::root(1))).photons;
+    for _ in 0..20 {
+        let counted = || look.values().iter().filter(|&&value| value < case.saturation_photons).map(|&v| f64::from(v));
+        let mean = counted().sum::<f64>() / f64::from(u32::try_from(counted().count()).expect("a small picture"));
+        case.electrons_per_photon = MEAN_E / mean;
+        case.saturation_photons = sensel::num::f32_nearest(SATURATION * mean);
+    }
+    case
+}
+
+fn number_after(name: &str) -> Option<String> {
+    let arguments: Vec<String> = std::env::args().collect();
+    arguments.windows(2).find(|pair| pair[0] == name).map(|pair| pair[1].clone())
+}
+
+fn main() {
+    let reference_samples = number_after("--reference").map_or(2_048, |text| text.parse().expect("a number"));
+    let setup = setup();
+    let cases = [
+        ("still", DVec3::ZERO, 0.0),
+        ("walking", DVec3::new(0.3, 0.0, 1.37), 0.5),
+        ("200 deg/s", DVec3::ZERO, 200_f64.to_radians()),
+    ];
+    let mut curves = Vec::new();
+    for (name, velocity, turn) in cases {
+        let case = levelled(&setup, velocity, turn);
+        let reference = case.render(Sampling::fixed(reference_samples, DrawKey::root(99)));
+        let reference = reference.photons;
+        println!(
+            "\n| {name} | samples | error | seeds | bias | own | own/seeds | mean off |\n|---|---|---|---|---|---|---|---|"
+        );
+        let print = |label: &str, [samples, truth, seeds, bias, own, off]: [f64; 6]| {
+            let honest = own / seeds;
+            println!(
+                "| {label} | {samples:.2} | {truth:.4} | {seeds:.4} | {bias:.4} | {own:.4} | {honest:.2} | {off:+.5} |"
+            );
+        };
+        let key = DrawKey::root(1);
+        let mut curve = Vec::new();
+        for samples in FIXED {
+            let row = case.row(Sampling::fixed(samples, key), &reference);
+            print("fixed", row);
+            curve.push((row[0], row[1]));
+        }
+        curves.push((name.to_owned(), curve));
+        let mut curve = Vec::new();
+        for (first, samples_max, tolerance) in ADAPTIVE {
+            let row = case.row(Sampling { samples_max, tolerance, ..Sampling::fixed(first, key) }, &reference);
+            print(&format!("adaptive {first} to {samples_max}, k = {tolerance}"), row);
+            curve.push((row[0], row[1]));
+        }
+        curves.push((format!("{name}, adaptive"), curve));
+        let mut curve = Vec::new();
+        for subframes in SUBFRAMES {
+            let row = case.row(Sampling { subframes, ..Sampling::fixed(1, key) }, &reference);
+            print(&format!("{subframes} sub-frames"), row);
+            curve.push((row[0], row[1]));
+        }
+        curves.push((format!("{name}, sub-frames"), curve));
+    }
+    if let Some(path) = number_after("--svg") {
+        std::fs::write(path, svg(&curves)).expect("the picture's folder is there");
+    }
+}
+
+/// Curves over doubly logarithmic axes: 1 to 256 samples, 0.001 to 100.
+fn svg(curves: &[(String, Vec<(f64, f64)>)]) -> String {
+    let x = |samples: f64| 60.0 + 560.0 * samples.log2() / 8.0;
+    let y = |ratio: f64| 40.0 + 400.0 * (2.0 - ratio.max(1e-3).log10()) / 5.0;
+    let mut text = String::from(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 860 490\" font-family=\"sans-serif\" font-size=\"13\">\n\
+         <rect width=\"860\" height=\"490\" fill=\"white\"/>\n<text x=\"340\" y=\"480\" text-anchor=\"middle\">samples a pixel</text>\n\
+         <text x=\"20\" y=\"24\">render variance over photon variance, 1,000 e- mean</text>\n",
+    );
+    let add = |text: &mut String, line: String| writeln!(text, "{line}").expect("text grows");
+    for power in 0..=8 {
+        let at = x(f64::from(1 << power));
+        add(
+            &mut text,
+            format!(
+                "<path d=\"M{at:.1} 40V440\" stroke=\"#ddd\"/><text x=\"{at:.1}\" y=\"458\" text-anchor=\"middle\">{}</text>",
+                1 << power
+            ),
+        );
+    }
+    for ratio in [0.001, 0.01, 0.1, 1.0, 10.0, 100.0] {
+        let at = y(ratio);
+        let stroke = if ratio == 0.1 { "#888" } else { "#ddd" };
+        add(
+            &mut text,
+            format!(
+                "<path d=\"M60 {at:.1}H620\" stroke=\"{stroke}\"/><text x=\"54\" y=\"{:.1}\" text-anchor=\"end\">{ratio}</text>",
+                at + 4.0
+            ),
+        );
+    }
+    let colours = ["#1b6ca8", "#c8553d", "#2a9d5c"];
+    let dashes = ["", "6 3", "1 4"];
+    for (number, (name, points)) in curves.iter().enumerate() {
+        let place = |&(samples, ratio): &(f64, f64)| format!("{:.1},{:.1}", x(samples), y(ratio));
+        let points: Vec<String> = points.iter().map(place).collect();
+        let (colour, dash) = (colours[number / 3 % 3], dashes[number % 3]);
+        let style = format!(
+            "fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{dash}\" stroke-linecap=\"round\""
+        );
+        add(&mut text, format!("<polyline points=\"{}\" {style}/>", points.join(" ")));
+        let at = 60 + 24 * number;
+        add(&mut text, format!("<path d=\"M640 {at}H680\" {style}/><text x=\"688\" y=\"{}\">{name}</text>", at + 4));
+    }
+    text.push_str("</svg>\n");
+    text
+}

@@ -1,0 +1,187 @@
+//! What one sample stands for on a surface. Enters: how a ray's hit moves across a pixel and over the exposure. Leaves: the ellipse of
+//! texels that a look-up averages over.
+//!
+//! A sample of N stands for a share f = 1 / sqrt(N) of the pixel's width, of its height and of the motion over the exposure. Its
+//! look-up is moved towards the middle of all three by the factor c = sqrt(1 - f^2), so that the spread of the samples' places and that of
+//! their filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is rounded by f / 8 at most,
+//! within f / 2 of a pixel beside the pixel's own rim: its square falls as 1 / N^1.5, as the variance of samples at an edge does. Wider shares
+//! (2 / sqrt(N)) were measured: half the variance, and a bias of several times that.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use crate::num::{f32_from_u32, u32_truncated_f32};
+use crate::scene::lanes::{Floats, LANES, Vectors};
+use crate::scene::texture::{Footprint, TAPS_MAX};
+
+/// Surfaces that the lanes met.
+pub struct Surfaces {
+    /// Unit normals, either way.
+    pub normal: Vectors,
+    /// Texels along u, then along v, for a metre in the world.
+    pub slopes: [Vectors; 2],
+}
+
+/// How hits would move.
+pub struct Steps {
+    /// Of the ray: its direction.
+    pub direction: Vectors,
+    /// Of the ray's end in metres for a pixel to the right, a pixel down, and over the whole exposure.
+    pub steps_m: [Vectors; 3],
+    /// A pixel's width at the hit in metres.
+    pub pixel_m: Floats,
+    /// Where in the pixel and in the exposure the sample lies, from -1/2 to 1/2.
+    pub off_centre: [Floats; 3],
+}
+
+/// Motion over the exposure beyond this many pixels is not filtered as a whole, because a look-up has so many taps only: the share of it
+/// that a sample stands for falls as the motion grows.
+const TRAVEL_PX_MAX: f32 = 5.0;
+
+/// Cosines below this count as this: a surface seen edge-on has no end.
+const COS_MIN: f32 = 0.02;
+
+/// Texels that a look-up may be moved by.
+const SHIFT_TEXELS_MAX: f32 = 1e5;
+
+/// Ellipses by lane.
+pub struct Ellipses {
+    shift: [Floats; 2],
+    step: [Floats; 2],
+    taps: Floats,
+    area: Floats,
+}
+
+impl Ellipses {
+    /// One lane's.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Footprint {
+        Footprint {
+            shift_texels: [self.shift[0].0[lane], self.shift[1].0[lane]],
+            step_texels: [self.step[0].0[lane], self.step[1].0[lane]],
+            taps: u32_truncated_f32(self.taps.0[lane]),
+            area_texels2: self.area.0[lane],
+        }
+    }
+}
+
+/// How one step moves a hit, in texels: the ray's end follows the surface's plane along the ray.
+#[inline(always)]
+fn moved(normal: [f32; 3], slopes: [[f32; 3]; 2], along: [f32; 2], per_cos: f32, step: [f32; 3]) -> [f32; 2] {
+    let behind = dot(normal, step) * per_cos;
+    [dot(slopes[0], step) - along[0] * behind, dot(slopes[1], step) - along[1] * behind]
+}
+
+#[inline(always)]
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn lane3(vectors: &Vectors, lane: usize) -> [f32; 3] {
+    [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
+}
+
+/// The ellipses of a packet's samples. `shares` are those of the pixel and of the exposure that a sample stands for.
+#[inline(always)]
+pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: [f32; 2]) -> Ellipses {
+    let zero = Floats::splat(0.0);
+    let mut all = Ellipses { shift: [zero; 2], step: [zero; 2], taps: zero, area: zero };
+    let to_pixel = 1.0 - (1.0 - shares[0] * shares[0]).sqrt();
+    for lane in 0..LANES {
+        let normal = lane3(&surfaces.normal, lane);
+        let slopes = [lane3(&surfaces.slopes[0], lane), lane3(&surfaces.slopes[1], lane)];
+        let direction = lane3(&steps.direction, lane);
+        let cos = dot(normal, direction);
+        let bounded = if cos.abs() < COS_MIN { if cos < 0.0 { -COS_MIN } else { COS_MIN } } else { cos };
+        let per_cos = 1.0 / bounded;
+        let along = [dot(slopes[0], direction), dot(slopes[1], direction)];
+        let step = |number: usize| lane3(&steps.steps_m[number], lane);
+        let right = moved(normal, slopes, along, per_cos, step(0));
+        let down = moved(normal, slopes, along, per_cos, step(1));
+        let travel_m = step(2);
+        let travel = moved(normal, slopes, along, per_cos, travel_m);
+        // Only what crosses the ray is seen as motion.
+        let forward = dot(travel_m, direction);
+        let across2 = dot(travel_m, travel_m) - forward * forward;
+        let pixel_m = steps.pixel_m.0[lane] * TRAVEL_PX_MAX;
+        let fits = if across2 > pixel_m * pixel_m { pixel_m / across2.sqrt() } else { 1.0 };
+        let share_t = shares[1] * fits;
+        let to_middle = 1.0 - (1.0 - share_t * share_t).sqrt();
+        let [x, y, t] = [0, 1, 2].map(|number: usize| steps.off_centre[number].0[lane]);
+        for axis in 0..2 {
+            let shift = -(to_pixel * (x * right[axis] + y * down[axis]) + to_middle * t * travel[axis]);
+            all.shift[axis].0[lane] = if shift.abs() < SHIFT_TEXELS_MAX { shift } else { 0.0 };
+        }
+        let (step_u, step_v, taps, area) = ellipse(right, down, travel, shares[0] * shares[0], share_t * share_t);
+        (all.step[0].0[lane], all.step[1].0[lane]) = (step_u, step_v);
+        (all.taps.0[lane], all.area.0[lane]) = (taps, area);
+    }
+    all
+}
+
+/// Taps along the longer axis and the texels' area of the mip level, so that the variances of the look-up (mip, then taps) are those of
+/// boxes along the three steps. A box of width w has variance w^2 / 12. A mip level of texels s wide, looked up bilinearly, has
+/// (s^2 - 1) / 4 more than the picture itself, and K taps d apart add d^2 (K^2 - 1) / 12.
+#[inline(always)]
+fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share2_t: f32) -> (f32, f32, f32, f32) {
+    let uu = share2 * (right[0] * right[0] + down[0] * down[0]) + share2_t * travel[0] * travel[0];
+    let vv = share2 * (right[1] * right[1] + down[1] * down[1]) + share2_t * travel[1] * travel[1];
+    let uv = share2 * (right[0] * right[1] + down[0] * down[1]) + share2_t * travel[0] * travel[1];
+    let (mean, half) = (0.5 * (uu + vv), 0.5 * (uu - vv));
+    let apart = (half * half + uv * uv).sqrt();
+    let minor = if mean > apart { mean - apart } else { 0.0 };
+    let area = 1.0 + minor * (1.0 / 3.0);
+    // What the longer axis has more than the shorter one. Taps stand at most 1.4 texels of their level apart.
+    let longer = 2.0 * apart;
+    let most = f32_from_u32(TAPS_MAX);
+    let wanted = longer / (2.0 * area);
+    let counted = f32_from_u32(u32_truncated_f32((1.0 + wanted).sqrt())) + 1.0;
+    // An ellipse that is nearly round is a circle of its mean width.
+    let is_round = !(wanted >= 1.0);
+    let taps = if is_round {
+        1.0
+    } else if counted > most {
+        most
+    } else {
+        counted
+    };
+    let widened = longer / (2.0 * (most * most - 1.0));
+    let area_of_taps = if widened > area { widened } else { area };
+    let area = if is_round { area + longer * (1.0 / 6.0) } else { area_of_taps };
+    let spread2 = if is_round { 0.0 } else { longer / (taps * taps - 1.0) };
+    // The longer axis's direction, from whichever form does not cancel.
+    let (a, b) = if half > 0.0 { (half + apart, uv) } else { (uv, apart - half) };
+    let length2 = a * a + b * b;
+    let scale = if length2 > 0.0 { (spread2 / length2).sqrt() } else { 0.0 };
+    (a * scale, b * scale, taps, area)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_look_up_has_the_variance_of_the_three_boxes() {
+        let mut tried = [0; 2];
+        for (right, down, travel) in [
+            ([4.0, 0.0], [0.0, 4.0], [0.0, 0.0]),
+            ([4.0, 0.0], [0.0, 4.0], [12.0, 5.0]),
+            ([9.0, 3.0], [-0.5, 2.0], [0.0, 0.0]),
+            ([0.3, 0.0], [0.0, 0.3], [3.0, -7.0]),
+            ([0.0, 2.0], [2.0, 0.0], [0.0, 9.0]),
+        ] {
+            let (u, v, taps, area) = ellipse(right, down, travel, 1.0, 0.25);
+            let extra = (taps * taps - 1.0) / 12.0;
+            let widths =
+                |axis: usize| right[axis] * right[axis] + down[axis] * down[axis] + 0.25 * travel[axis] * travel[axis];
+            let found = [0, 1].map(|axis| (area - 1.0) / 4.0 + extra * if axis == 0 { u * u } else { v * v });
+            // Sums of squares of a few texels with some ten roundings of 2^-24 each.
+            for axis in 0..2 {
+                let expected = widths(axis) / 12.0;
+                assert!((found[axis] - expected).abs() < 1e-4 * (1.0 + expected), "{found:?} for {expected} on {axis}");
+            }
+            tried[usize::from(taps > 1.0)] += 1;
+        }
+        assert_eq!(tried, [1, 4]);
+    }
+}

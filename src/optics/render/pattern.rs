@@ -1,0 +1,220 @@
+//! Where and when samples lie. Enters: a sample's number and a pixel's seeds. Leaves: its place in the pixel and its instant in the
+//! exposure, each in 0..1.
+//!
+//! Sobol' points (direction numbers of Joe and Kuo, 2008) with nested uniform scrambling (Owen 1995, by the hash of Laine and Karras 2011
+//! with the constants of Vegdahl 2021). Every power-of-two prefix and every aligned block of a power of two is stratified: x with y as a
+//! (0, m, 2)-net, x, y and t together as a (1, m, 3)-net in base 2. So batches that double their number keep what earlier ones have.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use crate::num::{f32_from_u32, index};
+use crate::scene::lanes::{Floats, LANES};
+
+/// Dimensions of a sample: x, y, t, and two for a rough reflection.
+pub const DIMENSIONS: usize = 5;
+
+/// The leading bits of a time that the pixels of a packet share, so that their rays stay together.
+pub const SHARED_BITS: u32 = 4;
+
+/// Directions of the first five dimensions: of degree 0 (van der Corput), then of primitive polynomials 1, 3, 7 in binary and so on.
+const DIRECTIONS: [[u32; 32]; DIMENSIONS] = [
+    van_der_corput(),
+    directions(1, 0, [1, 0, 0]),
+    directions(2, 1, [1, 3, 0]),
+    directions(3, 1, [1, 3, 1]),
+    directions(3, 2, [1, 1, 1]),
+];
+
+const fn van_der_corput() -> [u32; 32] {
+    let mut all = [0; 32];
+    let mut bit = 0;
+    while bit < 32 {
+        all[bit] = 1 << (31 - bit);
+        bit += 1;
+    }
+    all
+}
+
+/// Bratley and Fox's recurrence for a polynomial of a degree with inner coefficients `a` and first numbers `m`.
+const fn directions(degree: usize, a: u32, m: [u32; 3]) -> [u32; 32] {
+    let mut all = [0; 32];
+    let mut bit = 0;
+    while bit < 32 {
+        all[bit] = if bit < degree {
+            m[bit] << (31 - bit)
+        } else {
+            let mut next = all[bit - degree] ^ (all[bit - degree] >> degree);
+            let mut k = 1;
+            while k < degree {
+                if a >> (degree - 1 - k) & 1 == 1 {
+                    next ^= all[bit - k];
+                }
+                k += 1;
+            }
+            next
+        };
+        bit += 1;
+    }
+    all
+}
+
+/// A Sobol' number with its bits in reverse: the highest stands lowest, as scrambling wants it.
+#[inline(always)]
+pub fn sobol_reversed(dimension: usize, number: u32) -> u32 {
+    let (mut bits, mut left, mut bit) = (0, number, 0);
+    while left != 0 {
+        if left & 1 == 1 {
+            bits ^= DIRECTIONS[dimension][bit];
+        }
+        left >>= 1;
+        bit += 1;
+    }
+    bits.reverse_bits()
+}
+
+/// Nested uniform scrambling of a number given in reverse; the result stands the right way round.
+#[inline(always)]
+pub fn scrambled(reversed: u32, seed: u32) -> u32 {
+    let mut x = reversed;
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^= x.wrapping_mul(0x53a2_2864);
+    x.reverse_bits()
+}
+
+/// The top 24 bits as a number of 0..1.
+#[inline(always)]
+pub fn unit(bits: u32) -> f32 {
+    f32_from_u32(bits >> 8) * (1.0 / 16_777_216.0)
+}
+
+/// Seeds of a packet's lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Seeds {
+    /// Of x, y, t and of rough reflections, by lane.
+    pub lanes: [[u32; LANES]; 4],
+    /// Of the leading bits of time.
+    pub packet: u32,
+}
+
+/// Samples of one number, by lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// To the right of the pixel's left edge, downwards from its upper edge, and of the exposure.
+    pub x: Floats,
+    /// Downwards.
+    pub y: Floats,
+    /// Share of the exposure that is over.
+    pub t: Floats,
+    /// The leading bits of every lane's `t`, at the top of the word.
+    pub shared: u32,
+}
+
+/// Places and times of a packet's sample of one number.
+#[inline(always)]
+pub fn place(number: u32, seeds: &Seeds) -> Place {
+    let [x, y, t] = [0, 1, 2].map(|dimension| sobol_reversed(dimension, number));
+    let shared = scrambled(t, seeds.packet) & !(u32::MAX >> SHARED_BITS);
+    let mut place = Place { x: Floats::splat(0.0), y: Floats::splat(0.0), t: Floats::splat(0.0), shared };
+    for lane in 0..LANES {
+        place.x.0[lane] = unit(scrambled(x, seeds.lanes[0][lane]));
+        place.y.0[lane] = unit(scrambled(y, seeds.lanes[1][lane]));
+        // Which way a lower bit is turned may depend on any higher one, so lanes may part below the shared bits.
+        place.t.0[lane] = unit(shared | (scrambled(t, seeds.lanes[2][lane]) & (u32::MAX >> SHARED_BITS)));
+    }
+    place
+}
+
+/// The two numbers of a sample's rough reflection at its bounce.
+#[inline(always)]
+pub fn facet_numbers(number: u32, seed: u32, bounce: u32) -> [f32; 2] {
+    // Bounces after the first are rare: their seeds only have to differ.
+    let seed = seed ^ bounce.wrapping_mul(0x9e37_79b9);
+    [(3, seed), (4, seed.rotate_left(16) ^ 0x85eb_ca6b)]
+        .map(|(dimension, seed)| unit(scrambled(sobol_reversed(dimension, number), seed)))
+}
+
+/// The stratum, of a power of two of them up to 2^`SHARED_BITS`, that a shared time lies in.
+#[inline(always)]
+pub fn stratum(shared: u32, strata_log2: u32) -> usize {
+    index(shared.checked_shr(32 - strata_log2).unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::DrawKey;
+    use crate::num::low_u32;
+
+    fn seeds(case: u64) -> Seeds {
+        let key = DrawKey::root(case);
+        let lane = |dimension: u64, lane: usize| low_u32(key.with(dimension).with(crate::num::u64_from(lane)).0);
+        Seeds { lanes: [0, 1, 2, 3].map(|d| std::array::from_fn(|l| lane(d, l))), packet: low_u32(key.with(9).0) }
+    }
+
+    /// Points of one lane in units of 2^-24.
+    fn points(first: u32, count: u32, seeds: &Seeds, lane: usize) -> Vec<[u32; 3]> {
+        let whole = |share: f32| crate::num::u32_truncated_f32(share * 16_777_216.0);
+        let point = |number| {
+            let place = place(number, seeds);
+            [place.x.0[lane], place.y.0[lane], place.t.0[lane]].map(whole)
+        };
+        (first..first + count).map(point).collect()
+    }
+
+    /// How many points lie in each box of 2^-a by 2^-b by 2^-c.
+    fn boxes(points: &[[u32; 3]], [a, b, c]: [u32; 3]) -> Vec<u32> {
+        let mut counts = vec![0; 1 << (a + b + c)];
+        for [x, y, t] in points {
+            let at = |value: u32, bits: u32| index(value) >> (24 - bits);
+            counts[(at(*x, a) << (b + c)) | (at(*y, b) << c) | at(*t, c)] += 1;
+        }
+        counts
+    }
+
+    #[test]
+    fn every_elementary_interval_is_hit_as_often_as_the_nets_promise() {
+        let mut tried = 0;
+        for (case, lane) in [(1, 0), (2, 5), (3, 15)] {
+            let seeds = seeds(case);
+            for log2 in 0..=8_u32 {
+                // A prefix, and the block of the same length after it, which is the next batch of an adaptive render.
+                for first in [0, 1 << log2] {
+                    let points = points(first, 1 << log2, &seeds, lane);
+                    for a in 0..=log2 {
+                        let net = boxes(&points, [a, log2 - a, 0]);
+                        assert!(net.iter().all(|&count| count == 1), "case {case}, 2^{log2} from {first}: x, y {a}");
+                        let time = boxes(&points, [0, 0, log2]);
+                        assert!(time.iter().all(|&count| count == 1), "case {case}, 2^{log2} from {first}: t");
+                        for b in 0..=(log2 - a) {
+                            if let Some(c) = (log2 - a - b).checked_sub(1) {
+                                let net = boxes(&points, [a, b, c]);
+                                assert!(net.iter().all(|&count| count == 2), "2^{log2} from {first}: {a} {b} {c}");
+                                tried += 1;
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        assert!(tried > 700, "{tried}");
+    }
+
+    #[test]
+    fn lanes_share_the_leading_bits_of_time_and_part_below_them() {
+        let seeds = seeds(4);
+        let mut parted = 0;
+        for number in 0..64 {
+            let place = place(number, &seeds);
+            let sixteenth = stratum(place.shared, SHARED_BITS);
+            for lane in 0..LANES {
+                assert_eq!(index(crate::num::u32_truncated_f32(place.t.0[lane] * 16.0)), sixteenth);
+                parted += u32::from(place.t.0[lane].to_bits() != place.t.0[0].to_bits());
+            }
+        }
+        assert!(parted > 900, "{parted}");
+        assert_eq!(stratum(u32::MAX, 0), 0);
+    }
+}

@@ -1,0 +1,131 @@
+//! Renders of small scenes: photometry, equal bits, bounds, and the stated error against the true one.
+
+use super::*;
+use crate::optics::camera::{Aperture, Pupil, RollOff};
+use crate::optics::lens::Lens;
+use crate::scene::{BakeSettings, Illuminant, box_room, target};
+use crate::simd::{Level, limit};
+use crate::units::Size;
+use glam::{DQuat, DVec3};
+
+fn sampling(samples_per_pixel: u32, key: DrawKey) -> Sampling {
+    Sampling::fixed(samples_per_pixel, key)
+}
+
+const SIZE: Size = Size { width_px: 45, height_px: 31 };
+
+fn camera(pupil: Pupil, roll_off: RollOff) -> Camera {
+    let aperture = Aperture { f_number: 2.0, transmission: 1.0, pupil };
+    Camera::new(Lens::pinhole(SIZE, 1.2), SIZE, Pose::IDENTITY, aperture, 3.0, roll_off).unwrap()
+}
+
+fn global(exposure_s: f64) -> Vec<Span> {
+    vec![Span { start_s: 0.0, end_s: exposure_s }; 31]
+}
+
+fn lit_box() -> LitScene {
+    let scene = box_room::box_room(1);
+    scene.baked_and_lit(&BakeSettings::DRAFT, DVec3::new(0.0, 1.5, 0.0), 300.0, Illuminant::D65).unwrap()
+}
+
+fn turning(t_s: f64) -> Pose {
+    Pose::new(DQuat::from_rotation_y(20.0 * t_s), DVec3::new(0.3 * t_s, 1.5, 0.0))
+}
+
+#[test]
+fn one_lux_on_white_gives_the_photons_of_the_design_at_the_centre() {
+    // DESIGN states three digits; 0.5 % is asked for, and the arithmetic itself is good to f32 (1e-6).
+    for (pupil, expected) in [(Pupil::ThinLens, 57.6), (Pupil::Aplanatic, 61.2)] {
+        let scene = target::flat(1.0).unwrap().evenly_lit(1.0, Illuminant::D65);
+        let camera = camera(pupil, RollOff::Cos4);
+        let seen = render(&scene, &camera, &global(0.010), &|_| Pose::IDENTITY, sampling(16, DrawKey::root(1)));
+        let centre = f64::from(seen.photons.at(22, 15));
+        assert!((centre / expected - 1.0).abs() < 0.005, "{pupil:?}: {centre}");
+        assert_eq!(seen.rays, 45 * 31 * 16);
+    }
+}
+
+#[test]
+fn roll_off_follows_the_fourth_power_and_can_be_left_out() {
+    let scene = target::flat(0.5).unwrap().evenly_lit(10.0, Illuminant::A);
+    let seen = |roll_off| {
+        let camera = camera(Pupil::ThinLens, roll_off);
+        render(&scene, &camera, &global(0.01), &|_| Pose::IDENTITY, sampling(64, DrawKey::root(1))).photons
+    };
+    let (even, fallen) = (seen(RollOff::None), seen(RollOff::Cos4));
+    let bearing = Lens::pinhole(SIZE, 1.2).unproject(glam::DVec2::new(0.0, 0.0)).unwrap();
+    let expected = bearing.z * bearing.z * bearing.z * bearing.z;
+    // Even light has the same sum in every pixel. The mean of cos^4 over a pixel differs from that at its centre by the second
+    // derivative times 1/24 px^2, and 64 samples from their mean: together under 0.5 % at 33 px of focal length.
+    assert!(even.values().iter().all(|&value| (value / even.at(0, 0) - 1.0).abs() < 1e-5));
+    let ratio = f64::from(fallen.at(0, 0) / even.at(0, 0));
+    assert!((ratio / expected - 1.0).abs() < 0.005, "{ratio} {expected}");
+}
+
+#[test]
+fn every_level_and_any_number_of_threads_give_the_same_photons() {
+    let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::Cos4));
+    let shutter: Vec<Span> = (0..31).map(|row| Span { start_s: 1e-3 * f64::from(row), end_s: 0.04 }).collect();
+    let seen = || render(&scene, &camera, &shutter, &turning, sampling(3, DrawKey::root(7)));
+    let first = seen();
+    assert!(first.photons.values().iter().all(|&value| value > 0.0 && value.is_finite()));
+    for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
+        limit(level);
+        assert_eq!(seen().photons, first.photons, "{level:?}");
+    }
+    #[cfg(feature = "parallel")]
+    {
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let other = one.install(seen);
+        assert_eq!(other.photons, first.photons);
+        assert_eq!(other.render_variance_ratio.to_bits(), first.render_variance_ratio.to_bits());
+    }
+}
+
+#[test]
+fn no_pixel_leaves_the_bounds_that_the_planner_is_told() {
+    let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::None));
+    let bounds = scene.exitance_bounds();
+    let per_lux = camera.photons_per_lux_s(scene.illuminant());
+    let photons = |lux: [f64; BANDS]| 0.01 * lux.iter().zip(per_lux).map(|(lux, per)| lux * per).sum::<f64>();
+    let most = photons(std::array::from_fn(|band| bounds.greatest[band].max(bounds.emitted[band])));
+    let mut tried = 0;
+    for turn in 0..4 {
+        let pose = Pose::new(DQuat::from_rotation_y(1.5 * f64::from(turn)), DVec3::new(0.0, 1.5, 0.0));
+        let seen =
+            render(&scene, &camera, &global(0.01), &|_| pose, sampling(4, DrawKey::root(turn.try_into().unwrap())));
+        for &value in seen.photons.values() {
+            // Some twenty roundings of f32 between the bound and the pixel.
+            let value = f64::from(value);
+            assert!(value <= most * (1.0 + 2e-6) && value >= photons(bounds.least) * (1.0 - 2e-6), "{value} of {most}");
+            tried += 1;
+        }
+    }
+    assert_eq!(tried, 4 * 45 * 31);
+}
+
+#[test]
+fn the_stated_render_variance_is_what_two_renders_differ_by() {
+    let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::None));
+    let mut tried = 0;
+    for (samples, samples_max, tolerance) in [(4, 4, 0.0), (16, 16, 0.0), (64, 64, 0.0), (4, 64, 0.3)] {
+        let (mut ratio, mut own) = (0.0, 0.0);
+        for pair in 0..4 {
+            let seen = |seed: u64| {
+                let sampling = Sampling { samples_max, tolerance, ..sampling(samples, DrawKey::root(seed)) };
+                render(&scene, &camera, &global(0.02), &turning, sampling)
+            };
+            let (a, b) = (seen(2 * pair + 1), seen(2 * pair + 2));
+            for (x, y) in a.photons.values().iter().zip(b.photons.values()) {
+                ratio += f64::from((x - y) * (x - y) / (x + y));
+            }
+            own += (a.render_variance_ratio + b.render_variance_ratio) * 0.5 * 45.0 * 31.0;
+        }
+        // Half the squared difference is one estimate of the variance, and half the sum one of the mean. 5,580 of them, whose variances differ
+        // (their spread is some 3 times their mean), have a relative standard error of sqrt(2 / 5580) * 3 = 6 %; the statement has as much
+        // again from half as many pixels, and 15 % from r. Four of these are a factor of 1.7.
+        assert!(ratio < 1.7 * own && own < 1.7 * ratio, "{samples} to {samples_max}: {ratio} against {own}");
+        tried += 1;
+    }
+    assert_eq!(tried, 4);
+}
