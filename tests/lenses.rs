@@ -5,6 +5,7 @@
 use glam::{DVec2, DVec3};
 use sensel::config::Resolved;
 use sensel::draw::DrawKey;
+use sensel::num::index;
 use sensel::optics::lens::{Kb4, Lens, Mapping};
 use sensel::optics::{
     Aperture, Camera, ImagePath, Mosaic, Psf, Pupil, RollOff, Sampling, Shading, expose, photon_bounds, render,
@@ -67,11 +68,11 @@ fn a_fisheye_of_190_degrees_sees_what_is_behind_it() {
     let circled = camera(fisheye(), RollOff::None).with_shading(shading);
     let photons = seen(&scene, &circled, 4);
     let (mut black, mut lit) = (0, 0);
-    for y in 0..72 {
-        for x in 0..96 {
+    for y in 0..72_u32 {
+        for x in 0..96_u32 {
             let bearing = fisheye().unproject(DVec2::new(x.into(), y.into())).unwrap();
             let angle_rad = libm::acos(bearing.z);
-            let share = f64::from(photons.at(x as usize, y as usize) / axis);
+            let share = f64::from(photons.at(index(x), index(y)) / axis);
             if angle_rad > 97.0_f64.to_radians() {
                 assert_eq!(share, 0.0, "{x} {y}");
                 black += 1;

@@ -247,8 +247,8 @@ fn centred(size: Size, focal_px: f64) -> Intrinsics {
     Intrinsics { fx_px: focal_px, fy_px: focal_px, cx_px: 0.5 * (width_px - 1.0), cy_px: 0.5 * (height_px - 1.0) }
 }
 
-/// `alpha d + (1 - alpha) z`, where `d^2 = aside2 + z^2`. Behind the sphere's middle the two parts nearly cancel, so there it is the difference
-/// of their squares over that of the parts.
+/// `alpha d + (1 - alpha) z`, where `d^2 = aside2 + z^2`. Behind the sphere's middle the two parts nearly cancel, so there it is
+/// the difference of their squares over that of the parts.
 fn denominator(alpha: f64, distance: f64, z: f64, aside2: f64) -> f64 {
     if z >= 0.0 {
         return alpha * distance + (1.0 - alpha) * z;
