@@ -17,8 +17,8 @@ fn small(lines: &str, keys: &str) -> String {
     )
 }
 
-/// Four pictures of 48 x 32 px at 33 Hz, with a list and a camera. The second and third count for two frames at 30 Hz, whose exposures stand
-/// at their ends.
+/// Four pictures of 48 x 32 px at 33 Hz, with a list and a camera. The second and third count for two frames at 30 Hz, whose
+/// exposures stand at their ends.
 fn good() -> Files {
     let mut files = Files::default();
     for number in 0..4 {
