@@ -17,13 +17,14 @@ fn small(lines: &str, keys: &str) -> String {
     )
 }
 
-/// Four pictures of 48 x 32 px at 20 Hz, with a list and a camera.
+/// Four pictures of 48 x 32 px at 33 Hz, with a list and a camera. The second and third count for two frames at 30 Hz, whose
+/// exposures stand at their ends.
 fn good() -> Files {
     let mut files = Files::default();
     for number in 0..4 {
         files.0.insert(format!("film/{number:03}.png"), grey_png_8(size(48, 32), 100));
     }
-    files.0.insert("film/times.csv".to_owned(), b"0\n0.05\n0.10\n0.15\n".to_vec());
+    files.0.insert("film/times.csv".to_owned(), b"0\n0.03\n0.06\n0.09\n".to_vec());
     files.0.insert("film/K.txt".to_owned(), K.as_bytes().to_vec());
     files
 }
@@ -92,7 +93,7 @@ fn bad_files_are_refused_by_name_with_what_would_do() {
         ("no picture", without(&[".png"]), ["film", "no picture"]),
         ("no list", without(&["times.csv"]), ["scene.images_fps", "times.csv"]),
         ("no camera", without(&["K.txt"]), ["scene.images_camera", "K.txt"]),
-        ("other size", with("001.png", &grey_png_8(size(47, 32), 100)), ["001.png", "47 x 32"]),
+        ("other size", with("002.png", &grey_png_8(size(47, 32), 100)), ["002.png", "47 x 32"]),
         ("cut PNG", with("001.png", &whole[..whole.len() / 2]), ["001.png", "PNG"]),
         ("empty PNG", with("001.png", &[]), ["001.png", "neither PNG nor OpenEXR"]),
         ("JPEG", with("001.png", &[0xff, 0xd8, 0xff, 0xe0, 0, 0]), ["001.png", "neither PNG nor OpenEXR"]),
@@ -129,7 +130,7 @@ fn bad_keys_are_refused_with_what_would_do() {
         ("images_blend = \"cubic\"", "", ["scene.images_blend", "nearest, linear"]),
         ("images_transfer = \"log\"", "", ["scene.images_transfer", "auto, srgb, linear"]),
         ("images_start_s = 0.2", "", ["run.frames", "scene.images_start_s"]),
-        ("images_start_s = 0.12", "", ["run.frames", "up to 1 frames"]),
+        ("images_start_s = 0.06", "", ["run.frames", "up to 1 frames"]),
         ("images_depth = \"depth\"", "", ["scene.images", "depth"]),
         ("images_depth_per_m = 5000.0", "", ["scene.images_depth_per_m", "scene.images_depth"]),
         ("generator = \"box\"", "", ["scene.generator", "exactly one"]),

@@ -136,7 +136,7 @@ mod tests {
         assert!((covered.start_s + 0.05).abs() < 1e-15 && (covered.end_s - 0.45).abs() < 1e-15);
         let alone = Blend::Linear.weights(&[0.2], Span { start_s: 0.0, end_s: 1.0 });
         assert_eq!(alone, [(0, 1.0)]);
-        for (t_s, number) in [(-1.0, 0), (0.05, 0), (0.051, 1), (0.2, 1), (0.21, 2), (9.0, 3)] {
+        for (t_s, number) in [(-1.0, 0), (0.05, 0), (0.051, 1), (0.19, 1), (0.21, 2), (9.0, 3)] {
             assert_eq!(nearest(&TIMES_S, t_s), number, "{t_s}");
         }
     }
