@@ -87,7 +87,7 @@ impl Case<'_> {
             saturation_photons: self.saturation_photons,
             ..sampling
         };
-        render(&self.setup.scene, camera, &shutter, &pose, sampling)
+        render(self.setup.world.scene().expect("a scene with geometry"), camera, &shutter, &pose, sampling)
     }
 
     /// Mean over lit pixels below saturation of the square of the difference over the photons, in electrons.
