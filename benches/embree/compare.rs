@@ -13,7 +13,11 @@ pub const EQUAL: f64 = 1e-5;
 const EQUAL_M: f64 = 1e-6;
 
 fn equal(t: f64, other_t: f64) -> bool {
-    (t - other_t).abs() <= (EQUAL * other_t).max(EQUAL_M)
+    near(t, other_t, EQUAL_M)
+}
+
+fn near(t: f64, other_t: f64, apart_m: f64) -> bool {
+    (t - other_t).abs() <= (EQUAL * other_t).max(apart_m)
 }
 
 /// What became of the rays.
@@ -69,5 +73,7 @@ fn is_right(corners_m: [[f32; 3]; 3], packet: &Packet, lane: usize, t: f64) -> b
         |from: DVec3, to: DVec3| (to - from).cross(at_m - from).dot(normal) / ((to - from).length() * normal.length());
     let inside =
         (0..3).all(|corner| beside(corners_m[corner], corners_m[(corner + 1) % 3]) > -(EQUAL * exact).max(EQUAL_M));
-    equal(t, exact) && inside
+    // A plane seen at a grazing angle, and moved by a coordinate's rounding, is met that much earlier or later.
+    let grazing = normal.dot(direction).abs() / (normal.length() * direction.length());
+    near(t, exact, EQUAL_M / grazing) && inside
 }
