@@ -51,6 +51,8 @@ pub struct Leaf {
     pub triangle: u32,
     /// How far an edge function may be on the wrong side and still count, for rays of unit direction.
     pub slack: f32,
+    /// Whether it may have holes.
+    pub cut_out: bool,
 }
 
 /// Flat tree.
@@ -65,6 +67,11 @@ pub struct Bvh {
 impl Bvh {
     /// Builds the tree. Corners must be finite and there must be at least one triangle.
     pub fn build(triangles_m: &[[[f32; 3]; 3]]) -> Self {
+        Self::build_with_cut_outs(triangles_m, &|_| false)
+    }
+
+    /// Builds the tree and marks those triangles that may have holes.
+    pub fn build_with_cut_outs(triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) -> Self {
         assert!(!triangles_m.is_empty(), "a tree needs a triangle");
         let boxes: Vec<Aabb> = triangles_m.iter().map(bounds).collect();
         let order: Vec<u32> = (0..u32_from(boxes.len())).collect();
@@ -79,7 +86,7 @@ impl Bvh {
         optimizer.run(&mut tree, REINSERTION_SHARE, None);
         collapse(&mut tree, LEAF_TRIANGLES_MAX, BOX_COST);
         optimizer.run(&mut tree, REINSERTION_SHARE, None);
-        let flat = Self { nodes: flatten(&tree), leaves: leaves(&tree, triangles_m) };
+        let flat = Self { nodes: flatten(&tree), leaves: leaves(&tree, triangles_m, is_cut_out) };
         assert!(flat.depth() < DEPTH_MAX, "the tree is deeper than the tracer's stack");
         flat
     }
@@ -109,7 +116,7 @@ fn bounds(corners_m: &[[f32; 3]; 3]) -> Aabb {
 /// An edge function is twice a triple product of (point of the edge, edge, direction). Its factors carry half an epsilon of
 /// rounding each, and its two products and three sums as much again: together below 8 epsilon times the distance of the ray's
 /// origin times the length of the edge. In metres that moves an edge by 4 epsilon of the scene's extent: 3 um in a room.
-fn leaves(tree: &Bvh2, triangles_m: &[[[f32; 3]; 3]]) -> Vec<Leaf> {
+fn leaves(tree: &Bvh2, triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) -> Vec<Leaf> {
     let root = tree.nodes[0].aabb();
     let extent_m = (root.max - root.min).to_array().into_iter().fold(0.0, |sum, edge| sum + edge);
     let leaf = |&triangle: &u32| {
@@ -119,7 +126,8 @@ fn leaves(tree: &Bvh2, triangles_m: &[[[f32; 3]; 3]]) -> Vec<Leaf> {
             let apart = (from[0] - to[0]).abs() + (from[1] - to[1]).abs() + (from[2] - to[2]).abs();
             if apart > longest { apart } else { longest }
         });
-        Leaf { corners_m, triangle, slack: 8.0 * f32::EPSILON * extent_m * edge_m }
+        let slack = 8.0 * f32::EPSILON * extent_m * edge_m;
+        Leaf { corners_m, triangle, slack, cut_out: is_cut_out(triangle) }
     };
     tree.primitive_indices.iter().map(leaf).collect()
 }

@@ -26,6 +26,24 @@ pub struct Packet {
     pub t_max: Floats,
 }
 
+/// Where cut-out triangles let rays through. It is asked only about triangles that the tree was told are cut out, and only about points
+/// that would otherwise be hits; its answer must depend on its arguments alone.
+pub trait Holes {
+    /// Whether a ray passes the triangle at these weights of its second and third corner.
+    fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool;
+}
+
+/// Every triangle is whole.
+#[derive(Clone, Copy, Debug)]
+pub struct NoHoles;
+
+impl Holes for NoHoles {
+    #[inline(always)]
+    fn is_open(&self, _: u32, _: f32, _: f32) -> bool {
+        false
+    }
+}
+
 /// No triangle.
 pub const MISS: u32 = u32::MAX;
 
@@ -175,35 +193,42 @@ impl Default for Stack {
     }
 }
 
-struct Walk<'a, const ANY: bool> {
+struct Walk<'a, H, const ANY: bool> {
     bvh: &'a Bvh,
+    holes: &'a H,
     packet: &'a Packet,
     stack: &'a mut Stack,
 }
 
-impl<const ANY: bool> Kernel for Walk<'_, ANY> {
+impl<H: Holes, const ANY: bool> Kernel for Walk<'_, H, ANY> {
     type Output = Hits;
 
     #[inline(always)]
     fn run(self) -> Hits {
-        walk::<ANY>(self.bvh, self.packet, self.stack)
+        walk::<H, ANY>(self.bvh, self.holes, self.packet, self.stack)
     }
 }
 
 #[inline(always)]
-fn walk<const ANY: bool>(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
+fn walk<H: Holes, const ANY: bool>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> Hits {
     let ray = prepare(*packet);
     let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: Floats::splat(0.0), v: Floats::splat(0.0) };
     if ray.alike {
-        walk_down::<ANY, true>(bvh, &ray, stack, &mut hits);
+        walk_down::<H, ANY, true>(bvh, holes, &ray, stack, &mut hits);
     } else {
-        walk_down::<ANY, false>(bvh, &ray, stack, &mut hits);
+        walk_down::<H, ANY, false>(bvh, holes, &ray, stack, &mut hits);
     }
     hits
 }
 
 #[inline(always)]
-fn walk_down<const ANY: bool, const ALIKE: bool>(bvh: &Bvh, ray: &Prepared, stack: &mut Stack, hits: &mut Hits) {
+fn walk_down<H: Holes, const ANY: bool, const ALIKE: bool>(
+    bvh: &Bvh,
+    holes: &H,
+    ray: &Prepared,
+    stack: &mut Stack,
+    hits: &mut Hits,
+) {
     let mut depth = 0;
     let (mut first, mut count) = (0_u32, 0_u32);
     loop {
@@ -235,7 +260,7 @@ fn walk_down<const ANY: bool, const ALIKE: bool>(bvh: &Bvh, ray: &Prepared, stac
             }
         } else {
             for leaf in &bvh.leaves[index(first)..index(first + count)] {
-                take::<ANY>(&ray.packet, leaf, hits);
+                take::<H, ANY>(&ray.packet, holes, leaf, hits);
             }
         }
         loop {
@@ -252,13 +277,16 @@ fn walk_down<const ANY: bool, const ALIKE: bool>(bvh: &Bvh, ray: &Prepared, stac
 }
 
 #[inline(always)]
-fn take<const ANY: bool>(packet: &Packet, leaf: &Leaf, hits: &mut Hits) {
+fn take<H: Holes, const ANY: bool>(packet: &Packet, holes: &H, leaf: &Leaf, hits: &mut Hits) {
     let Some((within, t, u, v)) = meet(packet, leaf, hits.t) else { return };
     let mut lower = [0; LANES];
     for lane in 0..LANES {
         lower[lane] = if leaf.triangle < hits.triangle[lane] { u32::MAX } else { 0 };
     }
-    let wins = within & (t.below(hits.t) | (t.equal(hits.t) & Mask(lower)));
+    let mut wins = within & (t.below(hits.t) | (t.equal(hits.t) & Mask(lower)));
+    if leaf.cut_out {
+        wins = solid(holes, leaf.triangle, wins, &u, &v);
+    }
     // A shadow ray is done with its first hit, so its lane falls idle.
     hits.t = wins.select(if ANY { Floats::splat(f32::MIN) } else { t }, hits.t);
     hits.triangle = wins.select_u32([leaf.triangle; LANES], hits.triangle);
@@ -266,133 +294,48 @@ fn take<const ANY: bool>(packet: &Packet, leaf: &Leaf, hits: &mut Hits) {
     hits.v = wins.select(v, hits.v);
 }
 
+/// The lanes among these that do not pass through a hole.
+#[inline(never)]
+fn solid<H: Holes>(holes: &H, triangle: u32, mut wins: Mask, u: &Floats, v: &Floats) -> Mask {
+    for lane in 0..LANES {
+        if wins.0[lane] != 0 && holes.is_open(triangle, u.0[lane], v.0[lane]) {
+            wins.0[lane] = 0;
+        }
+    }
+    wins
+}
+
 /// The nearest hit of each ray, for kernels that are dispatched themselves.
 #[inline(always)]
 pub fn closest_inline(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
-    walk::<false>(bvh, packet, stack)
+    closest_inline_through(bvh, &NoHoles, packet, stack)
+}
+
+/// The nearest hit of each ray that is no hole, for kernels that are dispatched themselves.
+#[inline(always)]
+pub fn closest_inline_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> Hits {
+    walk::<H, false>(bvh, holes, packet, stack)
 }
 
 /// The nearest hit of each ray.
 pub fn closest(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> Hits {
-    dispatch(Walk::<false> { bvh, packet, stack })
+    closest_through(bvh, &NoHoles, packet, stack)
+}
+
+/// The nearest hit of each ray that is no hole.
+pub fn closest_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> Hits {
+    dispatch(Walk::<H, false> { bvh, holes, packet, stack })
 }
 
 /// Whether each ray meets anything between its limits.
 pub fn blocked(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> [bool; LANES] {
-    dispatch(Walk::<true> { bvh, packet, stack }).triangle.map(|triangle| triangle != MISS)
+    blocked_through(bvh, &NoHoles, packet, stack)
+}
+
+/// Whether each ray meets anything that is no hole between its limits.
+pub fn blocked_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> [bool; LANES] {
+    dispatch(Walk::<H, true> { bvh, holes, packet, stack }).triangle.map(|triangle| triangle != MISS)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::box_room::box_room;
-    use super::super::chance::pair;
-    use super::*;
-    use crate::draw::DrawKey;
-    use crate::num::{f32_nearest, f64_from_usize, u64_from};
-
-    /// The slow twin: every ray against every triangle, in the order of the list.
-    fn closest_by_trying_all(bvh: &Bvh, packet: &Packet) -> Hits {
-        let mut leaves = bvh.leaves.clone();
-        leaves.sort_by_key(|leaf| leaf.triangle);
-        let nothing = Floats::splat(0.0);
-        let mut hits = Hits { t: packet.t_max, triangle: [MISS; LANES], u: nothing, v: nothing };
-        for leaf in &leaves {
-            take::<false>(packet, leaf, &mut hits);
-        }
-        hits
-    }
-
-    fn between(low: f64, high: f64, uniform: f64) -> f32 {
-        f32_nearest(low + (high - low) * uniform)
-    }
-
-    fn random_packet(key: DrawKey) -> Packet {
-        let zero = Floats::splat(0.0);
-        let mut packet =
-            Packet { origin_m: [zero; 3], direction: [zero; 3], t_min: zero, t_max: Floats::splat(f32::MAX) };
-        for lane in 0..LANES {
-            for axis in 0..3 {
-                let [a, b] = pair(key, u64_from(lane * 3 + axis));
-                packet.origin_m[axis].0[lane] = between(-1.0, 1.0, a) + if axis == 1 { 1.5 } else { 0.0 };
-                packet.direction[axis].0[lane] = between(-1.0, 1.0, b);
-            }
-        }
-        packet
-    }
-
-    #[test]
-    fn the_tree_finds_what_trying_all_triangles_finds_bit_for_bit() {
-        let scene = box_room(3);
-        let mut hit = 0;
-        for case in 0..250 {
-            let mut packet = random_packet(DrawKey::root(11).with(case));
-            if case % 3 == 0 {
-                // Directions along an axis, and through it exactly: the hard case of slabs.
-                packet.direction[usize::try_from(case % 9 / 3).unwrap()] = Floats::splat(0.0);
-            }
-            let fast = closest(&scene.bvh, &packet, &mut Stack::new());
-            assert_eq!(fast, closest_by_trying_all(&scene.bvh, &packet), "case {case}");
-            let any = blocked(&scene.bvh, &packet, &mut Stack::new());
-            for lane in 0..LANES {
-                assert_eq!(any[lane], fast.triangle[lane] != MISS, "case {case} lane {lane}");
-                hit += usize::from(any[lane]);
-            }
-        }
-        assert!(hit > 3_000, "{hit} hits");
-    }
-
-    #[test]
-    fn no_ray_leaves_a_closed_room_not_even_at_edges_and_corners() {
-        let scene = box_room(3);
-        let corners: Vec<[f32; 3]> = scene.mesh.vertices.iter().map(|vertex| vertex.position_m).collect();
-        let mut tried = 0;
-        for case in 0..2_000_u64 {
-            let mut packet = random_packet(DrawKey::root(12).with(case));
-            for lane in 0..LANES {
-                // At a point of an edge of some face, or (weight 0) exactly at a vertex of the room.
-                let number = (index(u32::try_from(case).unwrap()) * LANES + lane) % 24;
-                let next = number / 4 * 4 + (number + 1) % 4;
-                let weight = if case % 5 == 0 { 0.0 } else { f64_from_usize(lane) / f64_from_usize(LANES - 1) };
-                let toward: [f32; 3] = std::array::from_fn(|axis| {
-                    let at = between(f64::from(corners[number][axis]), f64::from(corners[next][axis]), weight);
-                    at - packet.origin_m[axis].0[lane]
-                });
-                let direction = super::super::mesh::unit(toward).unwrap();
-                for axis in 0..3 {
-                    packet.direction[axis].0[lane] = direction[axis];
-                }
-            }
-            let hits = closest(&scene.bvh, &packet, &mut Stack::new());
-            assert!(!hits.triangle.contains(&MISS), "case {case}: {hits:?}");
-            tried += LANES;
-        }
-        assert_eq!(tried, 32_000);
-    }
-
-    #[test]
-    fn of_equal_hits_the_lowest_triangle_wins() {
-        let wall = [[-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0]];
-        let bvh = Bvh::build(&[[[5.0, 5.0, 5.0], [6.0, 5.0, 5.0], [5.0, 6.0, 5.0]], wall, wall, wall]);
-        let zero = Floats::splat(0.0);
-        let direction = [zero, zero, Floats::splat(1.0)];
-        let packet = Packet { origin_m: [zero; 3], direction, t_min: zero, t_max: Floats::splat(2.0) };
-        assert_eq!(closest(&bvh, &packet, &mut Stack::new()).triangle, [1; LANES]);
-    }
-
-    #[test]
-    fn a_tree_of_one_triangle_is_walked_to_its_end() {
-        let bvh = Bvh::build(&[[[-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0]]]);
-        let zero = Floats::splat(0.0);
-        let mut packet = Packet {
-            origin_m: [zero; 3],
-            direction: [zero, zero, Floats::splat(1.0)],
-            t_min: zero,
-            t_max: Floats::splat(f32::MAX),
-        };
-        packet.direction[2].0[3] = -1.0;
-        let hits = closest(&bvh, &packet, &mut Stack::new());
-        for lane in 0..LANES {
-            assert_eq!(hits.triangle[lane], if lane == 3 { MISS } else { 0 }, "lane {lane}");
-        }
-    }
-}
+mod tests;
