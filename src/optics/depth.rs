@@ -10,7 +10,7 @@ use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::Scene;
 use crate::scene::lanes::{Floats, LANES};
-use crate::scene::tracer::{MISS, Packet, Stack, closest};
+use crate::scene::tracer::{MISS, Packet, Stack, closest_through};
 use crate::units::Span;
 
 /// z in metres of what the centre of each pixel sees from a still pose `world_from_body`; positive infinity where it sees
@@ -38,7 +38,7 @@ pub fn depth(scene: &Scene, camera: &Camera, world_from_body: &Pose) -> Plane<f3
             let bearing = bilinear(&corners, half, half);
             let (origin_m, direction) = still.rays(bearing, Floats::splat(0.0));
             let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max };
-            let hits = closest(&scene.bvh, &packet, &mut stack);
+            let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
             for lane in 0..LANES.min(width - first) {
                 if hits.triangle[lane] != MISS {
                     plane.row_mut(row)[first + lane] = hits.t.0[lane] * bearing[2].0[lane];

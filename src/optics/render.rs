@@ -15,7 +15,7 @@ use crate::pose::Pose;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors};
 use crate::scene::light::{BANDS, Bands};
-use crate::scene::tracer::{MISS, Packet, Stack, closest_inline};
+use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
 use crate::simd::{Kernel, dispatch};
 use crate::units::Span;
 
@@ -293,7 +293,7 @@ impl Rows<'_> {
 
     #[inline(always)]
     fn shade(&self, pixels: &Pixels, filter: f32, bearing: Vectors, packet: Packet, stack: &mut Stack) -> Floats {
-        let hits = closest_inline(&self.scene.scene().bvh, &packet, stack);
+        let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
         let mut photons = Floats::splat(0.0);
         // A list whose length only the run knows: unrolled sixteen times, shading outgrows the instruction cache.
         for &lane in &pixels.seen.0[..pixels.seen.1] {

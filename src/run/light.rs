@@ -6,10 +6,7 @@ use super::assets::{Assets, Progress};
 use crate::config::Scenario;
 use crate::config::check::within;
 use crate::error::Error;
-use crate::scene::{Bake, BakeSettings, LitScene, Scene, box_room, target};
-
-/// The box room's textures: not the run's seed, so that two runs with different seeds look at the same room.
-const BOX_ROOM_SEED: u64 = 1;
+use crate::scene::{Bake, BakeSettings, LitScene, Scene, generated, target};
 
 /// Loads or generates the scene, bakes or loads its light, and scales it to the scenario's lux at `start_m`.
 ///
@@ -26,16 +23,17 @@ pub fn lit_scene(
     // Also where the scene has no use for them: a value that is written is a value that holds.
     section.surroundings.check()?;
     within("scene.reflectance", section.reflectance, 0.0..=1.0, "0 to 1")?;
+    section.check_target_keys()?;
     let scene = match (&section.file, &section.generator, &section.target) {
         (Some(file), None, None) => {
             let named = |error: Error| error.named_by("scene.file", file);
             let bytes = assets.read(file).map_err(named)?;
             Scene::from_glb_in(file, &bytes, &section.surroundings).map_err(named)?
         }
-        (None, Some(generator), None) => generated(generator)?,
+        (None, Some(generator), None) => generated::scene(generator, &section.surroundings, &|name| assets.read(name))?,
         (None, None, Some(target)) => {
-            let flat = flat_target(target, section.reflectance)?;
-            return Ok(flat.evenly_lit(lux, illuminant));
+            let scene = target::named(target, &section.target_wish())?;
+            return Ok(scene.evenly_lit(lux, illuminant));
         }
         _ => return Err(not_one_scene(section)),
     };
@@ -50,20 +48,6 @@ fn not_one_scene(section: &crate::config::scenario::Scene) -> Error {
     match all.into_iter().find_map(|(key, value)| Some((key, value.as_ref()?))) {
         Some((key, value)) => Error::key(key, value, format!("stands beside another; {reason}")),
         None => Error::key("scene", "nothing", reason),
-    }
-}
-
-fn generated(generator: &str) -> Result<Scene, Error> {
-    match generator {
-        "box" => Ok(box_room::box_room(BOX_ROOM_SEED)),
-        _ => Err(Error::key("scene.generator", generator, "not known; \"box\" would do")),
-    }
-}
-
-fn flat_target(target: &str, reflectance: f64) -> Result<Scene, Error> {
-    match target {
-        "flat" => target::flat(reflectance),
-        _ => Err(Error::key("scene.target", target, "not known; \"flat\" would do")),
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod accessor;
 mod material;
+pub mod picture;
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use gltf::mesh::Mode;

@@ -1,8 +1,10 @@
 //! Triangles and what they are made of. Enters: vertices, indices and materials from any source. Leaves: a mesh in which
 //! every number is finite, every index is in range and every triangle has an area.
 
+use super::cut_out::CutOut;
 use super::light::{BANDS, Bands, with_infrared};
 use super::texture::Texture;
+use super::tracer::Holes;
 use crate::num::{f32_nearest, index, u32_from};
 
 /// No real surface reflects more: base colours above are brought down to it, which also keeps the light's series of bounces
@@ -18,6 +20,8 @@ pub struct Material {
     pub base_colour: Bands,
     /// Index of a texture, if there is one.
     pub texture: Option<u32>,
+    /// Index of its holes, if it has any; they lie by the same texture coordinates.
+    pub cut_out: Option<u32>,
     /// Radiance in the scene's own units, on both sides where `double_sided`.
     pub emission: Bands,
     /// 0 for dielectrics, 1 for metals.
@@ -35,6 +39,7 @@ impl Material {
             name: name.to_owned(),
             base_colour: with_infrared(base_colour),
             texture: None,
+            cut_out: None,
             emission: [0.0; BANDS],
             metallic: 0.0,
             roughness: 1.0,
@@ -97,9 +102,17 @@ pub struct Mesh {
     pub materials: Vec<Material>,
     /// Textures.
     pub textures: Vec<Texture>,
+    /// Holes that materials name.
+    pub cut_outs: Vec<CutOut>,
 }
 
 impl Mesh {
+    /// The holes of a triangle's material, if it has any.
+    pub fn cut_out_of(&self, triangle: u32) -> Option<&CutOut> {
+        let cut_out = self.materials[index(self.material_of[index(triangle)])].cut_out?;
+        Some(&self.cut_outs[index(cut_out)])
+    }
+
     /// Corners of a triangle in metres.
     pub fn corners_m(&self, triangle: usize) -> [[f32; 3]; 3] {
         self.triangles[triangle].map(|corner| self.vertices[index(corner)].position_m)
@@ -173,6 +186,16 @@ fn repair_vertex(vertex: &mut Vertex) -> bool {
             vertex.normal = [0.0, 1.0, 0.0];
             false
         }
+    }
+}
+
+/// Rays pass the holes of cut-out materials. Weights are those of the second and third corner.
+impl Holes for Mesh {
+    fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool {
+        let Some(cut_out) = self.cut_out_of(triangle) else { return false };
+        let [a, b, c] = self.triangles[index(triangle)].map(|corner| self.vertices[index(corner)].uv);
+        let w = 1.0 - u - v;
+        cut_out.is_open([a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v])
     }
 }
 

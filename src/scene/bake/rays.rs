@@ -8,7 +8,7 @@ use super::super::lamps::LampPoint;
 use super::super::lanes::{Floats, LANES};
 use super::super::light::{BANDS, Bands};
 use super::super::mesh::{dot, sub};
-use super::super::tracer::{MISS, Packet, Stack, blocked, closest};
+use super::super::tracer::{MISS, Packet, Stack, blocked_through, closest_through};
 use super::BakeSettings;
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from, u64_from};
@@ -89,7 +89,7 @@ pub fn lamp_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], points: &[Lam
             lanes += 1;
         }
         if lanes == LANES || (number + 1 == points.len() && lanes > 0) {
-            let shadowed = blocked(&scene.bvh, &packet, &mut stack);
+            let shadowed = blocked_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
             for lane in (0..lanes).filter(|&lane| !shadowed[lane]) {
                 let (side, sent) = waiting[lane];
                 for band in 0..BANDS {
@@ -132,7 +132,7 @@ pub fn bounce_rays(
         for (lane, &local) in directions.iter().enumerate() {
             set_ray(&mut packet, lane, origin, turned(local, &sides, normal), f32::MAX);
         }
-        let hits = closest(&scene.bvh, &packet, &mut stack);
+        let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
         for lane in 0..LANES {
             let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
             let (place, light) = scene.bounce_place(hits.triangle[lane], hits.u.0[lane], hits.v.0[lane], direction);

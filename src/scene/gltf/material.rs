@@ -44,6 +44,7 @@ pub fn read(material: &gltf::Material<'_>) -> Material {
         emission: with_infrared(material.emissive_factor().map(|band| sound(band * strength, 1e12))),
         metallic: sound(pbr.metallic_factor(), 1.0),
         roughness: sound(pbr.roughness_factor(), 1.0),
+        cut_out: None,
         double_sided: material.double_sided(),
     }
 }
