@@ -97,7 +97,11 @@ pub fn prepare(located: Located, shared: &Shared) -> Result<Setup, Error> {
     use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
     let assets = FolderAssets::new(&located.folder, shared);
     let bar = progress::Baking::new(shared.quiet);
-    Setup::new(located.resolved, &assets, &bar)
+    let setup = Setup::new(located.resolved, &assets, &bar)?;
+    for note in setup.scene.scene().notes.iter().filter(|_| !shared.quiet) {
+        eprintln!("sensel: scene: {note}");
+    }
+    Ok(setup)
 }
 
 /// `sensel run`.

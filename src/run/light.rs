@@ -28,7 +28,7 @@ pub fn lit_scene(
         (Some(file), None, None) => {
             let named = |error: Error| error.named_by("scene.file", file);
             let bytes = assets.read(file).map_err(named)?;
-            Scene::from_glb_in(file, &bytes, &section.surroundings).map_err(named)?
+            Scene::from_gltf_in(file, &bytes, &section.surroundings, &|name| assets.read(name)).map_err(named)?
         }
         (None, Some(generator), None) => generated::scene(generator, &section.surroundings, &|name| assets.read(name))?,
         (None, None, Some(target)) => {

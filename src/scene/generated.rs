@@ -1,5 +1,6 @@
 //! Scenes made by code, by name. Enters: a name, and a way to read pictures beside the scenario. Leaves: the scene, or which names would do.
 
+use super::gltf::Read;
 use super::gltf::picture::{Budget, Picture};
 use super::light::with_infrared;
 use super::mesh::Mesh;
@@ -12,9 +13,6 @@ pub const NAMES: [&str; 4] = ["box", "hall", "photo_box", "street"];
 
 /// The box room's textures: not the run's seed, so that two runs with different seeds look at the same room.
 const BOX_ROOM_SEED: u64 = 1;
-
-/// Reads a file beside the scenario.
-pub type Read<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, Error>;
 
 /// Makes a scene in its surroundings. "box" needs no files; the others read their pictures from the folder `textures` beside the scenario.
 ///

@@ -121,8 +121,8 @@ impl Mesh {
     /// Adds vertices and triangles (indices count from the first of `vertices`), repaired where that is harmless: triangles
     /// without area are dropped, the winding follows the normals, and a normal that is missing or not finite is made from the
     /// first triangle at its vertex. Says why where it cannot be repaired: a position that is not finite, an index out of
-    /// range.
-    pub fn append(&mut self, material: u32, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Result<(), String> {
+    /// range. Returns how many triangles were dropped.
+    pub fn append(&mut self, material: u32, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Result<usize, String> {
         assert!(index(material) < self.materials.len(), "a mesh needs its material first");
         if let Some(bad) = vertices.iter().position(|vertex| !vertex.position_m.iter().all(|x| in_range(*x))) {
             return Err(format!(
@@ -132,12 +132,16 @@ impl Mesh {
         }
         let base = u32_from(self.vertices.len());
         let mut vertices = vertices.to_vec();
+        let mut dropped = 0;
         let mut normal_known: Vec<bool> = vertices.iter_mut().map(repair_vertex).collect();
         for (number, corners) in triangles.iter().enumerate() {
             if let Some(bad) = corners.iter().find(|&&corner| index(corner) >= vertices.len()) {
                 return Err(format!("triangle {number} names vertex {bad} of {}", vertices.len()));
             }
-            let Some(face) = unit_normal(corners.map(|corner| vertices[index(corner)].position_m)) else { continue };
+            let Some(face) = unit_normal(corners.map(|corner| vertices[index(corner)].position_m)) else {
+                dropped += 1;
+                continue;
+            };
             for corner in corners.map(index) {
                 if !normal_known[corner] {
                     vertices[corner].normal = face;
@@ -152,7 +156,7 @@ impl Mesh {
             self.material_of.push(material);
         }
         self.vertices.append(&mut vertices);
-        Ok(())
+        Ok(dropped)
     }
 
     /// Adds a flat quadrangle with corners in counter-clockwise order seen from its front. Its picture stands upright for

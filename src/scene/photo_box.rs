@@ -26,7 +26,7 @@ pub fn photo_box(pictures: [Texture; 5]) -> Mesh {
         builder.surface(names[number - 1], [0.85; 3], Some(picture), 1.5)
     });
     // -x, +x, floor, ceiling, -z, +z.
-    for (face, picture) in cube(LEAST_M, GREATEST_M, true).into_iter().zip([3, 4, 0, 1, 2, 3]) {
+    for (face, picture) in cube(LEAST_M, GREATEST_M, true).into_iter().zip([3, 4, 0, 1, 1, 2]) {
         builder.quad(surfaces[picture], face);
     }
     for (least_m, greatest_m, picture) in BLOCKS_M {

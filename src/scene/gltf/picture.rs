@@ -99,9 +99,4 @@ impl Picture {
         }
         sums.map(|sum| crate::num::f32_nearest(sum / crate::num::f64_from_usize(self.codes.len())))
     }
-
-    /// A square of one texel, for textures that nothing uses.
-    pub fn dot() -> Self {
-        Self { size_px: [1, 1], codes: vec![[255; 3]], alpha: vec![255] }
-    }
 }
