@@ -119,8 +119,8 @@ impl Builder {
         self.add(surface, &vertices, &triangles);
     }
 
-    /// A body of revolution about a vertical axis. The profile is radius and height from the foot up; where it turns by less than 40 degrees it
-    /// is round, elsewhere it has an edge.
+    /// A body of revolution about a vertical axis. The profile is radius and height from the foot up; where it turns by less than
+    /// 40 degrees it is round, elsewhere it has an edge.
     pub fn turned(&mut self, surface: Surface, foot_m: [f32; 3], profile_m: &[[f32; 2]], sides: u32) {
         let outward = |from: [f32; 2], to: [f32; 2]| unit([to[1] - from[1], from[0] - to[0], 0.0]);
         let normals: Vec<_> = profile_m.windows(2).map(|pair| outward(pair[0], pair[1])).collect();

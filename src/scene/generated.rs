@@ -1,4 +1,5 @@
-//! Scenes made by code, by name. Enters: a name, and a way to read pictures beside the scenario. Leaves: the scene, or which names would do.
+//! Scenes made by code, by name. Enters: a name, and a way to read pictures beside the scenario. Leaves: the scene, or which names
+//! would do.
 
 use super::gltf::Read;
 use super::gltf::picture::{Budget, Picture};

@@ -1,12 +1,13 @@
-//! glTF files. Enters: the bytes of a `.glb` or `.gltf`, and a way to read files beside it. Leaves: a scene with notes on what was left out or
-//! repaired, or why there is none.
+//! glTF files. Enters: the bytes of a `.glb` or `.gltf`, and a way to read files beside it. Leaves: a scene with notes on what was
+//! left out or repaired, or why there is none.
 //!
-//! Read: nested nodes and instances (EXT_mesh_gpu_instancing), triangles, strips and fans, dense, sparse and quantized accessors, positions,
-//! normals (flat where there are none), any set of texture coordinates with KHR_texture_transform, base colour with PNG or JPEG pictures from the
-//! file, from `data:` URIs or from its folder, holes (alpha), emission, sidedness, point and spot lights, cameras. Left out, and why it does no harm:
-//! metallic and roughness act as diffuse (see `scene`); transparent materials (alpha below a half, or marked dielectric) are dropped, so light
-//! passes; animation, skins, morph targets, points and lines are ignored. A file may be hostile: every offset, count and index is checked before it
-//! is used, and nothing is made that is larger than a scene may be.
+//! Read: nested nodes and instances (EXT_mesh_gpu_instancing), triangles, strips and fans, dense, sparse and quantized accessors,
+//! positions, normals (flat where there are none), any set of texture coordinates with KHR_texture_transform, base colour with PNG
+//! or JPEG pictures from the file, from `data:` URIs or from its folder, holes (alpha), emission, sidedness, point and spot lights,
+//! cameras. Left out, and why it does no harm: metallic and roughness act as diffuse (see `scene`); transparent materials (alpha
+//! below a half, or marked dielectric) are dropped, so light passes; animation, skins, morph targets, points and lines are ignored.
+//! A file may be hostile: every offset, count and index is checked before it is used, and nothing is made that is larger than a
+//! scene may be.
 
 mod accessor;
 mod buffers;
@@ -72,8 +73,8 @@ impl Scene {
         })
     }
 
-    /// Reads a glTF file, binary or not, and puts it into its surroundings. `read` takes paths as the scenario does: those of the file's own folder
-    /// are put before names in it.
+    /// Reads a glTF file, binary or not, and puts it into its surroundings. `read` takes paths as the scenario does: those of the
+    /// file's own folder are put before names in it.
     ///
     /// # Errors
     /// As `from_glb`.

@@ -1,9 +1,10 @@
-//! A large hall with columns and arches. Enters: pictures of marble, tiles, wood and cloth. Leaves: the mesh of a scene of 30 by 60 m and 12 m high, y up, the
-//! floor at 0, its long axis along z.
+//! A large hall with columns and arches. Enters: pictures of marble, tiles, wood and cloth. Leaves: the mesh of a scene of 30 by 60
+//! m and 12 m high, y up, the floor at 0, its long axis along z.
 //!
-//! A nave of 13 m between two rows of ten round arches on marble columns, a coffered vault over it, groin-vaulted aisles beside it, light through
-//! tall windows in the aisles and a clerestory. Proportions are those of an early Renaissance basilica at two thirds of its size: bays of 6 m,
-//! columns of 4.4 m and 0.46 m radius (a ratio of 9.6 to the diameter below, about Vitruvius' Corinthian order).
+//! A nave of 13 m between two rows of ten round arches on marble columns, a coffered vault over it, groin-vaulted aisles beside it,
+//! light through tall windows in the aisles and a clerestory. Proportions are those of an early Renaissance basilica at two thirds
+//! of its size: bays of 6 m, columns of 4.4 m and 0.46 m radius (a ratio of 9.6 to the diameter below, about Vitruvius' Corinthian
+//! order).
 
 mod furniture;
 

@@ -1,5 +1,5 @@
-//! The outside of a glTF file. Enters: the bytes of a `.glb` or a `.gltf`. Leaves: its JSON with every index in range, its binary chunk, and what
-//! the `gltf` crate does not hand out.
+//! The outside of a glTF file. Enters: the bytes of a `.glb` or a `.gltf`. Leaves: its JSON with every index in range, its binary
+//! chunk, and what the `gltf` crate does not hand out.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! KHR_lights_punctual. Enters: lights without size. Leaves: small lamps of the same intensity, because only what has a size can be seen and has
-//! soft shadows.
+//! KHR_lights_punctual. Enters: lights without size. Leaves: small lamps of the same intensity, because only what has a size can be
+//! seen and has soft shadows.
 
 use glam::{DMat4, DVec3};
 use gltf::khr_lights_punctual::{Kind, Light};
@@ -17,7 +17,8 @@ const RINGS: usize = 8;
 /// Sectors.
 const SECTORS: usize = 12;
 
-/// Puts a lamp where a light is. Units: glTF's candela and nits go together, so a lamp of intensity I and radius r has the radiance I / (pi r^2).
+/// Puts a lamp where a light is. Units: glTF's candela and nits go together, so a lamp of intensity I and radius r has the radiance
+/// I / (pi r^2).
 pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4) {
     let intensity = f64::from(light.intensity());
     if !(intensity.is_finite() && intensity > 0.0) {

@@ -1,5 +1,5 @@
-//! Materials and pictures of a glTF file. Enters: its JSON and buffers. Leaves: checked materials, textures, holes, and where on each surface
-//! its picture lies.
+//! Materials and pictures of a glTF file. Enters: its JSON and buffers. Leaves: checked materials, textures, holes, and where on
+//! each surface its picture lies.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! Encoded pictures. Enters: the bytes of a PNG or JPEG. Leaves: sRGB texels with alpha, or why not; a picture's size is taken from its header and
-//! judged before anything is decoded.
+//! Encoded pictures. Enters: the bytes of a PNG or JPEG. Leaves: sRGB texels with alpha, or why not; a picture's size is taken from
+//! its header and judged before anything is decoded.
 
 use std::io::Cursor;
 

@@ -1,5 +1,5 @@
-//! What stands on the pavements: trees, lanterns, bollards, bins, and what lies in the roadway. Enters: a street. Leaves: it furnished, each tree
-//! with leaves of its own.
+//! What stands on the pavements: trees, lanterns, bollards, bins, and what lies in the roadway. Enters: a street. Leaves: it
+//! furnished, each tree with leaves of its own.
 
 use super::super::build::{Builder, Surface};
 use super::super::chance::frame;
