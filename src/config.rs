@@ -12,6 +12,7 @@ mod readout;
 mod rig;
 pub mod scenario;
 pub mod suggest;
+mod target;
 pub mod tree;
 
 pub use scenario::Scenario;

@@ -7,11 +7,15 @@
 
 pub mod bake;
 pub mod box_room;
+pub mod build;
 pub mod bvh;
 mod chance;
+pub mod cut_out;
 pub mod environment;
 pub mod flicker;
+pub mod generated;
 pub mod gltf;
+pub mod hall;
 pub mod images;
 pub mod lamps;
 pub mod lanes;
@@ -19,8 +23,11 @@ pub mod light;
 pub mod lit;
 pub mod mesh;
 pub mod motion;
+pub mod pattern;
+pub mod photo_box;
 pub mod samples;
 pub mod sky;
+pub mod street;
 pub mod surroundings;
 pub mod target;
 pub mod texture;
@@ -64,6 +71,8 @@ pub struct Scene {
     pub flickering: Vec<bool>,
     /// Cameras that the scene's file holds.
     pub viewpoints: Vec<Viewpoint>,
+    /// What of the file was left out, changed or repaired, in sentences for its user.
+    pub notes: Vec<String>,
 }
 
 /// Where a scene's author put a camera.
@@ -89,10 +98,11 @@ impl Scene {
             material.base_colour = material.base_colour.map(|band| band.clamp(0.0, mesh::ALBEDO_MAX));
         }
         let corners_m: Vec<_> = (0..mesh.triangles.len()).map(|triangle| mesh.corners_m(triangle)).collect();
-        let bvh = Bvh::build(&corners_m);
+        let bvh = Bvh::build_with_cut_outs(&corners_m, &|triangle| mesh.cut_out_of(triangle).is_some());
         let (layout, lamps) = (Layout::of(&mesh), Lamps::of(&mesh, &bvh));
         let (environment, flickering, viewpoints) = (None, Vec::new(), Vec::new());
-        Ok(Self { name: name.to_owned(), mesh, bvh, layout, lamps, sky, environment, flickering, viewpoints })
+        let (name, notes) = (name.to_owned(), Vec::new());
+        Ok(Self { name, mesh, bvh, layout, lamps, sky, environment, flickering, viewpoints, notes })
     }
 
     /// Gives the scene a sky of this radiance (in its own light units) beyond all surfaces.
@@ -166,6 +176,14 @@ impl Scene {
         }
         for texture in &self.mesh.textures {
             texture.hash_into(&mut hasher);
+        }
+        for material in &self.mesh.materials {
+            if let Some(cut_out) = material.cut_out {
+                hasher.update(&cut_out.to_le_bytes());
+            }
+        }
+        for cut_out in &self.mesh.cut_outs {
+            cut_out.hash_into(&mut hasher);
         }
         *hasher.finalize().as_bytes()
     }

@@ -96,7 +96,8 @@ pub fn prepare(located: Located, shared: &Shared) -> Result<Setup, Error> {
     use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
     let assets = FolderAssets::new(&located.folder, shared);
     let bar = progress::Baking::new(shared.quiet);
-    Setup::new(located.resolved, &assets, &bar)
+    let setup = Setup::new(located.resolved, &assets, &bar)?;
+    Ok(setup)
 }
 
 /// `sensel run`.

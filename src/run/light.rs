@@ -8,10 +8,7 @@ use crate::config::check::within;
 use crate::config::light::{BakeLimits, Level};
 use crate::error::Error;
 use crate::scene::surroundings::PANEL;
-use crate::scene::{Bake, BakeCost, BakeSettings, Environment, LitScene, Scene, box_room, target};
-
-/// The box room's textures: not the run's seed, so that two runs with different seeds look at the same room.
-const BOX_ROOM_SEED: u64 = 1;
+use crate::scene::{Bake, BakeCost, BakeSettings, Environment, LitScene, Scene, generated, target};
 
 /// Loads or generates the scene, gives it what lights it, bakes or loads its light, and scales it to the scenario's lux at `start_m`.
 ///
@@ -30,16 +27,16 @@ pub fn lit_scene(
     section.surroundings.check()?;
     within("scene.reflectance", section.reflectance, 0.0..=1.0, "0 to 1")?;
     let beyond = beyond(scenario, assets)?;
+    section.check_target_keys()?;
     let scene = match (&section.file, &section.generator, &section.target) {
         (Some(file), None, None) => {
             let named = |error: Error| error.named_by("scene.file", file);
             let bytes = assets.read(file).map_err(named)?;
-            Scene::from_glb_in(file, &bytes, &section.surroundings).map_err(named)?
+            Scene::from_gltf_in(file, &bytes, &section.surroundings, &|name| assets.read(name)).map_err(named)?
         }
-        (None, Some(generator), None) => generated(generator)?,
+        (None, Some(generator), None) => generated::scene(generator, &section.surroundings, &|name| assets.read(name))?,
         (None, None, Some(target)) => {
-            let flat = flat_target(target, section.reflectance)?;
-            let lit = flat.evenly_lit(lux, illuminant);
+            let lit = target::named(target, &section.target_wish())?.evenly_lit(lux, illuminant);
             return Ok(match flicker {
                 Some(flicker) => lit.all_flickering(flicker),
                 None => lit,
@@ -128,20 +125,6 @@ fn not_one_scene(section: &crate::config::scenario::Scene) -> Error {
     match all.into_iter().find_map(|(key, value)| Some((key, value.as_ref()?))) {
         Some((key, value)) => Error::key(key, value, format!("stands beside another; {reason}")),
         None => Error::key("scene", "nothing", reason),
-    }
-}
-
-fn generated(generator: &str) -> Result<Scene, Error> {
-    match generator {
-        "box" => Ok(box_room::box_room(BOX_ROOM_SEED)),
-        _ => Err(Error::key("scene.generator", generator, "not known; \"box\" would do")),
-    }
-}
-
-fn flat_target(target: &str, reflectance: f64) -> Result<Scene, Error> {
-    match target {
-        "flat" => target::flat(reflectance),
-        _ => Err(Error::key("scene.target", target, "not known; \"flat\" would do")),
     }
 }
 

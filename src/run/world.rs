@@ -51,8 +51,10 @@ impl World {
         match &scenario.scene.images {
             Some(folders) => pictures::sequence(scenario, folders, demand, assets, progress)
                 .map(|(sequence, notes)| (Self::Images(sequence), notes)),
-            None => lit_scene(scenario, demand.start_m, assets, progress)
-                .map(|lit| (Self::Scene(Box::new(lit)), Vec::new())),
+            None => lit_scene(scenario, demand.start_m, assets, progress).map(|lit| {
+                let notes = lit.scene().notes.clone();
+                (Self::Scene(Box::new(lit)), notes)
+            }),
         }
     }
 

@@ -1,8 +1,10 @@
 //! Triangles and what they are made of. Enters: vertices, indices and materials from any source. Leaves: a mesh in which
 //! every number is finite, every index is in range and every triangle has an area.
 
+use super::cut_out::CutOut;
 use super::light::{BANDS, Bands, with_infrared};
 use super::texture::Texture;
+use super::tracer::Holes;
 use crate::num::{f32_nearest, index, u32_from};
 
 /// No real surface reflects more: base colours above are brought down to it, which also keeps the light's series of bounces
@@ -18,6 +20,8 @@ pub struct Material {
     pub base_colour: Bands,
     /// Index of a texture, if there is one.
     pub texture: Option<u32>,
+    /// Index of its holes, if it has any; they lie by the same texture coordinates.
+    pub cut_out: Option<u32>,
     /// Radiance in the scene's own units, on both sides where `double_sided`.
     pub emission: Bands,
     /// 0 for dielectrics, 1 for metals.
@@ -35,6 +39,7 @@ impl Material {
             name: name.to_owned(),
             base_colour: with_infrared(base_colour),
             texture: None,
+            cut_out: None,
             emission: [0.0; BANDS],
             metallic: 0.0,
             roughness: 1.0,
@@ -97,9 +102,17 @@ pub struct Mesh {
     pub materials: Vec<Material>,
     /// Textures.
     pub textures: Vec<Texture>,
+    /// Holes that materials name.
+    pub cut_outs: Vec<CutOut>,
 }
 
 impl Mesh {
+    /// The holes of a triangle's material, if it has any.
+    pub fn cut_out_of(&self, triangle: u32) -> Option<&CutOut> {
+        let cut_out = self.materials[index(self.material_of[index(triangle)])].cut_out?;
+        Some(&self.cut_outs[index(cut_out)])
+    }
+
     /// Corners of a triangle in metres.
     pub fn corners_m(&self, triangle: usize) -> [[f32; 3]; 3] {
         self.triangles[triangle].map(|corner| self.vertices[index(corner)].position_m)
@@ -108,8 +121,8 @@ impl Mesh {
     /// Adds vertices and triangles (indices count from the first of `vertices`), repaired where that is harmless: triangles
     /// without area are dropped, the winding follows the normals, and a normal that is missing or not finite is made from the
     /// first triangle at its vertex. Says why where it cannot be repaired: a position that is not finite, an index out of
-    /// range.
-    pub fn append(&mut self, material: u32, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Result<(), String> {
+    /// range. Returns how many triangles were dropped.
+    pub fn append(&mut self, material: u32, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Result<usize, String> {
         assert!(index(material) < self.materials.len(), "a mesh needs its material first");
         if let Some(bad) = vertices.iter().position(|vertex| !vertex.position_m.iter().all(|x| in_range(*x))) {
             return Err(format!(
@@ -119,12 +132,16 @@ impl Mesh {
         }
         let base = u32_from(self.vertices.len());
         let mut vertices = vertices.to_vec();
+        let mut dropped = 0;
         let mut normal_known: Vec<bool> = vertices.iter_mut().map(repair_vertex).collect();
         for (number, corners) in triangles.iter().enumerate() {
             if let Some(bad) = corners.iter().find(|&&corner| index(corner) >= vertices.len()) {
                 return Err(format!("triangle {number} names vertex {bad} of {}", vertices.len()));
             }
-            let Some(face) = unit_normal(corners.map(|corner| vertices[index(corner)].position_m)) else { continue };
+            let Some(face) = unit_normal(corners.map(|corner| vertices[index(corner)].position_m)) else {
+                dropped += 1;
+                continue;
+            };
             for corner in corners.map(index) {
                 if !normal_known[corner] {
                     vertices[corner].normal = face;
@@ -139,7 +156,7 @@ impl Mesh {
             self.material_of.push(material);
         }
         self.vertices.append(&mut vertices);
-        Ok(())
+        Ok(dropped)
     }
 
     /// Adds a flat quadrangle with corners in counter-clockwise order seen from its front. Its picture stands upright for
@@ -173,6 +190,16 @@ fn repair_vertex(vertex: &mut Vertex) -> bool {
             vertex.normal = [0.0, 1.0, 0.0];
             false
         }
+    }
+}
+
+/// Rays pass the holes of cut-out materials. Weights are those of the second and third corner.
+impl Holes for Mesh {
+    fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool {
+        let Some(cut_out) = self.cut_out_of(triangle) else { return false };
+        let [a, b, c] = self.triangles[index(triangle)].map(|corner| self.vertices[index(corner)].uv);
+        let w = 1.0 - u - v;
+        cut_out.is_open([a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v])
     }
 }
 

@@ -8,13 +8,16 @@ use std::collections::BTreeMap;
 
 use super::light::Bands;
 use super::mesh::{Mesh, Vertex, area_m2, cross, dot, sub, unit, unit_normal};
-use crate::num::{f32_from_u32, i32_truncated_f32, index, u32_from, u32_truncated_f32};
+use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated_f32};
 
 /// Triangles with a longer edge than this have a grid.
 const GRID_EDGE_M: f32 = 0.15;
 
-/// Distance between the samples of a grid along its longest edge.
+/// Distance between the samples of a grid along its longest edge, in a scene of a room's size.
 pub const GRID_SPACING_M: f32 = 0.08;
+
+/// Samples of all grids together, about: in a larger scene they stand further apart, and triangles may be larger before they have a grid.
+const GRID_SAMPLES: f64 = 250_000.0;
 
 /// Steps along the edge of a grid at most: 33,153 samples in one triangle.
 const GRID_STEPS_MAX: u32 = 256;
@@ -114,23 +117,25 @@ impl Layout {
     /// Lays samples out.
     pub fn of(mesh: &Mesh) -> Self {
         let mut layout = Self { samples: Vec::new(), triangles: Vec::with_capacity(mesh.triangles.len()) };
+        let spacing_m = spacing_m(mesh);
         let mut sample_of_vertex = vec![u32::MAX; mesh.vertices.len()];
         let mut sample_of_cell = BTreeMap::new();
         for triangle in 0..mesh.triangles.len() {
             let mut shade = unsampled(mesh, triangle);
-            let steps = grid_steps(mesh.corners_m(triangle));
+            let steps = grid_steps(mesh.corners_m(triangle), spacing_m);
             if steps > 0 {
                 shade.samples = [u32_from(layout.samples.len()); 3];
                 shade.grid_steps = steps;
-                layout.push_grid(mesh, triangle, &shade);
+                layout.push_grid(mesh, triangle, &shade, spacing_m);
             } else {
                 shade.samples = mesh.triangles[triangle].map(|corner| {
                     let known = &mut sample_of_vertex[index(corner)];
                     if *known == u32::MAX {
                         let vertex = &mesh.vertices[index(corner)];
                         let place = (cell(vertex), shade.material);
-                        *known =
-                            *sample_of_cell.entry(place).or_insert_with(|| layout.push_vertex(mesh, vertex, &shade));
+                        *known = *sample_of_cell
+                            .entry(place)
+                            .or_insert_with(|| layout.push_vertex(mesh, vertex, &shade, spacing_m));
                     }
                     *known
                 });
@@ -140,15 +145,15 @@ impl Layout {
         layout
     }
 
-    fn push_vertex(&mut self, mesh: &Mesh, vertex: &Vertex, shade: &ShadeTriangle) -> u32 {
-        let albedo = albedo(mesh, shade, vertex.uv);
+    fn push_vertex(&mut self, mesh: &Mesh, vertex: &Vertex, shade: &ShadeTriangle, spacing_m: f32) -> u32 {
+        let albedo = albedo(mesh, shade, vertex.uv, spacing_m);
         let (position_m, normal) = (vertex.position_m, vertex.normal);
         let double_sided = mesh.materials[index(shade.material)].double_sided;
         self.samples.push(Sample { position_m, normal, albedo, double_sided, on_grid: false });
         u32_from(self.samples.len() - 1)
     }
 
-    fn push_grid(&mut self, mesh: &Mesh, triangle: usize, shade: &ShadeTriangle) {
+    fn push_grid(&mut self, mesh: &Mesh, triangle: usize, shade: &ShadeTriangle, spacing_m: f32) {
         let steps = shade.grid_steps;
         let corners_m = mesh.corners_m(triangle);
         let normals = mesh.triangles[triangle].map(|corner| mesh.vertices[index(corner)].normal);
@@ -168,7 +173,7 @@ impl Layout {
                     shade.uv[0][axis] * weights[0] + shade.uv[1][axis] * weights[1] + shade.uv[2][axis] * weights[2]
                 });
                 let normal = unit(mix(normals)).unwrap_or(shade.normal);
-                let albedo = albedo(mesh, shade, uv);
+                let albedo = albedo(mesh, shade, uv, spacing_m);
                 let double_sided = mesh.materials[index(shade.material)].double_sided;
                 self.samples.push(Sample { position_m: mix(corners_m), normal, albedo, double_sided, on_grid: true });
             }
@@ -205,12 +210,19 @@ fn unsampled(mesh: &Mesh, triangle: usize) -> ShadeTriangle {
     ShadeTriangle { normal, uv, samples: [0; 3], grid_steps: 0, material, texels_per_m }
 }
 
+/// Distance between samples that this mesh can have: a compact triangle of area A has 1.42^2 A / spacing^2 of them.
+fn spacing_m(mesh: &Mesh) -> f32 {
+    let areas = (0..mesh.triangles.len()).map(|triangle| f64::from(area_m2(mesh.corners_m(triangle))));
+    let total_m2 = areas.fold(0.0, |sum, area| sum + area);
+    f32_nearest((2.0164 * total_m2 / GRID_SAMPLES).sqrt()).max(GRID_SPACING_M)
+}
+
 /// Steps of a triangle's grid, 0 where its vertices do.
-fn grid_steps(corners_m: [[f32; 3]; 3]) -> u32 {
+fn grid_steps(corners_m: [[f32; 3]; 3], spacing_m: f32) -> u32 {
     let [a, b, c] = corners_m;
     let length = |edge: [f32; 3]| dot(edge, edge).sqrt();
     let longest = length(sub(b, a)).max(length(sub(c, b))).max(length(sub(a, c)));
-    if longest <= GRID_EDGE_M {
+    if longest <= GRID_EDGE_M * (spacing_m / GRID_SPACING_M) {
         return 0;
     }
     // A sliver needs samples along its length only, but a grid has them across as well: it gets twice the samples that a
@@ -219,20 +231,20 @@ fn grid_steps(corners_m: [[f32; 3]; 3]) -> u32 {
         let normal = cross(sub(b, a), sub(c, a));
         dot(normal, normal).sqrt()
     };
-    let compact = 1.42 * doubled_area.sqrt() / GRID_SPACING_M;
-    let steps = (longest / GRID_SPACING_M).min(compact).ceil();
+    let compact = 1.42 * doubled_area.sqrt() / spacing_m;
+    let steps = (longest / spacing_m).min(compact).ceil();
     u32_truncated_f32(steps).clamp(2, GRID_STEPS_MAX)
 }
 
-/// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid; without what it mirrors.
-fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2]) -> Bands {
+/// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid.
+fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2], spacing_m: f32) -> Bands {
     let material = &mesh.materials[index(shade.material)];
     let dull = if material.gloss().is_some() { 1.0 - material.metallic } else { 1.0 };
     let base = material.base_colour.map(|band| band * dull);
     match material.texture {
         None => base,
         Some(texture) => {
-            let colour = mesh.textures[index(texture)].colour(uv, shade.texels_per_m * GRID_SPACING_M);
+            let colour = mesh.textures[index(texture)].colour(uv, shade.texels_per_m * spacing_m);
             std::array::from_fn(|band| base[band] * colour[band])
         }
     }

@@ -3,7 +3,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Scene;
 use super::light::with_infrared;
 use super::mesh::{Material, Mesh};
 use crate::error::Error;
@@ -84,19 +83,5 @@ impl Surroundings {
             mesh.materials.push(Material { emission: with_infrared(panel.radiance), double_sided: false, ..plain });
             mesh.append_quad(u32_from(mesh.materials.len() - 1), panel.corners_m, [1.0, 1.0]);
         }
-    }
-}
-
-impl Scene {
-    /// Reads a binary glTF file and puts it into its surroundings.
-    ///
-    /// # Errors
-    /// As `from_glb`.
-    pub fn from_glb_in(name: &str, bytes: &[u8], surroundings: &Surroundings) -> Result<Self, Error> {
-        let (mut mesh, viewpoints) = super::gltf::mesh_of(name, bytes)?;
-        surroundings.furnish(&mut mesh);
-        let mut scene = Self::new(name, mesh, with_infrared(surroundings.sky))?;
-        scene.viewpoints = viewpoints;
-        Ok(scene)
     }
 }

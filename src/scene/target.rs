@@ -1,12 +1,77 @@
-//! Photometric targets. Enters: a reflectance. Leaves: a scene that fills any view evenly.
+//! Photometric targets. Enters: a name, a reflectance, sizes in metres. Leaves: a scene that is lit evenly, every edge of it real geometry.
+//!
+//! "flat" is the inside of a cube around the origin. All others are boards that stand `distance_m` before a still rig at the
+//! origin, which looks along the world's +z with y down; the board's middle is on the axis. Around the board is a wall of the mean
+//! reflectance. Light them with `Scene::evenly_lit`: its illuminance is that on the target's plane.
+
+mod board;
 
 use super::Scene;
 use super::light::BANDS;
 use super::mesh::{Material, Mesh};
 use crate::error::Error;
 
+pub use board::Board;
+
+/// The names.
+pub const NAMES: [&str; 6] = ["flat", "blank_wall", "slanted_edge", "grey_wedge", "checkerboard", "point_sources"];
+
 /// Half the edge of the cube that a flat field is: the camera stands at its centre.
 const HALF_EDGE_M: f32 = 2.0;
+
+/// What a user said about a target; what is not said has a value of its own for each target.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wish {
+    /// Mean of light and dark; of a wedge, its lightest step. 0 to 1.
+    pub reflectance: f64,
+    /// Illuminance on the target, which the intensity of point sources is measured against.
+    pub illuminance_lux: f64,
+    /// Keys with their values, where the user gave one.
+    pub sizes: Vec<(&'static str, Option<f64>)>,
+}
+
+impl Wish {
+    /// The value of a key, checked, or another one where the user gave none.
+    fn get(&self, key: &str, otherwise: f64, low: f64, high: f64) -> Result<f64, Error> {
+        let given = self.sizes.iter().find(|(name, _)| *name == key).and_then(|(_, value)| *value);
+        let value = given.unwrap_or(otherwise);
+        if value >= low && value <= high {
+            return Ok(value);
+        }
+        Err(Error::key(&format!("scene.{key}"), value, format!("out of range; {low} to {high} would do")))
+    }
+
+    /// Refuses keys that this target does not read.
+    fn only(&self, target: &str, read: &[&str]) -> Result<(), Error> {
+        for (key, value) in &self.sizes {
+            if let Some(value) = value.filter(|_| !read.contains(key)) {
+                let would_do = if read.is_empty() { "none of the target's sizes".to_owned() } else { read.join(", ") };
+                let reason = format!("has no effect on the target \"{target}\", which reads {would_do}");
+                return Err(Error::key(&format!("scene.{key}"), value, reason));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Makes the target of a name.
+///
+/// # Errors
+/// A name that is not among `NAMES`, a value out of range, a key that this target does not read.
+pub fn named(name: &str, wish: &Wish) -> Result<Scene, Error> {
+    match name {
+        "flat" => {
+            wish.only(name, &[])?;
+            flat(wish.reflectance)
+        }
+        "blank_wall" => board::blank_wall(wish),
+        "slanted_edge" => board::slanted_edge(wish),
+        "grey_wedge" => board::grey_wedge(wish),
+        "checkerboard" => board::checkerboard(wish),
+        "point_sources" => board::point_sources(wish),
+        _ => Err(Error::key("scene.target", name, format!("not known; one of {} would do", NAMES.join(", ")))),
+    }
+}
 
 /// A Lambertian field of one reflectance in every direction: the inside of a cube around the origin. Light it with
 /// `Scene::evenly_lit`, whose illuminance is that on the target's surface.

@@ -7,9 +7,9 @@ sections! {
     Scene {
         /// A glTF binary in the scenario's folder.
         file: Option<String>,
-        /// A scene made by code: "box".
+        /// A scene made by code: "box", "hall", "photo_box", "street".
         generator: Option<String>,
-        /// A calibration target: "flat".
+        /// A calibration target: "flat", "blank_wall", "slanted_edge", "grey_wedge", "checkerboard", "point_sources".
         target: Option<String>,
         /// Pictures from elsewhere: a folder in the scenario's folder, or a list of folders with one for each camera.
         images: Option<Folders>,
@@ -53,8 +53,24 @@ sections! {
         bake_rays_max: f64,
         /// A bake that holds more than this many megabytes at once is refused beforehand, 16 to 1,000,000.
         bake_memory_mb_max: f64,
-        /// Of targets, 0 to 1.
+        /// Of targets, 0 to 1: the mean of light and dark; of a grey wedge, its lightest step.
         reflectance: f64,
+        /// From the rig's origin to a target's board; 0.01 to 10,000, not given: 1.
+        target_distance_m: Option<f64>,
+        /// Edge of a target's board; 0.001 to 10,000, not given: twice the distance.
+        target_size_m: Option<f64>,
+        /// Of a slanted edge, from the vertical; -45 to 45, not given: 5.
+        target_angle_deg: Option<f64>,
+        /// Light over dark; 1 to 10,000, not given: 4 (slanted edge, as ISO 12233:2017), 10 (checkerboard), 40 (wedge, first over last).
+        target_contrast: Option<f64>,
+        /// Steps of a grey wedge, equal in density; 2 to 64, not given: 12, as ISO 14524.
+        target_steps: Option<f64>,
+        /// Edge of a checkerboard's squares, distance between point sources; not given: an eighth of the board.
+        target_square_m: Option<f64>,
+        /// Diameter of point sources; not given: a fiftieth of their distance.
+        target_point_m: Option<f64>,
+        /// Luminous intensity of each point source, straight ahead; 0 to 1,000,000, not given: 0.01.
+        target_point_cd: Option<f64>,
         /// Light that a geometry file does not hold: sky, lamps' strength, glowing panels.
         surroundings: crate::scene::Surroundings,
     }

@@ -10,7 +10,7 @@ use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::BOUNCES_MAX;
 use crate::scene::texture::Footprint;
-use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest};
+use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_through};
 
 /// Reflected rays start this far above their surface in metres, as those of the bake do.
 const LIFT_M: f32 = 2e-4;
@@ -47,7 +47,7 @@ impl Rows<'_> {
             let numbers = |lane: usize| facet_numbers(number, pixels.seeds.lanes[3][lane], bounce);
             let Some(next) = self.turned(&hits, &packet, &numbers, &mut paths) else { break };
             packet = next;
-            hits = closest(&self.scene.scene().bvh, &packet, &mut stack);
+            hits = closest_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, &mut stack);
             for lane in (0..LANES).filter(|&lane| packet.t_max.0[lane] > 0.0) {
                 let met = if hits.triangle[lane] == MISS {
                     self.scene.sky_lux(direction_of(&packet, lane))

@@ -14,7 +14,7 @@ use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors, add3};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::texture::Footprint;
-use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline};
+use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline_through};
 use crate::simd::Kernel;
 
 /// Columns of the square of pixels that a packet covers: a tile.
@@ -205,7 +205,7 @@ impl Rows<'_> {
         let pose = motion.at(share);
         let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
         let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
-        let hits = closest_inline(&self.scene.scene().bvh, &packet, stack);
+        let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
         let footprints = self.scene.has_textures().then(|| {
             let right = pose.turned(sub(&pixels.corners[1], &pixels.corners[0]));
             let down = pose.turned(sub(&pixels.corners[2], &pixels.corners[0]));

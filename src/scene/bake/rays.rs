@@ -9,7 +9,7 @@ use super::super::lamps::LampPoint;
 use super::super::lanes::{Floats, LANES};
 use super::super::light::{BANDS, Bands};
 use super::super::mesh::{dot, sub, unit};
-use super::super::tracer::{Hits, MISS, Packet, Stack, blocked, closest};
+use super::super::tracer::{Hits, MISS, Packet, Stack, blocked_through, closest_through};
 use super::BakeSettings;
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from, u64_from};
@@ -146,7 +146,7 @@ impl Shadows<'_> {
     }
 
     fn flush(&mut self) {
-        let shadowed = blocked(&self.scene.bvh, &self.packet, &mut self.stack);
+        let shadowed = blocked_through(&self.scene.bvh, &self.scene.mesh, &self.packet, &mut self.stack);
         for lane in (0..self.lanes).filter(|&lane| !shadowed[lane]) {
             let (side, group, sent) = self.waiting[lane];
             for band in 0..BANDS {
@@ -230,7 +230,7 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
         for (lane, &local) in directions.iter().enumerate() {
             set_ray(&mut packet, lane, origin, turned(local, &sides, normal), f32::MAX);
         }
-        let hits = closest(&scene.bvh, &packet, &mut stack);
+        let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
         for lane in 0..LANES {
             let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
             let end = scene.end_of(&hits, lane, direction);
@@ -260,7 +260,7 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
             for (lane, path) in group.iter().enumerate() {
                 set_ray(&mut packet, lane, path.origin_m, path.direction, f32::MAX);
             }
-            let hits = closest(&scene.bvh, &packet, stack);
+            let hits = closest_through(&scene.bvh, &scene.mesh, &packet, stack);
             for (lane, path) in group.iter().enumerate() {
                 let end = scene.end_of(&hits, lane, path.direction);
                 for band in 0..BANDS {

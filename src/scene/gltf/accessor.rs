@@ -1,101 +1,118 @@
-//! Numbers in a glTF file's binary chunk. Enters: accessors. Leaves: checked lists.
+//! Numbers in a glTF file's buffers. Enters: accessors, dense or sparse. Leaves: checked lists.
 
+use gltf::Accessor;
+use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{DataType, Dimensions};
-use gltf::{Accessor, buffer::View};
 
+use super::buffers::Buffers;
 use crate::num::index;
 
-/// The binary chunk.
-pub struct Buffer<'a> {
-    /// Its bytes.
-    pub binary: &'a [u8],
+/// Elements of one accessor at most: more vertices than a scene may have.
+const ELEMENTS_MAX: usize = 1 << 25;
+
+/// Bytes of one number.
+const fn bytes_of(kind: DataType) -> usize {
+    match kind {
+        DataType::I8 | DataType::U8 => 1,
+        DataType::I16 | DataType::U16 => 2,
+        DataType::U32 | DataType::F32 => 4,
+    }
 }
 
-impl<'a> Buffer<'a> {
-    /// Bytes of a view.
-    pub fn view(&self, view: &View<'_>) -> Result<&'a [u8], String> {
-        if view.buffer().index() != 0 || !matches!(view.buffer().source(), gltf::buffer::Source::Bin) {
-            return Err(format!(
-                "buffer view {} lies outside the file; a .glb with everything embedded would do",
-                view.index()
-            ));
-        }
-        let end = view.offset().checked_add(view.length()).filter(|&end| end <= self.binary.len());
-        let end = end.ok_or_else(|| {
-            let (from, length) = (view.offset(), view.length());
-            format!("buffer view {} takes {length} bytes from {from}, of {}", view.index(), self.binary.len())
-        })?;
-        Ok(&self.binary[view.offset()..end])
-    }
+/// A number, brought to the range of -1 to 1 or 0 to 1 where the accessor says that it is a share.
+fn number(word: &[u8], kind: DataType, is_share: bool) -> f32 {
+    let (value, one) = match (kind, word) {
+        (DataType::F32, &[a, b, c, d]) => return f32::from_le_bytes([a, b, c, d]),
+        (DataType::U8, &[a]) => (f32::from(a), 255.0),
+        (DataType::I8, &[a]) => (f32::from(i8::from_le_bytes([a])), 127.0),
+        (DataType::U16, &[a, b]) => (f32::from(u16::from_le_bytes([a, b])), 65_535.0),
+        (DataType::I16, &[a, b]) => (f32::from(i16::from_le_bytes([a, b])), 32_767.0),
+        _ => (0.0, 1.0),
+    };
+    if is_share { (value / one).max(-1.0) } else { value }
+}
 
-    /// One slice of `bytes` bytes for each element.
-    fn elements(&self, accessor: &Accessor<'_>, bytes: usize) -> Result<Vec<&'a [u8]>, String> {
-        if accessor.sparse().is_some() {
-            return Err(format!("accessor {} is sparse; a dense one would do", accessor.index()));
-        }
-        let view = accessor.view().ok_or_else(|| format!("accessor {} has no data", accessor.index()))?;
-        let (data, stride) = (self.view(&view)?, view.stride().unwrap_or(bytes));
-        let short = || {
-            let (count, have) = (accessor.count(), data.len());
-            format!(
-                "accessor {} needs {count} elements of {bytes} bytes every {stride}, its view has {have} bytes",
-                accessor.index()
-            )
-        };
-        if accessor.count() == 0 {
+impl Buffers<'_> {
+    /// So many elements of so many bytes from a place in a view, each `stride` bytes after the one before.
+    fn spaced(
+        &self,
+        what: &str,
+        view: &gltf::buffer::View<'_>,
+        offset: usize,
+        count: usize,
+        bytes: usize,
+    ) -> Result<Vec<&[u8]>, String> {
+        let (data, stride) = (self.view(view)?, view.stride().unwrap_or(bytes));
+        if count == 0 {
             return Ok(Vec::new());
         }
-        let last = (accessor.count() - 1).checked_mul(stride).and_then(|last| last.checked_add(accessor.offset()));
+        let last = (count - 1).checked_mul(stride).and_then(|last| last.checked_add(offset));
         let end = last.and_then(|last| last.checked_add(bytes)).filter(|&end| end <= data.len() && stride >= bytes);
-        end.ok_or_else(short)?;
-        let start = |number: usize| accessor.offset() + number * stride;
-        Ok((0..accessor.count()).map(|number| &data[start(number)..start(number) + bytes]).collect())
+        end.ok_or_else(|| {
+            format!("{what} needs {count} elements of {bytes} bytes every {stride}, its view has {} bytes", data.len())
+        })?;
+        let start = |number: usize| offset + number * stride;
+        Ok((0..count).map(|number| &data[start(number)..start(number) + bytes]).collect())
     }
 
-    /// Vectors of N numbers: `f32`, or normalised unsigned 8 or 16 bits, as glTF allows for texture coordinates.
+    /// One list of `bytes` bytes for each element, sparse replacements done.
+    fn elements(&self, accessor: &Accessor<'_>, bytes: usize) -> Result<Vec<&[u8]>, String> {
+        const ZEROS: &[u8] = &[0; 64];
+        let what = format!("accessor {}", accessor.index());
+        let count = accessor.count();
+        let mut elements = match accessor.view() {
+            Some(view) => self.spaced(&what, &view, accessor.offset(), count, bytes)?,
+            None if count > ELEMENTS_MAX => {
+                return Err(format!("{what} needs {count} elements; up to {ELEMENTS_MAX} would do"));
+            }
+            None => vec![&ZEROS[..bytes]; count],
+        };
+        if let Some(sparse) = accessor.sparse() {
+            let (places, values) = (sparse.indices(), sparse.values());
+            let width = match places.index_type() {
+                IndexType::U8 => 1,
+                IndexType::U16 => 2,
+                IndexType::U32 => 4,
+            };
+            let what = format!("{what}'s sparse part");
+            let places = self.spaced(&what, &places.view(), places.offset(), sparse.count(), width)?;
+            let values = self.spaced(&what, &values.view(), values.offset(), sparse.count(), bytes)?;
+            for (place, value) in places.into_iter().map(little_endian).zip(values) {
+                *elements.get_mut(index(place)).ok_or_else(|| format!("{what} names element {place} of {count}"))? =
+                    value;
+            }
+        }
+        Ok(elements)
+    }
+
+    /// Vectors of N numbers: `f32`, or integers of 8 or 16 bits (texture coordinates, colours, KHR_mesh_quantization).
     pub fn floats<const N: usize>(&self, accessor: &Accessor<'_>) -> Result<Vec<[f32; N]>, String> {
         let dimensions = [Dimensions::Scalar, Dimensions::Vec2, Dimensions::Vec3, Dimensions::Vec4];
         let kind = accessor.data_type();
-        let bytes = match kind {
-            DataType::F32 => 4,
-            DataType::U16 => 2,
-            DataType::U8 => 1,
-            DataType::I8 | DataType::I16 | DataType::U32 => 0,
-        };
-        if dimensions[N - 1] != accessor.dimensions() || bytes == 0 {
-            let found = format!("{:?} of {kind:?}", accessor.dimensions());
-            return Err(format!(
-                "accessor {} holds {found}; {:?} of F32 would do",
-                accessor.index(),
-                dimensions[N - 1]
-            ));
+        if dimensions[N - 1] != accessor.dimensions() || kind == DataType::U32 {
+            let (found, wanted) = (format!("{:?} of {kind:?}", accessor.dimensions()), dimensions[N - 1]);
+            return Err(format!("accessor {} holds {found}; {wanted:?} of F32 would do", accessor.index()));
         }
-        let number = |word: &[u8]| match *word {
-            [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
-            [a, b] => f32::from(u16::from_le_bytes([a, b])) / 65_535.0,
-            [a] => f32::from(a) / 255.0,
-            _ => 0.0,
-        };
+        let bytes = bytes_of(kind);
         let elements = self.elements(accessor, N * bytes)?;
-        Ok(elements.into_iter().map(|e| std::array::from_fn(|at| number(&e[at * bytes..(at + 1) * bytes]))).collect())
+        let is_share = accessor.normalized();
+        let vector = |e: &[u8]| std::array::from_fn(|at| number(&e[at * bytes..(at + 1) * bytes], kind, is_share));
+        Ok(elements.into_iter().map(vector).collect())
     }
 
     /// Indices of 8, 16 or 32 bits.
     pub fn indices(&self, accessor: &Accessor<'_>) -> Result<Vec<u32>, String> {
-        let bytes = match accessor.data_type() {
-            DataType::U8 => 1,
-            DataType::U16 => 2,
-            DataType::U32 => 4,
-            kind @ (DataType::I8 | DataType::I16 | DataType::F32) => {
-                return Err(format!(
-                    "accessor {} holds indices as {kind:?}; unsigned integers would do",
-                    accessor.index()
-                ));
-            }
-        };
-        let elements = self.elements(accessor, bytes)?;
-        let number = |element: &[u8]| element.iter().rev().fold(0_u32, |number, &byte| number << 8 | u32::from(byte));
-        assert!(index(u32::MAX) >= elements.len(), "a file's indices fit its memory");
-        Ok(elements.into_iter().map(number).collect())
+        let kind = accessor.data_type();
+        if !matches!(kind, DataType::U8 | DataType::U16 | DataType::U32) || accessor.dimensions() != Dimensions::Scalar
+        {
+            let found = format!("indices as {:?} of {kind:?}", accessor.dimensions());
+            return Err(format!("accessor {} holds {found}; unsigned scalars would do", accessor.index()));
+        }
+        Ok(self.elements(accessor, bytes_of(kind))?.into_iter().map(little_endian).collect())
     }
+}
+
+/// An unsigned number of up to 32 bits.
+fn little_endian(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0_u32, |number, &byte| number << 8 | u32::from(byte))
 }

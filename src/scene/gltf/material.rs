@@ -1,38 +1,103 @@
-//! Materials and pictures of a glTF file. Enters: its JSON and binary chunk. Leaves: checked materials and textures.
+//! Materials and pictures of a glTF file. Enters: its JSON and buffers. Leaves: checked materials, textures, holes, and where on
+//! each surface its picture lies.
 
-use std::io::Cursor;
+use std::collections::BTreeMap;
 
+use gltf::image::Source;
 use gltf::material::AlphaMode;
 use gltf::texture::WrappingMode;
-use image::{ImageFormat, ImageReader, Limits};
 
+use super::super::cut_out::CutOut;
 use super::super::light::with_infrared;
-use super::super::mesh::Material;
-use super::super::texture::{Texture, Wrap};
-use super::accessor::Buffer;
+use super::super::mesh::{Material, Mesh};
+use super::super::texture::Wrap;
+use super::buffers::{Buffers, fetched};
+use super::picture::{Budget, Picture};
+use super::{Files, Notes};
 use crate::num::u32_from;
 
-/// Edge of a picture at most.
-const EDGE_PX_MAX: u32 = 8_192;
-/// Texels of all pictures together at most: 400 MB as they are kept.
-const TEXELS_MAX: u64 = 1 << 26;
+/// Where on a surface its picture lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placing {
+    /// Set of texture coordinates.
+    pub set: u32,
+    /// Rows of the matrix of KHR_texture_transform.
+    rows: [[f32; 3]; 2],
+}
+
+impl Placing {
+    /// Texture coordinates of a vertex of the file.
+    pub fn of(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        self.rows.map(|[a, b, c]| a * u + b * v + c)
+    }
+}
+
+/// What the file says of a material besides the material itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    /// Light passes: its triangles are left out.
+    pub is_clear: bool,
+    /// Of its picture.
+    pub placing: Placing,
+}
 
 /// Whether light passes: alpha below a half where the file turns alpha on, or glass by the name that its converter left.
-pub fn is_clear(material: &gltf::Material<'_>) -> bool {
+fn is_clear(material: &gltf::Material<'_>) -> bool {
     let alpha = material.pbr_metallic_roughness().base_color_factor()[3];
-    let by_alpha = match material.alpha_mode() {
-        AlphaMode::Opaque => false,
-        AlphaMode::Mask => alpha < material.alpha_cutoff().unwrap_or(0.5),
-        AlphaMode::Blend => alpha < 0.5,
-    };
     let extras: Option<serde_json::Value> =
         material.extras().as_ref().and_then(|extras| serde_json::from_str(extras.get()).ok());
     let kind = extras.as_ref().and_then(|extras| extras.get("source_bsdf")).and_then(|kind| kind.as_str());
-    by_alpha || kind == Some("dielectric")
+    cutoff(material).is_some_and(|cutoff| alpha < cutoff) || kind == Some("dielectric")
 }
 
-/// One material; numbers outside their range are brought into it.
-pub fn read(material: &gltf::Material<'_>) -> Material {
+/// Coverage below which there is nothing, where the file turns alpha on.
+fn cutoff(material: &gltf::Material<'_>) -> Option<f32> {
+    match material.alpha_mode() {
+        AlphaMode::Opaque => None,
+        AlphaMode::Mask => Some(material.alpha_cutoff().unwrap_or(0.5)),
+        AlphaMode::Blend => Some(0.5),
+    }
+}
+
+/// Texture coordinates of the base colour.
+fn placing(material: &gltf::Material<'_>) -> Placing {
+    let unmoved = Placing { set: 0, rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
+    let Some(info) = material.pbr_metallic_roughness().base_color_texture() else { return unmoved };
+    let Some(moved) = info.texture_transform() else { return Placing { set: info.tex_coord(), ..unmoved } };
+    // KHR_texture_transform: translation times rotation times scale; v points down, so positive angles turn counter-clockwise.
+    let (sine, cosine) = libm::sincosf(moved.rotation());
+    let ([x, y], [sx, sy]) = (moved.offset(), moved.scale());
+    let rows = [[cosine * sx, sine * sy, x], [-sine * sx, cosine * sy, y]];
+    Placing { set: moved.tex_coord().unwrap_or(info.tex_coord()), rows }
+}
+
+/// Reads all materials and the pictures that they use into a mesh. The last one is for primitives without: white and dull.
+pub fn read_all(
+    document: &gltf::Document,
+    buffers: &Buffers<'_>,
+    files: &Files<'_>,
+    mesh: &mut Mesh,
+    notes: &mut Notes,
+) -> Result<Vec<Kind>, String> {
+    let mut pictures = Pictures { buffers, files, budget: Budget::default(), textures: BTreeMap::new() };
+    let mut kinds = Vec::new();
+    for material in document.materials() {
+        let is_clear = is_clear(&material);
+        let mut read = plain(&material);
+        if !is_clear {
+            pictures.dress(&material, &mut read, mesh, notes)?;
+            note_what_is_left_out(&material, notes);
+        }
+        mesh.materials.push(read);
+        kinds.push(Kind { is_clear, placing: placing(&material) });
+    }
+    mesh.materials.push(Material::plain("default", [1.0; 3]));
+    kinds.push(Kind { is_clear: false, placing: Placing { set: 0, rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] } });
+    Ok(kinds)
+}
+
+/// One material without its pictures; numbers outside their range are brought into it.
+fn plain(material: &gltf::Material<'_>) -> Material {
     let pbr = material.pbr_metallic_roughness();
     let [r, g, b, _] = pbr.base_color_factor();
     let strength = material.emissive_strength().unwrap_or(1.0);
@@ -40,7 +105,8 @@ pub fn read(material: &gltf::Material<'_>) -> Material {
     Material {
         name: material.name().unwrap_or("").to_owned(),
         base_colour: with_infrared([r, g, b].map(|band| sound(band, 1.0))),
-        texture: pbr.base_color_texture().map(|info| u32_from(info.texture().index())),
+        texture: None,
+        cut_out: None,
         emission: with_infrared(material.emissive_factor().map(|band| sound(band * strength, 1e12))),
         metallic: sound(pbr.metallic_factor(), 1.0),
         roughness: sound(pbr.roughness_factor(), 1.0),
@@ -48,63 +114,97 @@ pub fn read(material: &gltf::Material<'_>) -> Material {
     }
 }
 
-/// All textures of the file, in its order. Pictures that no base colour uses are not decoded: one texel stands in their place.
-pub fn textures(document: &gltf::Document, buffer: &Buffer<'_>) -> Result<Vec<Texture>, String> {
-    let mut used = vec![false; document.textures().len()];
-    for material in document.materials() {
-        if let Some(info) = material.pbr_metallic_roughness().base_color_texture() {
-            used[info.texture().index()] = true;
-        }
+fn note_what_is_left_out(material: &gltf::Material<'_>, notes: &mut Notes) {
+    if material.unlit() {
+        notes.add("unlit materials are lit like all others");
     }
-    let mut texels = 0;
-    let mut textures = Vec::with_capacity(used.len());
-    for texture in document.textures() {
+    if material.normal_texture().is_some() {
+        notes.add("normal maps are not read: surfaces are as smooth as their vertices say");
+    }
+    if material.pbr_metallic_roughness().metallic_roughness_texture().is_some() {
+        notes.add("metallic and roughness are read as factors, not from pictures");
+    }
+}
+
+/// Decodes pictures once for each texture and level of holes.
+struct Pictures<'a, 'b> {
+    buffers: &'a Buffers<'b>,
+    files: &'a Files<'a>,
+    budget: Budget,
+    /// Texture and holes in the mesh, by texture of the file and bits of the cutoff.
+    textures: BTreeMap<(usize, u32), (u32, Option<u32>)>,
+}
+
+impl Pictures<'_, '_> {
+    /// Gives a material its pictures.
+    fn dress(
+        &mut self,
+        material: &gltf::Material<'_>,
+        read: &mut Material,
+        mesh: &mut Mesh,
+        notes: &mut Notes,
+    ) -> Result<(), String> {
+        let pbr = material.pbr_metallic_roughness();
+        if let Some(info) = pbr.base_color_texture() {
+            // What the factor takes from coverage, the cutoff must take as well.
+            let alpha = pbr.base_color_factor()[3];
+            let least = cutoff(material).map(|cutoff| if alpha > 0.0 { cutoff / alpha } else { 0.0 });
+            let (texture, cut_out) = self.texture(&info.texture(), least, mesh)?;
+            (read.texture, read.cut_out) = (Some(texture), cut_out);
+            if cut_out.is_some() && material.alpha_mode() == AlphaMode::Blend {
+                notes.add("blended pictures are cut out where they cover less than a half");
+            }
+        }
+        if let Some(info) = material.emissive_texture().filter(|_| read.is_emissive()) {
+            let mean = self.decoded(&info.texture())?.mean();
+            for (band, mean) in read.emission.iter_mut().zip(with_infrared(mean)) {
+                *band *= mean;
+            }
+            notes.add("surfaces with a glowing picture glow evenly, with the picture's mean");
+        }
+        Ok(())
+    }
+
+    fn texture(
+        &mut self,
+        texture: &gltf::Texture<'_>,
+        least: Option<f32>,
+        mesh: &mut Mesh,
+    ) -> Result<(u32, Option<u32>), String> {
+        let key = (texture.index(), least.map_or(u32::MAX, f32::to_bits));
+        if let Some(&known) = self.textures.get(&key) {
+            return Ok(known);
+        }
         let sampler = texture.sampler();
         let wrap = [sampler.wrap_s(), sampler.wrap_t()].map(|mode| match mode {
             WrappingMode::Repeat => Wrap::Repeat,
             WrappingMode::MirroredRepeat => Wrap::Mirror,
             WrappingMode::ClampToEdge => Wrap::Clamp,
         });
-        textures.push(if used[texture.index()] {
-            picture(&texture.source(), buffer, wrap, &mut texels)
-                .map_err(|reason| format!("image {}: {reason}", texture.source().index()))?
-        } else {
-            Texture::from_srgb(1, 1, &[[255; 3]], wrap)
-        });
-    }
-    Ok(textures)
-}
-
-/// Decodes a picture whose size was taken from its header and found bearable.
-fn picture(
-    source: &gltf::Image<'_>,
-    buffer: &Buffer<'_>,
-    wrap: [Wrap; 2],
-    texels: &mut u64,
-) -> Result<Texture, String> {
-    let gltf::image::Source::View { view, .. } = source.source() else {
-        return Err("it lies outside the file; a .glb with everything embedded would do".to_owned());
-    };
-    let bytes = buffer.view(&view)?;
-    let reader = || {
-        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
-        match reader.format() {
-            Some(ImageFormat::Png | ImageFormat::Jpeg) => Ok(reader),
-            _ => Err("it is neither PNG nor JPEG".to_owned()),
+        let mut picture = self.decoded(texture)?;
+        let holes = least.filter(|_| picture.alpha.iter().any(|&alpha| alpha < u8::MAX));
+        if let Some(least) = holes {
+            let code = crate::num::low_u8(crate::num::u32_truncated_f32((255.0 * least).clamp(0.0, 255.0)));
+            picture = picture.bled(code.max(1));
         }
-    };
-    let (width, height) = reader()?.into_dimensions().map_err(|error| error.to_string())?;
-    *texels += u64::from(width) * u64::from(height);
-    if width.max(height) > EDGE_PX_MAX || *texels > TEXELS_MAX || width.min(height) == 0 {
-        return Err(format!(
-            "{width} x {height} px; up to {EDGE_PX_MAX} an edge and {TEXELS_MAX} texels in all would do"
-        ));
+        mesh.textures.push(picture.texture(wrap));
+        let cut_out = holes.map(|least| {
+            let [width, height] = picture.size_px;
+            mesh.cut_outs.push(CutOut::new(width, height, picture.alpha, wrap, least));
+            u32_from(mesh.cut_outs.len() - 1)
+        });
+        let made = (u32_from(mesh.textures.len() - 1), cut_out);
+        self.textures.insert(key, made);
+        Ok(made)
     }
-    let mut decoder = reader()?;
-    let mut limits = Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(EDGE_PX_MAX), Some(EDGE_PX_MAX));
-    decoder.limits(limits);
-    let picture = decoder.decode().map_err(|error| error.to_string())?.into_rgb8();
-    let codes: Vec<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
-    Ok(Texture::from_srgb(picture.width(), picture.height(), &codes, wrap))
+
+    fn decoded(&mut self, texture: &gltf::Texture<'_>) -> Result<Picture, String> {
+        let image = texture.source();
+        let named = |reason: String| format!("image {}: {reason}", image.index());
+        match image.source() {
+            Source::View { view, .. } => Picture::decoded(self.buffers.view(&view).map_err(named)?, &mut self.budget),
+            Source::Uri { uri, .. } => Picture::decoded(&fetched(uri, self.files).map_err(named)?, &mut self.budget),
+        }
+        .map_err(named)
+    }
 }

@@ -1,0 +1,55 @@
+//! Scenes made by code, by name. Enters: a name, and a way to read pictures beside the scenario. Leaves: the scene, or which names
+//! would do.
+
+use super::gltf::Read;
+use super::gltf::picture::{Budget, Picture};
+use super::light::with_infrared;
+use super::mesh::Mesh;
+use super::texture::{Texture, Wrap};
+use super::{Scene, Surroundings, box_room, hall, photo_box, street};
+use crate::error::Error;
+
+/// The names.
+pub const NAMES: [&str; 4] = ["box", "hall", "photo_box", "street"];
+
+/// The box room's textures: not the run's seed, so that two runs with different seeds look at the same room.
+const BOX_ROOM_SEED: u64 = 1;
+
+/// Makes a scene in its surroundings. "box" needs no files; the others read their pictures from the folder `textures` beside the scenario.
+///
+/// # Errors
+/// A name that is not among `NAMES`; a picture that is not there or is none.
+pub fn scene(name: &str, surroundings: &Surroundings, read: Read<'_>) -> Result<Scene, Error> {
+    let mut mesh = mesh(name, read)?;
+    surroundings.furnish(&mut mesh);
+    Scene::new(name, mesh, with_infrared(surroundings.sky))
+}
+
+fn mesh(name: &str, read: Read<'_>) -> Result<Mesh, Error> {
+    match name {
+        "box" => Ok(box_room::box_room(BOX_ROOM_SEED).mesh),
+        "hall" => Ok(hall::hall(hall::Pictures {
+            marble: photograph("marble", read)?,
+            tiles: photograph("floor_tiles", read)?,
+            wood: photograph("wood", read)?,
+            cloth: [photograph("wallpaper-1", read)?, photograph("wallpaper-2", read)?],
+        })),
+        "photo_box" => {
+            let [tiles, marble, wood] = ["floor_tiles", "marble", "wood"].map(|name| photograph(name, read));
+            let [first, second] = ["wallpaper-1", "wallpaper-2"].map(|name| photograph(name, read));
+            Ok(photo_box::photo_box([tiles?, marble?, wood?, first?, second?]))
+        }
+        "street" => Ok(street::street(photograph("wood", read)?)),
+        _ => {
+            let reason = format!("not known; one of {} would do", NAMES.join(", "));
+            Err(Error::key("scene.generator", name, reason))
+        }
+    }
+}
+
+fn photograph(name: &str, read: Read<'_>) -> Result<Texture, Error> {
+    let file = format!("textures/{name}.jpg");
+    let picture = Picture::decoded(&read(&file)?, &mut Budget::default());
+    let picture = picture.map_err(|reason| Error::Content { file, reason })?;
+    Ok(picture.texture([Wrap::Repeat; 2]))
+}

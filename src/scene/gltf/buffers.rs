@@ -1,0 +1,112 @@
+//! Bytes that a glTF file points at. Enters: its binary chunk, `data:` URIs, and a way to read files in its own folder. Leaves: the
+//! bytes of each buffer view; a URI that leads anywhere else is refused by name.
+
+use std::borrow::Cow;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use gltf::buffer::{Source, View};
+
+use super::Files;
+
+/// All buffers of a file.
+pub struct Buffers<'a> {
+    buffers: Vec<Cow<'a, [u8]>>,
+}
+
+impl<'a> Buffers<'a> {
+    /// Fetches all buffers.
+    pub fn of(document: &gltf::Document, binary: &'a [u8], files: &Files<'_>) -> Result<Self, String> {
+        let mut buffers = Vec::new();
+        for buffer in document.buffers() {
+            let number = buffer.index();
+            buffers.push(match buffer.source() {
+                Source::Bin if number == 0 => Cow::Borrowed(binary),
+                Source::Bin => {
+                    return Err(format!("buffer {number} has no uri; only the first may lie in the file itself"));
+                }
+                Source::Uri(uri) => {
+                    Cow::Owned(fetched(uri, files).map_err(|reason| format!("buffer {number}: {reason}"))?)
+                }
+            });
+        }
+        Ok(Self { buffers })
+    }
+
+    /// Bytes of a view.
+    pub fn view(&self, view: &View<'_>) -> Result<&[u8], String> {
+        let buffer = &self.buffers[view.buffer().index()];
+        let end = view.offset().checked_add(view.length()).filter(|&end| end <= buffer.len());
+        let end = end.ok_or_else(|| {
+            let (from, length) = (view.offset(), view.length());
+            format!("buffer view {} takes {length} bytes from {from}, of {}", view.index(), buffer.len())
+        })?;
+        Ok(&buffer[view.offset()..end])
+    }
+}
+
+/// The bytes that a URI names: embedded, or of a file in the scene's folder.
+pub fn fetched(uri: &str, files: &Files<'_>) -> Result<Vec<u8>, String> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (kind, encoded) = data.split_once(',').ok_or("a data: uri has a comma")?;
+        if !kind.ends_with(";base64") {
+            return Err("a data: uri that is not base64; one that is would do".to_owned());
+        }
+        return STANDARD.decode(encoded).map_err(|error| format!("its data: uri is not base64: {error}"));
+    }
+    let name = inside(uri)?;
+    (files.read)(&name).map_err(|error| error.to_string())
+}
+
+/// The path that a relative URI names, percent-decoded.
+fn inside(uri: &str) -> Result<String, String> {
+    let refuse = || format!("the uri '{uri}' leads out of the scene's folder; a file in it would do");
+    let mut bytes = Vec::new();
+    let mut rest = uri.bytes();
+    while let Some(byte) = rest.next() {
+        if byte != b'%' {
+            bytes.push(byte);
+            continue;
+        }
+        let digits = [rest.next(), rest.next()].map(|digit| digit.and_then(|digit| char::from(digit).to_digit(16)));
+        let [Some(high), Some(low)] = digits else { return Err(refuse()) };
+        bytes.push(u8::try_from(16 * high + low).expect("two hexadecimal digits"));
+    }
+    let path = String::from_utf8(bytes).map_err(|_| refuse())?;
+    let is_inside = !path.is_empty()
+        && !path.contains([':', '\\', '\0'])
+        && path.split('/').all(|part| !part.is_empty() && part != "." && part != "..");
+    if is_inside { Ok(path) } else { Err(refuse()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_relative_paths_downwards_are_followed() {
+        for (uri, path) in [("a.bin", "a.bin"), ("b/c%20d.png", "b/c d.png")] {
+            assert_eq!(inside(uri).unwrap(), path);
+        }
+        let mut refused = 0;
+        for uri in [
+            "../a",
+            "b/../../a",
+            "%2e%2e/a",
+            "/etc/passwd",
+            "file:///a",
+            "http://a/b",
+            "C:\\a",
+            "a\\b",
+            "",
+            "b//c",
+            "%zz",
+            "./a",
+            "%ff",
+        ] {
+            assert!(inside(uri).unwrap_err().contains("leads out"), "{uri}");
+            refused += 1;
+        }
+        assert_eq!(refused, 13);
+    }
+}

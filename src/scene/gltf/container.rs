@@ -1,0 +1,139 @@
+//! The outside of a glTF file. Enters: the bytes of a `.glb` or a `.gltf`. Leaves: its JSON with every index in range, its binary
+//! chunk, and what the `gltf` crate does not hand out.
+
+use std::collections::BTreeMap;
+
+use gltf::json::extensions::scene::khr_lights_punctual::Type;
+use gltf::json::validation::Checked;
+use serde::Deserialize;
+
+/// Extensions that are read; any other one that a file requires is refused by name.
+const READ: [&str; 6] = [
+    "EXT_mesh_gpu_instancing",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// A file taken apart.
+pub struct Container<'a> {
+    /// Its JSON, checked.
+    pub document: gltf::Document,
+    /// Its binary chunk; empty where it has none.
+    pub binary: &'a [u8],
+    /// Instancing of each node: accessor by attribute.
+    pub instancing: Vec<Option<BTreeMap<String, usize>>>,
+    /// Extensions that the file uses, does not require, and that are not read.
+    pub ignored: Vec<String>,
+}
+
+/// The parts of the JSON that the `gltf` crate does not hand out.
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+struct Outline {
+    extensions_used: Vec<String>,
+    extensions_required: Vec<String>,
+    nodes: Vec<OutlineNode>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct OutlineNode {
+    extensions: OutlineExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct OutlineExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    instancing: Option<Instancing>,
+}
+
+#[derive(Deserialize)]
+struct Instancing {
+    attributes: BTreeMap<String, usize>,
+}
+
+/// Takes a file apart.
+pub fn open(bytes: &[u8]) -> Result<Container<'_>, String> {
+    let is_text = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{');
+    let (json, binary) = if is_text { (bytes, &[][..]) } else { chunks(bytes)? };
+    let outline: Outline =
+        serde_json::from_slice(json).map_err(|error| format!("its JSON is not glTF 2.0: {error}"))?;
+    if let Some(unread) = outline.extensions_required.iter().find(|name| !READ.contains(&name.as_str())) {
+        return Err(format!(
+            "it requires the extension {unread}; a file without it, or with one of {} would do",
+            READ.join(", ")
+        ));
+    }
+    let ignored = outline.extensions_used.into_iter().filter(|name| !READ.contains(&name.as_str())).collect();
+    let instancing = outline.nodes.into_iter().map(|node| node.extensions.instancing.map(|it| it.attributes)).collect();
+    Ok(Container { document: document(json)?, binary, instancing, ignored })
+}
+
+/// The JSON, every index in it within range, everything there that the crate takes for granted.
+fn document(json: &[u8]) -> Result<gltf::Document, String> {
+    let refuse = |error: gltf::Error| format!("its JSON is not glTF 2.0: {error}");
+    let mut root = gltf::Gltf::from_slice_without_validation(json).map_err(refuse)?.document.into_json();
+    // Judged above, with more of them known than to the crate.
+    root.extensions_required.clear();
+    // The crate's own validation looks attributes up before it has checked them.
+    let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|p| p.attributes.values());
+    if let Some(bad) = attributes.find(|accessor| accessor.value() >= root.accessors.len()) {
+        return Err(format!("an attribute names accessor {bad} of {}", root.accessors.len()));
+    }
+    for (number, image) in root.images.iter().enumerate() {
+        let has_source = image.uri.is_some() || (image.buffer_view.is_some() && image.mime_type.is_some());
+        if !has_source {
+            return Err(format!("image {number} has neither a uri nor a bufferView with a mimeType"));
+        }
+    }
+    let lights = root.extensions.iter().flat_map(|known| &known.khr_lights_punctual).flat_map(|known| &known.lights);
+    for (number, light) in lights.enumerate() {
+        let is_spot = light.type_ == Checked::Valid(Type::Spot);
+        if is_spot && light.spot.is_none() {
+            return Err(format!("light {number} is a spot without a cone"));
+        }
+    }
+    gltf::Document::from_json(root).map_err(refuse)
+}
+
+/// The JSON and the binary chunk of a container.
+fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
+    if !bytes.starts_with(b"glTF") {
+        return Err("it is not a glTF file (a .glb starts with 'glTF', a .gltf with '{')".to_owned());
+    }
+    let word = |at: usize| {
+        let word =
+            bytes.get(at..at + 4).ok_or_else(|| format!("it ends within its header, after {} bytes", bytes.len()))?;
+        Ok::<_, String>(crate::num::index(u32::from_le_bytes(word.try_into().expect("four bytes were taken"))))
+    };
+    if word(4)? != 2 {
+        return Err(format!("it is of version {}; version 2 would do", word(4)?));
+    }
+    if word(8)? > bytes.len() {
+        return Err(format!("it is cut off: its header says {} bytes, it has {}", word(8)?, bytes.len()));
+    }
+    let mut found: [Option<&[u8]>; 2] = [None, None];
+    let mut at = 12_usize;
+    while at < bytes.len() {
+        let (length, kind) = (word(at)?, word(at + 4)?);
+        let end = (at + 8).checked_add(length).filter(|&end| end <= bytes.len());
+        let end = end.ok_or_else(|| {
+            format!("it is cut off: a chunk at byte {at} has {length} bytes, the file {}", bytes.len())
+        })?;
+        let place = match kind {
+            0x4E4F_534A => Some(0),
+            0x004E_4942 => Some(1),
+            _ => None,
+        };
+        if let Some(place) = place {
+            found[place] = Some(&bytes[at + 8..end]);
+        }
+        at = end;
+    }
+    let json = found[0].ok_or("it has no JSON chunk")?;
+    Ok((json, found[1].unwrap_or(&[])))
+}

@@ -1,0 +1,286 @@
+//! Nodes and what hangs on them. Enters: a checked glTF file. Leaves: its triangles in the world, its cameras, its lights as lamps.
+
+use glam::{DMat3, DMat4, DQuat, DVec3};
+use gltf::mesh::Mode;
+use gltf::scene::Transform;
+use gltf::{Node, Primitive, Semantic};
+
+use super::super::Viewpoint;
+use super::super::mesh::{Material, Mesh, Vertex};
+use super::buffers::Buffers;
+use super::container::Container;
+use super::material::Kind;
+use super::{Content, Notes};
+use crate::num::{f32_nearest, f64_from_usize, u32_from};
+use crate::pose::Pose;
+
+/// Nodes may be nested this deep.
+const DEPTH_MAX: usize = 64;
+
+/// Triangles, and vertices, of a scene at most, so that a small file that names one mesh a million times ends with an error: about 1.5 GB.
+const TRIANGLES_MAX: usize = 5_000_000;
+
+/// What is read so far.
+pub struct Reader<'a> {
+    container: &'a Container<'a>,
+    buffers: &'a Buffers<'a>,
+    /// One for each material of the mesh as it was before the first primitive.
+    kinds: Vec<Kind>,
+    pub(super) mesh: Mesh,
+    viewpoints: Vec<Viewpoint>,
+    pub(super) notes: Notes,
+    /// Nodes that were met: a tree meets each once.
+    met: Vec<bool>,
+    flattened: usize,
+}
+
+impl<'a> Reader<'a> {
+    /// Starts with the materials that were read before.
+    pub fn new(
+        container: &'a Container<'a>,
+        buffers: &'a Buffers<'a>,
+        kinds: Vec<Kind>,
+        mesh: Mesh,
+        notes: Notes,
+    ) -> Self {
+        let met = vec![false; container.document.nodes().len()];
+        Self { container, buffers, kinds, mesh, viewpoints: Vec::new(), notes, met, flattened: 0 }
+    }
+
+    /// What was read.
+    pub fn content(mut self) -> Content {
+        if self.flattened > 0 {
+            self.notes.add(format!("{} triangles without area are left out", self.flattened));
+        }
+        Content { mesh: self.mesh, viewpoints: self.viewpoints, notes: self.notes.0 }
+    }
+
+    /// Reads a node and all below it.
+    pub fn node(&mut self, node: &Node<'_>, world_from_parent: DMat4, depth: usize) -> Result<(), String> {
+        if depth > DEPTH_MAX {
+            return Err(format!("its nodes are nested deeper than {DEPTH_MAX}"));
+        }
+        if std::mem::replace(&mut self.met[node.index()], true) {
+            return Err(format!("node {} stands in a circle or under two parents; a tree would do", node.index()));
+        }
+        let world_from_node = world_from_parent * self.parent_from_node(node);
+        if !world_from_node.is_finite() {
+            return Err(format!("node {} has a transform that is not finite", node.index()));
+        }
+        if let Some(mesh) = node.mesh() {
+            let places = self.instances(node, &mesh)?;
+            for world_from_instance in places.into_iter().map(|place| world_from_node * place) {
+                for primitive in mesh.primitives() {
+                    let place = format!("mesh {} primitive {}", mesh.index(), primitive.index());
+                    self.primitive(&primitive, world_from_instance).map_err(|reason| format!("{place}: {reason}"))?;
+                }
+            }
+        }
+        if node.camera().is_some() {
+            let name = node.name().unwrap_or("camera").to_owned();
+            self.viewpoints.extend(viewpoint(name, world_from_node));
+        }
+        if let Some(light) = node.light() {
+            super::lights::place(self, &light, world_from_node);
+        }
+        for child in node.children() {
+            self.node(&child, world_from_node, depth + 1)?;
+        }
+        Ok(())
+    }
+
+    /// A node's own transform; a rotation that is no unit quaternion is made one.
+    fn parent_from_node(&mut self, node: &Node<'_>) -> DMat4 {
+        match node.transform() {
+            Transform::Matrix { matrix } => DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from))),
+            Transform::Decomposed { translation, rotation, scale } => {
+                let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+                let turn = self.unit_turn(rotation, || format!("node {}", node.index()));
+                DMat4::from_scale_rotation_translation(wide(scale), turn, wide(translation))
+            }
+        }
+    }
+
+    /// A rotation as a unit quaternion. Numbers that are not finite stay, and are refused with the transform that they make.
+    fn unit_turn(&mut self, rotation: [f32; 4], whose: impl Fn() -> String) -> DQuat {
+        let turn = DQuat::from_array(rotation.map(f64::from));
+        let length = turn.length();
+        // Within rounding of f32 it is one already, and is left as it is.
+        if !length.is_finite() || (length - 1.0).abs() < 1e-6 {
+            return turn;
+        }
+        if (length - 1.0).abs() > 1e-3 {
+            self.notes.add(format!("{}: its rotation is no unit quaternion and is made one", whose()));
+        }
+        if length > 1e-12 { turn / length } else { DQuat::IDENTITY }
+    }
+
+    /// Where a node's mesh stands in the node: once, or as often as EXT_mesh_gpu_instancing says.
+    fn instances(&mut self, node: &Node<'_>, mesh: &gltf::Mesh<'_>) -> Result<Vec<DMat4>, String> {
+        let Some(attributes) = self.container.instancing.get(node.index()).and_then(Option::as_ref) else {
+            self.judge(mesh, 1)?;
+            return Ok(vec![DMat4::IDENTITY]);
+        };
+        let refuse = |reason: String| format!("node {}: {reason}", node.index());
+        let accessor = |name: &str| {
+            let Some(&number) = attributes.get(name) else { return Ok(None) };
+            let found = self.container.document.accessors().nth(number);
+            found.map(Some).ok_or_else(|| refuse(format!("{name} names accessor {number}, which is not there")))
+        };
+        let [moves, turns, scales] = [accessor("TRANSLATION")?, accessor("ROTATION")?, accessor("SCALE")?];
+        let count = [&moves, &turns, &scales].into_iter().flatten().map(gltf::Accessor::count).min().unwrap_or(0);
+        self.judge(mesh, count)?;
+        let moves = moves.map(|a| self.buffers.floats::<3>(&a)).transpose().map_err(refuse)?;
+        let turns = turns.map(|a| self.buffers.floats::<4>(&a)).transpose().map_err(refuse)?;
+        let scales = scales.map(|a| self.buffers.floats::<3>(&a)).transpose().map_err(refuse)?;
+        let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+        let mut places = Vec::with_capacity(count);
+        for number in 0..count {
+            let turn = turns.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |turns| turns[number]);
+            let turn = self.unit_turn(turn, || format!("an instance of node {}", node.index()));
+            let scale = scales.as_ref().map_or(DVec3::ONE, |scales| wide(scales[number]));
+            let place = moves.as_ref().map_or(DVec3::ZERO, |moves| wide(moves[number]));
+            let place = DMat4::from_scale_rotation_translation(scale, turn, place);
+            if !place.is_finite() {
+                return Err(refuse(format!("instance {number} has a transform that is not finite")));
+            }
+            places.push(place);
+        }
+        Ok(places)
+    }
+
+    /// Refuses what would make the scene too large, before anything of it is made.
+    fn judge(&self, mesh: &gltf::Mesh<'_>, instances: usize) -> Result<(), String> {
+        let each: usize = mesh
+            .primitives()
+            .map(|primitive| {
+                let corners =
+                    primitive.indices().or_else(|| primitive.get(&Semantic::Positions)).map_or(0, |a| a.count());
+                let vertices = primitive.get(&Semantic::Positions).map_or(0, |a| a.count());
+                corners.checked_div(3).unwrap_or(0).max(vertices / 3)
+            })
+            .fold(0, usize::saturating_add);
+        let known = self.mesh.triangles.len().max(self.mesh.vertices.len() / 3);
+        if each.saturating_mul(instances).saturating_add(known) > TRIANGLES_MAX {
+            return Err(format!(
+                "mesh {}, {instances} times: the scene has more than {TRIANGLES_MAX} triangles",
+                mesh.index()
+            ));
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, primitive: &Primitive<'_>, world_from_node: DMat4) -> Result<(), String> {
+        let number = primitive.material().index().unwrap_or(self.kinds.len() - 1);
+        let kind = self.kinds[number];
+        if kind.is_clear {
+            self.notes.add("transparent surfaces are left out: light passes");
+            return Ok(());
+        }
+        if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+            self.notes.add("points and lines are left out");
+            return Ok(());
+        }
+        let positions = primitive.get(&Semantic::Positions).ok_or("it has no positions")?;
+        let positions = self.buffers.floats::<3>(&positions)?;
+        let triangles = self.triangles(primitive, positions.len())?;
+        let normals = primitive.get(&Semantic::Normals).map(|a| self.buffers.floats::<3>(&a)).transpose()?;
+        let uvs = primitive.get(&Semantic::TexCoords(kind.placing.set));
+        let uvs = uvs.map(|a| self.buffers.floats::<2>(&a)).transpose()?;
+        let material = self.coloured(primitive, number)?;
+        let turned = DMat3::from_mat4(world_from_node);
+        // Cofactors turn normals, also of mirrored nodes, and exist where the inverse does not.
+        let [x, y, z] = [turned.x_axis, turned.y_axis, turned.z_axis];
+        let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+        let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+        let narrow = |v: DVec3| v.to_array().map(f32_nearest);
+        let vertex = |number: usize| {
+            let normal = normals.as_ref().and_then(|normals| normals.get(number).copied()).unwrap_or([0.0; 3]);
+            let uv = uvs.as_ref().and_then(|uvs| uvs.get(number).copied()).unwrap_or([0.0; 2]);
+            let position_m = narrow(world_from_node.transform_point3(wide(positions[number])));
+            Vertex { position_m, normal: narrow(cofactors * wide(normal)), uv: kind.placing.of(uv) }
+        };
+        let known: Vec<Vertex> = (0..positions.len()).map(vertex).collect();
+        self.flattened += if normals.is_some() {
+            self.mesh.append(material, &known, &triangles)?
+        } else {
+            // glTF 2.0, 3.7.2.1: without normals every triangle is flat, so no corner may be shared.
+            if let Some(bad) = triangles.iter().flatten().find(|&&corner| crate::num::index(corner) >= known.len()) {
+                return Err(format!("a triangle names vertex {bad} of {}", known.len()));
+            }
+            let loose: Vec<Vertex> =
+                triangles.iter().flatten().map(|&corner| known[crate::num::index(corner)]).collect();
+            let own: Vec<[u32; 3]> =
+                (0..u32_from(triangles.len())).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
+            self.mesh.append(material, &loose, &own)?
+        };
+        Ok(())
+    }
+
+    /// Corners of a primitive's triangles: a list, a strip or a fan.
+    fn triangles(&self, primitive: &Primitive<'_>, vertices: usize) -> Result<Vec<[u32; 3]>, String> {
+        let indices = match primitive.indices() {
+            Some(accessor) => self.buffers.indices(&accessor)?,
+            None => (0..u32_from(vertices)).collect(),
+        };
+        Ok(match primitive.mode() {
+            Mode::TriangleStrip => {
+                let corners = |(number, three): (usize, &[u32])| match number % 2 {
+                    0 => [three[0], three[1], three[2]],
+                    _ => [three[1], three[0], three[2]],
+                };
+                indices.windows(3).enumerate().map(corners).collect()
+            }
+            Mode::TriangleFan => {
+                indices.get(1..).unwrap_or(&[]).windows(2).map(|pair| [indices[0], pair[0], pair[1]]).collect()
+            }
+            _ => indices.chunks_exact(3).map(|corners| [corners[0], corners[1], corners[2]]).collect(),
+        })
+    }
+
+    /// The primitive's material, or one of its own where its vertices have colours: their mean.
+    fn coloured(&mut self, primitive: &Primitive<'_>, number: usize) -> Result<u32, String> {
+        let Some(colours) = primitive.get(&Semantic::Colors(0)) else { return Ok(u32_from(number)) };
+        let colours: Vec<[f32; 3]> = if colours.dimensions() == gltf::accessor::Dimensions::Vec4 {
+            self.buffers.floats::<4>(&colours)?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
+        } else {
+            self.buffers.floats::<3>(&colours)?
+        };
+        let mut material = self.mesh.materials[number].clone();
+        let factor = mean(&colours).map(|band| if band.is_finite() { band.clamp(0.0, 1.0) } else { 1.0 });
+        for (band, factor) in material.base_colour.iter_mut().zip(super::super::light::with_infrared(factor)) {
+            *band *= factor;
+        }
+        self.notes.add("colours of vertices are read as their mean over each primitive");
+        Ok(self.push(material))
+    }
+
+    /// Adds a material that the file does not have, or finds it among those added before.
+    pub(super) fn push(&mut self, material: Material) -> u32 {
+        let added = self.kinds.len()..self.mesh.materials.len();
+        if let Some(same) = added.into_iter().rev().take(64).find(|&number| self.mesh.materials[number] == material) {
+            return u32_from(same);
+        }
+        self.mesh.materials.push(material);
+        u32_from(self.mesh.materials.len() - 1)
+    }
+}
+
+fn mean(colours: &[[f32; 3]]) -> [f32; 3] {
+    let mut sums = [0.0_f64; 3];
+    for colour in colours {
+        for band in 0..3 {
+            sums[band] += f64::from(colour[band]);
+        }
+    }
+    sums.map(|sum| f32_nearest(sum / f64_from_usize(colours.len().max(1))))
+}
+
+/// glTF cameras look along -z with y up; ours look along +z with y down. None where the node's transform has no rotation.
+fn viewpoint(name: String, world_from_node: DMat4) -> Option<Viewpoint> {
+    let turned = DMat3::from_mat4(world_from_node);
+    let z = -turned.z_axis.try_normalize()?;
+    let x = (-turned.y_axis).cross(z).try_normalize()?;
+    let rotation = DQuat::from_mat3(&DMat3::from_cols(x, z.cross(x), z)).normalize();
+    Some(Viewpoint { name, world_from_camera: Pose::new(rotation, world_from_node.w_axis.truncate()) })
+}

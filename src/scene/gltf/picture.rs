@@ -1,0 +1,102 @@
+//! Encoded pictures. Enters: the bytes of a PNG or JPEG. Leaves: sRGB texels with alpha, or why not; a picture's size is taken from
+//! its header and judged before anything is decoded.
+
+use std::io::Cursor;
+
+use image::{ImageFormat, ImageReader, Limits};
+
+use super::super::texture::{Texture, Wrap};
+
+/// Edge of a picture at most.
+const EDGE_PX_MAX: u32 = 8_192;
+/// Texels of all pictures of a scene together at most: 700 MB as they are kept, coarser levels included.
+const TEXELS_MAX: u64 = 1 << 26;
+
+/// A decoded picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width and height.
+    pub size_px: [u32; 2],
+    /// sRGB, row-major, the top row first.
+    pub codes: Vec<[u8; 3]>,
+    /// Coverage of each texel; 255 where the file has none.
+    pub alpha: Vec<u8>,
+}
+
+/// Texels that pictures may still take.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget(u64);
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self(TEXELS_MAX)
+    }
+}
+
+impl Picture {
+    /// Decodes a picture.
+    ///
+    /// # Errors
+    /// Neither PNG nor JPEG, damaged, or too large: in words for its user.
+    pub fn decoded(bytes: &[u8], budget: &mut Budget) -> Result<Self, String> {
+        let reader = || {
+            let reader =
+                ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
+            match reader.format() {
+                Some(ImageFormat::Png | ImageFormat::Jpeg) => Ok(reader),
+                _ => Err("it is neither PNG nor JPEG".to_owned()),
+            }
+        };
+        let (width, height) = reader()?.into_dimensions().map_err(|error| error.to_string())?;
+        let texels = u64::from(width) * u64::from(height);
+        if width.max(height) > EDGE_PX_MAX || texels > budget.0 || width.min(height) == 0 {
+            return Err(format!(
+                "{width} x {height} px; up to {EDGE_PX_MAX} an edge and {TEXELS_MAX} texels in all would do"
+            ));
+        }
+        budget.0 -= texels;
+        let mut decoder = reader()?;
+        let mut limits = Limits::default();
+        (limits.max_image_width, limits.max_image_height) = (Some(EDGE_PX_MAX), Some(EDGE_PX_MAX));
+        decoder.limits(limits);
+        let picture = decoder.decode().map_err(|error| error.to_string())?.into_rgba8();
+        let codes = picture.pixels().map(|pixel| [pixel.0[0], pixel.0[1], pixel.0[2]]).collect();
+        let alpha = picture.pixels().map(|pixel| pixel.0[3]).collect();
+        Ok(Self { size_px: [picture.width(), picture.height()], codes, alpha })
+    }
+
+    /// The colours of texels that are holes become the mean of the others, so that coarser levels do not bleed what nobody sees.
+    #[must_use]
+    pub fn bled(mut self, least: u8) -> Self {
+        let mut sums = [0_u64; 4];
+        for (code, _) in self.codes.iter().zip(&self.alpha).filter(|(_, alpha)| **alpha >= least) {
+            for band in 0..3 {
+                sums[band] += u64::from(code[band]);
+            }
+            sums[3] += 1;
+        }
+        if sums[3] > 0 {
+            let mean = [0, 1, 2].map(|band| u8::try_from(sums[band] / sums[3]).expect("a mean of bytes is a byte"));
+            for (code, _) in self.codes.iter_mut().zip(&self.alpha).filter(|(_, alpha)| **alpha < least) {
+                *code = mean;
+            }
+        }
+        self
+    }
+
+    /// As a texture.
+    pub fn texture(&self, wrap: [Wrap; 2]) -> Texture {
+        Texture::from_srgb(self.size_px[0], self.size_px[1], &self.codes, wrap)
+    }
+
+    /// Mean colour as linear light, from 0 to 1.
+    pub fn mean(&self) -> [f32; 3] {
+        let mut sums = [0.0_f64; 3];
+        for code in &self.codes {
+            for band in 0..3 {
+                sums[band] += super::super::texture::linear_from_srgb(code[band]);
+            }
+        }
+        sums.map(|sum| crate::num::f32_nearest(sum / crate::num::f64_from_usize(self.codes.len())))
+    }
+}
