@@ -1,4 +1,5 @@
-//! The tracer against Embree, ray by ray: same triangles, same rays. Distances must be equal to 1e-5; where they are not, the ray in 64 bits
+//! The tracer against Embree, ray by ray: same triangles, same rays. Distances must be equal to 1e-5; where they are not, the ray in 64
+//! bits
 //! decides, and it must decide for ours. Needs `g++` and Debian's `libembree-dev`; without them the tests fail.
 #![cfg(feature = "outside")]
 
