@@ -3,7 +3,8 @@
 //!
 //!     SENSEL_JUDGE_PYTHON=path/to/python cargo bench --bench ratios [-- PEER ...]
 //!
-//! Peers are those of benches/peers/sensor_speed.py: `numpy32`, `numpy`, `galsim`; and `embree`, the row of rays. Without names: `numpy32` and
+//! Peers are those of benches/peers/sensor_speed.py: `numpy32`, `numpy`, `galsim`; and `embree`, the row of rays. Without names:
+//! `numpy32` and
 //! `embree`.
 
 #![allow(missing_docs)]

@@ -1,4 +1,5 @@
-//! The tracer against Embree, ray by ray: same triangles, same rays. Distances must be equal to 1e-5; where they are not, the ray in 64 bits
+//! The tracer against Embree, ray by ray: same triangles, same rays. Distances must be equal to 1e-5; where they are not, the ray in 64
+//! bits
 //! decides, and it must decide for ours. Needs `g++` and Debian's `libembree-dev`; without them the tests fail.
 #![cfg(feature = "outside")]
 
@@ -28,7 +29,7 @@ static LEVEL: Mutex<()> = Mutex::new(());
 
 /// Hits of all rays, which every level must give bit for bit.
 fn ours(bvh: &Bvh, packets: &[Packet]) -> Vec<Hits> {
-    let _turn = LEVEL.lock().unwrap();
+    let _turn = LEVEL.lock().expect("no test has failed while it held the level");
     let best = level();
     let trace = || -> Vec<Hits> {
         let mut stack = Stack::new();
@@ -54,10 +55,10 @@ fn judged(name: &str, triangles_m: &[[[f32; 3]; 3]], packets: &[Packet]) -> Comp
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("rays-{name}-{}", std::process::id()));
     let peer = Peer::new(&folder, triangles_m, packets).unwrap_or_else(|reason| panic!("{reason}"));
     let command = peer.command(1, &["medium", "robust"]);
-    let output = Command::new(&command[0]).args(&command[1..]).output().unwrap();
+    let output = Command::new(&command[0]).args(&command[1..]).output().expect("the program was just built");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let theirs = peer.answers().unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
+    let theirs = peer.answers().expect("it wrote its answers");
+    std::fs::remove_dir_all(&folder).expect("the folder is this test's own");
     let found = compare(triangles_m, packets, &ours(&Bvh::build(triangles_m), packets), &theirs);
     println!("{name}, seed {SEED}: {found:?}");
     found
@@ -81,7 +82,7 @@ fn wild_rays(key: DrawKey, count: usize, centre_m: [f64; 3], reach_m: f64) -> Ve
         for lane in 0..LANES {
             let own = key.with(u64_from(100 + lane));
             // Every third packet starts at one place, every third is a bundle of neighbours, every third goes all ways.
-            let from = if number % 3 == 0 { origin } else { vector(own.with(1), reach_m) };
+            let from = if number.is_multiple_of(3) { origin } else { vector(own.with(1), reach_m) };
             let spread = if number % 3 == 2 { 1.0 } else { 0.05 };
             let apart = vector(own.with(2), spread);
             let mut direction = [0, 1, 2].map(|axis| toward[axis] * (1.0 - spread) + apart[axis]);

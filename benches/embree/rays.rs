@@ -1,4 +1,5 @@
-//! Embree as the tracer's peer: rays for both sides, the files that its program reads, the program itself. Enters: a scene. Leaves: packets of
+//! Embree as the tracer's peer: rays for both sides, the files that its program reads, the program itself. Enters: a scene. Leaves:
+//! packets of
 //! rays (metres), what Embree says about them.
 
 // The bench and the test each use their part.
@@ -22,7 +23,8 @@ const VIEW_PX: [usize; 2] = [640, 480];
 /// Focal length: 90 degrees from left to right.
 const FOCAL_PX: f64 = 320.0;
 
-/// Where a view is taken from, its turn about the upright axis and its tilt downwards in degrees, and whether its rays lie off their pixels'
+/// Where a view is taken from, its turn about the upright axis and its tilt downwards in degrees, and whether its rays lie off their
+/// pixels'
 /// centres, each by a draw of its own.
 struct View {
     eye_m: [f64; 3],

@@ -1,4 +1,5 @@
-//! The row of rays: our packets against Embree's packets of eight, on the furnished room. Enters: nothing. Leaves: one JSON row a level, with
+//! The row of rays: our packets against Embree's packets of eight, on the furnished room. Enters: nothing. Leaves: one JSON row a level,
+//! with
 //! millions of rays a second of both, their ratio, and whether they saw the same.
 
 use std::path::Path;

@@ -9,7 +9,8 @@ use super::{Hits, Holes};
 use crate::num::index;
 
 /// Bound of the roundings of an edge function and of its estimate for a packet, in units of the square of the corners' greatest distance
-/// along the axes. The sheared coordinates are off by 2.5 epsilon of it at most (shear, product, difference), which makes 5.5 of an edge function
+/// along the axes. The sheared coordinates are off by 2.5 epsilon of it at most (shear, product, difference), which makes 5.5 of an edge
+/// function
 /// with its own products and difference; the estimate's cross product and sum, with the rounding of the shears' middle and reach, add 9.
 const ROUNDING: f32 = 32.0 * f32::EPSILON;
 
@@ -50,7 +51,8 @@ pub fn relative_corners(rays: &Rays, block: &Block) -> Corners {
     corners
 }
 
-/// A byte for each triangle that any ray may be inside of. An edge function is linear in the shears, so over the packet it stays within its value
+/// A byte for each triangle that any ray may be inside of. An edge function is linear in the shears, so over the packet it stays within
+/// its value
 /// at their middle plus or minus its slopes times their reach.
 #[inline(always)]
 fn candidates<const SHARED: bool>(rays: &Rays, corners: &Corners) -> u64 {
@@ -114,7 +116,8 @@ impl Candidate<'_> {
         [x, y]
     }
 
-    /// The plane's normal times each direction, and times the way from the origin to the plane. Their ratio is the distance; unlike the corner
+    /// The plane's normal times each direction, and times the way from the origin to the plane. Their ratio is the distance; unlike the
+    /// corner
     /// weights', which a needle's rounding moves along it.
     #[inline(always)]
     fn plane<const SHARED: bool>(&self, rays: &Rays) -> (Floats, Floats) {
@@ -206,7 +209,8 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
     true
 }
 
-/// The lanes among these that do not pass through a hole. That it is given the hits, and might change them, keeps them in memory, where they are
+/// The lanes among these that do not pass through a hole. That it is given the hits, and might change them, keeps them in memory, where
+/// they are
 /// read and written by whole registers.
 #[inline(never)]
 fn solid<H: Holes>(holes: &H, triangle: u32, mut wins: Mask, u: &Floats, v: &Floats, hits: &mut Hits) -> Mask {

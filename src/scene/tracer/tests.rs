@@ -84,7 +84,7 @@ fn hard_packet(key: DrawKey, triangles_m: &[[[f32; 3]; 3]], place_m: f32) -> Pac
     let kind = key.0 % 8;
     for lane in 0..LANES {
         for axis in 0..3 {
-            let (spread, apart) = (if kind < 4 { 0.02 } else { 1.0 }, if kind % 4 == 0 { 0.0 } else { 0.01 });
+            let (spread, apart) = (if kind < 4 { 0.02 } else { 1.0 }, if kind.is_multiple_of(4) { 0.0 } else { 0.01 });
             let own = packet.direction[axis].0[lane];
             packet.direction[axis].0[lane] = packet.direction[axis].0[0] + spread * own;
             let origin_m = packet.origin_m[axis].0[0] + apart * packet.origin_m[axis].0[lane];
