@@ -1,8 +1,8 @@
 //! Photons. Enters: a lit scene, a camera, its motion, an exposure span for each row. Leaves: mean photons of every pixel.
 //!
-//! Every ray has its own place in the pixel and its own instant. Place and time are stratified together (`pattern`), a look-up
-//! averages over what its sample stands for (`filter`), and tiles of sixteen pixels are sampled in doubling batches until their render variance
-//! is below what the caller asks for (`tiles`). The pixels of a tile share the leading bits of their samples' times, which keeps their rays
+//! Every ray has its own place in the pixel and its own instant. Place and time are stratified together (`pattern`), a look-up averages
+//! over what its sample stands for (`filter`), and tiles of sixteen pixels are sampled in doubling batches until their render variance is
+//! below what the caller asks for (`tiles`). The pixels of a tile share the leading bits of their samples' times, which keeps their rays
 //! close together.
 
 mod filter;
@@ -53,8 +53,8 @@ pub struct Sampling {
     /// Still pictures that are averaged, at the middles of equal parts of the exposure: how others merge sub-frames, and a reference; 0 for
     /// rays that each have their own instant.
     pub subframes: u32,
-    /// Reflections that a ray follows at glossy surfaces, up to `BOUNCES_MAX`; 0: every surface is dull. Highlights of bright lamps in rough
-    /// gloss are found by chance alone, so they cost far more samples than anything else.
+    /// Reflections that a ray follows at glossy surfaces, up to `BOUNCES_MAX`; 0: every surface is dull. Highlights of bright lamps in
+    /// rough gloss are found by chance alone, so they cost far more samples than anything else.
     pub reflections: u32,
     /// Electrons of a photon: photon variance in electrons is this times the photons, render variance its square.
     pub electrons_per_photon: f64,
