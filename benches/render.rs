@@ -1,5 +1,5 @@
-//! Speed of rendering: a VGA frame of 16 samples with blur, rolling shutter, distortion and filtered textures, in the furnished bathroom and in
-//! the box room, on one thread and on all; and the time that building the bathroom's tree takes.
+//! Speed of rendering: a VGA frame of 16 samples with blur, rolling shutter, distortion and filtered textures, in the furnished bathroom
+//! and in the box room, on one thread and on all; and the time that building the bathroom's tree takes.
 //!
 //! The light is even: what a ray costs does not depend on how bright it is, and a bake would take longer than the bench.
 

@@ -1,9 +1,9 @@
 //! Render variance over photon variance in the furnished room, for docs/sampling.md: `cargo bench --bench sampling`.
 //!
-//! Enters: the default scenario at 192 x 144, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-. Leaves: a
-//! Markdown table, and with `--svg FILE` its picture. Truth is a render of 2,048 samples with another key; "seeds" is half the mean square
-//! difference of two renders with different keys, which has no part of the bias; "own" is what the render says of itself.
-//! `--reference N` takes another number of samples for the truth.
+//! Enters: the default scenario at 192 x 144, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-.
+//! Leaves: a Markdown table, and with `--svg FILE` its picture. Truth is a render of 2,048 samples with another key; "seeds" is half the
+//! mean square difference of two renders with different keys, which has no part of the bias; "own" is what the render says of itself.
+//! `--reference N` takes another number of samples for the truth, `--reflections N` follows so many reflections at gloss (0 without it).
 
 use std::fmt::Write as _;
 
@@ -83,6 +83,7 @@ impl Case<'_> {
         };
         let shutter: Vec<Span> = (0..ROWS).map(span).collect();
         let sampling = Sampling {
+            reflections: number_after("--reflections").map_or(0, |text| text.parse().expect("a number")),
             electrons_per_photon: self.electrons_per_photon,
             saturation_photons: self.saturation_photons,
             ..sampling

@@ -123,10 +123,10 @@ fn blur_of_a_moving_edge_is_the_analytic_ramp() {
             let expected = ramp(f64::from(u32::try_from(column).unwrap()), from, to);
             worst = worst.max((mean - expected).abs());
         }
-        // Two surfaces: 1,024 samples in two-dimensional strata (x, t), of which the edge cuts 64 at most: sigma is sqrt(64 / 6) / 1024 = 0.3 % in
-        // a pixel and 0.07 % in the mean of 24 rows, besides 0.007 px / 6 px of the bearings: 0.1 %. The picture's own edge is a texel
-        // wide, 0.2 px: its ramp's corners are rounder by under 0.2 px / 6 px / 8 = 0.4 %. Four samples stand for a share f of half the motion
-        // each: corners are rounder by f / 8 = 6 %.
+        // Two surfaces: 1,024 samples in two-dimensional strata (x, t), of which the edge cuts 64 at most: sigma is sqrt(64 / 6) / 1024 =
+        // 0.3 % in a pixel and 0.07 % in the mean of 24 rows, besides 0.007 px / 6 px of the bearings: 0.1 %. The picture's own edge is a
+        // texel wide, 0.2 px: its ramp's corners are rounder by under 0.2 px / 6 px / 8 = 0.4 %. Four samples stand for a share f of half
+        // the motion each: corners are rounder by f / 8 = 6 %.
         let bound = if samples == 4 { 0.065 } else { 0.005 };
         assert!(worst < bound, "{name}, {samples} samples: {worst}");
     }
@@ -266,8 +266,8 @@ fn a_glossy_white_furnace_neither_gains_nor_loses() {
 
 #[test]
 fn a_mirror_shows_what_stands_before_it() {
-    // A mirror at z = 2 m and, behind the camera at z = -2 m, a white wall left of x = 0 and a black one right of it. (A back wall seen in a
-    // mirror keeps left and right.)
+    // A mirror at z = 2 m and, behind the camera at z = -2 m, a white wall left of x = 0 and a black one right of it. (A back wall seen
+    // in a mirror keeps left and right.)
     let mut mesh = Mesh::default();
     mesh.materials.push(Material { metallic: 1.0, roughness: 0.0, ..Material::plain("mirror", [0.9; 3]) });
     mesh.materials.push(Material::plain("white", [0.8; 3]));

@@ -91,11 +91,20 @@ impl Scenario {
         let tolerance = within("run.render_tolerance", self.run.render_tolerance, 0.0..=1000.0, "0 to 1000")?;
         let render_tolerance = if merges { 0.0 } else { tolerance };
         if render_tolerance > 0.0 && (samples < 2 || !samples.is_power_of_two()) {
-            let reason = "with a render tolerance this is the first batch, which doubles: a power of two from 2, or run.render_tolerance = 0, would do";
+            let reason = "the first batch of a render tolerance doubles: a power of two from 2, or run.render_tolerance = 0, would do";
             return Err(Error::key("run.samples_per_pixel", samples, reason));
         }
         let subframes = if merges { subframes } else { 0 };
-        Ok(Fidelity { rung, samples_per_pixel: samples, samples_max, render_tolerance, subframes, accuracy })
+        let reflections = within("run.reflections", self.run.reflections, 0..=4, "0 to 4")?;
+        Ok(Fidelity {
+            rung,
+            samples_per_pixel: samples,
+            samples_max,
+            render_tolerance,
+            subframes,
+            reflections,
+            accuracy,
+        })
     }
 
     /// Threads of the run; 0: as many as cores.

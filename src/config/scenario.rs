@@ -70,6 +70,8 @@ sections! {
         sampling: String,
         /// Still pictures an exposure with sampling = "subframes", 1 to 4096.
         subframes: u32,
+        /// Reflections that a ray follows at mirrors and glossy surfaces, 0 to 4; 0: every surface is dull.
+        reflections: u32,
         /// What all effects left out may add up to, in units of a pixel's own noise, 0 to 10.
         accuracy: f64,
     }

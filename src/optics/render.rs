@@ -1,8 +1,8 @@
 //! Photons. Enters: a lit scene, a camera, its motion, an exposure span for each row. Leaves: mean photons of every pixel.
 //!
-//! Every ray has its own place in the pixel and its own instant. Place and time are stratified together (`pattern`), a look-up
-//! averages over what its sample stands for (`filter`), and tiles of sixteen pixels are sampled in doubling batches until their render variance
-//! is below what the caller asks for (`tiles`). The pixels of a tile share the leading bits of their samples' times, which keeps their rays
+//! Every ray has its own place in the pixel and its own instant. Place and time are stratified together (`pattern`), a look-up averages
+//! over what its sample stands for (`filter`), and tiles of sixteen pixels are sampled in doubling batches until their render variance is
+//! below what the caller asks for (`tiles`). The pixels of a tile share the leading bits of their samples' times, which keeps their rays
 //! close together.
 
 mod filter;
@@ -19,6 +19,7 @@ use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::LitScene;
 use crate::scene::light::{BANDS, Bands};
+use crate::scene::lit::BOUNCES_MAX;
 use crate::simd::dispatch;
 use crate::units::Span;
 use rows::{COLUMNS, Pass, ROWS, Rows};
@@ -50,6 +51,9 @@ pub struct Sampling {
     /// Still pictures that are averaged, at the middles of equal parts of the exposure: how others merge sub-frames, and a reference; 0 for
     /// rays that each have their own instant.
     pub subframes: u32,
+    /// Reflections that a ray follows at glossy surfaces, up to `BOUNCES_MAX`; 0: every surface is dull. Highlights of bright lamps in
+    /// rough gloss are found by chance alone, so they cost far more samples than anything else.
+    pub reflections: u32,
     /// Electrons of a photon: photon variance in electrons is this times the photons, render variance its square.
     pub electrons_per_photon: f64,
     /// Photons beyond which a pixel shows no difference, so that its render noise does not count. They are rendered all the same.
@@ -66,6 +70,7 @@ impl Sampling {
             samples_max: samples_per_pixel,
             tolerance: 0.0,
             subframes: 0,
+            reflections: BOUNCES_MAX,
             electrons_per_photon: 1.0,
             saturation_photons: f32::INFINITY,
             key,
@@ -163,12 +168,12 @@ struct Groups<'a> {
 
 impl Groups<'_> {
     fn pass(&self, first: u32, count: u32) -> Pass {
-        let Sampling { subframes, samples_per_pixel: each, saturation_photons, .. } = self.sampling;
+        let Sampling { subframes, samples_per_pixel: each, saturation_photons, reflections, .. } = self.sampling;
         let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
         // A still picture is filtered for itself, and not along the motion.
         let shares = if subframes > 0 { [share(each), 0.0] } else { [share(first + count); 2] };
         let strata_log2 = count.ilog2().min(pattern::SHARED_BITS);
-        Pass { first, count, shares, subframes, each, strata_log2, saturation_photons }
+        Pass { first, count, shares, subframes, each, strata_log2, reflections, saturation_photons }
     }
 
     /// Takes a pass over all groups of rows, on all cores where the feature is on.

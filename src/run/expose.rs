@@ -35,6 +35,7 @@ pub(super) fn expose(
         samples_max: setup.fidelity.samples_max,
         tolerance: setup.fidelity.render_tolerance,
         subframes: setup.fidelity.subframes,
+        reflections: setup.fidelity.reflections,
         electrons_per_photon: setup.sensor.electrons_per_photon(),
         saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
         key: if slot == 0 { key } else { key.with(u64_from(slot)) },

@@ -1,11 +1,11 @@
 //! What one sample stands for on a surface. Enters: how a ray's hit moves across a pixel and over the exposure. Leaves: the ellipse of
 //! texels that a look-up averages over.
 //!
-//! A sample of N stands for a share f = 1 / sqrt(N) of the pixel's width, of its height and of the motion over the exposure. Its
-//! look-up is moved towards the middle of all three by the factor c = sqrt(1 - f^2), so that the spread of the samples' places and that of
-//! their filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is rounded by f / 8 at most,
-//! within f / 2 of a pixel beside the pixel's own rim: its square falls as 1 / N^1.5, as the variance of samples at an edge does. Wider shares
-//! (2 / sqrt(N)) were measured: half the variance, and a bias of several times that.
+//! A sample of N stands for a share f = 1 / sqrt(N) of the pixel's width, of its height and of the motion over the exposure. Its look-up
+//! is moved towards the middle of all three by the factor c = sqrt(1 - f^2), so that the spread of the samples' places and that of their
+//! filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is rounded by f / 8 at
+//! most, within f / 2 of a pixel beside the pixel's own rim: its square falls as 1 / N^1.5, as the variance of samples at an edge does.
+//! Wider shares (2 / sqrt(N)) were measured: half the variance, and a bias of several times that.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 

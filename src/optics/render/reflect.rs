@@ -43,7 +43,7 @@ impl Rows<'_> {
         let mut paths =
             Paths { weight: [[1.0; BANDS]; LANES], gone_m: hits.t.0, settled: [[0.0; BANDS]; LANES], last: *lux };
         let mut stack = Stack::new();
-        for bounce in 0..BOUNCES_MAX {
+        for bounce in 0..self.pass.reflections.min(BOUNCES_MAX) {
             let numbers = |lane: usize| facet_numbers(number, pixels.seeds.lanes[3][lane], bounce);
             let Some(next) = self.turned(&hits, &packet, &numbers, &mut paths) else { break };
             packet = next;

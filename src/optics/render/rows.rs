@@ -37,6 +37,8 @@ pub struct Pass {
     pub each: u32,
     /// Logarithm to base 2 of the strata of time that the level of flickering lamps is known for.
     pub strata_log2: u32,
+    /// Reflections that a ray follows.
+    pub reflections: u32,
     /// Brighter pixels show no noise.
     pub saturation_photons: f32,
 }
@@ -98,7 +100,7 @@ impl Kernel for Rows<'_> {
     fn run(self) {
         let width = index(self.camera.size.width_px);
         let mut stack = Stack::new();
-        let has_gloss = self.scene.has_gloss();
+        let has_gloss = self.pass.reflections > 0 && self.scene.has_gloss();
         for (number, first) in (0..width).step_by(COLUMNS).enumerate() {
             if !self.tiles[number].is_active {
                 continue;

@@ -121,9 +121,9 @@ fn the_stated_render_variance_is_what_two_renders_differ_by() {
             }
             own += (a.render_variance_ratio + b.render_variance_ratio) * 0.5 * 45.0 * 31.0;
         }
-        // Half the squared difference is one estimate of the variance, and half the sum one of the mean. 5,580 of them, whose variances differ
-        // (their spread is some 3 times their mean), have a relative standard error of sqrt(2 / 5580) * 3 = 6 %; the statement has as much
-        // again from half as many pixels, and 15 % from r. Four of these are a factor of 1.7.
+        // Half the squared difference is one estimate of the variance, and half the sum one of the mean. 5,580 of them, whose variances
+        // differ (their spread is some 3 times their mean), have a relative standard error of sqrt(2 / 5580) * 3 = 6 %; the statement has
+        // as much again from half as many pixels, and 15 % from r. Four of these are a factor of 1.7.
         assert!(ratio < 1.7 * own && own < 1.7 * ratio, "{samples} to {samples_max}: {ratio} against {own}");
         tried += 1;
     }

@@ -1,10 +1,10 @@
 //! How sure a tile is of its pixels. Enters: means of a pass's quarters. Leaves: means of all samples, how far halves of them are apart,
 //! which tiles need more samples, and the render's own estimate of its error.
 //!
-//! Two blocks of n samples, A and B, are alike and together are the 2n samples of a finer net, so exactly
-//! var(n) - var(2n) = E(A - B)^2 / 4: what halves differ by is the variance that doubling took away. Doubling multiplies the variance by some
-//! r (1/2 for random samples, 0.35 to 0.4 at edges, less for what is smooth), so what is left after it is r / (1 - r) of that. The
-//! render takes r from its own pixels: what halves differ by over what quarters do.
+//! Two blocks of n samples, A and B, are alike and together are the 2n samples of a finer net, so exactly var(n) - var(2n) = E(A - B)^2 /
+//! 4: what halves differ by is the variance that doubling took away. Doubling multiplies the variance by some r (1/2 for random samples,
+//! 0.35 to 0.4 at edges, less for what is smooth), so what is left after it is r / (1 - r) of that. The render takes r from its own
+//! pixels: what halves differ by over what quarters do.
 //!
 //! A tile that stops because its halves happen to agree would also say that it has no error. So the pixels of a chequerboard's black fields
 //! choose, and those of its white fields tell the error: they are as many, as noisy, and had no say.

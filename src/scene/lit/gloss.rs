@@ -2,8 +2,9 @@
 //! sees.
 //!
 //! Fresnel's reflectance by Schlick's formula; microfacets by GGX, sampled by their visible normals (Heitz, JCGT 7(4), 2018) with the
-//! height-correlated shadowing of Smith. What a facet does not reflect leaves a dielectric diffusely; a metal has no diffuse part but what its
-//! facets shadow, which single scattering would lose (5 % at alpha 0.16 and 80 degrees, under 1.2 % up to 66) and here leaves diffusely.
+//! height-correlated shadowing of Smith. What a facet does not reflect leaves a dielectric diffusely; a metal has no diffuse part but
+//! what its facets shadow, which single scattering would lose (5 % at alpha 0.16 and 80 degrees, under 1.2 % up to 66) and here leaves
+//! diffusely.
 
 use super::super::chance::{frame, turned};
 use super::super::light::{BANDS, Bands};
@@ -84,8 +85,8 @@ impl LitScene {
 }
 
 impl Facet {
-    /// The reflected ray, the weight of its light in each band, and that of the dull surface's, from two numbers of 0..1. A ray whose weight is
-    /// 0 sees nothing.
+    /// The reflected ray, the weight of its light in each band, and that of the dull surface's, from two numbers of 0..1. A ray whose
+    /// weight is 0 sees nothing.
     pub fn reflected(&self, direction: [f32; 3], numbers: [f32; 2]) -> ([f32; 3], Bands, Bands) {
         let view = direction.map(|x| -x);
         let (half, kept) = if self.alpha < ALPHA_MIN { (self.normal, 1.0) } else { self.visible_half(view, numbers) };
