@@ -278,7 +278,7 @@ fn hostile_files_are_refused_with_the_reason() {
         ("under two parents", json("/nodes/1", serde_json::json!({"children": [0]}))),
         ("under two parents", json("/scenes/0/nodes", serde_json::json!([0, 1]))),
         ("nested deeper than 64", chain.glb()),
-        ("not finite", json("/nodes/0/translation", serde_json::json!([3e38, 1e39, 0]))),
+        ("number out of range", json("/nodes/0/translation", serde_json::json!([3e38, 1e39, 0]))),
         ("not glTF 2.0", json("/scenes/0/nodes", serde_json::json!([55]))),
         ("names accessor 9", json("/meshes/0/primitives/0/attributes/POSITION", number(9))),
         ("not glTF 2.0", json("/meshes/0/primitives/0/attributes", serde_json::json!({}))),
@@ -410,7 +410,7 @@ fn flipped_bytes_are_refused_or_taken_but_never_panic_hang_or_turn_black() {
         match Scene::from_glb("odd.glb", &bytes) {
             Ok(scene) => {
                 taken += 1;
-                if taken % 16 == 0 {
+                if taken % 4 == 0 {
                     assert_bright(scene);
                 }
             }
@@ -422,5 +422,6 @@ fn flipped_bytes_are_refused_or_taken_but_never_panic_hang_or_turn_black() {
         assert!(start.elapsed() < HANG, "case {case} took {:?}", start.elapsed());
     }
     println!("{refused} refused, {taken} taken");
-    assert!(refused > 300 && taken > 300, "{refused} refused, {taken} taken");
+    // Nearly every flip in the JSON or in the checksummed picture is seen; those in positions mostly are not.
+    assert!(refused > 300 && taken > 50, "{refused} refused, {taken} taken");
 }

@@ -114,7 +114,7 @@ pub fn leaves(number: u64) -> (Texture, CutOut) {
     let edge = i32::try_from(EDGE).expect("small");
     let mut codes = vec![[62_u8, 92, 36]; index(EDGE * EDGE)];
     let mut coverage = vec![0_u8; index(EDGE * EDGE)];
-    for leaf in 0..150 {
+    for leaf in 0..240 {
         let of = |field: u64, limit: i32| draw(key.with(leaf), field, limit);
         let (cx, cy) = (24 + of(0, edge - 48), 24 + of(1, edge - 48));
         // A leaf's axis; its outline is an ellipse pinched to both ends.
@@ -183,7 +183,7 @@ mod tests {
         let open = (0..64 * 64_u32)
             .filter(|at| holes.is_open([at % 64, at / 64].map(|k| (crate::num::f32_from_u32(k) + 0.5) / 64.0)))
             .count();
-        // 150 leaves of about 600 texels, overlapping: cover is between a fifth and four fifths.
+        // 240 leaves of about 600 texels, overlapping: cover is between a fifth and four fifths.
         assert!((820..3280).contains(&open), "{open} of 4096 are holes");
         let mean = picture.mean();
         assert!(mean[1] > mean[0] && mean[1] > mean[2], "leaves are green: {mean:?}");

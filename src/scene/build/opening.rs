@@ -31,8 +31,8 @@ pub struct Opening {
     pub rise_m: f32,
 }
 
-/// Pieces of a round head.
-const HEAD_PIECES: u32 = 24;
+/// Pieces of a round head: of an arch, of a window.
+const HEAD_PIECES: [u32; 2] = [24, 10];
 
 impl Wall {
     /// A point of the wall.
@@ -54,15 +54,16 @@ impl Opening {
             let [low, high] = [self.middle_m - self.half_m, self.middle_m + self.half_m];
             return [low, high].map(|along| ([along, self.spring_m], [0.0, -1.0])).to_vec();
         }
+        let pieces = HEAD_PIECES[usize::from(self.half_m < 0.8)];
         let point = |piece: u32| {
-            let angle_rad = std::f32::consts::PI * f32_from_u32(piece) / f32_from_u32(HEAD_PIECES);
+            let angle_rad = std::f32::consts::PI * f32_from_u32(piece) / f32_from_u32(pieces);
             let (sine, cosine) = libm::sincosf(angle_rad);
             let (x, y) = (-self.half_m * cosine, self.rise_m * sine);
             let normal = [cosine * self.rise_m, -sine * self.half_m];
             let length = (normal[0] * normal[0] + normal[1] * normal[1]).sqrt();
             ([self.middle_m + x, self.spring_m + y], normal.map(|part| part / length))
         };
-        (0..=HEAD_PIECES).map(point).collect()
+        (0..=pieces).map(point).collect()
     }
 
     /// Height of its highest point.
@@ -88,7 +89,13 @@ impl Builder {
         let [p, q] = [wall.at(along[0], up[0], behind[0]), wall.at(along[1], up[1], behind[1])];
         let least: [f32; 3] = [0, 1, 2].map(|axis| p[axis].min(q[axis]));
         let greatest: [f32; 3] = [0, 1, 2].map(|axis| p[axis].max(q[axis]));
-        self.block(surface, least, greatest);
+        // What touches the wall is never seen: the face that looks into it is left out.
+        for corners_m in super::super::target::cube(least, greatest, false) {
+            let normal = super::unit_normal([corners_m[0], corners_m[1], corners_m[2]]);
+            if normal.is_none_or(|normal| super::super::mesh::dot(normal, wall.out) > -0.5) {
+                self.quad(surface, corners_m);
+            }
+        }
     }
 
     /// A wall's face between two places and two heights with one opening in it, and the opening's reveal.

@@ -31,16 +31,18 @@ pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4)
     let colour = light.color().map(|band| if band.is_finite() { band.clamp(0.0, 1.0) } else { 1.0 });
     let emission = with_infrared(colour.map(|band| f32_nearest(f64::from(band) * radiance)));
     let plain = Material::plain(light.name().unwrap_or("light"), [0.0; 3]);
-    let material = reader.push(Material { emission, double_sided: false, ..plain });
+    let material = Material { emission, double_sided: false, ..plain };
     match light.kind() {
         Kind::Point => {
             reader.notes.add(format!("point lights are bulbs of {RADIUS_M} m radius"));
+            let material = reader.push(material);
             bulb(reader, material, centre_m);
         }
         Kind::Spot { .. } => {
             reader.notes.add(format!(
                 "spot lights are discs of {RADIUS_M} m radius that shine by the cosine, without the edge of their cone"
             ));
+            let material = reader.push(material);
             disc(reader, material, centre_m, forward);
         }
         Kind::Directional => {

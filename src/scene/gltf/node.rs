@@ -189,9 +189,12 @@ impl<'a> Reader<'a> {
         let uvs = uvs.map(|a| self.buffers.floats::<2>(&a)).transpose()?;
         let material = self.coloured(primitive, number)?;
         let turned = DMat3::from_mat4(world_from_node);
-        // Cofactors turn normals, also of mirrored nodes, and exist where the inverse does not.
+        // Cofactors turn normals and exist where the inverse does not; of a mirrored node they point inwards, and glTF's front
+        // stays the front.
         let [x, y, z] = [turned.x_axis, turned.y_axis, turned.z_axis];
-        let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+        let is_mirrored = turned.determinant() < 0.0;
+        let outward = if is_mirrored { -1.0 } else { 1.0 };
+        let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * outward;
         let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
         let narrow = |v: DVec3| v.to_array().map(f32_nearest);
         let vertex = |number: usize| {
@@ -210,8 +213,9 @@ impl<'a> Reader<'a> {
             }
             let loose: Vec<Vertex> =
                 triangles.iter().flatten().map(|&corner| known[crate::num::index(corner)]).collect();
-            let own: Vec<[u32; 3]> =
-                (0..u32_from(triangles.len())).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
+            let own: Vec<[u32; 3]> = (0..u32_from(triangles.len()))
+                .map(|at| if is_mirrored { [3 * at, 3 * at + 2, 3 * at + 1] } else { [3 * at, 3 * at + 1, 3 * at + 2] })
+                .collect();
             self.mesh.append(material, &loose, &own)?
         };
         Ok(())

@@ -51,7 +51,7 @@ pub(super) fn row(builder: &mut Builder, stuff: &Stuff, wall: &Wall, [from, to]:
             wall: *wall,
             span,
             storeys: 2 + of(0, 3),
-            bays: fits(span[1] - span[0], 2.35),
+            bays: fits(span[1] - span[0], 2.8),
             // Neighbours differ: the colours of a row are gone through in steps.
             front: stuff.fronts[index((place * 3 + of(1, 2)) % fronts)],
             has_shop: of(2, 2) == 0,
@@ -175,7 +175,6 @@ fn glazing(builder: &mut Builder, stuff: &Stuff, wall: &Wall, opening: &Opening,
         ([low, low + 0.06], [sill, top]),
         ([high - 0.06, high], [sill, top]),
         ([opening.middle_m - 0.04, opening.middle_m + 0.04], [sill, top]),
-        ([low, high], [sill, sill + 0.07]),
         ([low, high], [top - 0.06, top]),
         ([low, high], [transom - 0.04, transom + 0.04]),
     ] {
@@ -183,16 +182,16 @@ fn glazing(builder: &mut Builder, stuff: &Stuff, wall: &Wall, opening: &Opening,
     }
 }
 
-/// Open shutters with slats.
+/// Open shutters with panels.
 fn shutter_pair(builder: &mut Builder, surface: Surface, wall: &Wall, opening: &Opening) {
     let width_m = 0.5;
     for from in [opening.middle_m - opening.half_m - 0.12 - width_m, opening.middle_m + opening.half_m + 0.12] {
         let heights = [opening.sill_m, opening.spring_m];
         builder.on_wall(surface, wall, [from, from + width_m], heights, [-0.03, 0.0]);
         let mut y = heights[0] + 0.06;
-        while y < heights[1] - 0.08 {
-            builder.on_wall(surface, wall, [from + 0.05, from + width_m - 0.05], [y, y + 0.05], [-0.055, -0.03]);
-            y += 0.11;
+        while y < heights[1] - 0.3 {
+            builder.on_wall(surface, wall, [from + 0.05, from + width_m - 0.05], [y, y + 0.3], [-0.055, -0.03]);
+            y += 0.42;
         }
     }
 }
@@ -213,7 +212,7 @@ fn balcony(builder: &mut Builder, stuff: &Stuff, wall: &Wall, middle_m: f32, low
     let mut s = low;
     while s < high {
         builder.on_wall(stuff.iron, wall, [s, s + 0.016], [low_m + 0.16, rail[0]], [-out_m + 0.01, -out_m + 0.026]);
-        s += 0.12;
+        s += 0.17;
     }
     let mut depth_m = 0.1;
     while depth_m < out_m {
@@ -221,7 +220,7 @@ fn balcony(builder: &mut Builder, stuff: &Stuff, wall: &Wall, middle_m: f32, low
             let behind = [-depth_m, -depth_m + 0.016];
             builder.on_wall(stuff.iron, wall, [side, side + 0.016], [low_m + 0.16, rail[0]], behind);
         }
-        depth_m += 0.12;
+        depth_m += 0.17;
     }
 }
 
