@@ -19,7 +19,7 @@ use rays::{Gathered, MIRRORED};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 6;
+pub const BAKE_VERSION: u32 = 8;
 
 /// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -118,12 +118,17 @@ fn shines_out(piece: &Piece, mesh: &Mesh, bvh: &Bvh) -> bool {
     ends.into_iter().any(|end| end == MISS || !mesh.materials[index(mesh.material_of[index(end)])].is_emissive())
 }
 
+/// Names the draws of places within strata.
+const STRATA: u64 = 0x7374_7261;
+
 /// Points of one group: the piece by strata of power, the place in a piece by its own strata where it holds several.
 fn spread(group: &[Piece], count: usize, key: DrawKey, points: &mut Vec<LampPoint>) {
     let total: f64 = group.iter().map(|piece| piece.weight).sum();
     let (mut number, mut before) = (0, 0.0);
     for point in 0..count {
-        let share = (f64_from_usize(point) + 0.5) / f64_from_usize(count) * total;
+        // Somewhere in its stratum: middles would fall into step with the order in which a regular lamp lists its triangles.
+        let [within, _] = pair(key.with(STRATA), u64_from(point));
+        let share = (f64_from_usize(point) + within) / f64_from_usize(count) * total;
         while number + 1 < group.len() && before + group[number].weight <= share {
             before += group[number].weight;
             number += 1;

@@ -72,6 +72,12 @@ def rendered(view, max_depth, seed):
     return np.array(mi.render(mi.load_dict(parts), spp=spp, seed=seed))
 
 
+def squares(pictures):
+    """Means over 2 by 2 pixels: an edge that falls a hundredth of a pixel apart, and noise, count less."""
+    count, height, width = pictures.shape
+    return pictures.reshape(count, height // 2, 2, width // 2, 2).mean(axis=(2, 4))
+
+
 def main():
     width, height = scene["size"]
     weights = np.array(scene["photons_per_radiance"])
@@ -79,10 +85,11 @@ def main():
     for names, max_depth in ((["direct"], 2), (["full", "default"], -1)):
         views = enumerate(scene["views"])
         theirs = np.array([rendered(view, max_depth, number) @ weights for number, view in views])
+        theirs = squares(theirs)
         lit = theirs > 0.0
         for name in names:
             pictures = [floats(f"{name}{number}.f32", (height, width)) for number in range(len(scene["views"]))]
-            ours = np.array(pictures, dtype=np.float64)
+            ours = squares(np.array(pictures, dtype=np.float64))
             error = np.abs(ours[lit] - theirs[lit]) / theirs[lit]
             found[name] = {
                 "mean_relative_error": float(error.mean()),

@@ -98,12 +98,14 @@ fn mitsuba_sees_the_box_room_within_two_per_cent() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     println!("{found}");
-    // 2 % is asked for. Mitsuba's own noise with 1,024 paths a pixel is 0.9 % of a pixel's light (two seeds), ours about as much.
+    // 2 % is asked for, and is compared over squares of 2 by 2 pixels, where Mitsuba's own noise with 1,024 paths a pixel is 0.5 % (two seeds).
+    // The default's 256 rays a sample leave about 2 %, alike over a wall.
     for (name, bound) in [("direct", 0.02), ("full", 0.02), ("default", 0.03)] {
         let error = found[name]["mean_relative_error"].as_f64().unwrap();
         assert!(error < bound, "{name}: {found}");
         let ratio = found[name]["ratio_of_means"].as_f64().unwrap();
         assert!((ratio - 1.0).abs() < 0.005, "{name}: {found}");
     }
-    assert_eq!(found["pixels"], 2 * 2 * SIZE.width_px * SIZE.height_px);
+    // Two pictures of two views, four pixels to a square.
+    assert_eq!(found["pixels"], SIZE.width_px * SIZE.height_px);
 }

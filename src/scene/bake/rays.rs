@@ -48,7 +48,8 @@ pub struct Gathered {
     pub met: [Box<[u32]>; 2],
     /// What was met on or over glossy surfaces.
     pub mirrored: [Box<[Mirrored]>; 2],
-    /// Whether a side lies within something closed, as a floor does under a box that stands on it: most of its rays met backs.
+    /// Whether a side lies within something closed, as a floor does under a box that stands on it: more than
+    /// an eighth of its rays met backs (half of them do right under the box's edge, a quarter under its corner).
     pub buried: [bool; 2],
 }
 
@@ -114,7 +115,7 @@ pub fn gather(scene: &Scene, aims: &[Aims; 2], bounces: bool, number: usize) -> 
             }
         }
         let backs = bounced[side].met.iter().filter(|&&place| place == DARK).count();
-        buried[side] = 2 * backs > aims.fan.len();
+        buried[side] = 8 * backs > aims.fan.len();
         if !bounces {
             (bounced[side].met, bounced[side].mirrored) = (Vec::new(), Vec::new());
         }
@@ -378,7 +379,7 @@ impl Scene {
                 nearest = (sample, weight);
             }
         }
-        let mirror = material.gloss().map(|gloss| {
+        let mirror = material.gloss().filter(|_| material.is_mirror()).map(|gloss| {
             let grazing = 1.0 - facing.abs().min(1.0);
             let rise = grazing * grazing * grazing * grazing * grazing;
             let reflectance = gloss.at_normal.map(|normal| normal + (1.0 - normal) * rise);
