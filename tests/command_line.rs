@@ -162,8 +162,8 @@ fn broken_scenarios() -> Vec<(String, &'static str, Vec<u8>, usize, &'static str
         ("seed = 1\n[sensor.adc]\nclock_hz = 1000000\n".to_owned(), "a", vec![], 0, "hts = 55536 would do"),
         (format!("{glb}target = \"flat\"\n"), "a", vec![], 3, "exactly one of scene.file, scene.generator"),
         (glb.clone(), "a", vec![], 2, "is not there"),
-        (glb.clone(), "room.glb", b"solid room\nendsolid\n".to_vec(), 2, "not a binary glTF"),
-        (glb.clone(), "room.glb", vec![], 2, "not a binary glTF"),
+        (glb.clone(), "room.glb", b"solid room\nendsolid\n".to_vec(), 2, "not a glTF file"),
+        (glb.clone(), "room.glb", vec![], 2, "not a glTF file"),
         (glb.clone(), "room.glb", GLB[..12].to_vec(), 2, "no JSON chunk"),
         (glb.clone(), "room.glb", GLB[..100_000].to_vec(), 2, "cut off"),
         (glb.replace("room", "../room"), "a", vec![], 2, "leads out of the scenario's folder"),
@@ -219,9 +219,9 @@ fn what_is_not_there_yet_or_not_at_all_is_usage() {
     }
     let outcome = sensel(&["plan", "ballroom"]);
     check_refusal(&outcome, &folder, "ballroom");
-    assert!(outcome.stderr.contains("'ballroom' is not known; known: bathroom, box"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("'ballroom' is not known; known: bathroom, bathroom_night"), "{}", outcome.stderr);
     let outcome = sensel(&["run", "box", "--keep", "moon"]);
-    assert!(outcome.code == 2 && outcome.stderr.contains("packets, codes"), "{}", outcome.stderr);
+    assert!(outcome.code == 2 && outcome.stderr.contains("packets, photons"), "{}", outcome.stderr);
     let wrong: [&[&str]; 4] = [&["dance"], &["run", "--dance"], &["run", "box", "--frames", "x"], &["config", "hide"]];
     for words in wrong {
         assert_eq!(sensel(words).code, 2, "{words:?}");

@@ -174,8 +174,11 @@ mod tests {
         for alpha in [0.0, 0.01, 0.05, 0.16] {
             for cos in [1.0, 0.7, 0.4, 0.2] {
                 let kept = albedo(&facet(alpha, 1.0), cos);
-                // Facets shadow each other most at grazing views; 1e-6 is rounding.
-                assert!(kept <= 1.0 + 1e-6 && kept > if cos > 0.3 { 0.988 } else { 0.95 }, "{alpha} {cos}: {kept}");
+                // Straight on, the share alpha^2 / (1 + alpha^2) of facets stands steeper than 45 degrees and sends light below the surface;
+                // shadowing takes about half as much again, more at grazing views. 1e-6 is rounding.
+                let steep = f64::from(alpha * alpha);
+                let least = if cos > 0.3 { 1.0 - 2.0 * steep - 0.012 } else { 0.95 - 2.0 * steep };
+                assert!(kept <= 1.0 + 1e-6 && kept > least, "{alpha} {cos}: {kept}");
                 tried += 1;
             }
         }
