@@ -39,6 +39,8 @@ pub struct Pass {
     pub strata_log2: u32,
     /// Reflections that a ray follows.
     pub reflections: u32,
+    /// Whether it follows those of gloss, or of mirrors only.
+    pub follows_gloss: bool,
     /// Brighter pixels show no noise.
     pub saturation_photons: f32,
 }
@@ -100,7 +102,7 @@ impl Kernel for Rows<'_> {
     fn run(self) {
         let width = index(self.camera.size.width_px);
         let mut stack = Stack::new();
-        let has_gloss = self.pass.reflections > 0 && self.scene.has_gloss();
+        let has_gloss = self.pass.reflections > 0 && self.scene.has_gloss(self.pass.follows_gloss);
         for (number, first) in (0..width).step_by(COLUMNS).enumerate() {
             if !self.tiles[number].is_active {
                 continue;
