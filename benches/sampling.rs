@@ -31,8 +31,16 @@ const MEAN_E: f64 = 1_000.0;
 const SATURATION: f64 = 10.0;
 const FIXED: [u32; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
 /// First batch, most samples, tolerance.
-const ADAPTIVE: [(u32, u32, f64); 6] =
-    [(2, 64, 16.0), (2, 64, 8.0), (2, 64, 4.0), (4, 256, 1.0), (4, 256, 0.5), (4, 512, 0.25)];
+const ADAPTIVE: [(u32, u32, f64); 8] = [
+    (2, 64, 16.0),
+    (2, 64, 8.0),
+    (2, 64, 4.0),
+    (2, 256, 4.0),
+    (2, 512, 2.0),
+    (4, 512, 1.0),
+    (4, 1_024, 0.5),
+    (4, 1_024, 0.25),
+];
 const SUBFRAMES: [u32; 4] = [4, 16, 64, 256];
 
 struct Files(Cache);
@@ -144,11 +152,7 @@ impl Case<'_> {
             0.5 * (one(&both[0]) + one(&both[1]))
         };
         let limit = self.saturation_photons;
-        let errors = [
-            of(&truth.counted, f32::INFINITY),
-            of(&truth.counted, limit),
-            of(&truth.off_lamps, limit),
-        ];
+        let errors = [of(&truth.counted, f32::INFINITY), of(&truth.counted, limit), of(&truth.off_lamps, limit)];
         let seeds = 0.5 * self.ratio([&both[0].photons, &both[1].photons], truth, &truth.counted, limit);
         let pixels = f64::from(ROWS * COLUMNS);
         let samples = both.iter().map(|exposure| exposure.rays).sum::<u64>();
@@ -178,7 +182,11 @@ impl Case<'_> {
             // A few thousand of some hundred thousand pixels.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let first = (share * count as f64) as usize;
-            println!("    worst {share}: {:.3} of the error, beyond that {:.4} in the mean of all", 1.0 - sum(first) / all, sum(first) / count as f64);
+            println!(
+                "    worst {share}: {:.3} of the error, beyond that {:.4} in the mean of all",
+                1.0 - sum(first) / all,
+                sum(first) / count as f64
+            );
         }
         let width = truth.photons.width_px();
         for (error, at) in &errors[..12] {

@@ -121,7 +121,8 @@ pub fn render(
             break;
         }
         let in_photons = f32_nearest(sampling.tolerance / sampling.electrons_per_photon);
-        if tiles::choose(&mut tiles, across, in_photons) == 0 {
+        let hidden = groups.hidden(&tiles, &photons);
+        if tiles::choose(&mut tiles, across, in_photons, &hidden) == 0 {
             break;
         }
         pass = groups.pass(samples, samples);
@@ -199,6 +200,27 @@ impl Groups<'_> {
         {
             let tiles = tiles.chunks_mut(width.div_ceil(COLUMNS));
             photons.chunks_mut(width * ROWS).zip(tiles).enumerate().for_each(work);
+        }
+    }
+
+    /// What each active tile's samples may have missed, as a variance over photons: in the mean over its pixels below saturation.
+    fn hidden(&self, tiles: &[Tile], photons: &Plane<f32>) -> Vec<f32> {
+        let across = photons.width_px().div_ceil(COLUMNS);
+        let of = |(number, tile): (usize, &Tile)| {
+            if !tile.is_active {
+                return 0.0;
+            }
+            let first = [number % across * COLUMNS, number / across * ROWS];
+            tiles::hidden(photons, first, tile.samples, self.sampling.saturation_photons)
+        };
+        #[cfg(feature = "parallel")]
+        {
+            use rayon::prelude::*;
+            tiles.par_iter().enumerate().map(of).collect()
+        }
+        #[cfg(not(feature = "parallel"))]
+        {
+            tiles.iter().enumerate().map(of).collect()
         }
     }
 
