@@ -1,6 +1,8 @@
 //! Speed of rendering: a VGA frame of 16 samples with blur, rolling shutter, distortion and filtered textures, in the furnished bathroom
 //! and in the box room, on one thread and on all; and the time that building the bathroom's tree takes.
 //!
+//! Mirrors are followed as scenarios do by default, and gloss is not.
+//!
 //! The light is even: what a ray costs does not depend on how bright it is, and a bake would take longer than the bench.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -46,7 +48,7 @@ fn frames(criterion: &mut Criterion) {
     for (name, scene) in [("bathroom", bathroom()), ("box", box_room::box_room(1))] {
         let eye_m = middle_m(&scene);
         let scene = scene.evenly_lit(300.0, Illuminant::D65);
-        let sampling = Sampling::fixed(SAMPLES, DrawKey::root(1));
+        let sampling = Sampling { reflections: 2, follows_gloss: false, ..Sampling::fixed(SAMPLES, DrawKey::root(1)) };
         let run = |scene: &LitScene| render(scene, &camera, &shutter, &|t_s| pose(eye_m, 0.4, t_s), sampling);
         for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
             limit(level);

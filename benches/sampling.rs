@@ -1,9 +1,12 @@
 //! Render variance over photon variance in the furnished room, for docs/sampling.md: `cargo bench --bench sampling`.
 //!
-//! Enters: the default scenario at 192 x 144, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-.
-//! Leaves: a Markdown table, and with `--svg FILE` its picture. Truth is a render of 2,048 samples with another key; "seeds" is half the
-//! mean square difference of two renders with different keys, which has no part of the bias; "own" is what the render says of itself.
-//! `--reference N` takes another number of samples for the truth, `--reflections N` follows so many reflections at gloss (0 without it).
+//! Enters: the default scenario at VGA, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-.
+//! Leaves: a Markdown table, and with `--svg FILE` its picture. Truth is a render of 2,048 samples with another key, and tells by its own
+//! mean which pixels are below saturation. "error" is over all of them; "sensor" is what is left of it where no pixel shows more than
+//! saturation; "off lamps" is over pixels without a saturated one beside them. "seeds" is half the mean square difference of two renders
+//! with different keys, which has no part of the bias (as "sensor"); "own" is what the render says of itself.
+//! `--reference N` takes another number of samples for the truth, `--only NAME` one motion, `--most N` fewer rows, `--worst` lists the
+//! pixels with the most error; `--reflections N` and `--gloss` follow reflections.
 
 use std::fmt::Write as _;
 
@@ -19,17 +22,25 @@ use sensel::run::{Assets, NoProgress, Setup};
 use sensel::units::Span;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/bathroom");
-const ROWS: u32 = 144;
-const COLUMNS: u32 = 192;
+const ROWS: u32 = 480;
+const COLUMNS: u32 = 640;
 const EXPOSURE_S: f64 = 0.010;
-const ROW_S: f64 = 60e-6;
+const ROW_S: f64 = 30e-6;
 const MEAN_E: f64 = 1_000.0;
 /// Saturation over the mean.
 const SATURATION: f64 = 10.0;
 const FIXED: [u32; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
 /// First batch, most samples, tolerance.
-const ADAPTIVE: [(u32, u32, f64); 6] =
-    [(2, 64, 16.0), (2, 64, 8.0), (2, 64, 4.0), (4, 256, 1.0), (4, 256, 0.5), (4, 512, 0.25)];
+const ADAPTIVE: [(u32, u32, f64); 8] = [
+    (2, 64, 16.0),
+    (2, 64, 8.0),
+    (2, 64, 4.0),
+    (2, 256, 4.0),
+    (2, 512, 2.0),
+    (4, 512, 1.0),
+    (4, 1_024, 0.5),
+    (4, 1_024, 0.25),
+];
 const SUBFRAMES: [u32; 4] = [4, 16, 64, 256];
 
 struct Files(Cache);
@@ -84,6 +95,7 @@ impl Case<'_> {
         let shutter: Vec<Span> = (0..ROWS).map(span).collect();
         let sampling = Sampling {
             reflections: number_after("--reflections").map_or(0, |text| text.parse().expect("a number")),
+            follows_gloss: flag("--gloss"),
             electrons_per_photon: self.electrons_per_photon,
             saturation_photons: self.saturation_photons,
             ..sampling
@@ -91,50 +103,113 @@ impl Case<'_> {
         render(self.setup.world.scene().expect("a scene with geometry"), camera, &shutter, &pose, sampling)
     }
 
-    /// Mean over lit pixels below saturation of the square of the difference over the photons, in electrons.
-    fn ratio(&self, a: &Plane<f32>, b: &Plane<f32>, reference: &Plane<f32>) -> f64 {
+    /// Mean over counted pixels of the square of the difference over the photons, in electrons, nothing above `limit`.
+    fn ratio(&self, [a, b]: [&Plane<f32>; 2], truth: &Truth, counted: &[bool], limit: f32) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
-        for ((&a, &b), &mean) in a.values().iter().zip(b.values()).zip(reference.values()) {
-            if mean > 0.0 && mean < self.saturation_photons {
-                let apart = f64::from(a) - f64::from(b);
-                sum += apart * apart / f64::from(mean);
-                count += 1.0;
-            }
+        for (at, &mean) in truth.photons.values().iter().enumerate().filter(|(at, _)| counted[*at]) {
+            let apart = f64::from(a.values()[at].min(limit)) - f64::from(b.values()[at].min(limit));
+            sum += apart * apart / f64::from(mean);
+            count += 1.0;
         }
         self.electrons_per_photon * sum / count
     }
 
-    fn bias(&self, a: &[Exposure], reference: &Plane<f32>) -> f64 {
+    fn bias(&self, a: &[Exposure], truth: &Truth) -> f64 {
         // Product of two independent errors: their common part alone is left.
         let (mut sum, mut count) = (0.0, 0.0);
-        for (at, &mean) in reference.values().iter().enumerate() {
-            if mean > 0.0 && mean < self.saturation_photons {
-                let error = |side: usize| f64::from(a[side].photons.values()[at]) - f64::from(mean);
-                sum += error(0) * error(1) / f64::from(mean);
-                count += 1.0;
-            }
+        for (at, &mean) in truth.photons.values().iter().enumerate().filter(|(at, _)| truth.counted[*at]) {
+            let seen = |photons: f32| f64::from(photons.min(self.saturation_photons));
+            let error = |side: usize| seen(a[side].photons.values()[at]) - f64::from(mean);
+            sum += error(0) * error(1) / f64::from(mean);
+            count += 1.0;
         }
         self.electrons_per_photon * sum / count
     }
 
-    /// One row: mean samples, error against the truth, from seeds, bias, and the render's own word; and the mean's shift.
-    fn row(&self, sampling: Sampling, reference: &Plane<f32>) -> [f64; 6] {
+    fn truth(&self, samples: u32) -> Truth {
+        let photons = self.render(Sampling::fixed(samples, DrawKey::root(99))).photons;
+        let is_below = |photons: f32| photons < self.saturation_photons;
+        let counted: Vec<bool> = photons.values().iter().map(|&mean| mean > 0.0 && is_below(mean)).collect();
+        let (width, height) = (photons.width_px(), photons.height_px());
+        let beside = |at: usize| {
+            let (x, y) = (at % width, at / width);
+            let mut around = (y.saturating_sub(1)..(y + 2).min(height))
+                .flat_map(|y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| (x, y)));
+            around.all(|(x, y)| is_below(photons.at(x, y)))
+        };
+        let off_lamps = (0..counted.len()).map(|at| counted[at] && beside(at)).collect();
+        Truth { photons, counted, off_lamps }
+    }
+
+    /// One row: mean samples; error, as the sensor shows it, off lamps; from seeds, bias, the render's own word; the mean's shift.
+    fn row(&self, sampling: Sampling, truth: &Truth) -> [f64; 8] {
         let both = [11, 12].map(|seed| self.render(Sampling { key: DrawKey::root(seed), ..sampling }));
-        let truth = 0.5
-            * (self.ratio(&both[0].photons, reference, reference) + self.ratio(&both[1].photons, reference, reference));
-        let seeds = 0.5 * self.ratio(&both[0].photons, &both[1].photons, reference);
+        if flag("--worst") {
+            self.print_worst(&both[0].photons, truth);
+        }
+        let of = |counted: &[bool], limit: f32| {
+            let one = |exposure: &Exposure| self.ratio([&exposure.photons, &truth.photons], truth, counted, limit);
+            0.5 * (one(&both[0]) + one(&both[1]))
+        };
+        let limit = self.saturation_photons;
+        let errors = [of(&truth.counted, f32::INFINITY), of(&truth.counted, limit), of(&truth.off_lamps, limit)];
+        let seeds = 0.5 * self.ratio([&both[0].photons, &both[1].photons], truth, &truth.counted, limit);
         let pixels = f64::from(ROWS * COLUMNS);
         let samples = both.iter().map(|exposure| exposure.rays).sum::<u64>();
         let samples = f64::from(u32::try_from(samples / 2).expect("a small picture")) / pixels;
         let own = 0.5 * (both[0].render_variance_ratio + both[1].render_variance_ratio);
         let (mut apart, mut all) = (0.0, 0.0);
-        for (at, &mean) in reference.values().iter().enumerate().filter(|(_, mean)| **mean < self.saturation_photons) {
+        for (at, &mean) in truth.photons.values().iter().enumerate().filter(|(at, _)| truth.counted[*at]) {
             let mean_of_two = 0.5 * (both[0].photons.values()[at] + both[1].photons.values()[at]);
             apart += f64::from(mean_of_two - mean);
             all += f64::from(mean);
         }
-        [samples, truth, seeds, self.bias(&both, reference), own, apart / all]
+        [samples, errors[0], errors[1], errors[2], seeds, self.bias(&both, truth), own, apart / all]
     }
+
+    /// The pixels with the most error, each with its share of the mean ratio, and how much of it the worst tenths of a percent have.
+    fn print_worst(&self, photons: &Plane<f32>, truth: &Truth) {
+        let mut errors: Vec<(f64, usize)> = Vec::new();
+        for (at, &mean) in truth.photons.values().iter().enumerate().filter(|(at, _)| truth.counted[*at]) {
+            let apart = f64::from(photons.values()[at]) - f64::from(mean);
+            errors.push((self.electrons_per_photon * apart * apart / f64::from(mean), at));
+        }
+        errors.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let count = errors.len();
+        let sum = |from: usize| errors[from..].iter().map(|(error, _)| error).sum::<f64>();
+        let all = sum(0);
+        for share in [0.0001, 0.001, 0.01, 0.1, 0.5] {
+            // A few thousand of some hundred thousand pixels.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let first = (share * count as f64) as usize;
+            println!(
+                "    worst {share}: {:.3} of the error, beyond that {:.4} in the mean of all",
+                1.0 - sum(first) / all,
+                sum(first) / count as f64
+            );
+        }
+        let width = truth.photons.width_px();
+        for (error, at) in &errors[..12] {
+            let electrons = |photons: f32| f64::from(photons) * self.electrons_per_photon;
+            let (x, y) = (at % width, at / width);
+            println!(
+                "    ({x}, {y}): {:.4} of the mean; {:.0} e- for {:.0} e-{}",
+                error / count as f64,
+                electrons(photons.values()[*at]),
+                electrons(truth.photons.values()[*at]),
+                if truth.off_lamps[*at] { "" } else { ", beside a lamp" }
+            );
+        }
+    }
+}
+
+/// A render that is taken for the truth.
+struct Truth {
+    photons: Plane<f32>,
+    /// Pixels that are lit and below saturation.
+    counted: Vec<bool>,
+    /// Those of them without a saturated one beside them.
+    off_lamps: Vec<bool>,
 }
 
 /// Light level of a case from a first look: 1,000 e- in the mean of what is below ten times that.
@@ -151,6 +226,10 @@ fn levelled<'a>(setup: &'a Setup, velocity_m_per_s: DVec3, turn_rad_per_s: f64) 
     case
 }
 
+fn flag(name: &str) -> bool {
+    std::env::args().any(|argument| argument == name)
+}
+
 fn number_after(name: &str) -> Option<String> {
     let arguments: Vec<String> = std::env::args().collect();
     arguments.windows(2).find(|pair| pair[0] == name).map(|pair| pair[1].clone())
@@ -165,39 +244,39 @@ fn main() {
         ("200 deg/s", DVec3::ZERO, 200_f64.to_radians()),
     ];
     let mut curves = Vec::new();
-    for (name, velocity, turn) in cases {
+    let only = number_after("--only");
+    let most: u32 = number_after("--most").map_or(256, |text| text.parse().expect("a number"));
+    for (name, velocity, turn) in cases.into_iter().filter(|case| only.as_ref().is_none_or(|only| only == case.0)) {
         let case = levelled(&setup, velocity, turn);
-        let reference = case.render(Sampling::fixed(reference_samples, DrawKey::root(99)));
-        let reference = reference.photons;
+        let truth = case.truth(reference_samples);
         println!(
-            "\n| {name} | samples | error | seeds | bias | own | own/seeds | mean off |\n|---|---|---|---|---|---|---|---|"
+            "\n| {name} | samples | error | sensor | off lamps | seeds | bias | own | mean off |\n|---|---|---|---|---|---|---|---|---|"
         );
-        let print = |label: &str, [samples, truth, seeds, bias, own, off]: [f64; 6]| {
-            let honest = own / seeds;
+        let print = |label: &str, [samples, error, sensor, off_lamps, seeds, bias, own, off]: [f64; 8]| {
             println!(
-                "| {label} | {samples:.2} | {truth:.4} | {seeds:.4} | {bias:.4} | {own:.4} | {honest:.2} | {off:+.5} |"
+                "| {label} | {samples:.2} | {error:.4} | {sensor:.4} | {off_lamps:.4} | {seeds:.4} | {bias:.4} | {own:.4} | {off:+.5} |"
             );
         };
         let key = DrawKey::root(1);
         let mut curve = Vec::new();
-        for samples in FIXED {
-            let row = case.row(Sampling::fixed(samples, key), &reference);
+        for samples in FIXED.into_iter().filter(|&samples| samples <= most) {
+            let row = case.row(Sampling::fixed(samples, key), &truth);
             print("fixed", row);
-            curve.push((row[0], row[1]));
+            curve.push((row[0], row[2]));
         }
         curves.push((name.to_owned(), curve));
         let mut curve = Vec::new();
         for (first, samples_max, tolerance) in ADAPTIVE {
-            let row = case.row(Sampling { samples_max, tolerance, ..Sampling::fixed(first, key) }, &reference);
+            let row = case.row(Sampling { samples_max, tolerance, ..Sampling::fixed(first, key) }, &truth);
             print(&format!("adaptive {first} to {samples_max}, k = {tolerance}"), row);
-            curve.push((row[0], row[1]));
+            curve.push((row[0], row[2]));
         }
         curves.push((format!("{name}, adaptive"), curve));
         let mut curve = Vec::new();
-        for subframes in SUBFRAMES {
-            let row = case.row(Sampling { subframes, ..Sampling::fixed(1, key) }, &reference);
+        for subframes in SUBFRAMES.into_iter().filter(|&subframes| subframes <= most) {
+            let row = case.row(Sampling { subframes, ..Sampling::fixed(1, key) }, &truth);
             print(&format!("{subframes} sub-frames"), row);
-            curve.push((row[0], row[1]));
+            curve.push((row[0], row[2]));
         }
         curves.push((format!("{name}, sub-frames"), curve));
     }

@@ -38,8 +38,10 @@ pub struct Fidelity {
     pub render_tolerance: f64,
     /// Still pictures that an exposure is the mean of; 0: every ray has its own instant.
     pub subframes: u32,
-    /// Reflections that a ray follows at glossy surfaces; 0: every surface is dull. Highlights of lamps in rough gloss are noisy.
+    /// Reflections that a ray follows; 0: every surface is dull.
     pub reflections: u32,
+    /// Whether it follows them at gloss and glaze too, and not only at mirrors. Highlights of lamps in gloss are noisy.
+    pub follows_gloss: bool,
     /// Share of a pixel's own noise sigma that all effects left out may add up to (0: keep every effect that could matter).
     pub accuracy: f64,
 }

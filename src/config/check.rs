@@ -96,6 +96,7 @@ impl Scenario {
         }
         let subframes = if merges { subframes } else { 0 };
         let reflections = within("run.reflections", self.run.reflections, 0..=4, "0 to 4")?;
+        let follows_gloss = one_of("run.gloss", &self.run.gloss, &[("mirrors", false), ("all", true)])?;
         Ok(Fidelity {
             rung,
             samples_per_pixel: samples,
@@ -103,6 +104,7 @@ impl Scenario {
             render_tolerance,
             subframes,
             reflections,
+            follows_gloss,
             accuracy,
         })
     }

@@ -70,8 +70,10 @@ sections! {
         sampling: String,
         /// Still pictures an exposure with sampling = "subframes", 1 to 4096.
         subframes: u32,
-        /// Reflections that a ray follows at mirrors and glossy surfaces, 0 to 4; 0: every surface is dull.
+        /// Reflections that a ray follows, 0 to 4; 0: every surface is dull.
         reflections: u32,
+        /// Where: "mirrors": at metals of roughness up to 0.1, exactly. "all": at gloss and glaze too, by chance; noisy under bare lamps.
+        gloss: String,
         /// What all effects left out may add up to, in units of a pixel's own noise, 0 to 10.
         accuracy: f64,
     }

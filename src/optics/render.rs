@@ -51,9 +51,11 @@ pub struct Sampling {
     /// Still pictures that are averaged, at the middles of equal parts of the exposure: how others merge sub-frames, and a reference; 0 for
     /// rays that each have their own instant.
     pub subframes: u32,
-    /// Reflections that a ray follows at glossy surfaces, up to `BOUNCES_MAX`; 0: every surface is dull. Highlights of bright lamps in
-    /// rough gloss are found by chance alone, so they cost far more samples than anything else.
+    /// Reflections that a ray follows, up to `BOUNCES_MAX`; 0: every surface is dull.
     pub reflections: u32,
+    /// Whether it follows them at gloss and glaze too, and not only at mirrors. Highlights of bright lamps in rough gloss are found by
+    /// chance alone, so they cost far more samples than anything else.
+    pub follows_gloss: bool,
     /// Electrons of a photon: photon variance in electrons is this times the photons, render variance its square.
     pub electrons_per_photon: f64,
     /// Photons beyond which a pixel shows no difference, so that its render noise does not count. They are rendered all the same.
@@ -71,6 +73,7 @@ impl Sampling {
             tolerance: 0.0,
             subframes: 0,
             reflections: BOUNCES_MAX,
+            follows_gloss: true,
             electrons_per_photon: 1.0,
             saturation_photons: f32::INFINITY,
             key,
@@ -118,7 +121,8 @@ pub fn render(
             break;
         }
         let in_photons = f32_nearest(sampling.tolerance / sampling.electrons_per_photon);
-        if tiles::choose(&mut tiles, across, in_photons) == 0 {
+        let hidden = groups.hidden(&tiles, &photons);
+        if tiles::choose(&mut tiles, across, in_photons, &hidden) == 0 {
             break;
         }
         pass = groups.pass(samples, samples);
@@ -168,12 +172,13 @@ struct Groups<'a> {
 
 impl Groups<'_> {
     fn pass(&self, first: u32, count: u32) -> Pass {
-        let Sampling { subframes, samples_per_pixel: each, saturation_photons, reflections, .. } = self.sampling;
+        let Sampling { subframes, samples_per_pixel: each, saturation_photons, reflections, follows_gloss, .. } =
+            self.sampling;
         let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
         // A still picture is filtered for itself, and not along the motion.
         let shares = if subframes > 0 { [share(each), 0.0] } else { [share(first + count); 2] };
         let strata_log2 = count.ilog2().min(pattern::SHARED_BITS);
-        Pass { first, count, shares, subframes, each, strata_log2, reflections, saturation_photons }
+        Pass { first, count, shares, subframes, each, strata_log2, reflections, follows_gloss, saturation_photons }
     }
 
     /// Takes a pass over all groups of rows, on all cores where the feature is on.
@@ -195,6 +200,27 @@ impl Groups<'_> {
         {
             let tiles = tiles.chunks_mut(width.div_ceil(COLUMNS));
             photons.chunks_mut(width * ROWS).zip(tiles).enumerate().for_each(work);
+        }
+    }
+
+    /// What each active tile's samples may have missed, as a variance over photons: in the mean over its pixels below saturation.
+    fn hidden(&self, tiles: &[Tile], photons: &Plane<f32>) -> Vec<f32> {
+        let across = photons.width_px().div_ceil(COLUMNS);
+        let of = |(number, tile): (usize, &Tile)| {
+            if !tile.is_active {
+                return 0.0;
+            }
+            let first = [number % across * COLUMNS, number / across * ROWS];
+            tiles::hidden(photons, first, tile.samples, self.sampling.saturation_photons)
+        };
+        #[cfg(feature = "parallel")]
+        {
+            use rayon::prelude::*;
+            tiles.par_iter().enumerate().map(of).collect()
+        }
+        #[cfg(not(feature = "parallel"))]
+        {
+            tiles.iter().enumerate().map(of).collect()
         }
     }
 

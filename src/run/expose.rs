@@ -36,6 +36,7 @@ pub(super) fn expose(
         tolerance: setup.fidelity.render_tolerance,
         subframes: setup.fidelity.subframes,
         reflections: setup.fidelity.reflections,
+        follows_gloss: setup.fidelity.follows_gloss,
         electrons_per_photon: setup.sensor.electrons_per_photon(),
         saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
         key: if slot == 0 { key } else { key.with(u64_from(slot)) },

@@ -52,11 +52,14 @@ pub struct Footprint {
     pub taps: u32,
     /// Area of the level's texels: 1 for the finest level, 4 for the next.
     pub area_texels2: f32,
+    /// Weights of the second of two levels that are so near to 0 or 1, or nearer, are taken as that: 0 to 1/2, where one level serves.
+    pub snap: f32,
 }
 
 impl Footprint {
     /// A point.
-    pub const POINT: Self = Self { shift_texels: [0.0; 2], step_texels: [0.0; 2], taps: 1, area_texels2: 1.0 };
+    pub const POINT: Self =
+        Self { shift_texels: [0.0; 2], step_texels: [0.0; 2], taps: 1, area_texels2: 1.0, snap: 0.0 };
 
     /// A round one with the variance of a square of a width.
     #[inline(always)]
@@ -144,7 +147,11 @@ impl Texture {
             uv[0] + footprint.shift_texels[0] * per_width - back * step[0],
             uv[1] + footprint.shift_texels[1] * per_height - back * step[1],
         ];
-        let (fine, share) = self.level_of(footprint.area_texels2);
+        let (fine, share) = match self.level_of(footprint.area_texels2) {
+            (fine, share) if share <= footprint.snap => (fine, 0.0),
+            (fine, share) if share >= 1.0 - footprint.snap => (fine + 1, 0.0),
+            mixed => mixed,
+        };
         let mut sum = [0.0; 4];
         for _ in 0..footprint.taps {
             let mut value = self.bilinear(fine, at);
@@ -185,20 +192,24 @@ impl Texture {
         let (y0, y1, fy) = place(uv[1], level.height, self.wrap[1]);
         let width = index(level.width);
         let (top, bottom) = (y0 * width, y1 * width);
-        let a = level.texels[top + x0];
-        let b = level.texels[top + x1];
-        let c = level.texels[bottom + x0];
-        let d = level.texels[bottom + x1];
+        let a = floats(&level.texels[top + x0]);
+        let b = floats(&level.texels[top + x1]);
+        let c = floats(&level.texels[bottom + x0]);
+        let d = floats(&level.texels[bottom + x1]);
         let mut out = [0.0; 4];
         for band in 0..4 {
-            let (a, b) = (f32::from(a[band]), f32::from(b[band]));
-            let (c, d) = (f32::from(c[band]), f32::from(d[band]));
-            let above = a + (b - a) * fx;
-            let below = c + (d - c) * fx;
+            let above = a[band] + (b[band] - a[band]) * fx;
+            let below = c[band] + (d[band] - c[band]) * fx;
             out[band] = above + (below - above) * fy;
         }
         out
     }
+}
+
+/// One load and one conversion, if it is asked for at once.
+#[inline(always)]
+fn floats(texel: &[u16; 4]) -> [f32; 4] {
+    [f32::from(texel[0]), f32::from(texel[1]), f32::from(texel[2]), f32::from(texel[3])]
 }
 
 #[inline(always)]

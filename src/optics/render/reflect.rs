@@ -80,7 +80,9 @@ impl Rows<'_> {
         for lane in (0..LANES).filter(|&lane| packet.t_max.0[lane] > 0.0 && hits.triangle[lane] != MISS) {
             let direction = direction_of(packet, lane);
             let at = [hits.u.0[lane], hits.v.0[lane]];
-            let Some(facet) = self.scene.facet(hits.triangle[lane], at, direction) else { continue };
+            let Some(facet) = self.scene.facet(hits.triangle[lane], at, direction, self.pass.follows_gloss) else {
+                continue;
+            };
             let (away, share, dull) = facet.reflected(direction, numbers(lane));
             for band in 0..BANDS {
                 paths.settled[lane][band] += paths.last[lane][band] * dull[band];

@@ -39,6 +39,8 @@ pub struct Pass {
     pub strata_log2: u32,
     /// Reflections that a ray follows.
     pub reflections: u32,
+    /// Whether it follows those of gloss, or of mirrors only.
+    pub follows_gloss: bool,
     /// Brighter pixels show no noise.
     pub saturation_photons: f32,
 }
@@ -100,7 +102,7 @@ impl Kernel for Rows<'_> {
     fn run(self) {
         let width = index(self.camera.size.width_px);
         let mut stack = Stack::new();
-        let has_gloss = self.pass.reflections > 0 && self.scene.has_gloss();
+        let has_gloss = self.pass.reflections > 0 && self.scene.has_gloss(self.pass.follows_gloss);
         for (number, first) in (0..width).step_by(COLUMNS).enumerate() {
             if !self.tiles[number].is_active {
                 continue;
@@ -208,7 +210,9 @@ impl Rows<'_> {
         let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
         let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
         let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
-        let footprints = self.scene.has_textures().then(|| {
+        // No closure: it would not be compiled for the kernel's own level.
+        let mut footprints = None;
+        if self.scene.has_textures() {
             let right = pose.turned(sub(&pixels.corners[1], &pixels.corners[0]));
             let down = pose.turned(sub(&pixels.corners[2], &pixels.corners[0]));
             let mut travel_m = [Floats::splat(0.0); 3];
@@ -223,8 +227,8 @@ impl Rows<'_> {
                 pixel_m: pixels.spread * hits.t,
                 off_centre: [place.x - half, place.y - half, place.t - half],
             };
-            ellipses(&self.surfaces(&hits, pixels), &steps, self.pass.shares)
-        });
+            footprints = Some(ellipses(&self.surfaces(&hits, pixels), &steps, self.pass.shares));
+        }
         let levels = &self.lamp_levels[stratum];
         let mut lux = self.shade(&hits, &packet, footprints.as_ref(), pixels, levels);
         if has_gloss {
