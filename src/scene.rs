@@ -161,12 +161,16 @@ impl Scene {
         }
         hasher.update(&crate::num::u64_from(self.flickering.len()).to_le_bytes());
         hasher.update(&self.flickering.iter().copied().map(u8::from).collect::<Vec<_>>());
-        let vertices = self.mesh.vertices.iter();
-        let numbers: Vec<f32> = vertices.flat_map(|v| v.position_m.into_iter().chain(v.normal).chain(v.uv)).collect();
-        hash_floats(&mut hasher, &numbers);
-        let numbers = self.mesh.triangles.iter().flatten().chain(&self.mesh.material_of);
-        let bytes: Vec<u8> = numbers.flat_map(|number| number.to_le_bytes()).collect();
-        hasher.update(&bytes);
+        // In pieces: the bytes of a large mesh beside the mesh would take as much again.
+        for vertices in self.mesh.vertices.chunks(1024) {
+            let numbers = vertices.iter().flat_map(|v| v.position_m.into_iter().chain(v.normal).chain(v.uv));
+            hash_floats(&mut hasher, &numbers.collect::<Vec<f32>>());
+        }
+        for numbers in [self.mesh.triangles.as_flattened(), &self.mesh.material_of].map(|all| all.chunks(1024)) {
+            for numbers in numbers {
+                hasher.update(&numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
+            }
+        }
         for material in &self.mesh.materials {
             hash_floats(&mut hasher, &material.base_colour);
             hash_floats(&mut hasher, &material.emission);

@@ -129,7 +129,7 @@ fn not_one_scene(section: &crate::config::scenario::Scene) -> Error {
 }
 
 fn baked(scene: &Scene, limits: BakeLimits, assets: &dyn Assets, progress: &dyn Progress) -> Result<Bake, Error> {
-    let full = if scene.mesh.triangles.len() > 10_000 { BakeSettings::ROOM } else { BakeSettings::DRAFT };
+    let full = BakeSettings::of(scene);
     let settings = if limits.bounces { full } else { full.direct() };
     let key = blake3::Hash::from_bytes(scene.bake_key(&settings)).to_hex().to_string();
     let stored = assets.load(&key).and_then(|bytes| Bake::from_bytes(&key, &bytes).ok());

@@ -8,18 +8,19 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 mod buried;
+mod gathered;
 pub(super) mod rays;
 mod store;
 
 use super::Scene;
 use super::chance::in_chunks;
 use super::light::{BANDS, Bands};
-use crate::num::{f32_nearest, f64_from_usize, index, u64_from};
-use rays::{Gathered, MIRRORED};
+use crate::num::{f64_from_usize, u64_from};
+use gathered::Gathered;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 8;
+pub const BAKE_VERSION: u32 = 9;
 
 /// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +38,7 @@ pub struct BakeSettings {
 }
 
 impl BakeSettings {
-    /// Clean pictures of rooms.
+    /// Pictures of rooms.
     pub const ROOM: Self =
         Self { grid_rays: 256, vertex_rays: 64, grid_lamp_rays: 192, vertex_lamp_rays: 96, bounces: true };
 
@@ -45,12 +46,39 @@ impl BakeSettings {
     pub const DRAFT: Self =
         Self { grid_rays: 64, vertex_rays: 32, grid_lamp_rays: 64, vertex_lamp_rays: 32, bounces: true };
 
+    /// Scenes that take seconds even so.
+    pub const FINE: Self =
+        Self { grid_rays: 1_024, vertex_rays: 256, grid_lamp_rays: 768, vertex_lamp_rays: 384, bounces: true };
+
+    /// Scenes whose light would take minutes and most of a gigabyte.
+    pub const WIDE: Self =
+        Self { grid_rays: 128, vertex_rays: 32, grid_lamp_rays: 96, vertex_lamp_rays: 48, bounces: true };
+
+    /// What a scene affords: the finest of `FINE`, `ROOM` and `WIDE` that stays below its number of rays.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let affords = |settings: &Self, rays: u64| BakeCost::of(scene, settings).rays <= rays;
+        if affords(&Self::FINE, FINE_RAYS_MAX) {
+            Self::FINE
+        } else if affords(&Self::ROOM, ROOM_RAYS_MAX) {
+            Self::ROOM
+        } else {
+            Self::WIDE
+        }
+    }
+
     /// The same rays without bounces.
     #[must_use]
     pub const fn direct(self) -> Self {
         Self { bounces: false, ..self }
     }
 }
+
+/// Rays of a scene that is baked finely: a few seconds.
+const FINE_RAYS_MAX: u64 = 20_000_000;
+
+/// Rays of a scene that is baked like a room: a minute, and 4 bytes each.
+const ROOM_RAYS_MAX: u64 = 100_000_000;
 
 /// What a bake will take, known beforehand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,12 +122,12 @@ const BYTES_PER_SAMPLE: usize = 320;
 /// Samples of a unit of parallel work.
 const CHUNK: usize = 128;
 
-/// The iteration ends when no sample changes by more than this share of its own irradiance, however dim, in any band that has more
-/// than a millionth of the greatest irradiance. What is left is this times a / (1 - a) for an albedo of a: 1e-4 at 0.9.
-const CONVERGED_SHARE: f32 = 1e-5;
+/// The iteration ends when no sample changes by more than this share of its own irradiance, in any band that has more than a hundred
+/// thousandth of the greatest irradiance. What is left is this times a / (1 - a) for an albedo of a: 4e-4 at 0.8, 9e-4 at 0.9.
+const CONVERGED_SHARE: f32 = 1e-4;
 
-/// Irradiance below this share of the greatest does not keep the iteration going.
-const DIM_SHARE: f32 = 1e-6;
+/// Irradiance below this share of the greatest, which is found beside a lamp, does not keep the iteration going.
+const DIM_SHARE: f32 = 1e-5;
 
 /// Bounces at most. With the greatest albedo, 0.9 everywhere, what is left after them is 0.9^200 = 7e-10 of the light.
 const BOUNCES_MAX: usize = 200;
@@ -120,15 +148,15 @@ impl Bake {
         let samples = scene.layout.samples.len();
         let aims = rays::Aims::of(scene, settings);
         let done = AtomicUsize::new(0);
-        let gathered: Vec<Vec<Gathered>> = in_chunks(samples, CHUNK, |range| {
+        let gathered: Vec<Gathered> = in_chunks(samples, CHUNK, |range| {
             let count = range.len();
-            let chunk = range.map(|sample| rays::gather(scene, &aims, settings.bounces, sample)).collect();
+            let chunk = Gathered::of(scene, &aims, settings.bounces, range);
             let before = done.fetch_add(count, Ordering::Relaxed);
             progress(0.95 * f64_from_usize(before + count) / f64_from_usize(samples.max(1)));
             chunk
         });
-        let gathered: Vec<Gathered> = gathered.into_iter().flatten().collect();
-        let stand_ins = buried::stand_ins(&scene.layout, |place| gathered[place / 2].buried[place % 2]);
+        let buried: Vec<bool> = gathered.iter().flat_map(|chunk| chunk.buried.iter().copied()).collect();
+        let stand_ins = buried::stand_ins(&scene.layout, |place| buried[place]);
         let irradiance = settled(scene, &gathered, &stand_ins, 0);
         let flickering =
             if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &gathered, &stand_ins, 1) };
@@ -139,26 +167,17 @@ impl Bake {
 
 /// Iterates the bounces of a group: next = direct + mean of (albedo times irradiance) over the places its rays met.
 fn settled(scene: &Scene, gathered: &[Gathered], stand_ins: &[(u32, u32)], group: usize) -> Vec<Bands> {
-    let albedo: Vec<Bands> = scene.layout.samples.iter().map(|sample| sample.albedo).collect();
-    let first: Vec<Bands> = gathered.iter().flat_map(|sample| [0, 1].map(|side| sample.direct[side][group])).collect();
-    let mut now = first.clone();
+    let mut now: Vec<Bands> = gathered.iter().flat_map(|chunk| chunk.direct[group].iter().copied()).collect();
     buried::fill(&mut now, stand_ins);
+    let mut exitance = vec![[0.0; BANDS]; now.len()];
     for _ in 0..BOUNCES_MAX {
-        let exitance: Vec<Bands> = now
-            .iter()
-            .enumerate()
-            .map(|(place, light)| std::array::from_fn(|band| light[band] * albedo[place / 2][band]))
-            .collect();
-        let mut next: Vec<Bands> = in_chunks(gathered.len(), CHUNK, |range| {
-            range
-                .flat_map(|sample| {
-                    [0, 1].map(|side| gathered[sample].bounced(side, &first[2 * sample + side], &exitance))
-                })
-                .collect::<Vec<_>>()
-        })
-        .into_iter()
-        .flatten()
-        .collect();
+        for (place, (exitance, light)) in exitance.iter_mut().zip(&now).enumerate() {
+            let albedo = &scene.layout.samples[place / 2].albedo;
+            *exitance = std::array::from_fn(|band| light[band] * albedo[band]);
+        }
+        let chunks = in_chunks(gathered.len(), 1, |range| gathered[range.start].bounced(group, &exitance));
+        let mut next = Vec::with_capacity(now.len());
+        chunks.into_iter().for_each(|chunk| next.extend(chunk));
         buried::fill(&mut next, stand_ins);
         let settled = is_settled(&now, &next);
         now = next;
@@ -174,31 +193,6 @@ fn is_settled(now: &[Bands], next: &[Bands]) -> bool {
     let greatest = next.iter().flatten().fold(0.0_f32, |greatest, &light| greatest.max(light));
     let dim = DIM_SHARE * greatest;
     now.iter().flatten().zip(next.iter().flatten()).all(|(a, b)| (a - b).abs() <= CONVERGED_SHARE * b.max(dim))
-}
-
-impl Gathered {
-    /// Irradiance of a side after one more bounce.
-    fn bounced(&self, side: usize, direct: &Bands, exitance: &[Bands]) -> Bands {
-        let met = &self.met[side];
-        if met.is_empty() {
-            return *direct;
-        }
-        let mut sum = [0.0_f64; BANDS];
-        for &place in met {
-            if place < MIRRORED {
-                for band in 0..BANDS {
-                    sum[band] += f64::from(exitance[index(place)][band]);
-                }
-            }
-        }
-        for mirrored in &self.mirrored[side] {
-            for band in 0..BANDS {
-                sum[band] += f64::from(exitance[index(mirrored.place)][band] * mirrored.weight[band]);
-            }
-        }
-        let rays = f64_from_usize(met.len());
-        std::array::from_fn(|band| f32_nearest(f64::from(direct[band]) + sum[band] / rays))
-    }
 }
 
 #[cfg(test)]
@@ -222,9 +216,9 @@ mod tests {
             let scene = furnace(albedo);
             let bake = scene.bake(&BakeSettings::DRAFT, &|_| {});
             let expected = std::f64::consts::PI / (1.0 - f64::from(albedo));
-            // What the iteration leaves out is the last change (1e-5 of the result) times a / (1 - a); sums of f32 add 1e-6 a
+            // What the iteration leaves out is the last change (1e-4 of the result) times a / (1 - a); sums of f32 add 1e-6 a
             // bounce, amplified by 1 / (1 - a). Every ray sees the same light, so there is no noise at all.
-            let bound = (1e-5 * f64::from(albedo) + 2e-6) / (1.0 - f64::from(albedo));
+            let bound = (1e-4 * f64::from(albedo) + 2e-6) / (1.0 - f64::from(albedo));
             let mut inside = 0;
             for light in bake.irradiance.iter().step_by(2).flatten() {
                 let error = f64::from(*light) / expected - 1.0;
@@ -250,7 +244,7 @@ mod tests {
         let aims = rays::Aims::new(&scene, BakeSettings::ROOM.grid_lamp_rays, 16);
         let mut tried = 0;
         for x_m in [0.0_f32, 0.7, 1.5, 2.5] {
-            let light = rays::aimed_light(&scene, [x_m, 0.0, 0.0], [0.0, 1.0, 0.0], &aims)[0][0][0];
+            let light = rays::aimed_light(&scene, [x_m, 0.0, 0.0], [0.0, 1.0, 0.0], 1, &aims)[0][0][0];
             // A fine midpoint sum of cos cos / d^2 over the lamp: its own error is below 1e-5.
             let mut expected = 0.0;
             for i in 0..100 {

@@ -119,7 +119,7 @@ impl Scene {
     fn horizontal_irradiance(&self, bake: &Bake, at_m: DVec3) -> [f64; BANDS] {
         let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
         let aims = Aims::new(self, METER_LAMP_RAYS, METER_RAYS);
-        let [aimed, _] = aimed_light(self, at, up, &aims);
+        let [aimed, _] = aimed_light(self, at, up, 1, &aims);
         let rays = bounce_rays(self, at, up, &aims.fan);
         let mut bounced = [0.0; BANDS];
         let mut add = |place: usize, weight: Bands| {
@@ -131,7 +131,7 @@ impl Scene {
             }
         };
         rays.met.iter().for_each(|&place| add(index(place), [1.0; BANDS]));
-        rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.place), mirrored.weight));
+        rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.place), mirrored.weight()));
         std::array::from_fn(|band| {
             let [steady, flickering] = [0, 1].map(|group| aimed[group][band] + rays.seen[group][band]);
             steady + flickering + bounced[band] / crate::num::f64_from_usize(METER_RAYS)

@@ -136,6 +136,7 @@ fn horizontal_lux(texels: &[Bands]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bake::rays::{Aims, aimed_light};
     use super::super::mesh::{Material, Mesh};
     use super::super::texture::Footprint;
     use super::super::{BakeSettings, Illuminant, LitScene, Scene};
@@ -216,5 +217,44 @@ mod tests {
         // The steps of f32 in a direction (6e-8) are 3e-6 degrees.
         let points = environment.aims(192);
         assert!(points.len() >= 48);
+    }
+
+    /// The share of the sun's disc that is seen past a straight edge, from -1 (all hidden) to 1 (all seen) radii.
+    fn seen_share(radii: f64) -> f64 {
+        let s = radii.clamp(-1.0, 1.0);
+        1.0 - (libm::acos(s) - s * (1.0 - s * s).sqrt()) / std::f64::consts::PI
+    }
+
+    #[test]
+    fn the_half_shadow_of_an_edge_is_as_wide_as_the_sun_at_its_distance() {
+        // A roof 10 m up that ends at x = 0, under a sun at the zenith that has all the light.
+        let mut mesh = Mesh::default();
+        mesh.materials.push(Material::plain("roof", [0.0; 3]));
+        mesh.append_quad(
+            0,
+            [[-50.0, 10.0, 50.0], [0.0, 10.0, 50.0], [0.0, 10.0, -50.0], [-50.0, 10.0, -50.0]],
+            [1.0; 2],
+        );
+        let sun = Sun { direction: [0.0, 1.0, 0.0], normal_irradiance: [1.0; BANDS] };
+        let environment = Environment::from_sky([64, 32], vec![[1e-9; BANDS]; 64 * 32], Some(sun));
+        let scene = Scene::new("edge", mesh, [0.0; BANDS]).unwrap().with_environment(environment);
+        let half_width_m = 10.0 * libm::tan(0.265_f64.to_radians());
+        assert!((2.0 * half_width_m - 0.0925).abs() < 1e-4);
+        let mut tried = 0;
+        for lamp_rays in [BakeSettings::ROOM.grid_lamp_rays, 4_096] {
+            let aims = Aims::new(&scene, lamp_rays, 16);
+            let points = f64::from(u32::try_from(aims.distant.len()).unwrap());
+            // A chord crosses at most 2 sqrt(N / pi) of N equal cells of the disc; each counts wrongly by at most a half.
+            let bound = 1.0 / (std::f64::consts::PI * points).sqrt();
+            for step in -15..=15 {
+                let radii = f64::from(step) / 10.0;
+                let at_m = [f32_nearest(radii * half_width_m), 0.0, 0.0];
+                let light = aimed_light(&scene, at_m, [0.0, 1.0, 0.0], 1, &aims)[0][0][0];
+                let expected = seen_share(radii);
+                assert!((light - expected).abs() < bound, "{points} points, {radii} radii: {light}, disc {expected}");
+                tried += 1;
+            }
+        }
+        assert_eq!(tried, 62);
     }
 }

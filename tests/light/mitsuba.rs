@@ -7,7 +7,7 @@ use super::room::{camera, looking, seen};
 use glam::DVec3;
 use sensel::num::{f32_from_u32, index, u32_truncated_f32};
 use sensel::optics::Pupil;
-use sensel::scene::{BakeSettings, Illuminant, Scene, box_room};
+use sensel::scene::{BakeCost, BakeSettings, Illuminant, Scene, box_room};
 use sensel::units::Size;
 
 const SIZE: Size = Size { width_px: 40, height_px: 30 };
@@ -68,10 +68,13 @@ fn mitsuba_sees_the_box_room_within_two_per_cent() {
         let target_m = (at_m + pose.rotation * DVec3::Z).to_array();
         views.push(serde_json::json!({"origin_m": at_m.to_array(), "target_m": target_m, "up": axis(-DVec3::Y)}));
     }
-    // Four times the default's rays; the default is compared as well, and may differ by a little more.
+    // Four times the rays of a furnished room; what rooms and small scenes are baked with is compared as well.
     let fine = BakeSettings { grid_rays: 1024, ..BakeSettings::ROOM };
-    for (name, settings) in [("direct", fine.direct()), ("full", fine), ("default", BakeSettings::ROOM)] {
+    let all = [("direct", fine.direct()), ("full", fine), ("room", BakeSettings::ROOM), ("draft", BakeSettings::DRAFT)];
+    for (name, settings) in all {
+        let start = std::time::Instant::now();
         let bake = scene.bake(&settings, &|_| {});
+        println!("{name}: baked in {:.2} s, {:?}", start.elapsed().as_secs_f64(), BakeCost::of(&scene, &settings));
         let lit = scene.clone().lit_absolutely(&bake, DVec3::new(0.0, 1.5, 0.3), Illuminant::D65).unwrap();
         for (number, (at_m, turn, down)) in places.into_iter().enumerate() {
             let photons = seen(&lit, &camera, looking(at_m, turn, down), 2048).photons;
@@ -99,8 +102,8 @@ fn mitsuba_sees_the_box_room_within_two_per_cent() {
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     println!("{found}");
     // 2 % is asked for, and is compared over squares of 2 by 2 pixels, where Mitsuba's own noise with 1,024 paths a pixel is 0.5 % (two seeds).
-    // The default's 256 rays a sample leave about 2 %, alike over a wall.
-    for (name, bound) in [("direct", 0.02), ("full", 0.02), ("default", 0.03)] {
+    // 256 rays a sample leave about 2 %, alike over a wall.
+    for (name, bound) in [("direct", 0.02), ("full", 0.02), ("room", 0.03), ("draft", 0.06)] {
         let error = found[name]["mean_relative_error"].as_f64().unwrap();
         assert!(error < bound, "{name}: {found}");
         let ratio = found[name]["ratio_of_means"].as_f64().unwrap();

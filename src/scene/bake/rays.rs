@@ -12,14 +12,7 @@ use super::super::mesh::{dot, sub, unit};
 use super::super::tracer::{Hits, MISS, Packet, Stack, blocked_through, closest_through};
 use super::BakeSettings;
 use crate::draw::DrawKey;
-use crate::num::{f32_nearest, f64_from_usize, index, u32_from, u64_from};
-
-/// A ray met nothing and saw the sky.
-pub const SKY: u32 = u32::MAX;
-/// A ray met the back of something that has none.
-pub const DARK: u32 = u32::MAX - 1;
-/// A ray met a glossy surface: its shares are among those that are mirrored. Smaller numbers are places.
-pub const MIRRORED: u32 = u32::MAX - 2;
+use crate::num::{f64_from_usize, index, low_u16, u32_from, u32_truncated_f32, u64_from};
 
 /// Rays start this far above their surface in metres: above the rounding of coordinates up to 1 km (6e-5 m), below what
 /// furniture is made of.
@@ -39,18 +32,18 @@ const FLICKERING: usize = 1;
 /// One number a group and band.
 pub type ByGroup<T> = [[T; BANDS]; GROUPS];
 
-/// What the rays of one sample brought.
+/// What the rays of one side of a sample brought.
 #[derive(Clone, Debug)]
-pub struct Gathered {
-    /// Light of lamps, sky and glowing surfaces on each side, by group.
-    pub direct: [ByGroup<f32>; 2],
-    /// Twice the sample met plus its side for every ray of a side; or `SKY`, `DARK` or `MIRRORED`. Empty for the back of what has none.
-    pub met: [Box<[u32]>; 2],
-    /// What was met on or over glossy surfaces.
-    pub mirrored: [Box<[Mirrored]>; 2],
-    /// Whether a side lies within something closed, as a floor does under a box that stands on it: more than
+pub struct Seen {
+    /// Light of lamps, sky and glowing surfaces, by group.
+    pub direct: ByGroup<f64>,
+    /// What rays by chance met.
+    pub bounced: Bounced,
+    /// Whether the side is lit at all: the back of what has none is not.
+    pub is_lit: bool,
+    /// Whether it lies within something closed, as a floor does under a box that stands on it: more than
     /// an eighth of its rays met backs (half of them do right under the box's edge, a quarter under its corner).
-    pub buried: [bool; 2],
+    pub is_buried: bool,
 }
 
 /// A share of a ray that ended at a place.
@@ -58,8 +51,22 @@ pub struct Gathered {
 pub struct Mirrored {
     /// Twice the sample plus its side.
     pub place: u32,
+    /// Share of the place's exitance, by band, in 65,535ths: there are millions of these.
+    shares: [u16; BANDS],
+}
+
+const SHARES: f32 = 65_535.0;
+
+impl Mirrored {
+    fn new(place: u32, weight: Bands) -> Self {
+        Self { place, shares: weight.map(|band| low_u16(u32_truncated_f32(band.clamp(0.0, 1.0) * SHARES + 0.5))) }
+    }
+
     /// Share of the place's exitance, by band.
-    pub weight: Bands,
+    #[inline(always)]
+    pub fn weight(&self) -> Bands {
+        self.shares.map(|share| f32::from(share) * (1.0 / SHARES))
+    }
 }
 
 /// Number of the bounces' draws: the seed of their key.
@@ -99,30 +106,27 @@ impl Aims {
     }
 }
 
-/// Traces all rays of a sample.
-pub fn gather(scene: &Scene, aims: &[Aims; 2], bounces: bool, number: usize) -> Gathered {
+/// Traces all rays of a sample. Of what is only seen from its front, nothing is asked behind it.
+pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [Seen; 2] {
     let sample = &scene.layout.samples[number];
-    let aims = &aims[usize::from(sample.on_grid)];
-    let mut direct = aimed_light(scene, sample.position_m, sample.normal, aims);
-    let mut bounced = [Bounced::default(), Bounced::default()];
-    let mut buried = [false; 2];
-    for side in 0..sample.sides() {
+    let aimed = aimed_light(scene, sample.position_m, sample.normal, sample.sides(), aims);
+    let mut side = 0;
+    aimed.map(|mut direct| {
+        let is_lit = side < sample.sides();
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
-        bounced[side] = bounce_rays(scene, sample.position_m, normal, &aims.fan);
+        side += 1;
+        if !is_lit {
+            return Seen { direct, bounced: Bounced::default(), is_lit, is_buried: false };
+        }
+        let bounced = bounce_rays(scene, sample.position_m, normal, &aims.fan);
         for group in 0..GROUPS {
             for band in 0..BANDS {
-                direct[side][group][band] += bounced[side].seen[group][band];
+                direct[group][band] += bounced.seen[group][band];
             }
         }
-        let backs = bounced[side].met.iter().filter(|&&place| place == DARK).count();
-        buried[side] = 8 * backs > aims.fan.len();
-        if !bounces {
-            (bounced[side].met, bounced[side].mirrored) = (Vec::new(), Vec::new());
-        }
-    }
-    let direct = direct.map(|groups| groups.map(|light| light.map(f32_nearest)));
-    let [a, b] = bounced;
-    Gathered { direct, met: [a.met.into(), b.met.into()], mirrored: [a.mirrored.into(), b.mirrored.into()], buried }
+        let is_buried = 8 * bounced.backs > aims.fan.len();
+        Seen { direct, bounced, is_lit, is_buried }
+    })
 }
 
 /// Rays towards sources that wait until a packet is full.
@@ -158,8 +162,8 @@ impl Shadows<'_> {
     }
 }
 
-/// Light that lamps and bright directions send straight to both sides of a place.
-pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], aims: &Aims) -> [ByGroup<f64>; 2] {
+/// Light that lamps and bright directions send straight to the first or to both sides of a place.
+pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], sides: usize, aims: &Aims) -> [ByGroup<f64>; 2] {
     let dark = [[[0.0; BANDS]; GROUPS]; 2];
     let (stack, waiting) = (Stack::new(), [(0, 0, [0.0; BANDS]); LANES]);
     let mut shadows = Shadows { scene, stack, packet: idle(), waiting, lanes: 0, light: dark };
@@ -172,7 +176,7 @@ pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], aims: &Aims)
         let origin = lifted(side);
         let direction = sub(point.position_m, origin);
         let strength = disc_form_factor(normal, direction, point.normal, point.area_m2);
-        if strength > 0.0 {
+        if strength > 0.0 && side < sides {
             let sent = point.radiance.map(|band| std::f64::consts::PI * f64::from(band) * strength);
             shadows.push((origin, direction, AIM_SHARE), side, scene.group_of(point.material), sent);
         }
@@ -181,7 +185,9 @@ pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], aims: &Aims)
         let cos = f64::from(dot(light.direction, normal));
         let side = usize::from(cos < 0.0);
         let sent = light.normal_irradiance.map(|band| f64::from(band) * cos.abs());
-        shadows.push((lifted(side), light.direction, f32::MAX), side, STEADY, sent);
+        if side < sides {
+            shadows.push((lifted(side), light.direction, f32::MAX), side, STEADY, sent);
+        }
     }
     if shadows.lanes > 0 {
         shadows.flush();
@@ -206,10 +212,12 @@ fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2:
 pub struct Bounced {
     /// Light that shines by itself: sky, glowing surfaces where lamps are not aimed at, lamps in mirrors.
     pub seen: ByGroup<f64>,
-    /// Where each ray ended, as `Gathered::met`.
+    /// Twice the sample plus its side, of each ray that ended at one.
     pub met: Vec<u32>,
-    /// As `Gathered::mirrored`.
+    /// What was met on or over glossy surfaces.
     pub mirrored: Vec<Mirrored>,
+    /// Rays that met the back of what has none.
+    pub backs: usize,
 }
 
 /// A ray that was mirrored, and the share of light that comes along it.
@@ -239,10 +247,14 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
             for band in 0..BANDS {
                 bounced.seen[end.group][band] += f64::from(glow[band]);
             }
-            bounced.met.push(if end.mirror.is_some() { MIRRORED } else { end.place });
             let path = Path { origin_m: origin, direction, weight: [1.0; BANDS] };
-            paths
-                .extend(end.mirror.and_then(|mirror| mirror.reflected(&path, hits.t.0[lane], end.place, &mut bounced)));
+            match (end.mirror, end.place) {
+                (Some(mirror), Some(place)) => {
+                    paths.extend(mirror.reflected(scene, &path, hits.t.0[lane], place, &mut bounced));
+                }
+                (None, Some(place)) => bounced.met.push(place),
+                (_, None) => bounced.backs += usize::from(!end.is_sky),
+            }
         }
     }
     follow(scene, paths, &mut bounced, &mut stack);
@@ -267,12 +279,12 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
                 for band in 0..BANDS {
                     bounced.seen[end.group][band] += f64::from(end.light[band] * path.weight[band]);
                 }
-                match end.mirror {
-                    Some(mirror) => further.extend(mirror.reflected(path, hits.t.0[lane], end.place, bounced)),
-                    None if end.place < MIRRORED => {
-                        bounced.mirrored.push(Mirrored { place: end.place, weight: path.weight });
+                match (end.mirror, end.place) {
+                    (Some(mirror), Some(place)) => {
+                        further.extend(mirror.reflected(scene, path, hits.t.0[lane], place, bounced));
                     }
-                    None => {}
+                    (None, Some(place)) => bounced.mirrored.push(Mirrored::new(place, path.weight)),
+                    (_, None) => {}
                 }
             }
         }
@@ -325,8 +337,8 @@ fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 
 
 /// Where a ray ended.
 struct End {
-    /// Twice the sample plus its side, `SKY` or `DARK`.
-    place: u32,
+    /// Twice the sample plus its side; none in the sky and on the back of what has none.
+    place: Option<u32>,
     is_sky: bool,
     group: usize,
     /// What shines from there by itself.
@@ -345,10 +357,12 @@ struct Mirror {
 
 impl Mirror {
     /// The rest of a ray that comes over this surface; its dull part is noted. None where nothing goes on.
-    fn reflected(&self, path: &Path, t: f32, place: u32, bounced: &mut Bounced) -> Option<Path> {
+    fn reflected(&self, scene: &Scene, path: &Path, t: f32, place: u32, bounced: &mut Bounced) -> Option<Path> {
         let weight: Bands = std::array::from_fn(|band| path.weight[band] * self.reflectance[band]);
-        let dull = std::array::from_fn(|band| path.weight[band] - weight[band]);
-        bounced.mirrored.push(Mirrored { place, weight: dull });
+        if scene.layout.samples[index(place) / 2].albedo.iter().any(|&band| band > 0.0) {
+            let dull = std::array::from_fn(|band| path.weight[band] - weight[band]);
+            bounced.mirrored.push(Mirrored::new(place, dull));
+        }
         let along = 2.0 * dot(path.direction, self.normal);
         let direction = unit([0, 1, 2].map(|axis| path.direction[axis] - along * self.normal[axis]))?;
         let origin_m =
@@ -364,14 +378,14 @@ impl Scene {
         let triangle = hits.triangle[lane];
         if triangle == MISS {
             let light = self.soft_sky(direction);
-            return End { place: SKY, is_sky: true, group: STEADY, light, mirror: None };
+            return End { place: None, is_sky: true, group: STEADY, light, mirror: None };
         }
         let shade = &self.layout.triangles[index(triangle)];
         let facing = dot(shade.normal, direction);
         let back = facing > 0.0;
         let material = &self.mesh.materials[index(shade.material)];
         if back && !material.double_sided {
-            return End { place: DARK, is_sky: false, group: STEADY, light: [0.0; BANDS], mirror: None };
+            return End { place: None, is_sky: false, group: STEADY, light: [0.0; BANDS], mirror: None };
         }
         let mut nearest = (0, f32::MIN);
         for (sample, weight) in shade.around(hits.u.0[lane], hits.v.0[lane]) {
@@ -385,7 +399,7 @@ impl Scene {
             let reflectance = gloss.at_normal.map(|normal| normal + (1.0 - normal) * rise);
             Mirror { normal: if back { shade.normal.map(|x| -x) } else { shade.normal }, reflectance }
         });
-        let place = u32_from(2 * nearest.0 + usize::from(back));
+        let place = Some(u32_from(2 * nearest.0 + usize::from(back)));
         End { place, is_sky: false, group: self.group_of(shade.material), light: material.emission, mirror }
     }
 

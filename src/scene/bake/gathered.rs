@@ -1,0 +1,91 @@
+//! What the rays of neighbouring samples brought, close together. Enters: samples, what they aim at. Leaves: their direct light, and the
+//! places that each of their sides looks at.
+
+#![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
+
+use std::ops::Range;
+
+use super::super::Scene;
+use super::super::light::{BANDS, Bands};
+use super::rays::{Aims, GROUPS, Mirrored, Seen, gather};
+use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
+
+/// Of a range of samples. Lists of all sides lie one behind another, because a list of its own for each takes more than it holds.
+#[derive(Clone, Debug, Default)]
+pub struct Gathered {
+    /// Light of lamps, sky and glowing surfaces on each side, by group; a group without any light in the scene is empty.
+    pub direct: [Vec<Bands>; GROUPS],
+    /// Whether a side lies within something closed, as a floor does under a box that stands on it.
+    pub buried: Vec<bool>,
+    /// Twice the sample met plus its side for every ray that met one and goes no further.
+    met: Vec<u32>,
+    /// What was met on or over glossy surfaces.
+    mirrored: Vec<Mirrored>,
+    /// Rays of each side, and where its lists end.
+    looks: Vec<Looks>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Looks {
+    rays: u32,
+    met_end: u32,
+    mirrored_end: u32,
+}
+
+impl Gathered {
+    /// Traces the rays of samples.
+    pub fn of(scene: &Scene, aims: &[Aims; 2], bounces: bool, samples: Range<usize>) -> Self {
+        let mut all = Self::default();
+        for number in samples {
+            let aims = &aims[usize::from(scene.layout.samples[number].on_grid)];
+            let rays = if bounces { aims.fan.len() } else { 0 };
+            for seen in gather(scene, aims, number) {
+                all.push(&seen, rays, !scene.flickering.is_empty());
+            }
+        }
+        all.met.shrink_to_fit();
+        all.mirrored.shrink_to_fit();
+        all
+    }
+
+    fn push(&mut self, seen: &Seen, rays: usize, flickers: bool) {
+        for (group, light) in seen.direct.iter().enumerate().take(1 + usize::from(flickers)) {
+            self.direct[group].push(light.map(f32_nearest));
+        }
+        self.buried.push(seen.is_buried);
+        if rays > 0 {
+            self.met.extend_from_slice(&seen.bounced.met);
+            self.mirrored.extend_from_slice(&seen.bounced.mirrored);
+        }
+        let rays = if seen.is_lit { rays } else { 0 };
+        let [met_end, mirrored_end] = [self.met.len(), self.mirrored.len()].map(u32_from);
+        self.looks.push(Looks { rays: u32_from(rays), met_end, mirrored_end });
+    }
+
+    /// Irradiance of each side after one more bounce of a group.
+    pub fn bounced(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
+        let (mut met_from, mut mirrored_from) = (0, 0);
+        let mut light = self.direct[group].clone();
+        for (light, looks) in light.iter_mut().zip(&self.looks) {
+            let (met_end, mirrored_end) = (index(looks.met_end), index(looks.mirrored_end));
+            if looks.rays > 0 {
+                let mut sum = [0.0_f64; BANDS];
+                for &place in &self.met[met_from..met_end] {
+                    for band in 0..BANDS {
+                        sum[band] += f64::from(exitance[index(place)][band]);
+                    }
+                }
+                for mirrored in &self.mirrored[mirrored_from..mirrored_end] {
+                    let weight = mirrored.weight();
+                    for band in 0..BANDS {
+                        sum[band] += f64::from(exitance[index(mirrored.place)][band] * weight[band]);
+                    }
+                }
+                let rays = f64_from_usize(index(looks.rays));
+                *light = std::array::from_fn(|band| f32_nearest(f64::from(light[band]) + sum[band] / rays));
+            }
+            (met_from, mirrored_from) = (met_end, mirrored_end);
+        }
+        light
+    }
+}
