@@ -2,8 +2,8 @@
 //! rays in photons per second, per band; ground-truth poses, depth. It knows no lens and no pixel, and touches no disk.
 //!
 //! A `Scene` is geometry with materials in its own light units; a `Bake` is its irradiance; a `LitScene` is both, scaled so that a
-//! horizontal plane at a given point has a given illuminance, or taken as lamps and sky state it. Light is baked over dull surfaces, and over
-//! glossy ones as over mirrors. Glass that the file marks as such is left out.
+//! horizontal plane at a given point has a given illuminance, or taken as lamps and sky state it. Light is baked over dull surfaces, and
+//! over glossy metals as over mirrors. Glass that the file marks as such is left out.
 
 pub mod bake;
 pub mod box_room;

@@ -82,7 +82,7 @@ def main():
     width, height = scene["size"]
     weights = np.array(scene["photons_per_radiance"])
     found = {"spp": spp, "pixels": 0, "mitsuba": mi.__version__}
-    for names, max_depth in ((["direct"], 2), (["full", "room", "draft"], -1)):
+    for names, max_depth in ((["direct"], 2), (["full", "default"], -1)):
         views = enumerate(scene["views"])
         theirs = np.array([rendered(view, max_depth, number) @ weights for number, view in views])
         theirs = squares(theirs)
