@@ -263,9 +263,15 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
     bounced
 }
 
+/// Rays of a sample that must find the picture of lamps in mirrors before it counts: fewer would be specks of light, each some lamp that one
+/// ray in hundreds met. What small lamps throw over mirrors is missing from a bake, as is what the sun's disc does.
+const PICTURE_RAYS_MIN: usize = 16;
+
 /// Follows rays over mirrors, where lamps shine as well because no ray is aimed over a mirror. (The sun's disc and what else is
 /// aimed at beyond all surfaces is not found this way: a few rays would carry all of it.)
 fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mut Stack) {
+    let mut pictures: ByGroup<f64> = ByGroup::default();
+    let mut found = 0;
     for _ in 0..MIRRORS_MAX {
         let mut further = Vec::new();
         for group in paths.chunks(LANES) {
@@ -276,8 +282,11 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
             let hits = closest_through(&scene.bvh, &scene.mesh, &packet, stack);
             for (lane, path) in group.iter().enumerate() {
                 let end = scene.end_of(&hits, lane, path.direction);
+                let is_aimed_at = !end.is_sky && !scene.lamps.is_empty();
+                found += usize::from(is_aimed_at && end.light.iter().any(|&band| band > 0.0));
+                let light = if is_aimed_at { &mut pictures } else { &mut bounced.seen };
                 for band in 0..BANDS {
-                    bounced.seen[end.group][band] += f64::from(end.light[band] * path.weight[band]);
+                    light[end.group][band] += f64::from(end.light[band] * path.weight[band]);
                 }
                 match (end.mirror, end.place) {
                     (Some(mirror), Some(place)) => {
@@ -289,6 +298,11 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
             }
         }
         paths = further;
+    }
+    if found >= PICTURE_RAYS_MIN {
+        for (sum, light) in bounced.seen.iter_mut().flatten().zip(pictures.iter().flatten()) {
+            *sum += light;
+        }
     }
 }
 
