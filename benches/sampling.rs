@@ -178,14 +178,12 @@ impl Case<'_> {
         let count = errors.len();
         let sum = |from: usize| errors[from..].iter().map(|(error, _)| error).sum::<f64>();
         let all = sum(0);
-        for share in [0.0001, 0.001, 0.01, 0.1, 0.5] {
-            // A few thousand of some hundred thousand pixels.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let first = (share * count as f64) as usize;
+        let per_pixel = 1.0 / sensel::num::f64_from_usize(count);
+        for per_myriad in [1, 10, 100, 1_000, 5_000] {
+            let left = sum(count * per_myriad / 10_000);
+            let (share, beyond) = (1.0 - left / all, left * per_pixel);
             println!(
-                "    worst {share}: {:.3} of the error, beyond that {:.4} in the mean of all",
-                1.0 - sum(first) / all,
-                sum(first) / count as f64
+                "    the worst {per_myriad} of 10,000: {share:.3} of the error; {beyond:.4} of the mean beyond them"
             );
         }
         let width = truth.photons.width_px();
@@ -194,7 +192,7 @@ impl Case<'_> {
             let (x, y) = (at % width, at / width);
             println!(
                 "    ({x}, {y}): {:.4} of the mean; {:.0} e- for {:.0} e-{}",
-                error / count as f64,
+                error * per_pixel,
                 electrons(photons.values()[*at]),
                 electrons(truth.photons.values()[*at]),
                 if truth.off_lamps[*at] { "" } else { ", beside a lamp" }
