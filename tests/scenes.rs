@@ -39,7 +39,7 @@ fn large_scenes_have_their_size_their_triangles_and_the_same_bits_every_time() {
         println!("{name}: {count} triangles, {} samples of light", scene.layout.samples.len());
         assert!((20_000..150_000).contains(&count), "{name}: {count} triangles");
         // Both sides of a sample, four bands of f32, and 64 to 256 rays a side of 4 bytes: below a gigabyte.
-        assert!(scene.layout.samples.len() < 700_000, "{name}: {} samples", scene.layout.samples.len());
+        assert!(scene.layout.samples.len() < 800_000, "{name}: {} samples", scene.layout.samples.len());
         let [least, greatest] = extent_m(&scene.mesh);
         for axis in 0..3 {
             let found_m = greatest[axis] - least[axis];

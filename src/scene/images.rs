@@ -5,7 +5,7 @@
 //! exposure but what neighbouring pictures bring, nothing between their times, and nothing above their white.
 //!
 //! Value 1.0 is what a white surface under the scenario's illuminance gives off. Files are read and decoded when an exposure
-//! needs them, and at most [`CACHE_BYTES`] of decoded pictures are kept (or one picture, where it is larger: [`decode::PIXELS_MAX`] bounds it).
+//! needs them, and at most [`CACHE_BYTES`] of decoded pictures are kept (or one, where it is larger: [`decode::PIXELS_MAX`] bounds it).
 
 pub mod blend;
 pub mod decode;

@@ -251,7 +251,7 @@ fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2], spacing_m: f32) -> B
 }
 
 impl Material {
-    /// Whether a bake follows light over it: glossy metals. What glazed tiles and polished wood mirror, some 4 % of their light, is baked as
+    /// Whether a bake follows light over it: glossy metals. What glazed tiles and polished wood mirror, some 4 %, is baked as
     /// if they sent it to all sides, because such surfaces are everywhere and each ray that they mirror takes as much as one more ray.
     pub(super) fn is_mirror(&self) -> bool {
         self.gloss().is_some() && self.metallic >= MIRROR_METALLIC_MIN

@@ -24,8 +24,8 @@ sections! {
         images_blend: String,
         /// How values become light: "auto" (sRGB in PNG, linear in OpenEXR), "srgb", "linear".
         images_transfer: String,
-        /// A folder in that of the pictures with their depth, one file a picture: grey 16-bit PNG or channel Z of OpenEXR. Without it, channel
-        /// Z of the pictures.
+        /// A folder in that of the pictures with their depth, one file a picture: grey 16-bit PNG or channel Z of OpenEXR. Without it,
+        /// channel Z of the pictures.
         images_depth: Option<String>,
         /// Steps of a metre in PNG files of depth (1000: millimetres; TUM has 5000), 1 to 1,000,000.
         images_depth_per_m: f64,

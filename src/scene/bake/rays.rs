@@ -263,8 +263,8 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
     bounced
 }
 
-/// Rays of a sample that must find the picture of lamps in mirrors before it counts: fewer would be specks of light, each some lamp that one
-/// ray in hundreds met. What small lamps throw over mirrors is missing from a bake, as is what the sun's disc does.
+/// Rays of a sample that must find the picture of lamps in mirrors before it counts: fewer would be specks of light, each some lamp
+/// that one ray in hundreds met. What small lamps throw over mirrors is missing from a bake, as is what the sun's disc does.
 const PICTURE_RAYS_MIN: usize = 16;
 
 /// Follows rays over mirrors, where lamps shine as well because no ray is aimed over a mirror. (The sun's disc and what else is

@@ -191,7 +191,7 @@ mod tests {
         for alpha in [0.0, 0.01, 0.05, 0.16] {
             for cos in [1.0, 0.7, 0.4, 0.2] {
                 let kept = albedo(&facet(alpha, 1.0), cos);
-                // Straight on, the share alpha^2 / (1 + alpha^2) of facets stands steeper than 45 degrees and sends light below the surface;
+                // Straight on, the share alpha^2 / (1 + alpha^2) of facets is steeper than 45 degrees and sends light below the surface;
                 // shadowing takes about half as much again, more at grazing views. 1e-6 is rounding.
                 let steep = f64::from(alpha * alpha);
                 let least = if cos > 0.5 { 1.0 - 2.0 * steep - 0.012 } else { 0.95 - 2.5 * steep };
