@@ -285,8 +285,8 @@ fn main() {
 
 /// Curves over doubly logarithmic axes: 1 to 256 samples, 0.001 to 100.
 fn svg(curves: &[(String, Vec<(f64, f64)>)]) -> String {
-    let x = |samples: f64| 60.0 + 560.0 * samples.log2() / 8.0;
-    let y = |ratio: f64| 40.0 + 400.0 * (2.0 - ratio.max(1e-3).log10()) / 5.0;
+    let x = |samples: f64| 60.0 + 560.0 * libm::log2(samples) / 8.0;
+    let y = |ratio: f64| 40.0 + 400.0 * (2.0 - libm::log10(ratio.max(1e-3))) / 5.0;
     let mut text = String::from(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 860 490\" font-family=\"sans-serif\" font-size=\"13\">\n\
          <rect width=\"860\" height=\"490\" fill=\"white\"/>\n<text x=\"340\" y=\"480\" text-anchor=\"middle\">samples a pixel</text>\n\

@@ -1,5 +1,7 @@
 //! glTF files, sound, odd and hostile: what they become, and that none of them panics, hangs or makes a scene that cannot be lit.
 
+#![allow(clippy::unwrap_used)] // Helpers of tests fail by panicking, as tests do.
+
 use std::time::{Duration, Instant};
 
 #[path = "gltf/file.rs"]

@@ -106,7 +106,7 @@ fn evo_agrees_with_the_figures_of_the_report_to_a_micrometre() {
 #[test]
 fn the_default_run_is_tracked_within_five_centimetres_by_evo_over_its_first_hundred_frames() {
     let out = scratch("default");
-    sensel(&["--quiet", "--frames", "100", "--out", &text_of(&out)]);
+    sensel(&["run", "--quiet", "--frames", "100", "--out", &text_of(&out)]);
     let report: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
     assert_eq!(report["tracking"]["tracked_fraction"], 1.0);

@@ -15,8 +15,7 @@ use sensel::scene::motion::so3;
 use sensel::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// A small and quick sensor.
-const SMALL: &str =
-    "[sensor]\nwidth = 64\nheight = 48\n[run]\nframes = 3\nsamples_per_pixel = 1\nrender_tolerance = 0.0\n";
+const SMALL: &str = "[sensor]\nwidth = 64\nheight = 48\n[run]\nframes = 3\nsamples_per_pixel = 2\n";
 
 /// A scene that costs nothing, where only motion matters; a tracker would see nothing in it.
 const FLAT: &str = "[scene]\ntarget = \"flat\"\n";

@@ -1,5 +1,7 @@
 //! The scenes that come with the program: what code makes of them, and targets against their own numbers.
 
+#![allow(clippy::unwrap_used)] // Helpers of tests fail by panicking, as tests do.
+
 use std::path::{Path, PathBuf};
 
 use sensel::config::Resolved;

@@ -1,3 +1,5 @@
+//! Environment maps against their closed forms: levels, seams, suns, repairs.
+
 use super::*;
 use crate::draw::DrawKey;
 use crate::num::u64_from;
