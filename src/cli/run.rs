@@ -163,7 +163,7 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
         value.map_or("not measurable".to_owned(), |value| format!("{:.2} {unit}", value * factor))
     };
     outln!(
-        "{}: {} frames, {} camera(s) of {}x{}, {:.0} lux, {} bit",
+        "{}: {} frames, {} camera(s) of {}x{}, {} lux, {} bit",
         scenario.name,
         scenario.frames,
         scenario.cameras,
