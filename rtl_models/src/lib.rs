@@ -10,6 +10,15 @@
 
 pub mod cds;
 pub mod event_core;
+pub mod fx_back;
+pub mod fx_cells;
+pub mod fx_dumps;
+pub mod fx_engine;
+pub mod fx_fifo;
+pub mod fx_fit;
+pub mod fx_orient;
+pub mod fx_pattern;
+pub mod fx_ring;
 pub mod lane_planes;
 pub mod lane_shift;
 pub mod ramp_adc;
