@@ -8,55 +8,101 @@ module fx_pattern #(
     input  logic [ 7:0] pair,
     output logic [19:0] points
 );
-  // The highest pair stands first.
-  localparam [256*20-1:0] DRAWN = {
-    20'hca01c, 20'hef394, 20'hefb01, 20'h27e83, 20'hde42a, 20'hcfaba, 20'hd28a8, 20'h00005, 20'haf6a3, 20'h49002, 20'h0fce0, 20'hfe48c,
-    20'h4ec3d, 20'hff4e9, 20'h18b20, 20'h2a879, 20'h107fe, 20'he04db, 20'h12f87, 20'hd96c0, 20'h11ca2, 20'h10eda, 20'hf0326, 20'h39bfe,
-    20'hdf49f, 20'h46afc, 20'h11498, 20'hfaf97, 20'hddb45, 20'h1040b, 20'hbfff7, 20'h560a3, 20'h23140, 20'h67469, 20'hea442, 20'hc83e1,
-    20'h37bbe, 20'he8f46, 20'h07fc5, 20'h08fa3, 20'h5843f, 20'h4680c, 20'h05b44, 20'hf1419, 20'h48f9d, 20'hf24c0, 20'h2877a, 20'hd189f,
-    20'h483c6, 20'h5645d, 20'he08be, 20'h127fe, 20'hffb09, 20'h2ff61, 20'h0819b, 20'hdd844, 20'h51fd7, 20'h477c1, 20'hb67d4, 20'h198db,
-    20'h37144, 20'h2df20, 20'h01360, 20'h56ba8, 20'h15fe5, 20'h2a498, 20'h2641c, 20'hfff7b, 20'h3133d, 20'h57f89, 20'h264c5, 20'h08cbf,
-    20'hc749b, 20'h3f402, 20'h010c2, 20'h48ae3, 20'h05145, 20'hc8bfe, 20'h057de, 20'h4f846, 20'ha1776, 20'hf9b59, 20'h38022, 20'h1f35d,
-    20'h267f7, 20'hb0aa6, 20'hf00a0, 20'hf041d, 20'h0fc1a, 20'h37f96, 20'he0442, 20'hfa2c7, 20'he9338, 20'h26f60, 20'h217b9, 20'h0fc88,
-    20'hd56fd, 20'hf8e85, 20'h38b38, 20'h36026, 20'h56786, 20'h086e0, 20'h40459, 20'h38064, 20'h51415, 20'h40937, 20'h19b47, 20'h203e3,
-    20'hfeb82, 20'hbf465, 20'hc8c1d, 20'h39856, 20'hda83c, 20'h29b9a, 20'hd03da, 20'hba3e7, 20'hf7c6c, 20'h28000, 20'hf67a4, 20'he1c0a,
-    20'he0d06, 20'h4fc9b, 20'h1eef9, 20'h3fc39, 20'hb8b75, 20'he72ba, 20'hdf042, 20'hdfae3, 20'hb175e, 20'hf0bf9, 20'he137c, 20'h4f428,
-    20'hcd93b, 20'h4945e, 20'h1d762, 20'haf85a, 20'h197aa, 20'h1ffa4, 20'he783c, 20'hf2782, 20'hf289d, 20'h4fbc7, 20'h07867, 20'hf585e,
-    20'hf5f55, 20'h31b79, 20'h1acfd, 20'hef007, 20'hd8839, 20'h20d5f, 20'h3872a, 20'he7fc5, 20'h00425, 20'ha93c0, 20'hc06f7, 20'h49b5d,
-    20'he846c, 20'hd975b, 20'hd0fd6, 20'hc2000, 20'h29038, 20'hc8bdc, 20'hde37f, 20'h493b4, 20'he0866, 20'h01c1e, 20'h270e7, 20'h0205f,
-    20'he78bf, 20'h058fd, 20'h51386, 20'h0fb46, 20'h56f75, 20'h068a6, 20'he1fb7, 20'hd285a, 20'h317e9, 20'h17101, 20'h0dbe9, 20'h59082,
-    20'h31442, 20'hd57e5, 20'hbed05, 20'hc6362, 20'hed520, 20'he5fc7, 20'hf8d19, 20'h4ef62, 20'hdf525, 20'h3937f, 20'h30985, 20'h20300,
-    20'h00481, 20'h313f7, 20'hd0f5e, 20'hf76fb, 20'h50f20, 20'h1873e, 20'hf33de, 20'hdf787, 20'h213a4, 20'hd1097, 20'h033c3, 20'h17b89,
-    20'h080e0, 20'h264ac, 20'he0922, 20'h3650a, 20'he90b9, 20'h0a358, 20'h678e0, 20'h403b5, 20'h0eb9a, 20'h15b20, 20'hc97ea, 20'h1773b,
-    20'haff9b, 20'h37406, 20'hf8adb, 20'h4185e, 20'h166fb, 20'hf5485, 20'hd183c, 20'he6016, 20'hf7b25, 20'h157c3, 20'h32b5f, 20'hd1821,
-    20'hea878, 20'h367e1, 20'hd6b56, 20'h170a4, 20'hfe3e8, 20'h27b20, 20'hfa563, 20'ha0bc2, 20'hf8024, 20'h390c0, 20'hdfbc6, 20'h3941d,
-    20'h1ff41, 20'h08efe, 20'he139d, 20'h07760, 20'h3777c, 20'h01b5e, 20'h1f13b, 20'h30b59, 20'h1871b, 20'hcdbc1, 20'h323bd, 20'hdf01c,
-    20'h1831a, 20'hf9860, 20'hee4c0, 20'h07419
-  };
-  localparam [256*20-1:0] TURNED = {
-    20'h182fd, 20'hbe3c1, 20'h39f9e, 20'hd77fc, 20'h1fefc, 20'h0187f, 20'he68df, 20'hff7f9, 20'h182fe, 20'hb67e2, 20'h4979e, 20'hd7bdc,
-    20'h1fede, 20'h0987f, 20'hdecde, 20'hff7ba, 20'h1fee0, 20'haf3e2, 20'h48f9f, 20'hd7fdd, 20'h17adf, 20'h1985e, 20'hd70bd, 20'hf7b9a,
-    20'h1fee2, 20'ha7be2, 20'h50780, 20'hd07bd, 20'h17ac1, 20'h2145e, 20'hcf49c, 20'hf7b7b, 20'h17ae4, 20'ha0002, 20'h57f81, 20'hd0bbe,
-    20'h17ae3, 20'h2105e, 20'hcfc7b, 20'hf7b5c, 20'h17b05, 20'ha0c02, 20'h57b82, 20'hd0f9e, 20'h0f6e5, 20'h28c3d, 20'hc005a, 20'heff5d,
-    20'h17747, 20'ha9422, 20'h4f382, 20'hd939f, 20'h0f727, 20'h3083d, 20'hc883a, 20'heff3f, 20'h0f768, 20'hb1c22, 20'h46ba3, 20'he1780,
-    20'h07748, 20'h3041d, 20'hc8c1a, 20'he8320, 20'h077a9, 20'hc2422, 20'h3e7c4, 20'he9b81, 20'hff789, 20'h303fd, 20'hd13fa, 20'he8721,
-    20'h077c9, 20'hca841, 20'h2dfc4, 20'hf1b82, 20'hff7ca, 20'h37ffd, 20'hd97da, 20'he8743, 20'hff409, 20'he2c41, 20'h1dfe4, 20'hf9ba2,
-    20'hf7bea, 20'h377de, 20'he1bbb, 20'hf0b44, 20'hff449, 20'hf3041, 20'h0d804, 20'h09ba3, 20'hf782a, 20'h2f3de, 20'he9f9c, 20'hf0b65,
-    20'hf7889, 20'h03040, 20'hfd824, 20'h11bc3, 20'hf7869, 20'h273de, 20'hf9f7d, 20'hf0b86, 20'hf78a8, 20'h1b040, 20'hf5844, 20'h19bc4,
-    20'hefca9, 20'h1efbf, 20'h0235e, 20'hf8fa6, 20'hef8e6, 20'h2ac5f, 20'he5c44, 20'h217e4, 20'hefce7, 20'h16bbf, 20'h11f5f, 20'hf8fe7,
-    20'hefd05, 20'h3a85f, 20'hd6063, 20'h29004, 20'he8106, 20'h0eba0, 20'h19f40, 20'h00c07, 20'he8123, 20'h4a05f, 20'hce482, 20'h30c24,
-    20'he8524, 20'h06ba1, 20'h21b41, 20'h08c27, 20'he8122, 20'h51c3e, 20'hbec82, 20'h30844, 20'he8542, 20'hfeba1, 20'h29742, 20'h08c66,
-    20'he8520, 20'h5903e, 20'hbf481, 20'h30443, 20'hf0941, 20'heebc2, 20'h31363, 20'h10886, 20'he853e, 20'h6083e, 20'hb7c80, 20'h37c63,
-    20'hf095f, 20'he6fc2, 20'h38f84, 20'h108a5, 20'hf093c, 20'h6001e, 20'hb049f, 20'h37862, 20'hf093d, 20'he73c2, 20'h387a5, 20'h108c4,
-    20'hf091b, 20'h6741e, 20'hb089e, 20'h37482, 20'hf8d3b, 20'hdf7e3, 20'h403c6, 20'h184c3, 20'hf0cd9, 20'h5effe, 20'hb909e, 20'h2f081,
-    20'hf8cf9, 20'hd7be3, 20'h3fbe6, 20'h184e1, 20'hf8cb8, 20'h567fe, 20'hc187d, 20'h26c80, 20'h00cd8, 20'hd7c03, 20'h3f406, 20'h180e0,
-    20'h00c77, 20'h45ffe, 20'hc9c5c, 20'h1e89f, 20'h08c97, 20'hd0023, 20'h37026, 20'h1fcff, 20'h00c57, 20'h3dbdf, 20'hda45c, 20'h1689e,
-    20'h08c56, 20'hd0423, 20'h2ec46, 20'h1fcdd, 20'h08c17, 20'h257df, 20'hea43c, 20'h0e87e, 20'h10836, 20'hd0c42, 20'h26865, 20'h178dc,
-    20'h08fd7, 20'h153df, 20'hfa81c, 20'hfe87d, 20'h10bf6, 20'hd9042, 20'h1e484, 20'h178bb, 20'h10b97, 20'h053c0, 20'h0abfc, 20'hf685d,
-    20'h10bb7, 20'he1042, 20'h0e4a3, 20'h1789a, 20'h10b78, 20'hed3c0, 20'h12bdc, 20'hee85c, 20'h18777, 20'he9461, 20'h060c2, 20'h0f47a,
-    20'h18b3a, 20'hdd7c1, 20'h227dc, 20'he6c3c, 20'h18739, 20'hf1861, 20'hf64c1, 20'h0f439, 20'h1871b, 20'hcdbc1, 20'h323bd, 20'hdf01c,
-    20'h1831a, 20'hf9860, 20'hee4c0, 20'h07419
-  };
-  localparam [256*20-1:0] PAIRS = SYMMETRIC != 0 ? TURNED : DRAWN;
-  assign points = PAIRS[pair*20+:20];
+  logic [19:0] pairs[0:255];
+  generate
+    if (SYMMETRIC != 0) begin : turned
+      initial begin
+      pairs[0] = 20'hee4c0; pairs[1] = 20'h30b59; pairs[2] = 20'h1f13b; pairs[3] = 20'h01b5e; pairs[4] = 20'h3777c; pairs[5] = 20'he139d;
+      pairs[6] = 20'hdfbc6; pairs[7] = 20'h390c0; pairs[8] = 20'hf64c1; pairs[9] = 20'h28f78; pairs[10] = 20'h2755d; pairs[11] = 20'hf9b7d;
+      pairs[12] = 20'h37b9b; pairs[13] = 20'hd8fbc; pairs[14] = 20'hdf7a5; pairs[15] = 20'h314c1; pairs[16] = 20'h060c2; pairs[17] = 20'h293b7;
+      pairs[18] = 20'h2755f; pairs[19] = 20'hf1b7c; pairs[20] = 20'h383ba; pairs[21] = 20'hd8bbc; pairs[22] = 20'he7385; pairs[23] = 20'h298c2;
+      pairs[24] = 20'h0e4a3; pairs[25] = 20'h217f7; pairs[26] = 20'h2f941; pairs[27] = 20'he979b; pairs[28] = 20'h387da; pairs[29] = 20'hd07db;
+      pairs[30] = 20'hef364; pairs[31] = 20'h21ca3; pairs[32] = 20'h1e484; pairs[33] = 20'h19837; pairs[34] = 20'h2fd43; pairs[35] = 20'he13ba;
+      pairs[36] = 20'h30bfa; pairs[37] = 20'hd03fb; pairs[38] = 20'hf6f43; pairs[39] = 20'h12084; pairs[40] = 20'h26865; pairs[41] = 20'h11857;
+      pairs[42] = 20'h28125; pairs[43] = 20'hd8fda; pairs[44] = 20'h30c3a; pairs[45] = 20'hd7c1b; pairs[46] = 20'hfef42; pairs[47] = 20'h0a065;
+      pairs[48] = 20'h2ec46; pairs[49] = 20'h01898; pairs[50] = 20'h28506; pairs[51] = 20'hd081a; pairs[52] = 20'h2905a; pairs[53] = 20'hdf83b;
+      pairs[54] = 20'h06f40; pairs[55] = 20'hfa046; pairs[56] = 20'h37026; pairs[57] = 20'hf98d9; pairs[58] = 20'h288e8; pairs[59] = 20'hd043a;
+      pairs[60] = 20'h2147a; pairs[61] = 20'hdf45b; pairs[62] = 20'h0ef5f; pairs[63] = 20'hea026; pairs[64] = 20'h3f406; pairs[65] = 20'hf18fa;
+      pairs[66] = 20'h20ca9; pairs[67] = 20'hd005a; pairs[68] = 20'h1989b; pairs[69] = 20'he707c; pairs[70] = 20'h16f5e; pairs[71] = 20'he1c06;
+      pairs[72] = 20'h3fbe6; pairs[73] = 20'he951b; pairs[74] = 20'h1906a; pairs[75] = 20'hd7c7b; pairs[76] = 20'h118bc; pairs[77] = 20'heec9d;
+      pairs[78] = 20'h1ef7d; pairs[79] = 20'hd9be6; pairs[80] = 20'h403c6; pairs[81] = 20'he153d; pairs[82] = 20'h1902a; pairs[83] = 20'hd789b;
+      pairs[84] = 20'h01cdd; pairs[85] = 20'hf6c9d; pairs[86] = 20'h2737c; pairs[87] = 20'hd17c6; pairs[88] = 20'h387a5; pairs[89] = 20'hd913f;
+      pairs[90] = 20'h117ea; pairs[91] = 20'hdf4bc; pairs[92] = 20'hf9cde; pairs[93] = 20'hfe8be; pairs[94] = 20'h2779b; pairs[95] = 20'hc93a5;
+      pairs[96] = 20'h38f84; pairs[97] = 20'hd0d21; pairs[98] = 20'h097aa; pairs[99] = 20'he70dd; pairs[100] = 20'hf18df; pairs[101] = 20'h068bf;
+      pairs[102] = 20'h2fbba; pairs[103] = 20'hc0b84; pairs[104] = 20'h31363; pairs[105] = 20'hd0922; pairs[106] = 20'h01769; pairs[107] = 20'heecde;
+      pairs[108] = 20'he98c1; pairs[109] = 20'h0e8a0; pairs[110] = 20'h2ffda; pairs[111] = 20'hc0763; pairs[112] = 20'h29742; pairs[113] = 20'hd0104;
+      pairs[114] = 20'hf9748; pairs[115] = 20'hf68c0; pairs[116] = 20'he14c2; pairs[117] = 20'h16ca1; pairs[118] = 20'h2801a; pairs[119] = 20'hc7f42;
+      pairs[120] = 20'h21b41; pairs[121] = 20'hd7ce6; pairs[122] = 20'hf1707; pairs[123] = 20'hfe8c1; pairs[124] = 20'hd90c3; pairs[125] = 20'h1eca2;
+      pairs[126] = 20'h2843a; pairs[127] = 20'hc7741; pairs[128] = 20'h19f40; pairs[129] = 20'hd78c7; pairs[130] = 20'he92e5; pairs[131] = 20'h068c2;
+      pairs[132] = 20'hd0ca4; pairs[133] = 20'h27083; pairs[134] = 20'h2885a; pairs[135] = 20'hcf340; pairs[136] = 20'h11f5f; pairs[137] = 20'hdf4a8;
+      pairs[138] = 20'he0ec3; pairs[139] = 20'h0e8a3; pairs[140] = 20'hd0885; pairs[141] = 20'h2f464; pairs[142] = 20'h28c7b; pairs[143] = 20'hd6f5f;
+      pairs[144] = 20'h0235e; pairs[145] = 20'hdf069; pairs[146] = 20'he0ec1; pairs[147] = 20'h168a4; pairs[148] = 20'hc8066; pairs[149] = 20'h2f864;
+      pairs[150] = 20'h2109b; pairs[151] = 20'hdeb5e; pairs[152] = 20'hf9f7d; pairs[153] = 20'he6c29; pairs[154] = 20'hd8adf; pairs[155] = 20'h1ec85;
+      pairs[156] = 20'hcfc46; pairs[157] = 20'h37c45; pairs[158] = 20'h190bc; pairs[159] = 20'he677d; pairs[160] = 20'he9f9c; pairs[161] = 20'heebe9;
+      pairs[162] = 20'hd86dd; pairs[163] = 20'h27066; pairs[164] = 20'hd7826; pairs[165] = 20'h30025; pairs[166] = 20'h114dd; pairs[167] = 20'hf639c;
+      pairs[168] = 20'he1bbb; pairs[169] = 20'hf6bc9; pairs[170] = 20'hd82fb; pairs[171] = 20'h2f446; pairs[172] = 20'hd77e6; pairs[173] = 20'h30405;
+      pairs[174] = 20'h094de; pairs[175] = 20'hfe3bb; pairs[176] = 20'hd97da; pairs[177] = 20'h06b88; pairs[178] = 20'hdff1a; pairs[179] = 20'h37806;
+      pairs[180] = 20'hdf3c6; pairs[181] = 20'h28be5; pairs[182] = 20'h014c0; pairs[183] = 20'h0e3da; pairs[184] = 20'hd13fa; pairs[185] = 20'h0eb47;
+      pairs[186] = 20'hdfb38; pairs[187] = 20'h37fe6; pairs[188] = 20'he6fa6; pairs[189] = 20'h28fc5; pairs[190] = 20'hf94c1; pairs[191] = 20'h1e3fa;
+      pairs[192] = 20'hc8c1a; pairs[193] = 20'h16b26; pairs[194] = 20'he7777; pairs[195] = 20'h303c6; pairs[196] = 20'heeb85; pairs[197] = 20'h213a4;
+      pairs[198] = 20'hf14c2; pairs[199] = 20'h2641a; pairs[200] = 20'hc883a; pairs[201] = 20'h1ef05; pairs[202] = 20'hef3b6; pairs[203] = 20'h307a5;
+      pairs[204] = 20'hf6b64; pairs[205] = 20'h19783; pairs[206] = 20'he94a3; pairs[207] = 20'h2e83a; pairs[208] = 20'hc005a; pairs[209] = 20'h26ee3;
+      pairs[210] = 20'hef3f6; pairs[211] = 20'h30b85; pairs[212] = 20'h06743; pairs[213] = 20'h11783; pairs[214] = 20'he10a4; pairs[215] = 20'h36c5a;
+      pairs[216] = 20'hcfc7b; pairs[217] = 20'h2f2e1; pairs[218] = 20'hf6c36; pairs[219] = 20'h28f64; pairs[220] = 20'h0e742; pairs[221] = 20'h09b62;
+      pairs[222] = 20'he0c85; pairs[223] = 20'h3f07b; pairs[224] = 20'hcf49c; pairs[225] = 20'h376ff; pairs[226] = 20'hfec76; pairs[227] = 20'h21343;
+      pairs[228] = 20'h16b41; pairs[229] = 20'h01b61; pairs[230] = 20'hd8866; pairs[231] = 20'h4789c; pairs[232] = 20'hd70bd; pairs[233] = 20'h37afe;
+      pairs[234] = 20'h06cb7; pairs[235] = 20'h19742; pairs[236] = 20'h1eb5f; pairs[237] = 20'hf9b60; pairs[238] = 20'hd8446; pairs[239] = 20'h47cbd;
+      pairs[240] = 20'hdecde; pairs[241] = 20'h3031c; pairs[242] = 20'h0ecd8; pairs[243] = 20'h11b40; pairs[244] = 20'h26f5e; pairs[245] = 20'hf177f;
+      pairs[246] = 20'hd8006; pairs[247] = 20'h404de; pairs[248] = 20'he68df; pairs[249] = 20'h3073a; pairs[250] = 20'h16d19; pairs[251] = 20'h09b5f;
+      pairs[252] = 20'h2f35d; pairs[253] = 20'he977e; pairs[254] = 20'hdffe6; pairs[255] = 20'h40cdf;
+      end
+    end else begin : drawn
+      initial begin
+      pairs[0] = 20'h07419; pairs[1] = 20'hee4c0; pairs[2] = 20'hf9860; pairs[3] = 20'h1831a; pairs[4] = 20'hdf01c; pairs[5] = 20'h323bd;
+      pairs[6] = 20'hcdbc1; pairs[7] = 20'h1871b; pairs[8] = 20'h30b59; pairs[9] = 20'h1f13b; pairs[10] = 20'h01b5e; pairs[11] = 20'h3777c;
+      pairs[12] = 20'h07760; pairs[13] = 20'he139d; pairs[14] = 20'h08efe; pairs[15] = 20'h1ff41; pairs[16] = 20'h3941d; pairs[17] = 20'hdfbc6;
+      pairs[18] = 20'h390c0; pairs[19] = 20'hf8024; pairs[20] = 20'ha0bc2; pairs[21] = 20'hfa563; pairs[22] = 20'h27b20; pairs[23] = 20'hfe3e8;
+      pairs[24] = 20'h170a4; pairs[25] = 20'hd6b56; pairs[26] = 20'h367e1; pairs[27] = 20'hea878; pairs[28] = 20'hd1821; pairs[29] = 20'h32b5f;
+      pairs[30] = 20'h157c3; pairs[31] = 20'hf7b25; pairs[32] = 20'he6016; pairs[33] = 20'hd183c; pairs[34] = 20'hf5485; pairs[35] = 20'h166fb;
+      pairs[36] = 20'h4185e; pairs[37] = 20'hf8adb; pairs[38] = 20'h37406; pairs[39] = 20'haff9b; pairs[40] = 20'h1773b; pairs[41] = 20'hc97ea;
+      pairs[42] = 20'h15b20; pairs[43] = 20'h0eb9a; pairs[44] = 20'h403b5; pairs[45] = 20'h678e0; pairs[46] = 20'h0a358; pairs[47] = 20'he90b9;
+      pairs[48] = 20'h3650a; pairs[49] = 20'he0922; pairs[50] = 20'h264ac; pairs[51] = 20'h080e0; pairs[52] = 20'h17b89; pairs[53] = 20'h033c3;
+      pairs[54] = 20'hd1097; pairs[55] = 20'h213a4; pairs[56] = 20'hdf787; pairs[57] = 20'hf33de; pairs[58] = 20'h1873e; pairs[59] = 20'h50f20;
+      pairs[60] = 20'hf76fb; pairs[61] = 20'hd0f5e; pairs[62] = 20'h313f7; pairs[63] = 20'h00481; pairs[64] = 20'h20300; pairs[65] = 20'h30985;
+      pairs[66] = 20'h3937f; pairs[67] = 20'hdf525; pairs[68] = 20'h4ef62; pairs[69] = 20'hf8d19; pairs[70] = 20'he5fc7; pairs[71] = 20'hed520;
+      pairs[72] = 20'hc6362; pairs[73] = 20'hbed05; pairs[74] = 20'hd57e5; pairs[75] = 20'h31442; pairs[76] = 20'h59082; pairs[77] = 20'h0dbe9;
+      pairs[78] = 20'h17101; pairs[79] = 20'h317e9; pairs[80] = 20'hd285a; pairs[81] = 20'he1fb7; pairs[82] = 20'h068a6; pairs[83] = 20'h56f75;
+      pairs[84] = 20'h0fb46; pairs[85] = 20'h51386; pairs[86] = 20'h058fd; pairs[87] = 20'he78bf; pairs[88] = 20'h0205f; pairs[89] = 20'h270e7;
+      pairs[90] = 20'h01c1e; pairs[91] = 20'he0866; pairs[92] = 20'h493b4; pairs[93] = 20'hde37f; pairs[94] = 20'hc8bdc; pairs[95] = 20'h29038;
+      pairs[96] = 20'hc2000; pairs[97] = 20'hd0fd6; pairs[98] = 20'hd975b; pairs[99] = 20'he846c; pairs[100] = 20'h49b5d; pairs[101] = 20'hc06f7;
+      pairs[102] = 20'ha93c0; pairs[103] = 20'h00425; pairs[104] = 20'he7fc5; pairs[105] = 20'h3872a; pairs[106] = 20'h20d5f; pairs[107] = 20'hd8839;
+      pairs[108] = 20'hef007; pairs[109] = 20'h1acfd; pairs[110] = 20'h31b79; pairs[111] = 20'hf5f55; pairs[112] = 20'hf585e; pairs[113] = 20'h07867;
+      pairs[114] = 20'h4fbc7; pairs[115] = 20'hf289d; pairs[116] = 20'hf2782; pairs[117] = 20'he783c; pairs[118] = 20'h1ffa4; pairs[119] = 20'h197aa;
+      pairs[120] = 20'haf85a; pairs[121] = 20'h1d762; pairs[122] = 20'h4945e; pairs[123] = 20'hcd93b; pairs[124] = 20'h4f428; pairs[125] = 20'he137c;
+      pairs[126] = 20'hf0bf9; pairs[127] = 20'hb175e; pairs[128] = 20'hdfae3; pairs[129] = 20'hdf042; pairs[130] = 20'he72ba; pairs[131] = 20'hb8b75;
+      pairs[132] = 20'h3fc39; pairs[133] = 20'h1eef9; pairs[134] = 20'h4fc9b; pairs[135] = 20'he0d06; pairs[136] = 20'he1c0a; pairs[137] = 20'hf67a4;
+      pairs[138] = 20'h28000; pairs[139] = 20'hf7c6c; pairs[140] = 20'hba3e7; pairs[141] = 20'hd03da; pairs[142] = 20'h29b9a; pairs[143] = 20'hda83c;
+      pairs[144] = 20'h39856; pairs[145] = 20'hc8c1d; pairs[146] = 20'hbf465; pairs[147] = 20'hfeb82; pairs[148] = 20'h203e3; pairs[149] = 20'h19b47;
+      pairs[150] = 20'h40937; pairs[151] = 20'h51415; pairs[152] = 20'h38064; pairs[153] = 20'h40459; pairs[154] = 20'h086e0; pairs[155] = 20'h56786;
+      pairs[156] = 20'h36026; pairs[157] = 20'h38b38; pairs[158] = 20'hf8e85; pairs[159] = 20'hd56fd; pairs[160] = 20'h0fc88; pairs[161] = 20'h217b9;
+      pairs[162] = 20'h26f60; pairs[163] = 20'he9338; pairs[164] = 20'hfa2c7; pairs[165] = 20'he0442; pairs[166] = 20'h37f96; pairs[167] = 20'h0fc1a;
+      pairs[168] = 20'hf041d; pairs[169] = 20'hf00a0; pairs[170] = 20'hb0aa6; pairs[171] = 20'h267f7; pairs[172] = 20'h1f35d; pairs[173] = 20'h38022;
+      pairs[174] = 20'hf9b59; pairs[175] = 20'ha1776; pairs[176] = 20'h4f846; pairs[177] = 20'h057de; pairs[178] = 20'hc8bfe; pairs[179] = 20'h05145;
+      pairs[180] = 20'h48ae3; pairs[181] = 20'h010c2; pairs[182] = 20'h3f402; pairs[183] = 20'hc749b; pairs[184] = 20'h08cbf; pairs[185] = 20'h264c5;
+      pairs[186] = 20'h57f89; pairs[187] = 20'h3133d; pairs[188] = 20'hfff7b; pairs[189] = 20'h2641c; pairs[190] = 20'h2a498; pairs[191] = 20'h15fe5;
+      pairs[192] = 20'h56ba8; pairs[193] = 20'h01360; pairs[194] = 20'h2df20; pairs[195] = 20'h37144; pairs[196] = 20'h198db; pairs[197] = 20'hb67d4;
+      pairs[198] = 20'h477c1; pairs[199] = 20'h51fd7; pairs[200] = 20'hdd844; pairs[201] = 20'h0819b; pairs[202] = 20'h2ff61; pairs[203] = 20'hffb09;
+      pairs[204] = 20'h127fe; pairs[205] = 20'he08be; pairs[206] = 20'h5645d; pairs[207] = 20'h483c6; pairs[208] = 20'hd189f; pairs[209] = 20'h2877a;
+      pairs[210] = 20'hf24c0; pairs[211] = 20'h48f9d; pairs[212] = 20'hf1419; pairs[213] = 20'h05b44; pairs[214] = 20'h4680c; pairs[215] = 20'h5843f;
+      pairs[216] = 20'h08fa3; pairs[217] = 20'h07fc5; pairs[218] = 20'he8f46; pairs[219] = 20'h37bbe; pairs[220] = 20'hc83e1; pairs[221] = 20'hea442;
+      pairs[222] = 20'h67469; pairs[223] = 20'h23140; pairs[224] = 20'h560a3; pairs[225] = 20'hbfff7; pairs[226] = 20'h1040b; pairs[227] = 20'hddb45;
+      pairs[228] = 20'hfaf97; pairs[229] = 20'h11498; pairs[230] = 20'h46afc; pairs[231] = 20'hdf49f; pairs[232] = 20'h39bfe; pairs[233] = 20'hf0326;
+      pairs[234] = 20'h10eda; pairs[235] = 20'h11ca2; pairs[236] = 20'hd96c0; pairs[237] = 20'h12f87; pairs[238] = 20'he04db; pairs[239] = 20'h107fe;
+      pairs[240] = 20'h2a879; pairs[241] = 20'h18b20; pairs[242] = 20'hff4e9; pairs[243] = 20'h4ec3d; pairs[244] = 20'hfe48c; pairs[245] = 20'h0fce0;
+      pairs[246] = 20'h49002; pairs[247] = 20'haf6a3; pairs[248] = 20'h00005; pairs[249] = 20'hd28a8; pairs[250] = 20'hcfaba; pairs[251] = 20'hde42a;
+      pairs[252] = 20'h27e83; pairs[253] = 20'hefb01; pairs[254] = 20'hef394; pairs[255] = 20'hca01c;
+      end
+    end
+  endgenerate
+  assign points = pairs[pair];
 endmodule
