@@ -19,6 +19,7 @@ mod params;
 mod patch;
 mod pattern;
 mod rows;
+mod sequence;
 mod smooth;
 mod stream;
 mod subpixel;
@@ -35,6 +36,7 @@ pub use params::{
 };
 pub use pattern::pattern;
 pub use rows::{AtOnce, Pixels, RowByRow};
+pub use sequence::{Record, Sequence};
 pub use subpixel::STEPS_PER_PX;
 pub use word::Word;
 
@@ -53,13 +55,11 @@ pub mod blocks {
     pub use super::subpixel::{offset_q4, responses};
 }
 
-use cells::{Candidate, CellLists, has_patch};
-use describe::{describe, describe_every};
-use stream::Stream;
+use describe::describe_every;
 
 use crate::error::Error;
 use crate::events::Events;
-use crate::num::{index, u64_from};
+use crate::num::u64_from;
 use crate::plane::Plane;
 use crate::units::Size;
 
@@ -184,25 +184,13 @@ impl Extractor {
         events: &mut Events,
     ) -> Extracted {
         let (size, threshold) = (picture.size(), self.threshold);
-        let chosen = Chosen::of(picture, &self.params, threshold);
-        let mut stream = Stream::new(&self.params, size);
-        let unselected = chosen.lists.iter().map(|lists| lists.unselected).sum();
-        let end_clk = stream.frame(chosen.lists, pixels, records);
-        stream.finish(records);
-        let (in_time, served) = (stream.counts(), stream.take_served());
-        let features = describe(&chosen.octaves, &served, &self.params);
-        let counts = Counts {
-            corners: chosen.corners,
-            without_patch: chosen.without_patch,
-            unselected,
-            dropped: in_time.dropped,
-            late: in_time.late,
-            stalled_clk: in_time.stalled_clk,
-            not_ready_clk: in_time.not_ready_clk,
-        };
-        self.threshold = self.params.next_threshold(threshold, counts.corners);
-        work::count(&self.params, size, &counts, u64_from(features.len()), events);
-        let out_clk = served.iter().map(|served| served.out_clk).collect();
+        let mut sequence = Sequence::new(&self.params, size, threshold);
+        let end_clk = sequence.frame(picture, pixels, records);
+        sequence.finish(records);
+        self.threshold = sequence.threshold();
+        let (counts, left) = (sequence.counts(), sequence.take());
+        work::count(&self.params, size, &counts, u64_from(left.len()), events);
+        let (features, out_clk) = left.iter().map(|record| (record.feature, record.out_clk)).unzip();
         Extracted { features, out_clk, counts, threshold, end_clk }
     }
 }
@@ -247,39 +235,6 @@ fn check_codes(codes: &Plane<u16>, bits: u32) -> Result<(), Error> {
     }
     let most = codes.values().iter().max().expect("some code has a bit that is set");
     Err(Error::Run(format!("a code of {most} is none of {bits} bits; {} bits would do", 16 - most.leading_zeros())))
-}
-
-/// Pictures and candidates of a frame.
-struct Chosen<W> {
-    octaves: Vec<Plane<W>>,
-    lists: Vec<CellLists>,
-    corners: u64,
-    without_patch: u64,
-}
-
-impl<W: Word> Chosen<W> {
-    fn of(picture: Plane<W>, params: &ExtractorParams, threshold: u16) -> Self {
-        let mut octaves = vec![picture];
-        for _ in 1..params.octave_sizes(octaves[0].size()).len() {
-            octaves.push(half::half_scale(&octaves[octaves.len() - 1]));
-        }
-        let (mut lists, mut corners, mut all) = (Vec::new(), 0, 0);
-        for (number, octave) in (0_u8..).zip(&octaves) {
-            let size = octave.size();
-            let found = fast9(octave, W::low(threshold.into()));
-            all += u64_from(found.len());
-            let rank = |corner: &Corner| match params.rank {
-                Rank::Fast => corner.score,
-                Rank::Harris => harris::harris_rank(octave, corner.x_px, corner.y_px, params.pipeline_bits),
-            };
-            let whole = found.into_iter().filter(|corner| has_patch(size, corner));
-            let candidates: Vec<Candidate> =
-                whole.map(|corner| Candidate { corner, rank: rank(&corner), octave: number }).collect();
-            corners += u64_from(candidates.len());
-            lists.push(CellLists::of(&candidates, size, params.cell_px, index(params.per_cell)));
-        }
-        Self { octaves, lists, corners, without_patch: all - corners }
-    }
 }
 
 /// Features of one frame whose pixels are all there and whose records are taken at once.

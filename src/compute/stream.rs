@@ -86,11 +86,6 @@ impl Stream {
         self.clk
     }
 
-    /// Lets no row start before this clock.
-    pub fn not_before(&mut self, clk: u64) {
-        self.clk = self.clk.max(clk);
-    }
-
     /// Candidates that were served up to now, each once.
     pub fn take_served(&mut self) -> Vec<Served> {
         std::mem::take(&mut self.back.served)
@@ -104,10 +99,5 @@ impl Stream {
     /// What happened up to now.
     pub fn counts(&self) -> StreamCounts {
         StreamCounts { dropped: self.back.dropped, late: self.back.late, ..self.counts }
-    }
-
-    /// The size of its frames.
-    pub fn size(&self) -> Size {
-        self.sizes[0]
     }
 }
