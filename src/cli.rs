@@ -14,6 +14,7 @@ macro_rules! outln {
 
 mod args;
 mod characterize;
+mod draw;
 mod features;
 mod interrupt;
 mod listing;

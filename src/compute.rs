@@ -1,37 +1,67 @@
-//! The fixed-point feature extractor on the sensor. Enters: codes of a frame. Leaves: features and counted events.
+//! The fixed-point feature extractor on the sensor. Enters: codes of a frame. Leaves: features, their clocks and counted events.
 //!
-//! The way of a frame: codes are shifted to 8 bits, FAST-9/16 scores every pixel behind seven line buffers, strict
-//! non-maximum suppression keeps the peaks, a grid spreads the choice over the picture, and each chosen corner gets a
-//! sub-pixel place, an orientation and a rotated BRIEF-256 descriptor from the smoothed picture. Integers only.
+//! The way of a frame: codes are shifted to the pipeline's words; octaves are halved; FAST-9/16 scores every pixel behind seven
+//! rows, strict non-maximum suppression keeps the peaks, and each cell of a grid keeps its best. Rows of cells go through a
+//! queue to a few engines, which read a corner's patch of the smoothed picture and give it a sub-pixel place, an orientation
+//! and a rotated BRIEF descriptor. Integers only. Pictures are worked on as a whole; `stream` says what happens when, and
+//! what is lost. `docs/extractor.md` is the specification.
 
+mod back;
 mod brief;
+mod cells;
+mod describe;
 mod fast;
-mod grid;
+mod half;
+mod harris;
 mod luma;
 mod orientation;
+mod params;
+mod patch;
+mod pattern;
+mod rows;
+mod sequence;
 mod smooth;
+mod stream;
 mod subpixel;
 #[cfg(test)]
 mod test_pictures;
+mod word;
 mod work;
 
-pub use brief::pattern;
+pub use back::{AlwaysReady, ByteRate, Records};
 pub use fast::{Corner, fast9};
 pub use orientation::angle_of;
+pub use params::{
+    ExtractorParams, OCTAVE_SIDE_PX_MIN, Overflow, PATCH_MARGIN_PX, Pattern, Rank, SIDE_PX_MAX, SIDE_PX_MIN,
+};
+pub use pattern::pattern;
+pub use rows::{AtOnce, Pixels, RowByRow};
+pub use sequence::{Record, Sequence};
 pub use subpixel::STEPS_PER_PX;
+pub use word::Word;
+
+/// The blocks one by one, for those who hold hardware against them.
+pub mod blocks {
+    pub use super::back::{ENGINE_FIXED_CLK, START_GAP_CLK};
+    pub use super::brief::RotatedPattern;
+    pub use super::fast::{arc_difference, arc_difference_at};
+    pub use super::half::half_scale;
+    pub use super::harris::harris_rank;
+    pub use super::orientation::{moments, rounded_angle};
+    pub use super::patch::{Patch, RADIUS_PX};
+    pub use super::pattern::{sine_q14, symmetric_pairs, symmetric_pattern, turned};
+    pub use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, Row, frame_clk, order};
+    pub use super::smooth::smooth;
+    pub use super::subpixel::{offset_q4, responses};
+}
+
+use describe::describe_every;
 
 use crate::error::Error;
 use crate::events::Events;
-use crate::num::{index, low_u8};
+use crate::num::u64_from;
 use crate::plane::Plane;
 use crate::units::Size;
-
-/// Rows and columns around a corner that its orientation and descriptor need: 13 for the rotated pattern and 3 for the
-/// smoothing kernel. Corners nearer to an edge have no descriptor.
-pub const PATCH_MARGIN_PX: u32 = 16;
-
-/// Widest and highest picture: places are 12 bits of pixel and 4 bits of fraction.
-pub const SIDE_PX_MAX: u32 = 4096;
 
 /// A corner with its descriptor, as it leaves the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,13 +70,13 @@ pub struct Feature {
     pub x_q4: u16,
     /// Row in the full picture (octave 0 pixels), in sixteenths of a pixel; pixel centres are whole.
     pub y_q4: u16,
-    /// FAST score: the largest threshold at which the corner survives, in 8-bit DN.
-    pub score: u8,
+    /// FAST score: the largest threshold at which the corner survives, in DN of the pipeline.
+    pub score: u16,
     /// Orientation in 1/256 of a turn, from +x towards +y (down).
     pub angle: u8,
     /// Half-scale octave, 0 is full size.
     pub octave: u8,
-    /// Rotated BRIEF, bit i of the pattern in bit i % 8 of byte i / 8. All zero where the patch leaves the picture.
+    /// Rotated BRIEF, bit i of the pattern in bit i % 8 of byte i / 8. Bits beyond the descriptor's length are zero.
     pub descriptor: [u8; 32],
 }
 
@@ -61,8 +91,8 @@ impl Feature {
         f64::from(self.y_q4) / f64::from(STEPS_PER_PX)
     }
 
-    /// The pixel (column, row) whose area holds the place. The fit moves a place by half a pixel at most, and a place
-    /// on the seam between two pixels belongs to the later one, as the fit never reaches the seam itself from below.
+    /// The pixel (column, row) of the full picture whose area holds the place. The fit moves a place by half a pixel of its octave at
+    /// most, and a place on the seam between two pixels belongs to the later one, as the fit never reaches the seam itself from below.
     pub fn pixel(&self) -> (u32, u32) {
         let nearest = |place_q4: u16| (u32::from(place_q4) + u32::from(STEPS_PER_PX) / 2) / u32::from(STEPS_PER_PX);
         (nearest(self.x_q4), nearest(self.y_q4))
@@ -74,116 +104,172 @@ impl Feature {
     }
 }
 
-/// What the extractor is set to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ExtractorParams {
-    /// Least difference to the arc of nine pixels, in 8-bit DN at every depth; a corner's score is at least this.
-    pub threshold: u8,
-    /// Most features a frame. `None` lists every corner, with an empty descriptor where the patch leaves the picture;
-    /// with a number, corners without a full patch are dropped before the choice.
-    pub top_k: Option<u32>,
-    /// Side of the grid's square cells, over which `top_k` is spread evenly.
-    pub cell_px: u32,
-    /// Fit places to sixteenths of a pixel; else places are whole pixels.
-    pub subpixel: bool,
+/// What the extractor counted in a frame, as its registers do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Corners whose patches lie in the picture.
+    pub corners: u64,
+    /// Corners too near to an edge.
+    pub without_patch: u64,
+    /// Corners that found no place in their cell, or lost it.
+    pub unselected: u64,
+    /// Candidates lost before a full queue.
+    pub dropped: u64,
+    /// Candidates lost because their rows were overwritten.
+    pub late: u64,
+    /// Clocks in which a row was kept from starting by candidates that still needed its place.
+    pub stalled_clk: u64,
+    /// Clocks in which no pixel could enter.
+    pub not_ready_clk: u64,
 }
 
-impl ExtractorParams {
-    /// The same, after its ranges are checked.
-    pub fn checked(self) -> Result<Self, Error> {
-        if self.threshold == 0 {
-            return Err(Error::key("compute.threshold", 0, "1 to 255 would do (8-bit DN)"));
-        }
-        if self.top_k == Some(0) {
-            return Err(Error::key("compute.top_k", 0, "1 or more would do; leave it out to list every corner"));
-        }
-        if !(8..=SIDE_PX_MAX).contains(&self.cell_px) {
-            return Err(Error::key("compute.cell_px", self.cell_px, format!("8 to {SIDE_PX_MAX} would do")));
-        }
-        Ok(self)
+/// What a frame gave.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Extracted {
+    /// Features in the order in which they leave.
+    pub features: Vec<Feature>,
+    /// The clock in which each is taken; clock 0 is the first in which the frame's first pixel could enter.
+    pub out_clk: Vec<u64>,
+    /// What happened besides.
+    pub counts: Counts,
+    /// The threshold that was used, in DN of the pipeline.
+    pub threshold: u16,
+    /// The first clock in which the next frame's first pixel could enter.
+    pub end_clk: u64,
+}
+
+/// The extractor of one camera, frame after frame. Only its threshold lasts from one to the next.
+#[derive(Clone, Debug)]
+pub struct Extractor {
+    params: ExtractorParams,
+    threshold: u16,
+}
+
+impl Extractor {
+    /// Ready for the first frame.
+    pub fn new(params: &ExtractorParams) -> Self {
+        Self { params: *params, threshold: params.threshold }
     }
 
-    /// Whether pictures of this size can be worked on. Small ones can: they have no corners.
-    pub fn check_size(size: Size) -> Result<(), Error> {
-        for (key, side_px) in [("sensor.width", size.width_px), ("sensor.height", size.height_px)] {
-            if side_px > SIDE_PX_MAX {
-                return Err(Error::key(key, side_px, format!("the extractor takes up to {SIDE_PX_MAX} pixels a side")));
-            }
-        }
-        Ok(())
+    /// Features of a frame of codes of so many bits behind colour filters whose pattern repeats after `pattern_px` (columns, rows).
+    ///
+    /// # Errors
+    /// A picture that the window does not fit into or that is too large, or codes that have more bits.
+    pub fn frame(
+        &mut self,
+        codes: &Plane<u16>,
+        bits: u32,
+        pattern_px: (usize, usize),
+        (pixels, records): (&mut dyn Pixels, &mut dyn Records),
+        events: &mut Events,
+    ) -> Result<Extracted, Error> {
+        ExtractorParams::check_size(codes.size())?;
+        check_codes(codes, bits)?;
+        let grey = (pattern_px != (1, 1)).then(|| luma::luma(codes, pattern_px, events));
+        let codes = grey.as_ref().unwrap_or(codes);
+        let io = (pixels, records);
+        let mut extracted = if self.params.pipeline_bits == 8 {
+            self.of_words(to_words::<u8>(codes, bits, 8), io, events)
+        } else {
+            self.of_words(to_words::<u16>(codes, bits, self.params.pipeline_bits), io, events)
+        };
+        luma::place_in_mosaic(&mut extracted.features, pattern_px);
+        Ok(extracted)
+    }
+
+    fn of_words<W: Word>(
+        &mut self,
+        picture: Plane<W>,
+        (pixels, records): (&mut dyn Pixels, &mut dyn Records),
+        events: &mut Events,
+    ) -> Extracted {
+        let (size, threshold) = (picture.size(), self.threshold);
+        let mut sequence = Sequence::new(&self.params, size, threshold);
+        let end_clk = sequence.frame(picture, pixels, records);
+        sequence.finish(records);
+        self.threshold = sequence.threshold();
+        let (counts, left) = (sequence.counts(), sequence.take());
+        work::count(&self.params, size, &counts, u64_from(left.len()), events);
+        let (features, out_clk) = left.iter().map(|record| (record.feature, record.out_clk)).unzip();
+        Extracted { features, out_clk, counts, threshold, end_clk }
     }
 }
 
-/// Shifts codes of 1 to 16 bits to 8 bits, where thresholds live (DESIGN: extractor input).
+/// Codes of 1 to 16 bits as words of the pipeline's: lower bits are cut off, missing ones are 0.
+///
+/// Panics on other depths. Codes are below 2^bits; higher bits of a code are cut off.
+fn to_words<W: Word>(codes: &Plane<u16>, bits: u32, pipeline_bits: u32) -> Plane<W> {
+    assert!((1..=16).contains(&bits), "codes have 1 to 16 bits");
+    if bits >= pipeline_bits {
+        let shift = bits - pipeline_bits;
+        codes.map(|code| W::low(u32::from(code) >> shift))
+    } else {
+        let shift = pipeline_bits - bits;
+        codes.map(|code| W::low(u32::from(code) << shift))
+    }
+}
+
+/// Shifts codes of 1 to 16 bits to the words of a pipeline of 8 to 16.
+///
+/// Panics on other depths. Codes are below 2^bits; higher bits of a code are cut off.
+pub fn to_bits(codes: &Plane<u16>, bits: u32, pipeline_bits: u32) -> Plane<u16> {
+    let mask = crate::num::low_u16((1 << pipeline_bits) - 1);
+    to_words::<u16>(codes, bits, pipeline_bits).map(|word| word & mask)
+}
+
+/// Shifts codes of 1 to 16 bits to words of 8.
 ///
 /// Panics on other depths. Codes are below 2^bits; higher bits of a code are cut off.
 pub fn to_8_bits(codes: &Plane<u16>, bits: u32) -> Plane<u8> {
-    assert!((1..=16).contains(&bits), "codes have 1 to 16 bits");
-    if bits >= 8 {
-        let shift = bits - 8;
-        codes.map(|code| low_u8(u32::from(code) >> shift))
-    } else {
-        let shift = 8 - bits;
-        codes.map(|code| low_u8(u32::from(code) << shift))
-    }
+    to_words(codes, bits, 8)
 }
 
-/// Features of a frame, by rows, then columns. A picture too small for a corner (under 7 pixels a side) has none.
-///
-/// Panics on depths outside 1 to 16 bits, on cells of zero pixels, and on pictures that `check_size` refuses.
-pub fn extract(codes: &Plane<u16>, bits: u32, params: &ExtractorParams, events: &mut Events) -> Vec<Feature> {
-    let size = codes.size();
-    assert!(ExtractorParams::check_size(size).is_ok(), "the caller checks the size of pictures");
-    assert!(params.cell_px > 0, "the caller checks the parameters");
-    let picture = to_8_bits(codes, bits);
-    let mut corners = fast9(&picture, params.threshold);
-    work::count_picture(size, events);
-    if let Some(most) = params.top_k {
-        corners.retain(|corner| has_patch(size, corner));
-        work::count_choice(corners.len(), events);
-        corners = grid::spread(&corners, params.cell_px, size, index(most));
+/// Whether codes are of this depth, 1 to 16 bits.
+fn check_codes(codes: &Plane<u16>, bits: u32) -> Result<(), Error> {
+    if !(1..=16).contains(&bits) {
+        return Err(Error::Run(format!("codes of {bits} bits cannot be extracted from; 1 to 16 would do")));
     }
-    let with_patch = corners.iter().filter(|corner| has_patch(size, corner)).count();
-    work::count_corners(corners.len(), with_patch, params.subpixel, events);
-    describe(&picture, &corners, params.subpixel)
+    let all = codes.values().iter().fold(0, |all, &code| all | code);
+    if u32::from(all) >> bits == 0 {
+        return Ok(());
+    }
+    let most = codes.values().iter().max().expect("some code has a bit that is set");
+    Err(Error::Run(format!("a code of {most} is none of {bits} bits; {} bits would do", 16 - most.leading_zeros())))
 }
 
-/// Features of a frame behind colour filters whose pattern repeats after `pattern_px` (columns, rows), from its grey.
+/// Features of one frame whose pixels are all there and whose records are taken at once.
 ///
-/// Panics as `extract`, and on pictures smaller than the pattern.
-pub fn extract_from_mosaic(
+/// # Errors
+/// As `Extractor::frame`.
+pub fn extract(
     codes: &Plane<u16>,
     bits: u32,
-    pattern_px: (usize, usize),
     params: &ExtractorParams,
     events: &mut Events,
-) -> Vec<Feature> {
-    if pattern_px == (1, 1) {
-        return extract(codes, bits, params, events);
-    }
-    let grey = luma::luma(codes, pattern_px, events);
-    let mut features = extract(&grey, bits, params, events);
-    luma::place_in_mosaic(&mut features, pattern_px);
-    features
+) -> Result<Vec<Feature>, Error> {
+    let extracted = Extractor::new(params).frame(codes, bits, (1, 1), (&mut AtOnce, &mut AlwaysReady), events)?;
+    Ok(extracted.features)
 }
 
-fn has_patch(size: Size, corner: &Corner) -> bool {
-    let inside = |place_px: u32, side_px: u32| place_px >= PATCH_MARGIN_PX && place_px + PATCH_MARGIN_PX < side_px;
-    inside(corner.x_px, size.width_px) && inside(corner.y_px, size.height_px)
+/// Every corner of the full picture by rows, then columns, without cells, queue or octaves: what OpenCV lists. Those whose patch
+/// leaves the picture have an empty descriptor and angle 0.
+///
+/// # Errors
+/// As `Extractor::frame`.
+pub fn every_corner(codes: &Plane<u16>, bits: u32, params: &ExtractorParams) -> Result<Vec<Feature>, Error> {
+    ExtractorParams::check_size(codes.size())?;
+    check_codes(codes, bits)?;
+    let threshold = params.threshold;
+    Ok(if params.pipeline_bits == 8 {
+        let picture = to_words::<u8>(codes, bits, 8);
+        describe_every(&picture, &fast9(&picture, u8::low(threshold.into())), params)
+    } else {
+        let picture = to_words::<u16>(codes, bits, params.pipeline_bits);
+        describe_every(&picture, &fast9(&picture, threshold), params)
+    })
 }
 
-fn describe(picture: &Plane<u8>, corners: &[Corner], subpixel: bool) -> Vec<Feature> {
-    let smoothed = smooth::smooth(picture);
-    let rotated = brief::rotated_pattern();
-    let one = |corner: &Corner| {
-        let (x_q4, y_q4) = subpixel::place(picture, corner, subpixel);
-        let mut feature =
-            Feature { x_q4, y_q4, score: corner.score, angle: 0, octave: 0, descriptor: [0; brief::BYTES] };
-        if has_patch(picture.size(), corner) {
-            feature.angle = orientation::orientation(picture, corner);
-            feature.descriptor = rotated.describe(&smoothed, corner, feature.angle);
-        }
-        feature
-    };
-    corners.iter().map(one).collect()
+/// Clocks of a frame whose pixels are always there and whose rows never wait.
+pub fn frame_clk(params: &ExtractorParams, size: Size) -> u64 {
+    rows::frame_clk(&params.octave_sizes(size))
 }

@@ -2,6 +2,7 @@
 //! scenario whose every value knows its file and line, and its canonical text and hash. It reads no file.
 
 pub mod check;
+mod compute;
 pub mod idle;
 mod images;
 pub mod light;

@@ -5,6 +5,7 @@ pub mod cache;
 pub mod emva;
 pub mod euroc;
 pub mod folder;
+pub mod grey;
 pub mod input;
 pub mod picture;
 pub mod truth;

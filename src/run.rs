@@ -3,6 +3,7 @@
 
 pub mod assets;
 mod expose;
+mod extractor;
 mod exposure;
 mod hashes;
 mod light;

@@ -5,7 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use sensel::compute::{Corner, ExtractorParams, Feature, PATCH_MARGIN_PX, extract, fast9, to_8_bits};
+use sensel::compute::{
+    Corner, ExtractorParams, Feature, Overflow, PATCH_MARGIN_PX, every_corner, extract, fast9, to_8_bits,
+};
 use sensel::draw::mix;
 use sensel::events::{Event, Events};
 use sensel::plane::Plane;
@@ -33,7 +35,7 @@ const CIRCLE: [(i32, i32); 16] = [
 ];
 
 /// The definition, word for word: the largest threshold from `threshold` on at which nine neighbours in a row pass.
-fn score_reference(picture: &Plane<u8>, x: usize, y: usize, threshold: u8) -> Option<u8> {
+fn score_reference(picture: &Plane<u8>, x: usize, y: usize, threshold: u8) -> Option<u16> {
     let value = |dx: i32, dy: i32| {
         i32::from(picture.at(x.checked_add_signed(dx as isize).unwrap(), y.checked_add_signed(dy as isize).unwrap()))
     };
@@ -44,7 +46,7 @@ fn score_reference(picture: &Plane<u8>, x: usize, y: usize, threshold: u8) -> Op
         };
         nine(&|v| v > centre + t) || nine(&|v| v < centre - t)
     };
-    (i32::from(threshold)..=255).take_while(|&t| passes(t)).last().map(|t| u8::try_from(t).unwrap())
+    (i32::from(threshold)..=255).take_while(|&t| passes(t)).last().map(|t| u16::try_from(t).unwrap())
 }
 
 /// The slow twin of `fast9`.
@@ -63,8 +65,8 @@ fn fast9_reference(picture: &Plane<u8>, threshold: u8) -> Vec<Corner> {
         places.filter(move |&place| place != (y, x))
     };
     let at = |place: &(usize, usize)| scores.get(place).copied().unwrap_or(0);
-    let peak = |&(&(y, x), &score): &(&(usize, usize), &u8)| around(y, x).all(|place| score > at(&place));
-    let corner = |(&(y, x), &score): (&(usize, usize), &u8)| Corner { x_px: x as u32, y_px: y as u32, score };
+    let peak = |&(&(y, x), &score): &(&(usize, usize), &u16)| around(y, x).all(|place| score > at(&place));
+    let corner = |(&(y, x), &score): (&(usize, usize), &u16)| Corner { x_px: x as u32, y_px: y as u32, score };
     scores.iter().filter(peak).map(corner).collect()
 }
 

@@ -6,6 +6,10 @@
 
 #[path = "../rtl_models/tests/twins/cases.rs"]
 mod cases;
+#[path = "rtl/extractor.rs"]
+mod extractor;
+#[path = "rtl/extractor_play.rs"]
+mod extractor_play;
 #[path = "rtl/judge.rs"]
 mod judge;
 #[path = "rtl/pins.rs"]

@@ -10,6 +10,25 @@
 
 pub mod cds;
 pub mod event_core;
+pub mod extractor_core;
+pub mod fx_back;
+mod fx_back_pins;
+mod fx_cells;
+mod fx_dumps;
+mod fx_engine;
+mod fx_fast;
+mod fx_fifo;
+mod fx_fit;
+pub mod fx_front;
+mod fx_half;
+mod fx_harris;
+mod fx_nms;
+mod fx_orient;
+mod fx_pattern;
+mod fx_ring;
+mod fx_rows;
+mod fx_smooth;
+mod fx_window;
 pub mod lane_planes;
 pub mod lane_shift;
 pub mod ramp_adc;
@@ -41,4 +60,21 @@ const fn bits_set(word: u32) -> u32 {
 #[inline(always)]
 fn flips(before: u32, after: u32) -> u64 {
     u64::from(bits_set(before ^ after))
+}
+
+/// The same for a wide word's differing bits.
+#[inline(always)]
+fn flips_wide(differing: i64) -> u64 {
+    let [a, b, c, d, e, f, g, h] = differing.to_le_bytes();
+    u64::from(bits_set(u32::from_le_bytes([a, b, c, d])) + bits_set(u32::from_le_bytes([e, f, g, h])))
+}
+
+/// The same for registers side by side.
+#[inline(always)]
+fn flips_of<T: Copy + Into<u32>, const N: usize>(before: &[T; N], after: &[T; N]) -> u64 {
+    let mut sum = 0;
+    for index in 0..N {
+        sum += bits_set(before[index].into() ^ after[index].into());
+    }
+    sum.into()
 }

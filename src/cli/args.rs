@@ -144,14 +144,20 @@ pub struct TimingArguments {
 /// A picture for the extractor.
 #[derive(Args, Debug)]
 pub struct FeaturesArguments {
-    /// PNG or JPEG, 8 or 16 bit; colour is averaged to grey.
+    /// PNG, JPEG (8 or 16 bit) or OpenEXR (linear: its brightest pixel becomes code 65535); colour becomes luma.
     pub image: PathBuf,
-    /// "fast9": every corner after suppression, no grid, no top-K.
+    /// "fast9": every corner after suppression, without cells, octaves or choice.
     #[arg(long)]
     pub detector: Option<String>,
-    /// In 8-bit DN.
+    /// In DN of the pipeline (compute.pipeline_bits, 8 by default).
     #[arg(long)]
-    pub threshold: Option<u8>,
+    pub threshold: Option<u16>,
+    /// Writes the features as CSV; without it and --draw they go to stdout or to --out, as CSV or, with --json, as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Draws the features over the picture, as a PNG.
+    #[arg(long, value_name = "FILE")]
+    pub draw: Option<PathBuf>,
 }
 
 /// A recorded or simulated folder for the tracker.

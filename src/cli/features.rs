@@ -3,47 +3,70 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sensel::compute::{self, ExtractorParams, Feature};
+use sensel::compute::{ExtractorParams, Feature, every_corner, extract};
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::events::Events;
-use sensel::files::picture;
+use sensel::files::grey::{self, Grey};
 use serde_json::json;
 
 use super::args::{FeaturesArguments, Shared};
-use super::{listing, place};
+use super::{draw, listing, place};
 
 /// `sensel features`.
 pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error> {
-    let (codes, bits) = picture::read_grey(&arguments.image)?;
     let mut assignments = shared.set.clone();
     assignments.extend(arguments.threshold.map(|threshold| format!("compute.threshold={threshold}")));
     assignments.extend(arguments.detector.as_ref().map(|name| format!("compute.detector='{name}'")));
     let resolved = Resolved::from_layers("command line", "", &assignments)?;
-    let mut params = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
-    if arguments.detector.is_some() {
-        // The named detector alone: every corner at its pixel, no grid and no choice.
-        params = ExtractorParams { top_k: None, subpixel: false, ..params };
+    let params = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
+    let picture = grey::read(&arguments.image)?;
+    let features = features(&picture, arguments, &params)?;
+    if let (Some(full_scale), false) = (picture.full_scale, shared.quiet) {
+        eprintln!("{}: linear; code 65535 stands for {full_scale}, its brightest pixel", arguments.image.display());
     }
-    let size = codes.size();
-    if size.width_px < 7 || size.height_px < 7 {
-        let reason = format!("is {} x {} pixels; FAST-9 needs at least 7 x 7", size.width_px, size.height_px);
-        return Err(Error::Content { file: arguments.image.display().to_string(), reason });
+    if let Some(file) = &arguments.draw {
+        draw::features(file, &picture.codes, picture.bits, &features)?;
     }
-    ExtractorParams::check_size(size)?;
-    let features = compute::extract(&codes, bits, &params, &mut Events::default());
-    if shared.json {
-        listing::print_json(&json!({"features": features.iter().map(as_json).collect::<Vec<_>>()}));
-        return Ok(());
+    if let Some(file) = &arguments.csv {
+        write(file, &csv(&features))?;
     }
-    let table = csv(&features);
-    match &shared.out {
-        Some(file) => write(file, &table),
-        None => {
-            out!("{table}");
-            Ok(())
+    let as_text = |text: &str| -> Result<(), Error> {
+        match &shared.out {
+            Some(file) => write(file, text),
+            None => {
+                out!("{text}");
+                Ok(())
+            }
         }
+    };
+    if shared.json {
+        let all: Vec<_> = features.iter().map(as_json).collect();
+        let size = picture.codes.size();
+        let listed = json!({"width": size.width_px, "height": size.height_px, "bits": picture.bits,
+            "full_scale": picture.full_scale, "threshold": params.threshold, "pipeline_bits": params.pipeline_bits,
+            "features": all});
+        as_text(&format!("{}\n", listing::pretty(&listed)))
+    } else if shared.out.is_some() || (arguments.csv.is_none() && arguments.draw.is_none()) {
+        as_text(&csv(&features))
+    } else {
+        Ok(())
     }
+}
+
+/// The named detector alone lists every corner at its pixel, without cells and choice.
+fn features(picture: &Grey, arguments: &FeaturesArguments, params: &ExtractorParams) -> Result<Vec<Feature>, Error> {
+    let found = if arguments.detector.is_some() {
+        let params = ExtractorParams { subpixel: false, ..*params };
+        every_corner(&picture.codes, picture.bits, &params)
+    } else {
+        extract(&picture.codes, picture.bits, params, &mut Events::default())
+    };
+    found.map_err(|error| {
+        let size = picture.codes.size();
+        let reason = format!("is {} x {} pixels: {error}", size.width_px, size.height_px);
+        Error::Content { file: arguments.image.display().to_string(), reason }
+    })
 }
 
 fn write(file: &Path, table: &str) -> Result<(), Error> {

@@ -82,5 +82,10 @@ pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error>
 
 /// Prints one JSON value, indented.
 pub fn print_json(value: &serde_json::Value) {
-    outln!("{}", serde_json::to_string_pretty(value).expect("a JSON value has a text"));
+    outln!("{}", pretty(value));
+}
+
+/// One JSON value's text, indented.
+pub fn pretty(value: &serde_json::Value) -> String {
+    serde_json::to_string_pretty(value).expect("a JSON value has a text")
 }

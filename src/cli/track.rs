@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use sensel::compute::{self, Feature};
+use sensel::compute::{AlwaysReady, AtOnce, Extractor, Feature, Pixels, Records};
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::events::Events;
@@ -36,6 +36,7 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     let resolved = Resolved::from_layers(&layer, &text, &shared.set)?;
     let out = output_file(shared)?;
     let extractor = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
+    let mut extractors = [Extractor::new(&extractor), Extractor::new(&extractor)];
     let params =
         TrackerParams { seed: shared.seed.unwrap_or(resolved.scenario.seed), ..resolved.scenario.tracker_params()? };
     let calibration = |folder: &sensel::files::euroc::CameraFolder| CameraCalibration {
@@ -54,7 +55,10 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
         let mut features: Vec<Vec<Feature>> = Vec::new();
         for (camera, frame) in [(CameraIndex(0), *left_index), (CameraIndex(1), *right_index)] {
             let picture = reader.load(camera, frame)?;
-            features.push(compute::extract(&picture.values_dn, picture.bits, &extractor, &mut Events::default()));
+            let extractor = &mut extractors[features.len()];
+            let io = (&mut AtOnce as &mut dyn Pixels, &mut AlwaysReady as &mut dyn Records);
+            let extracted = extractor.frame(&picture.values_dn, picture.bits, (1, 1), io, &mut Events::default())?;
+            features.push(extracted.features);
         }
         let timestamp_ns = left.frames[*left_index].timestamp_ns;
         let tracked = tracker.track(&FrameInput { t_s: f64_from_u64(timestamp_ns - start_ns) * 1e-9, features });

@@ -1,15 +1,8 @@
-//! Orientation of a corner by the intensity centroid of a disc (Rosin 1999). Enters: picture and corner. Leaves: 1/256 turns.
+//! Orientation of a corner by the intensity centroid of a disc (Rosin 1999). Enters: a smoothed patch. Leaves: 1/256 turns.
 
-use crate::compute::fast::Corner;
-use crate::num::{index, low_u8, u32_from};
-use crate::plane::Plane;
-use crate::simd::{Kernel, dispatch};
-
-/// Radius of the disc.
-pub(crate) const RADIUS_PX: usize = 15;
-const SIDE: usize = 2 * RADIUS_PX + 1;
-/// A row of the patch with one unused column, so that it fills whole registers.
-const STRIDE: usize = SIDE + 1;
+use super::patch::{Patch, RADIUS_PX, SIDE, STRIDE};
+use super::word::Word;
+use crate::num::{low_u8, u32_from};
 
 /// `round(2^16 tan((2k + 1) pi / 256))`: the slopes half-way between neighbouring angles of the first octant.
 const SLOPES_Q16: [u32; 32] = [
@@ -39,63 +32,55 @@ pub fn angle_of(x: i32, y: i32) -> u8 {
     low_u8(turn)
 }
 
-/// Orientation at a corner whose disc lies in the picture. Panics where it does not.
-pub(crate) fn orientation(picture: &Plane<u8>, corner: &Corner) -> u8 {
-    let (x, y) = (index(corner.x_px) - RADIUS_PX, index(corner.y_px) - RADIUS_PX);
-    let rows = std::array::from_fn(|row| picture.row(y + row)[x..x + STRIDE].try_into().expect("cut to this length"));
-    let (x_moment, y_moment) = dispatch(Moments { rows });
-    angle_of(x_moment, y_moment)
+/// An angle rounded to so many bits (half a step up, and round again at a whole turn), still in 1/256 of a turn. 1 to 8 bits.
+pub fn rounded_angle(angle: u8, bits: u32) -> u8 {
+    let cut = 8 - bits.min(8);
+    let half = (1_u32 << cut) >> 1;
+    low_u8((u32::from(angle) + half) >> cut << cut)
 }
 
-/// First moments of the disc: at most 15 x 709 x 255 in size, so 32 bits hold them.
-struct Moments<'a> {
-    rows: [&'a [u8; STRIDE]; SIDE],
-}
-
-impl Kernel for Moments<'_> {
-    type Output = (i32, i32);
-
-    #[inline(always)]
-    fn run(self) -> (i32, i32) {
-        let (mut x_moment, mut y_moment) = (0, 0);
-        for (y_offset, (values, disc)) in (-15..=15).zip(self.rows.iter().zip(&DISC)) {
-            let mut across = 0_i32;
-            let mut sum = 0_i32;
-            for i in 0..STRIDE {
-                across += i32::from(values[i]) * i32::from(disc.x_weights[i]);
-                sum += i32::from(values[i]) * i32::from(disc.inside[i]);
-            }
-            x_moment += across;
-            y_moment += sum * y_offset;
+/// First moments of the disc about its middle, to the right and down: at most 13 x 529 x 65,535 in size, so 32 bits hold them.
+///
+/// Columns and weighted columns are summed first, so every row is a few vector operations; a column's moment is at most 91
+/// words of either sign, which a lane of two words' width holds.
+#[inline(always)]
+pub fn moments<W: Word>(patch: &Patch<W>) -> (i32, i32) {
+    let (mut sums, mut weighted) = ([W::Moment::default(); STRIDE], [W::Moment::default(); STRIDE]);
+    for ((values, inside), y_offset) in patch.rows().iter().zip(&DISC).zip(-13_i8..) {
+        let weight = W::Moment::from(y_offset);
+        for i in 0..STRIDE {
+            let value = values[i].moment() * W::Moment::from(inside[i]);
+            sums[i] = sums[i] + value;
+            weighted[i] = weighted[i] + value * weight;
         }
-        (x_moment, y_moment)
     }
+    let (mut x_moment, mut y_moment) = (0_i32, 0_i32);
+    for ((&sum, &weighted), x_offset) in sums.iter().zip(&weighted).zip(-13_i32..) {
+        let (sum, weighted): (i32, i32) = (sum.into(), weighted.into());
+        x_moment += sum * x_offset;
+        y_moment += weighted;
+    }
+    (x_moment, y_moment)
 }
 
 /// Pixels of the disc.
 pub(crate) fn disc_pixels() -> u64 {
-    DISC.iter().flat_map(|row| row.inside).map(|inside| u64::from(inside != 0)).sum()
+    DISC.iter().flatten().map(|&inside| u64::from(inside != 0)).sum()
 }
 
-/// One row of the disc: 1 inside and 0 outside, and the same times the column's offset.
-struct DiscRow {
-    inside: [i16; STRIDE],
-    x_weights: [i16; STRIDE],
-}
-
-static DISC: [DiscRow; SIDE] = disc();
+/// 1 inside the disc and 0 outside, by rows.
+static DISC: [[i8; STRIDE]; SIDE] = disc();
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // Constants under 32.
-const fn disc() -> [DiscRow; SIDE] {
-    let mut rows = [const { DiscRow { inside: [0; STRIDE], x_weights: [0; STRIDE] } }; SIDE];
+const fn disc() -> [[i8; STRIDE]; SIDE] {
+    let mut rows = [[0; STRIDE]; SIDE];
     let mut y = 0;
     while y < SIDE {
         let mut x = 0;
         while x < SIDE {
             let (dx, dy) = (x as i32 - RADIUS_PX as i32, y as i32 - RADIUS_PX as i32);
             if dx * dx + dy * dy <= (RADIUS_PX * RADIUS_PX) as i32 {
-                rows[y].inside[x] = 1;
-                rows[y].x_weights[x] = dx as i16;
+                rows[y][x] = 1;
             }
             x += 1;
         }
@@ -108,6 +93,24 @@ const fn disc() -> [DiscRow; SIDE] {
 mod tests {
     #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // Test pictures from small numbers.
     use super::*;
+    use crate::compute::fast::Corner;
+    use crate::plane::Plane;
+
+    #[test]
+    fn a_rounded_angle_is_the_nearest_step_and_the_last_half_step_is_a_whole_turn() {
+        for bits in 1..=8 {
+            let step = 256 >> bits;
+            for angle in 0..=255_u8 {
+                let found = i32::from(rounded_angle(angle, bits));
+                let off = (found - i32::from(angle) + 384).rem_euclid(256) - 128;
+                assert!(found % step == 0 && 2 * off.abs() <= step, "{angle} to {bits} bits is {found}");
+            }
+        }
+        assert_eq!(
+            [rounded_angle(252, 5), rounded_angle(251, 5), rounded_angle(4, 5), rounded_angle(3, 5)],
+            [0, 248, 8, 0]
+        );
+    }
 
     #[test]
     fn the_angle_is_the_nearest_of_256_but_for_two_millionths_of_a_turn() {
@@ -146,6 +149,7 @@ mod tests {
     fn a_ramp_points_where_it_rises() {
         let size = crate::units::Size { width_px: 40, height_px: 40 };
         let centre = Corner { x_px: 20, y_px: 20, score: 0 };
+        assert_eq!(disc_pixels(), 529);
         let mut tried = 0;
         for step in 0..256_u32 {
             let (sine, cosine) = libm::sincos(f64::from(step) * std::f64::consts::TAU / 256.0);
@@ -154,7 +158,10 @@ mod tests {
                 libm::round(128.0 + 4.0 * (x * cosine + y * sine)) as u8
             };
             let picture = Plane::from_values(size, (0..1600).map(value).collect());
-            let found = orientation(&picture, &centre);
+            let (x, y) = moments(&Patch::around(&picture, &centre));
+            let wide = moments(&Patch::around(&picture.map(|value| u16::from(value) * 257), &centre));
+            assert_eq!(wide, (257 * x, 257 * y));
+            let found = angle_of(x, y);
             let off = (u32::from(found) + 256 - step) % 256;
             // Rounded values move the centroid's direction by far less than a step, so one step either way is enough.
             assert!(off <= 1 || off == 255, "direction {step}, found {found}");

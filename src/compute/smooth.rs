@@ -1,6 +1,6 @@
 //! Smoothing before the descriptor's comparisons. Enters: a picture. Leaves: the picture under a 7x7 triangle kernel.
 
-use crate::num::low_u8;
+use super::word::Word;
 use crate::plane::Plane;
 use crate::simd::{Kernel, dispatch};
 
@@ -9,9 +9,9 @@ pub(crate) const BORDER_PX: usize = 3;
 
 /// The picture weighted by (1 2 3 4 3 2 1) in both directions over 256, rounded half up; standard deviation 1.58 px.
 ///
-/// Weights need shifts and adds only, and all sums fit 16 bits: 255 * 256 + 128 < 2^16. It is an integer kernel of a box
+/// Weights need shifts and adds only, and sums fit eight bits more than a word: 255 * 256 + 128 < 2^16. It is an integer kernel of a box
 /// of four with itself, strong enough for the noise of 2-bit pictures.
-pub(crate) fn smooth(picture: &Plane<u8>) -> Plane<u8> {
+pub fn smooth<W: Word>(picture: &Plane<W>) -> Plane<W> {
     let mut smoothed = picture.clone();
     if picture.width_px() > 2 * BORDER_PX && picture.height_px() > 2 * BORDER_PX {
         dispatch(Smooth { picture, smoothed: &mut smoothed });
@@ -19,18 +19,18 @@ pub(crate) fn smooth(picture: &Plane<u8>) -> Plane<u8> {
     smoothed
 }
 
-struct Smooth<'a> {
-    picture: &'a Plane<u8>,
-    smoothed: &'a mut Plane<u8>,
+struct Smooth<'a, W> {
+    picture: &'a Plane<W>,
+    smoothed: &'a mut Plane<W>,
 }
 
-impl Kernel for Smooth<'_> {
+impl<W: Word> Kernel for Smooth<'_, W> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
         let (width, height) = (self.picture.width_px(), self.picture.height_px());
-        let mut column = vec![0_u16; width];
+        let mut column = vec![W::Sum::default(); width];
         for y in BORDER_PX..height - BORDER_PX {
             let row = |offset: usize| &self.picture.row(y + offset - BORDER_PX)[..width];
             weigh_rows([row(0), row(1), row(2), row(3), row(4), row(5), row(6)], &mut column);
@@ -39,26 +39,28 @@ impl Kernel for Smooth<'_> {
     }
 }
 
-/// Sums of seven rows; up to 16 * 255. Slices of one length and no calls in the loop, so that it becomes vectors.
+/// Sums of seven rows; up to 16 words. Slices of one length and no calls in the loop, so that it becomes vectors.
 #[inline(always)]
-fn weigh_rows([a, b, c, d, e, f, g]: [&[u8]; 7], sums: &mut [u16]) {
+fn weigh_rows<W: Word>([a, b, c, d, e, f, g]: [&[W]; 7], sums: &mut [W::Sum]) {
     let n = sums.len();
     let (a, b, c, d, e, f, g) = (&a[..n], &b[..n], &c[..n], &d[..n], &e[..n], &f[..n], &g[..n]);
+    let weigh = |a: W, weight: u8| W::Sum::from(a) * W::Sum::from(weight);
     for x in 0..n {
-        let outer = u16::from(a[x]) + u16::from(g[x]) + 2 * (u16::from(b[x]) + u16::from(f[x]));
-        sums[x] = outer + 3 * (u16::from(c[x]) + u16::from(e[x])) + 4 * u16::from(d[x]);
+        let outer = weigh(a[x], 1) + weigh(g[x], 1) + weigh(b[x], 2) + weigh(f[x], 2);
+        sums[x] = outer + weigh(c[x], 3) + weigh(e[x], 3) + weigh(d[x], 4);
     }
 }
 
 /// Sums of seven columns over 256, rounded half up.
 #[inline(always)]
-fn weigh_columns(sums: &[u16], out: &mut [u8]) {
+fn weigh_columns<W: Word>(sums: &[W::Sum], out: &mut [W]) {
     let n = out.len();
     let (a, b, c, d) = (&sums[..n], &sums[1..n + 1], &sums[2..n + 2], &sums[3..n + 3]);
     let (e, f, g) = (&sums[4..n + 4], &sums[5..n + 5], &sums[6..n + 6]);
+    let times = |sum: W::Sum, weight: u8| sum * W::Sum::from(weight);
     for x in 0..n {
-        let sum = (a[x] + g[x]) + 2 * (b[x] + f[x]) + 3 * (c[x] + e[x]) + 4 * d[x];
-        out[x] = low_u8(u32::from((sum + 128) >> 8));
+        let sum = (a[x] + g[x]) + times(b[x] + f[x], 2) + times(c[x] + e[x], 3) + times(d[x], 4);
+        out[x] = W::low_sum((sum + W::Sum::from(128_u8)) >> 8);
     }
 }
 

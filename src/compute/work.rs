@@ -1,66 +1,119 @@
-//! What the extractor's hardware does for a picture and for a corner. Enters: counts. Leaves: events.
+//! What the extractor's hardware does in a frame. Enters: its parameters and counts. Leaves: events.
 //!
-//! The rule follows the streaming form: pixels enter one after another, and line buffers are banks of 8-bit words that turn
-//! over by address, so a word is written once and read once for each later row that needs it. Minima, maxima, adds,
-//! subtractions and compares of one word are operations; shifts by constants and multiplexers are wires. Logic runs
-//! for every pixel, as a pipeline does, whatever the picture shows.
+//! The rule follows the streaming form: logic of the front runs for every position, whatever the picture shows; what a corner
+//! costs, it costs once it is served. Minima, maxima, adds, subtractions and compares of one word are operations; shifts by
+//! constants and multiplexers are wires. Words of memories and operations are counted as words of 8 bits: a pipeline of 12
+//! bits counts one and a half, rounded up over the frame.
 
-use crate::compute::orientation;
+use super::Counts;
+use super::orientation;
+use super::params::{ExtractorParams, Pattern, Rank};
+use super::patch::SIDE;
 use crate::events::{Event, Events};
 use crate::num::u64_from;
 use crate::units::Size;
 
-/// Rows above the newest that a seven-row window reads from its line buffers.
-const WINDOW_READS: u64 = 6;
-/// Rows of scores that suppression reads.
-const SCORE_READS: u64 = 2;
+/// Words of a column of the window's memory: six rows above the newest. They are read and written together, one row further.
+const WINDOW_WORDS: u64 = 6;
+/// Words of a column of the scores' memory.
+const SCORE_WORDS: u64 = 2;
 /// 16 + 16 minima and maxima of pairs, 16 of fours, 16 of eights (8 + 8 each), 16 + 16 + 16 of the last pixel and the
-/// running best, two differences, their maximum, the compare and the decrement: the network of `fast::arc_difference`.
-const SCORE_OPS: u64 = 8 * 2 * 6 + 5;
-/// Seven maxima of eight neighbours and the compare.
-const SUPPRESS_OPS: u64 = 8;
+/// running best, two differences and their maximum: the network of `fast::arc_difference`.
+const SCORE_OPS: u64 = 8 * 2 * 6 + 3;
+/// The compares with eight neighbours and the threshold, and the decrement.
+const SUPPRESS_OPS: u64 = 10;
 /// Two passes of a triangle kernel: six adds and one more for the weight of three, twice, and the rounding add.
 const SMOOTH_OPS: u64 = 2 * (6 + 2) + 1;
+/// Three adds of four pixels and the rounding.
+const HALF_OPS: u64 = 4;
+/// Two gradients of five adds each; three running sums over five columns and five rows (four adds and a subtraction each way).
+const HARRIS_OPS: u64 = 2 * 5 + 3 * (4 + 5) + 4;
+/// Three products of gradients; two of sums and the trace's square.
+const HARRIS_MACS: u64 = 3 + 3;
 
-/// Rows of the disc.
-const DISC_ROWS: u64 = 31;
-/// Nine scores from the score buffers.
-const SUBPIXEL_READS: u64 = 9;
 /// Sums of rows and columns, differences and the rounding of two quotients.
 const SUBPIXEL_OPS: u64 = 12 + 2 + 4 + 3 + 4;
 /// Six products of the two-by-two system, and two quotients of four steps each.
 const SUBPIXEL_MACS: u64 = 6 + 2 * 4;
+/// Products that turn both points of a pair.
+const ROTATOR_MACS: u64 = 2 * 4;
+/// Compares of an angle's slope, each with a product.
+const SLOPES: u64 = 32;
 
-/// Buffers and logic that run for every pixel: detector, suppression and smoothing.
-pub(crate) fn count_picture(size: Size, events: &mut Events) {
-    let pixels = u64_from(size.pixel_count());
-    // Written: the pixel, its score and its smoothed value. Detector and smoothing share their window of seven rows.
-    events.add(Event::LineBufferWrite, 3 * pixels);
-    events.add(Event::LineBufferRead, (WINDOW_READS + SCORE_READS) * pixels);
-    events.add(Event::ComputeOp, (SCORE_OPS + SUPPRESS_OPS + SMOOTH_OPS) * pixels);
+/// Counts a frame of so many features.
+pub(super) fn count(params: &ExtractorParams, size: Size, counts: &Counts, features: u64, events: &mut Events) {
+    let sizes = params.octave_sizes(size);
+    let pixels: u64 = sizes.iter().map(|size| u64_from(size.pixel_count())).sum();
+    let halved = pixels - u64_from(size.pixel_count());
+    let mut work = Work::default();
+    picture(params, pixels, halved, &mut work);
+    choice(params, counts, &mut work);
+    served(params, features, &mut work);
+    let words = |count: u64| (count * u64::from(params.pipeline_bits)).div_ceil(8);
+    events.add(Event::LineBufferWrite, words(work.writes));
+    events.add(Event::LineBufferRead, words(work.reads));
+    events.add(Event::ComputeOp, words(work.ops));
+    events.add(Event::ComputeMac, words(work.macs));
 }
 
-/// The choice by cells: a corner is compared with its cell's list by a binary search of eight steps at most.
-pub(crate) fn count_choice(corners: usize, events: &mut Events) {
-    events.add(Event::ComputeOp, 8 * u64_from(corners));
+#[derive(Default)]
+struct Work {
+    writes: u64,
+    reads: u64,
+    ops: u64,
+    macs: u64,
 }
 
-/// What is done for each corner that leaves: the fit, and with a whole patch the orientation and the descriptor.
-pub(crate) fn count_corners(corners: usize, with_patch: usize, subpixel: bool, events: &mut Events) {
-    let (corners, with_patch) = (u64_from(corners), u64_from(with_patch));
-    if subpixel {
-        events.add(Event::LineBufferRead, SUBPIXEL_READS * corners);
-        events.add(Event::ComputeOp, SUBPIXEL_OPS * corners);
-        events.add(Event::ComputeMac, SUBPIXEL_MACS * corners);
+/// Memories and logic that run for every pixel of every octave.
+fn picture(params: &ExtractorParams, pixels: u64, halved: u64, work: &mut Work) {
+    // Window and scores; and the smoothed pixel into the ring.
+    work.writes += (WINDOW_WORDS + SCORE_WORDS + 1) * pixels;
+    work.reads += (WINDOW_WORDS + SCORE_WORDS) * pixels;
+    work.ops += (SCORE_OPS + SUPPRESS_OPS + SMOOTH_OPS) * pixels;
+    // A half-scale pixel goes through the row buffer.
+    work.writes += halved;
+    work.reads += halved;
+    work.ops += HALF_OPS * halved;
+    if params.rank == Rank::Harris {
+        // One row of ranks of two words.
+        work.writes += 2 * pixels;
+        work.reads += 2 * pixels;
+        work.ops += HARRIS_OPS * pixels;
+        work.macs += HARRIS_MACS * pixels;
     }
-    // The disc: one read a pixel, a multiply-accumulate for the column moment and an add for the row's sum; one more
-    // multiply-accumulate a row. Its angle: five compares of a binary search, each with a product, and the two signs.
-    let disc_pixels = orientation::disc_pixels();
-    events.add(Event::LineBufferRead, disc_pixels * with_patch);
-    events.add(Event::ComputeMac, (disc_pixels + DISC_ROWS + 5) * with_patch);
-    events.add(Event::ComputeOp, (disc_pixels + 5 + 3) * with_patch);
-    // The descriptor: 256 pairs, both points turned (four products each), read and compared.
-    events.add(Event::ComputeMac, 256 * 2 * 4 * with_patch);
-    events.add(Event::LineBufferRead, 256 * 2 * with_patch);
-    events.add(Event::ComputeOp, 256 * with_patch);
+}
+
+/// A corner with its patch is compared with its cell's list, which is read and written; a list that was kept is read once more.
+fn choice(params: &ExtractorParams, counts: &Counts, work: &mut Work) {
+    let places = u64::from(params.per_cell);
+    work.ops += places * counts.corners;
+    work.reads += (entry_words(params) * places) * counts.corners;
+    work.writes += (entry_words(params) * places) * counts.corners;
+    work.reads += entry_words(params) * (counts.corners - counts.unselected);
+}
+
+/// Words of an entry of a list: two places and a rank of 16 bits at most, and nine scores where there is a fit.
+fn entry_words(params: &ExtractorParams) -> u64 {
+    4 + if params.subpixel { 9 } else { 1 }
+}
+
+/// What is done for each corner that leaves: the fit, the orientation and the descriptor.
+fn served(params: &ExtractorParams, features: u64, work: &mut Work) {
+    if params.subpixel {
+        work.ops += SUBPIXEL_OPS * features;
+        work.macs += SUBPIXEL_MACS * features;
+    }
+    // The patch goes from the ring to the engine's memory, and its disc into sums of columns and rows on the way.
+    let side = u64_from(SIDE);
+    work.reads += side * side * features;
+    work.writes += side * side * features;
+    work.ops += 2 * orientation::disc_pixels() * features;
+    work.macs += (2 * side + SLOPES) * features;
+    // The descriptor: both points of a pair turned, their two rows of the patch read, and compared.
+    let pairs = u64::from(params.descriptor_bits);
+    if params.pattern == Pattern::Gaussian {
+        work.macs += ROTATOR_MACS * pairs * features;
+    }
+    work.reads += 2 * side * pairs * features;
+    work.ops += pairs * features;
 }

@@ -7,7 +7,6 @@ use glam::DQuat;
 
 use super::scenario::Scenario;
 use crate::adc::{AdcParams, Cds, Counter, Counting, Ramp};
-use crate::compute::ExtractorParams;
 use crate::effects::chain::BlackRows;
 use crate::effects::plan::Choice;
 use crate::effects::variation::{Corner, Variation};
@@ -291,18 +290,6 @@ impl Scenario {
         let would_do = format!("0 to {}", code_max - 1);
         within("sensor.adc.black_level_dn", params.black_level_dn, 0..code_max, &would_do)?;
         Ok(params)
-    }
-
-    /// The extractor.
-    ///
-    /// # Errors
-    /// Values out of range, an unknown detector.
-    pub fn extractor(&self) -> Result<ExtractorParams, Error> {
-        let compute = &self.compute;
-        one_of("compute.detector", &compute.detector, &[("fast9", ())])?;
-        let top_k = (compute.top_k > 0).then_some(compute.top_k);
-        ExtractorParams { threshold: compute.threshold, top_k, cell_px: compute.cell_px, subpixel: compute.subpixel }
-            .checked()
     }
 
     /// The link.

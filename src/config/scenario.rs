@@ -81,14 +81,34 @@ sections! {
     Compute {
         /// "fast9".
         detector: String,
-        /// In 8-bit DN, 1 to 255.
-        threshold: u8,
-        /// Features a frame; 0: all corners.
-        top_k: u32,
-        /// Side of the cells that share the features out, 8 to 4096.
+        /// Least difference to the arc of nine pixels, in DN of the pipeline, 1 to 2^pipeline_bits - 1; with a target the first frame's.
+        threshold: u16,
+        /// Corners a frame to which the threshold adapts from frame to frame, 0 to 1,000,000; 0: it stays.
+        target_features: u32,
+        /// Bits of the pipeline's words, 8 to 16; codes are shifted to them.
+        pipeline_bits: u32,
+        /// Octaves, each of half the sides of the one before, 1 to 4.
+        octaves: u32,
+        /// Side of the cells that share the features out: 16, 32 or 64.
         cell_px: u32,
+        /// Corners that a cell keeps, 1 to 4.
+        per_cell: u32,
+        /// Which of a cell's corners are kept: "fast" (FAST's score) or "harris".
+        rank: String,
         /// Places to 1/16 px.
         subpixel: bool,
+        /// Bits of an angle, 3 to 8.
+        angle_bits: u32,
+        /// Bits of a descriptor: 64, 128, 192 or 256.
+        descriptor_bits: u32,
+        /// Pairs that a descriptor compares: "gaussian" (turned by a rotator) or "symmetric" (turned by moving bytes).
+        pattern: String,
+        /// Descriptor engines in parallel, 1 to 4.
+        engines: u32,
+        /// Candidates that wait for an engine, 1 to 64.
+        fifo_depth: u32,
+        /// One more candidate than that: "stall", "drop_newest" or "drop_weakest".
+        overflow: String,
     }
     /// The link to the host.
     Link {

@@ -24,6 +24,7 @@ fn in_words(message: &str) -> String {
     let Some((found, expected)) = message.rsplit_once("expected ") else { return message.to_owned() };
     let would_do = match expected {
         "u8" => "a whole number from 0 to 255",
+        "u16" => "a whole number from 0 to 65535",
         "u32" => "a whole number from 0 to 4294967295",
         "u64" => "a whole number from 0 to 9223372036854775807",
         "f32" | "f64" => "a number",
@@ -44,6 +45,9 @@ fn child_path(path: &str, key: &str) -> String {
 }
 
 fn unknown_key_reason(unknown: &str, known: &[String]) -> String {
+    if unknown == "top_k" {
+        return "unknown key; per_cell and cell_px do this".to_owned();
+    }
     let nearest = known.iter().min_by_key(|candidate| edit_distance(unknown, candidate));
     match nearest {
         Some(near) if edit_distance(unknown, near) <= 1 + near.len() / 3 => {

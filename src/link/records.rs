@@ -42,7 +42,8 @@ fn payload(frame: FrameIndex, first: usize, features: &[Feature]) -> Vec<u8> {
     for feature in features {
         bytes.extend_from_slice(&feature.x_q4.to_le_bytes());
         bytes.extend_from_slice(&feature.y_q4.to_le_bytes());
-        bytes.extend_from_slice(&[feature.score, feature.angle, feature.octave]);
+        let score = u8::try_from(feature.score).unwrap_or(u8::MAX);
+        bytes.extend_from_slice(&[score, feature.angle, feature.octave]);
         bytes.extend_from_slice(&feature.descriptor);
     }
     bytes
@@ -70,7 +71,7 @@ pub(crate) fn parse(payload: &[u8]) -> Option<Records> {
     let one = |_| {
         let (x_q4, y_q4) = (reader.u16()?, reader.u16()?);
         let [score, angle, octave] = reader.take()?;
-        Some(Feature { x_q4, y_q4, score, angle, octave, descriptor: reader.take()? })
+        Some(Feature { x_q4, y_q4, score: u16::from(score), angle, octave, descriptor: reader.take()? })
     };
     let features = (0..count).map(one).collect::<Option<_>>()?;
     Some(Records { frame, first, features })

@@ -23,7 +23,8 @@ impl StageHashes {
         for feature in features {
             self.features.update(&feature.x_q4.to_le_bytes());
             self.features.update(&feature.y_q4.to_le_bytes());
-            self.features.update(&[feature.score, feature.angle, feature.octave]);
+            self.features.update(&feature.score.to_le_bytes());
+            self.features.update(&[feature.angle, feature.octave]);
             self.features.update(&feature.descriptor);
         }
     }

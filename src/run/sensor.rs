@@ -2,7 +2,7 @@
 //! Leaves: what every stage between light and link is set to.
 
 use crate::adc::AdcParams;
-use crate::compute::ExtractorParams;
+use crate::compute::{ExtractorParams, frame_clk};
 use crate::config::Resolved;
 use crate::effect::Effect;
 use crate::effects::chain::{BlackRows, Chain};
@@ -56,6 +56,11 @@ impl SensorSetup {
     /// Depth of the codes that leave the sensor.
     pub fn bits(&self) -> u32 {
         self.merge.as_ref().map_or(self.parameters.adc.bits, HdrMerge::bits)
+    }
+
+    /// Clocks from row to row of a picture, as the extractor meets them.
+    pub fn row_clk(&self) -> u64 {
+        self.schedule.line_clk().0 * self.schedule.lines_per_packet()
     }
 
     /// Mean photons of its longest exposure that fill a pixel in its least sensitive reading, or its converter's range where that is
@@ -147,7 +152,9 @@ impl SensorSetup {
             if link.mode.sends_codes() { link.seconds(link.line_packet_time(size.width_px, bits)?) } else { 0.0 };
         let schedule = Schedule::new(array, &readout, &parameters.adc, packet_time_s)?;
         let extractor = scenario.extractor()?;
-        FrameOnLink { size, bits, features: extractor.top_k.unwrap_or(0).into() }.check(&link, &schedule)?;
+        ExtractorParams::check_size(size)?;
+        check_extractor_clk(&extractor, size, &schedule)?;
+        FrameOnLink { size, bits, features: extractor.features_max(size) }.check(&link, &schedule)?;
         let technology = Technology::by_name(&scenario.energy.technology)
             .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
         let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };
@@ -165,6 +172,17 @@ impl SensorSetup {
         crate::config::idle::check(resolved)?;
         Ok(setup)
     }
+}
+
+/// The extractor takes a pixel a clock of the pixel clock; a frame must be through before the next one comes.
+fn check_extractor_clk(extractor: &ExtractorParams, size: Size, schedule: &Schedule) -> Result<(), Error> {
+    let (needed_clk, frame_clk) = (frame_clk(extractor, size), schedule.frame_clk().0);
+    if needed_clk <= frame_clk {
+        return Ok(());
+    }
+    let reason =
+        format!("its pictures take {needed_clk} clocks of a frame's {frame_clk}; fewer, or a longer frame, would do");
+    Err(Error::key("compute.octaves", extractor.octaves, reason))
 }
 
 /// The effects of these names that the parameters have, in physical order.

@@ -2,10 +2,11 @@
 
 use super::assets::Stopwatch;
 use super::expose::expose;
+use super::extractor::ExtractorTotals;
 use super::hashes::StageHashes;
-use super::sensor::FrameOnLink;
+use super::sensor::SensorSetup;
 use super::setup::Setup;
-use crate::compute::{self, Feature};
+use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
 use crate::effects::chain::{Capture, Chain, RowSamples, RowTimes};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
@@ -72,6 +73,7 @@ pub(super) struct Totals {
     pub events: Events,
     pub hashes: StageHashes,
     pub counts: link::LinkCounts,
+    pub extractor: ExtractorTotals,
     pub rays: u64,
     pub render_variance_ratio: f64,
     pub feature_count: u64,
@@ -83,6 +85,8 @@ pub(super) struct Totals {
 pub struct Session {
     pub(super) setup: Setup,
     tracker: Option<Tracker>,
+    /// Each camera's extractor, on the sensor or, where pictures alone are sent, on the host.
+    extractors: Vec<Extractor>,
     /// Photons to codes, at the gain in effect.
     chain: Chain,
     gain: f64,
@@ -119,9 +123,11 @@ impl Session {
         let charge_before_e = setup.cameras.iter().map(|_| None).collect();
         let gain = setup.exposure.gain(FrameIndex(0));
         let chain = setup.chain(gain);
+        let extractors = vec![Extractor::new(&setup.sensor.extractor); setup.cameras.len()];
         Ok(Self {
             setup,
             tracker,
+            extractors,
             chain,
             gain,
             charge_before_e,
@@ -166,7 +172,7 @@ impl Session {
         let codes = self.capture(frame, &schedules, &exposures);
         self.totals.stage_s[1] += lap.next_s();
         let on_sensor = self.setup.sensor.link.mode.sends_features();
-        let features = if on_sensor { self.extract(&codes) } else { vec![Vec::new(); codes.len()] };
+        let features = if on_sensor { self.extract(&codes)? } else { vec![Vec::new(); codes.len()] };
         self.totals.stage_s[2] += lap.next_s();
         let packets = self.send(frame, &schedules, &codes, &features)?;
         self.totals.stage_s[3] += lap.next_s();
@@ -249,21 +255,16 @@ impl Session {
         codes
     }
 
-    fn extract(&mut self, codes: &[Plane<u16>]) -> Vec<Vec<Feature>> {
-        let bits = self.setup.sensor.bits();
-        let params = &self.setup.sensor.extractor;
-        let pattern_px = self.setup.sensor.pattern_px();
-        let one = |plane: &Plane<u16>| {
-            let mut events = Events::default();
-            let features = compute::extract_from_mosaic(plane, bits, pattern_px, params, &mut events);
-            (features, events)
-        };
+    /// Features of each camera, as its extractor's rows follow those of the readout.
+    fn extract(&mut self, codes: &[Plane<u16>]) -> Result<Vec<Vec<Feature>>, Error> {
         let mut all = Vec::with_capacity(codes.len());
-        for (features, events) in map_cameras(codes, one) {
+        for extracted in extract_all(&self.setup.sensor, &mut self.extractors, codes) {
+            let (extracted, events) = extracted?;
             self.totals.events.merge(&events);
-            all.push(features);
+            self.totals.extractor.add(&extracted);
+            all.push(extracted.features);
         }
-        all
+        Ok(all)
     }
 
     fn send(
@@ -292,9 +293,6 @@ impl Session {
                 bits: sensor.bits(),
                 features: Some(features),
             };
-            // A list without a bound (`top_k = 0`) can outgrow the frame only here.
-            let on_link = FrameOnLink { size: sensor.size, bits: out.bits, features: u64_from(features.len()) };
-            on_link.check(&sensor.link, schedule)?;
             let bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
             self.totals.link_bytes += u64_from(bytes.len());
             packets.push(bytes);
@@ -305,6 +303,7 @@ impl Session {
     /// The host's side of the link: from bytes to what the tracker may know.
     fn receive(&mut self, packets: &[Vec<u8>]) -> Result<FrameInput, Error> {
         let mut input = FrameInput { t_s: 0.0, features: Vec::with_capacity(packets.len()) };
+        let mut pictures = Vec::new();
         for bytes in packets {
             let decoded = link::decode(bytes);
             self.totals.counts.merge(&decoded.counts);
@@ -312,19 +311,18 @@ impl Session {
             let received = received.ok_or_else(|| Error::Run("the host received no frame".to_owned()))?;
             let metadata = received.metadata.ok_or_else(|| Error::Run("the host received no metadata".to_owned()))?;
             // A rig has one time a frame: its first camera's.
-            if input.features.is_empty() {
+            if input.features.is_empty() && pictures.is_empty() {
                 input.t_s = f64_from_u64(metadata.timestamp_ns) * 1e-9;
             }
-            let features = if self.setup.sensor.link.mode.sends_features() {
-                received.features
+            if self.setup.sensor.link.mode.sends_features() {
+                input.features.push(received.features);
             } else {
-                // The host runs the same extractor on the picture it received; none of it is the sensor's energy.
-                let picture = received.picture.ok_or_else(|| Error::Run("the host received no picture".to_owned()))?;
-                let bits = self.setup.sensor.bits();
-                let (pattern_px, extractor) = (self.setup.sensor.pattern_px(), &self.setup.sensor.extractor);
-                compute::extract_from_mosaic(&picture, bits, pattern_px, extractor, &mut Events::default())
-            };
-            input.features.push(features);
+                pictures.push(received.picture.ok_or_else(|| Error::Run("the host received no picture".to_owned()))?);
+            }
+        }
+        // The host runs the same extractor on the pictures it received; none of it is the sensor's energy.
+        for extracted in extract_all(&self.setup.sensor, &mut self.extractors, &pictures) {
+            input.features.push(extracted?.0.features);
         }
         Ok(input)
     }
@@ -444,15 +442,27 @@ fn marks(tracked: Option<&TrackedFrame>, camera: usize, features: usize) -> Vec<
     marks
 }
 
-#[cfg(feature = "parallel")]
-fn map_cameras<T: Send>(codes: &[Plane<u16>], one: impl Fn(&Plane<u16>) -> T + Sync + Send) -> Vec<T> {
-    use rayon::prelude::*;
-    codes.par_iter().map(one).collect()
-}
-
-#[cfg(not(feature = "parallel"))]
-fn map_cameras<T>(codes: &[Plane<u16>], one: impl Fn(&Plane<u16>) -> T) -> Vec<T> {
-    codes.iter().map(one).collect()
+/// What each camera's extractor makes of its picture, and the events of that.
+fn extract_all(
+    sensor: &SensorSetup,
+    extractors: &mut [Extractor],
+    codes: &[Plane<u16>],
+) -> Vec<Result<(Extracted, Events), Error>> {
+    let (bits, pattern_px) = (sensor.bits(), sensor.pattern_px());
+    let row_clk = sensor.row_clk();
+    let one = |(extractor, plane): (&mut Extractor, &Plane<u16>)| {
+        let mut events = Events::default();
+        let mut rows = RowByRow { first_clk: 0, row_clk };
+        let extracted = extractor.frame(plane, bits, pattern_px, (&mut rows, &mut AlwaysReady), &mut events)?;
+        Ok((extracted, events))
+    };
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        extractors.par_iter_mut().zip(codes).map(one).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    extractors.iter_mut().zip(codes).map(one).collect()
 }
 
 /// Times between calls.

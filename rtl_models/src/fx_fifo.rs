@@ -1,0 +1,103 @@
+//! Queue of chosen corners before the engines, twin of `verilog/fx_fifo.sv`. Enters: candidates. Leaves: the oldest, and what the policy gave up.
+
+use crate::fx_cells::Corner;
+
+/// What happens to a push that finds the queue full.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Policy {
+    /// Nothing is pushed until there is room.
+    #[default]
+    Stall,
+    /// The pushed one is lost.
+    DropNewest,
+    /// The one of lowest rank is lost, the newest among equals.
+    DropWeakest,
+}
+
+impl Policy {
+    /// The pins' value.
+    pub const fn code(self) -> u8 {
+        match self {
+            Policy::Stall => 0,
+            Policy::DropNewest => 1,
+            Policy::DropWeakest => 2,
+        }
+    }
+}
+
+/// A corner on its way to an engine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Candidate {
+    /// The corner.
+    pub corner: Corner,
+    /// Its octave.
+    pub octave: u8,
+    /// Parity of its octave's frame.
+    pub frame: bool,
+    /// Its row, numbered on over frames, modulo 4096.
+    pub row_number: u16,
+}
+
+/// The queue; its places are borrowed.
+#[derive(Debug)]
+pub struct FxFifo<'a> {
+    places: &'a mut [Candidate],
+    used: usize,
+}
+
+impl<'a> FxFifo<'a> {
+    /// An empty queue.
+    pub fn new(places: &'a mut [Candidate]) -> Self {
+        assert!((1..=64).contains(&places.len()), "a queue has 1 to 64 places");
+        Self { places, used: 0 }
+    }
+
+    /// Back to empty.
+    pub fn reset(&mut self) {
+        self.used = 0;
+    }
+
+    /// The oldest.
+    pub fn head(&self) -> Option<&Candidate> {
+        self.places[..self.used].first()
+    }
+
+    /// Candidates that wait.
+    pub fn used(&self) -> usize {
+        self.used
+    }
+
+    fn full(&self, pop: bool) -> bool {
+        self.used == self.places.len() && !pop
+    }
+
+    /// Whether a push is taken (or given up) in a clock with or without a pop.
+    pub fn room(&self, policy: Policy, pop: bool) -> bool {
+        policy != Policy::Stall || !self.full(pop)
+    }
+
+    /// Whether a push in this clock costs a candidate.
+    pub fn dropped(&self, push: bool, pop: bool) -> bool {
+        push && self.full(pop)
+    }
+
+    /// One rising edge; the pop comes before the push.
+    pub fn tick(&mut self, policy: Policy, push: Option<Candidate>, pop: bool) {
+        if pop && self.used > 0 {
+            self.places.copy_within(1..self.used, 0);
+            self.used -= 1;
+        }
+        let Some(newcomer) = push else { return };
+        if self.used < self.places.len() {
+            self.places[self.used] = newcomer;
+            self.used += 1;
+        } else if policy == Policy::DropWeakest {
+            let lowest = self.places.iter().map(|held| held.corner.rank).min().expect("there is a place");
+            let weakest = self.places.iter().rposition(|held| held.corner.rank == lowest).expect("it was found");
+            if newcomer.corner.rank > lowest {
+                self.places.copy_within(weakest + 1.., weakest);
+                self.places[self.used - 1] = newcomer;
+            }
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Half-scale pixels and their row buffer, twin of `verilog/fx_half.sv`. Enters: 2x2 pixels of an octave. Leaves: pixels of the next octave's
+//! row, (a + b + c + d + 2) >> 2.
+
+/// The row buffer and the pixel that it has read. It has no registers of its own.
+#[derive(Debug)]
+pub(crate) struct FxHalf<'a> {
+    row: &'a mut [u16],
+    pixel: u16,
+}
+
+/// The mean of four pixels, rounded half up.
+#[inline(always)]
+pub(crate) fn mean_of_four(newest: [u16; 4]) -> u16 {
+    let sum: u32 = newest.iter().map(|&pixel| u32::from(pixel)).sum();
+    u16::try_from((sum + 2) >> 2).expect("a mean of pixels")
+}
+
+impl<'a> FxHalf<'a> {
+    pub(crate) fn new(row: &'a mut [u16]) -> Self {
+        Self { row, pixel: 0 }
+    }
+
+    pub(crate) fn pixel(&self) -> u16 {
+        self.pixel
+    }
+
+    /// One enabled clock.
+    pub(crate) fn tick(&mut self, read: Option<usize>, write: Option<usize>, newest: [u16; 4]) {
+        if let Some(address) = read {
+            self.pixel = self.row[address];
+        }
+        if let Some(address) = write {
+            self.row[address] = mean_of_four(newest);
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Six line buffers and the 7x7 window over them, twin of `verilog/fx_window.sv`. Enters: pixels of one octave's row after the other. Leaves:
+//! the circle of radius 3, its centre, a column and 2x2 pixels.
+
+use crate::flips_of;
+
+/// Oldest column of each of the window's rows that any block looks at.
+const OLDEST: [usize; 7] = [2, 1, 0, 0, 0, 1, 2];
+/// The circle, clockwise from straight below, as (column, row) of the window.
+pub(crate) const CIRCLE: [(usize, usize); 16] = [
+    (3, 6),
+    (4, 6),
+    (5, 5),
+    (6, 4),
+    (6, 3),
+    (6, 2),
+    (5, 1),
+    (4, 0),
+    (3, 0),
+    (2, 0),
+    (1, 1),
+    (0, 2),
+    (0, 3),
+    (0, 4),
+    (1, 5),
+    (2, 6),
+];
+
+/// The window's registers and the word that the line buffers have read.
+#[derive(Debug)]
+pub(crate) struct FxWindow<'a> {
+    lines: &'a mut [[u16; 6]],
+    older: [u16; 6],
+    rows: [[u16; 7]; 7],
+    pub(crate) toggles: u64,
+}
+
+impl<'a> FxWindow<'a> {
+    pub(crate) fn new(lines: &'a mut [[u16; 6]]) -> Self {
+        Self { lines, older: [0; 6], rows: [[0; 7]; 7], toggles: 0 }
+    }
+
+    pub(crate) fn circle(&self) -> [u16; 16] {
+        CIRCLE.map(|(column, row)| self.rows[row][column])
+    }
+
+    pub(crate) fn centre(&self) -> u16 {
+        self.rows[3][3]
+    }
+
+    /// Column 3, from above.
+    pub(crate) fn middle(&self) -> [u16; 7] {
+        self.rows.map(|row| row[3])
+    }
+
+    /// 2x2 at the lower right, by rows.
+    pub(crate) fn newest(&self) -> [u16; 4] {
+        [self.rows[5][5], self.rows[5][6], self.rows[6][5], self.rows[6][6]]
+    }
+
+    /// Columns 4, 5 and 6, each from above.
+    pub(crate) fn right(&self) -> [[u16; 7]; 3] {
+        [4, 5, 6].map(|column| self.rows.map(|row| row[column]))
+    }
+
+    /// One enabled clock: reads for one position, takes and writes back the pixel of the position before.
+    pub(crate) fn tick(&mut self, read: Option<usize>, write: Option<usize>, pixel: u16) {
+        let [a, b, c, d, e, f] = self.older;
+        let column = [a, b, c, d, e, f, pixel];
+        for ((row, &entering), &oldest) in self.rows.iter_mut().zip(&column).zip(&OLDEST) {
+            let before = *row;
+            let [_, b, c, d, e, f, g] = before;
+            *row = [b, c, d, e, f, g, entering];
+            row[..oldest].fill(0);
+            self.toggles += flips_of(&before, row);
+        }
+        if let Some(address) = read {
+            self.older = self.lines[address];
+        }
+        if let Some(address) = write {
+            self.lines[address] = [b, c, d, e, f, pixel];
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! What the extractor is set to. Enters: what a configuration says. Leaves: checked values.
+
+use super::patch::RADIUS_PX;
+use super::smooth;
+use crate::error::Error;
+use crate::num::u32_from;
+use crate::units::Size;
+
+/// Rows and columns around a corner that its descriptor needs: 13 for the patch and 3 for the smoothing kernel. Corners nearer
+/// to an edge leave no feature.
+pub const PATCH_MARGIN_PX: u32 = 16;
+const _: () = assert!(PATCH_MARGIN_PX as usize == RADIUS_PX + smooth::BORDER_PX);
+
+/// Widest and highest picture: places are 12 bits of pixel and 4 bits of fraction.
+pub const SIDE_PX_MAX: u32 = 4096;
+
+/// Least width and height of a picture that has a corner.
+pub const SIDE_PX_MIN: u32 = 7;
+
+/// Least width and height of an octave beyond the first: in smaller ones no corner has its whole patch.
+pub const OCTAVE_SIDE_PX_MIN: u32 = 2 * PATCH_MARGIN_PX + 1;
+
+/// Which of a cell's corners count most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rank {
+    /// FAST's score.
+    Fast,
+    /// Harris' measure.
+    Harris,
+}
+
+/// Which pairs a descriptor compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pattern {
+    /// 256 pairs of nearly Gaussian places, turned by the angle.
+    Gaussian,
+    /// Eight pairs under 32 turns: bytes move round instead.
+    Symmetric,
+}
+
+/// What happens when a candidate leaves its cell and the queue of the engines is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overflow {
+    /// Candidates wait in their cells, and at last rows wait.
+    Stall,
+    /// The candidate is lost.
+    DropNewest,
+    /// The weakest of queue and candidate is lost, the newest among equals.
+    DropWeakest,
+}
+
+/// What the extractor is set to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExtractorParams {
+    /// Least difference to the arc of nine pixels, in DN of the pipeline; a corner's score is at least this. With a target, the
+    /// first frame's.
+    pub threshold: u16,
+    /// Corners a frame to which the threshold adapts; 0: it stays.
+    pub target_features: u32,
+    /// Bits of the pipeline's words, 8 to 16.
+    pub pipeline_bits: u32,
+    /// Octaves, each of half the sides of the one before, 1 to 4.
+    pub octaves: u32,
+    /// Side of a cell: 16, 32 or 64.
+    pub cell_px: u32,
+    /// Corners that a cell keeps, 1 to 4.
+    pub per_cell: u32,
+    /// Which of a cell's corners are kept.
+    pub rank: Rank,
+    /// Fit places to sixteenths of a pixel; else places are whole pixels of their octave.
+    pub subpixel: bool,
+    /// Bits of an angle, 3 to 8; its lower bits are 0.
+    pub angle_bits: u32,
+    /// Bits of a descriptor: 64, 128, 192 or 256; its other bits are 0.
+    pub descriptor_bits: u32,
+    /// Which pairs a descriptor compares.
+    pub pattern: Pattern,
+    /// Descriptor engines in parallel, 1 to 4.
+    pub engines: u32,
+    /// Candidates that wait for an engine, 1 to 64.
+    pub fifo_depth: u32,
+    /// What happens to one more.
+    pub overflow: Overflow,
+}
+
+impl ExtractorParams {
+    /// One octave of 8 bits, one corner for 16 x 16 pixels, whole descriptors: what the default scenario has.
+    pub const USUAL: Self = Self {
+        threshold: 20,
+        target_features: 0,
+        pipeline_bits: 8,
+        octaves: 1,
+        cell_px: 16,
+        per_cell: 1,
+        rank: Rank::Fast,
+        subpixel: true,
+        angle_bits: 8,
+        descriptor_bits: 256,
+        pattern: Pattern::Gaussian,
+        engines: 2,
+        fifo_depth: 16,
+        overflow: Overflow::Stall,
+    };
+
+    /// The same, after its ranges are checked.
+    ///
+    /// # Errors
+    /// The first value out of its range.
+    pub fn checked(self) -> Result<Self, Error> {
+        let most = (1 << self.pipeline_bits.clamp(8, 16)) - 1;
+        let ranges = [
+            ("compute.pipeline_bits", self.pipeline_bits, 8, 16),
+            ("compute.threshold", self.threshold.into(), 1, most),
+            ("compute.octaves", self.octaves, 1, 4),
+            ("compute.per_cell", self.per_cell, 1, 4),
+            ("compute.angle_bits", self.angle_bits, 3, 8),
+            ("compute.engines", self.engines, 1, 4),
+            ("compute.fifo_depth", self.fifo_depth, 1, 64),
+            ("compute.target_features", self.target_features, 0, 1_000_000),
+        ];
+        for (key, value, least, most) in ranges {
+            if !(least..=most).contains(&value) {
+                let unit = if key == "compute.threshold" { " (DN of the pipeline)" } else { "" };
+                return Err(Error::key(key, value, format!("{least} to {most} would do{unit}")));
+            }
+        }
+        if ![16, 32, 64].contains(&self.cell_px) {
+            return Err(Error::key("compute.cell_px", self.cell_px, "16, 32 or 64 would do"));
+        }
+        if ![64, 128, 192, 256].contains(&self.descriptor_bits) {
+            return Err(Error::key("compute.descriptor_bits", self.descriptor_bits, "64, 128, 192 or 256 would do"));
+        }
+        Ok(self)
+    }
+
+    /// Whether pictures of this size can be worked on.
+    ///
+    /// # Errors
+    /// A side under 7 pixels, which no corner fits into, or over 4096.
+    pub fn check_size(size: Size) -> Result<(), Error> {
+        for (key, side_px) in [("sensor.width", size.width_px), ("sensor.height", size.height_px)] {
+            if !(SIDE_PX_MIN..=SIDE_PX_MAX).contains(&side_px) {
+                let reason = format!("the extractor's window takes {SIDE_PX_MIN} to {SIDE_PX_MAX} pixels a side");
+                return Err(Error::key(key, side_px, reason));
+            }
+        }
+        Ok(())
+    }
+
+    /// Sizes of the octaves that are built.
+    pub fn octave_sizes(&self, size: Size) -> Vec<Size> {
+        let mut sizes = vec![size];
+        while u32_from(sizes.len()) < self.octaves {
+            let next = super::half::half_size(sizes[sizes.len() - 1]);
+            if next.width_px.min(next.height_px) < OCTAVE_SIDE_PX_MIN {
+                break;
+            }
+            sizes.push(next);
+        }
+        sizes
+    }
+
+    /// Features of a frame at most: every cell that holds a place with a whole patch is full.
+    pub fn features_max(&self, size: Size) -> u64 {
+        let cells = |side_px: u32| {
+            let (first, last) = (PATCH_MARGIN_PX, side_px.saturating_sub(PATCH_MARGIN_PX + 1));
+            if last < first { 0 } else { u64::from(last / self.cell_px - first / self.cell_px + 1) }
+        };
+        let sizes = self.octave_sizes(size);
+        let in_all: u64 = sizes.iter().map(|size| cells(size.width_px) * cells(size.height_px)).sum();
+        in_all * u64::from(self.per_cell)
+    }
+
+    /// Rows of smoothed pixels that are held for patches.
+    pub fn ring_rows(&self) -> u32 {
+        if self.cell_px == 64 { 128 } else { 64 }
+    }
+
+    /// The threshold of the next frame after one with so many corners that had their patches.
+    ///
+    /// Within an eighth of the target it stays; else it moves by an eighth of itself up or by a sixteenth down, at least by one.
+    pub fn next_threshold(&self, threshold: u16, corners: u64) -> u16 {
+        let target = u64::from(self.target_features);
+        let most = (1_u32 << self.pipeline_bits) - 2;
+        let threshold = u32::from(threshold);
+        let next = if target == 0 {
+            return crate::num::low_u16(threshold);
+        } else if corners > target + target / 8 {
+            threshold + (threshold >> 3).max(1)
+        } else if corners < target - target / 8 {
+            threshold - (threshold >> 4).max(1).min(threshold - 1)
+        } else {
+            threshold
+        };
+        crate::num::low_u16(next.min(most))
+    }
+}

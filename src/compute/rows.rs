@@ -1,0 +1,130 @@
+//! The order in which rows run through the shared window. Enters: sizes of the octaves. Leaves: rows of positions, one a clock.
+//!
+//! A row of an octave has one position more than pixels, and after an octave's last row comes one virtual row, so that every
+//! corner and smoothed pixel leaves without a special end. Rows of octave k+1 run as soon as the odd row of octave k that
+//! completes them has run.
+
+use crate::units::Size;
+
+/// Clocks in which a position is taken, from a position to what it gives: corner, smoothed pixel or end of a row.
+pub const FRONT_LATENCY_CLK: u64 = 6;
+/// Positions of nothing after a frame, so that its last row ends before the next frame asks for its first.
+pub const DRAIN_CLK: u64 = FRONT_LATENCY_CLK + 1;
+
+/// A row of positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Its octave.
+    pub octave: usize,
+    /// Its number; for the virtual row the octave's height.
+    pub y: u32,
+    /// Whether it is the one after an octave's last.
+    pub is_virtual: bool,
+}
+
+/// Rows of a frame in the order in which they run.
+pub fn order(sizes: &[Size]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for y in 0..sizes[0].height_px {
+        push(&mut rows, sizes, 0, y);
+    }
+    rows
+}
+
+fn push(rows: &mut Vec<Row>, sizes: &[Size], octave: usize, y: u32) {
+    rows.push(Row { octave, y, is_virtual: false });
+    let height_px = sizes[octave].height_px;
+    if y + 1 == height_px {
+        rows.push(Row { octave, y: height_px, is_virtual: true });
+    }
+    if y % 2 == 1 && octave + 1 < sizes.len() {
+        push(rows, sizes, octave + 1, y / 2);
+    }
+}
+
+/// Clocks of a frame whose pixels are always there and whose rows never wait.
+pub fn frame_clk(sizes: &[Size]) -> u64 {
+    let positions = |size: &Size| u64::from(size.width_px + 1) * u64::from(size.height_px + 1);
+    sizes.iter().map(positions).sum::<u64>() + DRAIN_CLK
+}
+
+/// Where pixels come from, clock by clock.
+pub trait Pixels {
+    /// The first clock from this one on in which the next pixel, in column x of row y, is offered.
+    fn offered(&mut self, x: u32, y: u32, clk: u64) -> u64;
+
+    /// The same for pixels `first` to `end` of a row, each taken when it is offered, the first not before `clk`: the last one's clock.
+    fn offered_run(&mut self, first: u32, end: u32, y: u32, clk: u64) -> u64 {
+        (first..end).fold(clk.wrapping_sub(1), |before, x| self.offered(x, y, before.wrapping_add(1)))
+    }
+}
+
+/// Every pixel is there when it is asked for.
+pub struct AtOnce;
+
+impl Pixels for AtOnce {
+    fn offered(&mut self, _: u32, _: u32, clk: u64) -> u64 {
+        clk
+    }
+
+    fn offered_run(&mut self, first: u32, end: u32, _: u32, clk: u64) -> u64 {
+        clk + u64::from(end - first) - 1
+    }
+}
+
+/// Rows come at equal distances, from a row memory that gives one pixel a clock.
+pub struct RowByRow {
+    /// Clock of the first row's first pixel.
+    pub first_clk: u64,
+    /// From row to row.
+    pub row_clk: u64,
+}
+
+impl Pixels for RowByRow {
+    fn offered(&mut self, x: u32, y: u32, clk: u64) -> u64 {
+        clk.max(self.first_clk + u64::from(y) * self.row_clk + u64::from(x))
+    }
+
+    fn offered_run(&mut self, first: u32, end: u32, y: u32, clk: u64) -> u64 {
+        self.offered(first, y, clk) + u64::from(end - first) - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_runs_once_after_the_two_rows_it_is_made_of() {
+        for (width_px, height_px) in [(35, 41), (160, 132), (133, 67)] {
+            let mut sizes = vec![Size { width_px, height_px }];
+            while sizes.len() < 4 {
+                sizes.push(super::super::half::half_size(sizes[sizes.len() - 1]));
+            }
+            let rows = order(&sizes);
+            let total: u32 = sizes.iter().map(|size| size.height_px + 1).sum();
+            assert_eq!(rows.len(), usize::try_from(total).unwrap(), "{width_px} x {height_px}");
+            let place = |octave, y| rows.iter().position(|row| (row.octave, row.y) == (octave, y)).unwrap();
+            for row in rows.iter().filter(|row| row.octave > 0 && !row.is_virtual) {
+                let made_of = place(row.octave - 1, 2 * row.y + 1);
+                assert!(made_of < place(row.octave, row.y));
+                // Nothing of an upper octave runs between, so one row buffer serves all octaves.
+                assert!(rows[made_of + 1..place(row.octave, row.y)].iter().all(|between| between.is_virtual));
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_of_pixels_is_its_pixels_one_by_one() {
+        let mut rows = RowByRow { first_clk: 5, row_clk: 20 };
+        for (first, end, y, clk) in [(0, 9, 0, 0), (3, 9, 1, 4), (6, 9, 1, 90)] {
+            let (mut next_clk, mut last_clk) = (clk, 0);
+            for x in first..end {
+                last_clk = rows.offered(x, y, next_clk);
+                next_clk = last_clk + 1;
+            }
+            assert_eq!(rows.offered_run(first, end, y, clk), last_clk);
+        }
+        assert_eq!(AtOnce.offered_run(2, 5, 0, 7), 9);
+    }
+}

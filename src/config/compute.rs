@@ -1,0 +1,46 @@
+//! From `[compute]` to what the extractor takes. Enters: names and numbers. Leaves: checked parameters.
+
+use super::check::one_of;
+use super::scenario::Scenario;
+use crate::compute::{ExtractorParams, Overflow, Pattern, Rank};
+use crate::error::Error;
+
+impl Scenario {
+    /// The extractor.
+    ///
+    /// # Errors
+    /// Values out of range, unknown names.
+    pub fn extractor(&self) -> Result<ExtractorParams, Error> {
+        let compute = &self.compute;
+        one_of("compute.detector", &compute.detector, &[("fast9", ())])?;
+        ExtractorParams {
+            threshold: compute.threshold,
+            target_features: compute.target_features,
+            pipeline_bits: compute.pipeline_bits,
+            octaves: compute.octaves,
+            cell_px: compute.cell_px,
+            per_cell: compute.per_cell,
+            rank: one_of("compute.rank", &compute.rank, &[("fast", Rank::Fast), ("harris", Rank::Harris)])?,
+            subpixel: compute.subpixel,
+            angle_bits: compute.angle_bits,
+            descriptor_bits: compute.descriptor_bits,
+            pattern: one_of(
+                "compute.pattern",
+                &compute.pattern,
+                &[("gaussian", Pattern::Gaussian), ("symmetric", Pattern::Symmetric)],
+            )?,
+            engines: compute.engines,
+            fifo_depth: compute.fifo_depth,
+            overflow: one_of(
+                "compute.overflow",
+                &compute.overflow,
+                &[
+                    ("stall", Overflow::Stall),
+                    ("drop_newest", Overflow::DropNewest),
+                    ("drop_weakest", Overflow::DropWeakest),
+                ],
+            )?,
+        }
+        .checked()
+    }
+}
