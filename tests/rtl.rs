@@ -6,6 +6,12 @@
 
 #[path = "../rtl_models/tests/twins/cases.rs"]
 mod cases;
+#[path = "rtl/front.rs"]
+mod front;
+#[path = "rtl/front_pictures.rs"]
+mod front_pictures;
+#[path = "rtl/front_reference.rs"]
+mod front_reference;
 #[path = "rtl/judge.rs"]
 mod judge;
 #[path = "rtl/pins.rs"]

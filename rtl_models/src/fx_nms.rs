@@ -50,7 +50,8 @@ impl<'a> FxNms<'a> {
     /// One enabled clock; true if a corner comes.
     pub(crate) fn tick(&mut self, pins: NmsIn) -> bool {
         let [[a, b, c], [d, middle, e], [f, g, h]] = self.rows;
-        let found = pins.peak && middle > pins.threshold && [a, b, c, d, e, f, g, h].iter().all(|&other| middle > other);
+        let found =
+            pins.peak && middle > pins.threshold && [a, b, c, d, e, f, g, h].iter().all(|&other| middle > other);
         self.toggles += flips(self.corner_valid.into(), found.into());
         self.corner_valid = found;
         if found {
