@@ -6,6 +6,10 @@
 
 #[path = "../rtl_models/tests/twins/cases.rs"]
 mod cases;
+#[path = "rtl/csi2.rs"]
+mod csi2;
+#[path = "rtl/csi2_cases.rs"]
+mod csi2_cases;
 #[path = "rtl/judge.rs"]
 mod judge;
 #[path = "rtl/pins.rs"]
