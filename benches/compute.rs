@@ -62,9 +62,17 @@ fn link(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("link_vga_10_bit");
     group.throughput(Throughput::Elements(PIXELS));
     let codes = drawn().map(|value| u16::from(value) << 2);
-    let params = LinkParams { lanes: 1, frequency_hz: 240_000_000, mode: Mode::Frames, format: None };
+    let params = LinkParams::new(1, 240_000_000, Mode::Frames);
     let metadata = FrameMetadata::default();
-    let frame = FrameOut { virtual_channel: 0, metadata, codes: Some(&codes), bits: 10, features: None };
+    let frame = FrameOut {
+        virtual_channel: 0,
+        metadata,
+        codes: Some(&codes),
+        bits: 10,
+        features: None,
+        batches: &[],
+        features_per_gap: 0,
+    };
     group.bench_function("pack", |bencher| {
         bencher.iter(|| pack_frame(black_box(&frame), &params, &mut Events::default()).expect("a legal frame"));
     });

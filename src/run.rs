@@ -8,15 +8,18 @@ mod exposure;
 mod hashes;
 mod light;
 mod motion;
+mod on_link;
 mod record;
 pub mod sensor;
 pub mod session;
 pub mod setup;
 mod timing;
+mod transfer;
 mod truth;
 pub mod world;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
+pub use on_link::LinkTimes;
 pub use sensor::SensorSetup;
 pub use session::{CameraFrame, Frame, Session};
 pub use setup::Setup;

@@ -16,6 +16,10 @@ mod front;
 mod front_pictures;
 #[path = "rtl/front_reference.rs"]
 mod front_reference;
+#[path = "rtl/csi2.rs"]
+mod csi2;
+#[path = "rtl/csi2_cases.rs"]
+mod csi2_cases;
 #[path = "rtl/judge.rs"]
 mod judge;
 #[path = "rtl/pins.rs"]

@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cds;
+pub mod csi2_packetiser;
 pub mod event_core;
 pub mod extractor_core;
 pub mod fx_back;

@@ -1,6 +1,7 @@
 //! `sensel timing`: the clocks of a sensor; needs no scene.
 
 use sensel::error::Error;
+use sensel::link::Flow;
 use sensel::report::timing_diagram::TimingDiagram;
 use sensel::run::{self, SensorSetup};
 use sensel::units::{FrameIndex, RowIndex};
@@ -42,17 +43,21 @@ struct Link {
     capacity_bps: u64,
     /// Container and feature bits a second.
     payload_bps: f64,
+    /// Features that pass between two rows' packets.
+    features_per_gap: u32,
+    flow: Flow,
 }
 
 impl Link {
     fn new(sensor: &SensorSetup, features: u64) -> Result<Self, Error> {
         let (link, schedule) = (&sensor.link, &sensor.schedule);
-        let traffic = link.traffic(schedule.output_size(), sensor.bits(), features)?;
-        let utilisation = link.mean_utilisation(&traffic, schedule.frame_time_s());
+        let cycle = link.traffic_of_cycle(schedule.output_size(), sensor.bits(), features)?;
+        let utilisation = link.mean_utilisation(&cycle, schedule.frame_time_s() * f64::from(link.frames_every));
         let capacity_bps = link.capacity_bits_per_s();
-        let payload_bits = sensel::num::f64_from_u64(traffic.container_bits + traffic.feature_bits);
-        let burst = run::burst_utilisation(sensor)?;
-        Ok(Self { utilisation, burst, capacity_bps, payload_bps: payload_bits * schedule.fps() })
+        let payload_bits = sensel::num::f64_from_u64(cycle.container_bits + cycle.feature_bits);
+        let payload_bps = payload_bits * schedule.fps() / f64::from(link.frames_every);
+        let (burst, features_per_gap) = (run::burst_utilisation(sensor)?, sensor.features_per_gap()?);
+        Ok(Self { utilisation, burst, capacity_bps, payload_bps, features_per_gap, flow: sensor.flow_of(features)? })
     }
 }
 
@@ -92,6 +97,11 @@ fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) -> Value 
         "link_utilisation_burst": link.burst,
         "link_capacity_bps": link.capacity_bps,
         "link_payload_bps": link.payload_bps,
+        "feature_latency_us": timing.feature_latency_us,
+        "features_per_gap": link.features_per_gap,
+        "rows_stalled": link.flow.rows_stalled,
+        "stalled_us": 1e6 * sensor.link.seconds(link.flow.stalled),
+        "fifo_rows_most": link.flow.fifo_rows_most,
         "width": size.width_px,
         "height": size.height_px,
         "line_budget": budget,
@@ -123,5 +133,13 @@ fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) {
     }
     outln!("latency     {:.1} us from the middle of the exposure to the frame's last byte", timing.latency_us);
     outln!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * link.utilisation, 100.0 * link.burst);
+    if let Some(latency_us) = timing.feature_latency_us {
+        let gap = link.features_per_gap;
+        outln!("features    {latency_us:.1} us from the last row to the last feature byte, {gap} fit between two rows");
+    }
+    if link.flow.rows_stalled > 0 {
+        let stalled_us = 1e6 * sensor.link.seconds(link.flow.stalled);
+        outln!("stalls      {} rows, {stalled_us:.1} us a frame: the row FIFO is full", link.flow.rows_stalled);
+    }
     out!("{}", diagram.text());
 }

@@ -12,7 +12,7 @@ use crate::effects::plan::Choice;
 use crate::effects::variation::{Corner, Variation};
 use crate::error::Error;
 use crate::fidelity::{Fidelity, Rung};
-use crate::link::{LinkParams, Mode, RawKind};
+use crate::link::{LinkParams, Mode, RawKind, WhenFull};
 use crate::optics::Mosaic;
 use crate::optics::mosaic::FILTER_BANDS;
 use crate::pixel::{PixelParams, PixelType};
@@ -311,8 +311,24 @@ impl Scenario {
             )?,
             mode: one_of("link.mode", &link.mode, &modes)?,
             format: one_of("link.format", &link.format, &formats)?,
+            frames_every: link.frames_every,
+            line_sync: link.line_sync,
+            fifo_rows: link.fifo_rows,
+            when_full: one_of(
+                "link.when_full",
+                &link.when_full,
+                &[("refuse", WhenFull::Refuse), ("stall", WhenFull::Stall)],
+            )?,
         }
         .checked()
+    }
+
+    /// Share of bits that arrive flipped.
+    ///
+    /// # Errors
+    /// A value out of range.
+    pub fn bit_error_rate(&self) -> Result<f64, Error> {
+        within("link.bit_error_rate", self.link.bit_error_rate, 0.0..=0.01, "0 to 0.01")
     }
 
     /// The host's tracker.

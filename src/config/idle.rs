@@ -41,7 +41,8 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
     let sensor = groups.into_iter().map(|group| ("sensor", group));
     let scene = light(&resolved.scenario.scene).map(|group| ("scene", group));
     let run = sampling(&resolved.scenario.run).map(|group| ("run", group));
-    let all = sensor.chain(scene).chain(run);
+    let link = link(&resolved.scenario.link).map(|group| ("link", group));
+    let all = sensor.chain(scene).chain(run).chain(link);
     for (section, (is_off, would_do, keys)) in all {
         for key in keys.iter().map(|key| format!("{section}.{key}")) {
             if is_off && resolved.is_changed(&key) {
@@ -66,6 +67,12 @@ fn sampling(run: &super::scenario::Run) -> [(bool, &'static str, &'static [&'sta
         (merges || is_fixed, "a run.render_tolerance above 0 with run.sampling = \"stratified\"", &["samples_max"]),
         (run.reflections == 0, "run.reflections above 0", &["gloss"]),
     ]
+}
+
+/// Keys of `[link]` that say something about rows where none are sent.
+fn link(link: &super::scenario::Link) -> [(bool, &'static str, &'static [&'static str]); 1] {
+    let no_rows = link.mode == "features";
+    [(no_rows, "link.mode = \"frames\" or \"both\"", &["format", "line_sync", "fifo_rows", "when_full"])]
 }
 
 /// Keys of `[scene]` that say something about light that is not there.

@@ -120,6 +120,17 @@ sections! {
         format: String,
         /// "frames", "features", "both".
         mode: String,
+        /// With mode = "both": frames 0, N, 2 N, ... carry rows, every frame carries features; 1 or more.
+        frames_every: u32,
+        /// Line-start packets with their numbers in front of rows, so that the host can name a row that is missing.
+        line_sync: bool,
+        /// Rows that the FIFO in front of the link holds, the one that is being sent included, 1 to 65,535.
+        fifo_rows: u32,
+        /// What happens where it is full: "refuse": such a configuration is refused, with the HTS that would do. "stall": the readout
+        /// stands still and the stalls are counted; global shutter only.
+        when_full: String,
+        /// Share of bits that arrive flipped, 0 to 0.01.
+        bit_error_rate: f64,
     }
     /// The host's tracker.
     Tracker {

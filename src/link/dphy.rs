@@ -60,7 +60,8 @@ impl LinkParams {
         self.burst_time(u64_from(HEADER_BYTES))
     }
 
-    fn burst_time(&self, bytes: u64) -> Clocks {
+    /// `byte_clk` clocks of a burst of so many bytes, with its overhead.
+    pub fn burst_time(&self, bytes: u64) -> Clocks {
         Clocks(bytes.div_ceil(self.lanes.into()) + self.burst_overhead().0)
     }
 

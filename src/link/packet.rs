@@ -17,6 +17,7 @@ const LONG_PACKETS_FROM: u8 = 0x10;
 pub(crate) enum DataType {
     FrameStart,
     FrameEnd,
+    LineStart,
     Embedded,
     Raw(RawKind),
     /// The first user-defined byte-based type.
@@ -28,6 +29,7 @@ impl DataType {
         match self {
             Self::FrameStart => 0x00,
             Self::FrameEnd => 0x01,
+            Self::LineStart => 0x02,
             Self::Embedded => 0x12,
             Self::Raw(kind) => kind.data_type(),
             Self::Features => 0x30,
@@ -35,7 +37,7 @@ impl DataType {
     }
 
     pub(crate) fn from_number(number: u8) -> Option<Self> {
-        let others = [Self::FrameStart, Self::FrameEnd, Self::Embedded, Self::Features];
+        let others = [Self::FrameStart, Self::FrameEnd, Self::LineStart, Self::Embedded, Self::Features];
         let all = others.into_iter().chain(RawKind::ALL.map(Self::Raw));
         all.into_iter().find(|data_type| data_type.number() == number)
     }

@@ -4,15 +4,15 @@
 //! next packet is found by the first place whose header holds exactly and whose payload's CRC holds too, or which ends the
 //! open frame or starts one after it; a real receiver has the lane's own start of transmission for that.
 
+mod frame;
+
 use crate::compute::Feature;
-use crate::link::RawKind;
 use crate::link::checks::{HeaderCheck, check_header, crc16};
-use crate::link::embedded::{self, FrameMetadata, FrameShape};
-use crate::link::packet::{CRC_BYTES, DataType, HEADER_BYTES, frame_number, is_long};
-use crate::link::records;
+use crate::link::embedded::{FrameMetadata, FrameShape};
+use crate::link::packet::{CRC_BYTES, DataType, HEADER_BYTES, is_long};
 use crate::num::u64_from;
 use crate::plane::Plane;
-use crate::units::Size;
+use frame::Open;
 
 /// A frame as the host has it.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,12 +25,16 @@ pub struct Received {
     pub metadata: Option<FrameMetadata>,
     /// What the frame announced; nothing if the line of embedded data was damaged.
     pub shape: Option<FrameShape>,
-    /// Codes, if rows were sent and each arrived or is known to be damaged. Damaged rows are zero.
+    /// Codes, if rows were sent and the place of each that arrived is known. Damaged and missing rows are zero.
     pub picture: Option<Plane<u16>>,
-    /// Rows whose payload failed its CRC, counted from 0.
+    /// Rows whose payload failed its CRC, counted from 0; of those whose place is known.
     pub damaged_rows: Vec<u32>,
+    /// Rows that were announced and did not arrive, counted from 0; empty where it is not known which they are.
+    pub missing_rows: Vec<u32>,
     /// Features of all undamaged packets, in the sensor's order.
     pub features: Vec<Feature>,
+    /// The place of each of these in the sensor's own list.
+    pub feature_indices: Vec<u32>,
     /// Whether everything that the frame announced arrived undamaged.
     pub whole: bool,
 }
@@ -52,6 +56,10 @@ pub struct LinkCounts {
     pub bytes_skipped: u64,
     /// Frames given back that are not whole, and packets outside of any frame.
     pub frames_damaged: u64,
+    /// Announced rows that did not arrive undamaged.
+    pub rows_lost: u64,
+    /// Packets that came a second time.
+    pub packets_doubled: u64,
 }
 
 impl LinkCounts {
@@ -64,6 +72,8 @@ impl LinkCounts {
         self.cut_short += other.cut_short;
         self.bytes_skipped += other.bytes_skipped;
         self.frames_damaged += other.frames_damaged;
+        self.rows_lost += other.rows_lost;
+        self.packets_doubled += other.packets_doubled;
     }
 
     /// Whether nothing at all was wrong.
@@ -90,7 +100,7 @@ pub fn decode(bytes: &[u8]) -> Decoded {
             Some(length) => at + length,
             None => {
                 let skipped = 1 + host.next_packet(&bytes[at + 1..]);
-                host.decoded.counts.bytes_skipped += u64_from(skipped);
+                host.skip(skipped.min(bytes.len() - at));
                 at + skipped
             }
         };
@@ -103,24 +113,6 @@ pub fn decode(bytes: &[u8]) -> Decoded {
 struct Host {
     decoded: Decoded,
     open: Option<Open>,
-}
-
-/// A frame between its start and its end.
-struct Open {
-    virtual_channel: u8,
-    frame_number: u16,
-    embedded: Option<(FrameMetadata, FrameShape)>,
-    kind: Option<RawKind>,
-    rows: Vec<Row>,
-    features: Vec<(u32, Vec<Feature>)>,
-    ended: bool,
-    damaged: bool,
-}
-
-/// A row's packet: its codes, or nothing where they were refused.
-struct Row {
-    payload_bytes: usize,
-    codes: Option<Vec<u16>>,
 }
 
 impl Host {
@@ -163,6 +155,14 @@ impl Host {
         None
     }
 
+    /// Bytes in which no packet could be read.
+    fn skip(&mut self, bytes: usize) {
+        self.decoded.counts.bytes_skipped += u64_from(bytes);
+        if let Some(open) = &mut self.open {
+            open.hole(bytes);
+        }
+    }
+
     /// Something of the open frame is lost.
     fn damage(&mut self) {
         if let Some(open) = &mut self.open {
@@ -188,6 +188,11 @@ impl Host {
                 open.is_some_and(|open| (open.virtual_channel, open.frame_number) == (channel, field))
             }
             Some(DataType::FrameStart) => open.is_none_or(|open| field == open.frame_number % u16::MAX + 1),
+            // Its number says little, but the row behind it has a CRC.
+            Some(DataType::LineStart) => {
+                let row = after.first().and_then(|identifier| DataType::from_number(identifier & 0x3F));
+                matches!(row, Some(DataType::Raw(_))) && self.believable(after)
+            }
             // An empty payload's CRC is too weak a witness.
             Some(_) => field > 0 && long_payload(after, field).is_some_and(|(_, holds)| holds),
         }
@@ -200,6 +205,7 @@ impl Host {
             return;
         }
         match &mut self.open {
+            Some(open) if data_type == DataType::LineStart && open.virtual_channel == channel => open.line_start(field),
             Some(open) if (open.virtual_channel, open.frame_number) == (channel, field) => {
                 open.ended = true;
                 self.close();
@@ -228,8 +234,10 @@ impl Host {
 
     fn close(&mut self) {
         if let Some(open) = self.open.take() {
-            let frame = open.finish();
+            let (frame, rows_lost, doubled) = open.finish();
             self.decoded.counts.frames_damaged += u64::from(!frame.whole);
+            self.decoded.counts.rows_lost += rows_lost;
+            self.decoded.counts.packets_doubled += doubled;
             self.decoded.frames.push(frame);
         }
     }
@@ -240,87 +248,4 @@ fn long_payload(after: &[u8], count: u16) -> Option<(&[u8], bool)> {
     let (payload, rest) = after.split_at_checked(usize::from(count))?;
     let check = rest.first_chunk::<CRC_BYTES>()?;
     Some((payload, crc16(payload) == u16::from_le_bytes(*check)))
-}
-
-impl Open {
-    fn new(virtual_channel: u8, frame_number: u16) -> Self {
-        Self {
-            virtual_channel,
-            frame_number,
-            embedded: None,
-            kind: None,
-            rows: Vec::new(),
-            features: Vec::new(),
-            ended: false,
-            damaged: false,
-        }
-    }
-
-    /// Whether the payload was understood.
-    fn take(&mut self, data_type: DataType, payload: &[u8], holds: bool) -> bool {
-        match data_type {
-            DataType::Embedded => {
-                let found = holds.then(|| embedded::parse(payload)).flatten();
-                self.embedded = found.filter(|(metadata, _)| frame_number(metadata.frame) == self.frame_number);
-                self.embedded.is_some()
-            }
-            DataType::Raw(kind) => {
-                let alike = *self.kind.get_or_insert(kind) == kind;
-                let codes = if holds && alike { kind.unpack(payload) } else { None };
-                let understood = codes.is_some();
-                self.rows.push(Row { payload_bytes: payload.len(), codes });
-                understood
-            }
-            DataType::Features => match holds.then(|| records::parse(payload)).flatten() {
-                Some(records) if frame_number(records.frame) == self.frame_number => {
-                    self.features.push((records.first, records.features));
-                    true
-                }
-                _ => false,
-            },
-            DataType::FrameStart | DataType::FrameEnd => unreachable!("short packets have no payload"),
-        }
-    }
-
-    fn finish(mut self) -> Received {
-        self.features.sort_by_key(|&(first, _)| first);
-        let picture = self.picture();
-        let damaged_rows = (0..).zip(&self.rows).filter(|(_, row)| row.codes.is_none()).map(|(row, _)| row).collect();
-        let features: Vec<Feature> = self.features.into_iter().flat_map(|(_, features)| features).collect();
-        let shape = self.embedded.map(|(_, shape)| shape);
-        let complete = shape.is_some_and(|shape| {
-            u64::from(shape.features) == u64_from(features.len()) && shape.size() == picture.as_ref().map(Plane::size)
-        });
-        Received {
-            virtual_channel: self.virtual_channel,
-            frame_number: self.frame_number,
-            metadata: self.embedded.map(|(metadata, _)| metadata),
-            shape,
-            picture,
-            damaged_rows,
-            features,
-            whole: self.ended && !self.damaged && complete,
-        }
-    }
-
-    /// The rows as a plane, if all that were announced stand in their order, each as long as the first that holds.
-    fn picture(&self) -> Option<Plane<u16>> {
-        let announced = self.embedded.and_then(|(_, shape)| shape.size());
-        let model = self.rows.iter().find(|row| row.codes.is_some())?;
-        let width = model.codes.as_ref().map_or(0, Vec::len);
-        let size = Size { width_px: u32::try_from(width).ok()?, height_px: u32::try_from(self.rows.len()).ok()? };
-        if width == 0 || announced.is_some_and(|announced| announced != size) {
-            return None;
-        }
-        let mut values = Vec::with_capacity(width * self.rows.len());
-        for row in &self.rows {
-            // A damaged row has to have brought as many bytes as the others, so damage cannot claim memory.
-            match &row.codes {
-                _ if row.payload_bytes != model.payload_bytes => return None,
-                Some(codes) => values.extend_from_slice(codes),
-                None => values.resize(values.len() + width, 0),
-            }
-        }
-        Some(Plane::from_values(size, values))
-    }
 }

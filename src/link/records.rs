@@ -1,49 +1,42 @@
 //! Features in user packets. Enters: features of a frame. Leaves: payloads of at most 65,535 bytes, and back.
 //!
-//! Layout, version 1, little endian. Header: version u8, bytes of a feature u8, features in this packet u16, frame u32, index
-//! of its first feature u32: 12 bytes. Each feature: x u16 and y u16 in sixteenths of a pixel, score u8, angle u8 in 1/256
-//! of a turn, octave u8, descriptor 32 bytes: 39 bytes.
+//! Layout, version 2, little endian. Header: version u8, bytes of a feature u8, features in this packet u16, frame u32, index of its
+//! first feature u32 of which bit 31 says that no other packet follows: 12 bytes. Each feature: x u16 and y u16 in sixteenths of a
+//! pixel, score u16, angle u8 in 1/256 of a turn, octave u8, descriptor 32 bytes: 40 bytes. A frame's list is whole when the indices
+//! run from 0 without a hole to the end of the last packet.
 
 use crate::compute::Feature;
-use crate::num::{low_u8, low_u32, u32_from, u64_from};
+use crate::num::{low_u8, low_u32, u64_from};
 use crate::units::FrameIndex;
 
 /// Bytes of a feature on the link.
-pub const FEATURE_BYTES: usize = 39;
+pub const FEATURE_BYTES: usize = 40;
 /// Bytes before the first feature of a packet.
-pub(crate) const HEADER_BYTES: usize = 12;
+pub const FEATURE_HEADER_BYTES: usize = 12;
 /// Features that fit the longest payload.
-pub const FEATURES_PER_PACKET_MAX: usize = (65_535 - HEADER_BYTES) / FEATURE_BYTES;
-const VERSION: u8 = 1;
+pub const FEATURES_PER_PACKET_MAX: usize = (65_535 - FEATURE_HEADER_BYTES) / FEATURE_BYTES;
+const VERSION: u8 = 2;
+const IS_LAST: u32 = 1 << 31;
 
-/// Payloads of a frame's features; a frame without features has one packet that says so.
-pub(crate) fn payloads(frame: FrameIndex, features: &[Feature]) -> Vec<Vec<u8>> {
-    let whole = features.chunks(FEATURES_PER_PACKET_MAX).enumerate();
-    let mut payloads: Vec<_> = whole.map(|(i, part)| payload(frame, i * FEATURES_PER_PACKET_MAX, part)).collect();
-    if payloads.is_empty() {
-        payloads.push(payload(frame, 0, &[]));
-    }
-    payloads
+/// Bytes of a payload of so many features.
+pub(crate) fn payload_bytes(features: u32) -> u64 {
+    u64_from(FEATURE_HEADER_BYTES) + u64::from(features) * u64_from(FEATURE_BYTES)
 }
 
-/// Bytes of all payloads of so many features, and their number.
-pub(crate) fn payload_bytes(features: u64) -> (u64, u64) {
-    let packets = features.div_ceil(u64_from(FEATURES_PER_PACKET_MAX)).max(1);
-    (packets * u64_from(HEADER_BYTES) + features * u64_from(FEATURE_BYTES), packets)
-}
-
-fn payload(frame: FrameIndex, first: usize, features: &[Feature]) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(HEADER_BYTES + features.len() * FEATURE_BYTES);
+/// The payload of some features of a frame, of which `first` is the index of the first.
+pub(crate) fn payload(frame: FrameIndex, first: u32, features: &[Feature], last: bool) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(FEATURE_HEADER_BYTES + features.len() * FEATURE_BYTES);
     let count = u16::try_from(features.len()).expect("cut to what a packet holds");
+    assert!(first < IS_LAST, "a frame has fewer than 2^31 features");
     bytes.extend_from_slice(&[VERSION, low_u8(low_u32(u64_from(FEATURE_BYTES)))]);
     bytes.extend_from_slice(&count.to_le_bytes());
     bytes.extend_from_slice(&frame.0.to_le_bytes());
-    bytes.extend_from_slice(&u32_from(first).to_le_bytes());
+    bytes.extend_from_slice(&(first | if last { IS_LAST } else { 0 }).to_le_bytes());
     for feature in features {
         bytes.extend_from_slice(&feature.x_q4.to_le_bytes());
         bytes.extend_from_slice(&feature.y_q4.to_le_bytes());
-        let score = u8::try_from(feature.score).unwrap_or(u8::MAX);
-        bytes.extend_from_slice(&[score, feature.angle, feature.octave]);
+        bytes.extend_from_slice(&feature.score.to_le_bytes());
+        bytes.extend_from_slice(&[feature.angle, feature.octave]);
         bytes.extend_from_slice(&feature.descriptor);
     }
     bytes
@@ -54,27 +47,30 @@ pub(crate) struct Records {
     pub(crate) frame: FrameIndex,
     /// Index of the first one in its frame.
     pub(crate) first: u32,
+    /// The frame's list ends with this packet.
+    pub(crate) last: bool,
     pub(crate) features: Vec<Feature>,
 }
 
-/// Nothing, if version, size or count are not this layout's.
+/// Nothing, if version, size or count are not this layout's, or a score is wider than the pipeline's 8 bits.
 pub(crate) fn parse(payload: &[u8]) -> Option<Records> {
     let mut reader = Reader(payload);
     if reader.u8()? != VERSION || usize::from(reader.u8()?) != FEATURE_BYTES {
         return None;
     }
     let count = usize::from(reader.u16()?);
-    let (frame, first) = (FrameIndex(reader.u32()?), reader.u32()?);
+    let (frame, place) = (FrameIndex(reader.u32()?), reader.u32()?);
     if reader.0.len() != count * FEATURE_BYTES {
         return None;
     }
     let one = |_| {
         let (x_q4, y_q4) = (reader.u16()?, reader.u16()?);
-        let [score, angle, octave] = reader.take()?;
-        Some(Feature { x_q4, y_q4, score: u16::from(score), angle, octave, descriptor: reader.take()? })
+        let score = reader.u16()?;
+        let [angle, octave] = reader.take()?;
+        Some(Feature { x_q4, y_q4, score, angle, octave, descriptor: reader.take()? })
     };
     let features = (0..count).map(one).collect::<Option<_>>()?;
-    Some(Records { frame, first, features })
+    Some(Records { frame, first: place & !IS_LAST, last: place & IS_LAST != 0, features })
 }
 
 /// Takes numbers off the front of a payload; nothing where it ends too soon.

@@ -1,12 +1,14 @@
 //! How much a frame sends and how long that takes. Enters: shape of a frame. Leaves: bits, clocks and utilisation.
 
 use crate::error::Error;
-use crate::link::{CRC_BYTES, EMBEDDED_BYTES, HEADER_BYTES, LinkParams, records};
+use crate::link::LinkParams;
+use crate::link::plan::{FramePlan, Packet, after_the_rows};
+use crate::link::records;
 use crate::num::{f64_from_u64, index, u64_from};
 use crate::units::{Clocks, Size};
 
-/// What one frame puts on the link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What one frame, or several, put on the link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
     /// Bits of the codes themselves: pixels times depth; 0 where no rows are sent.
     pub net_bits: u64,
@@ -22,68 +24,103 @@ pub struct Traffic {
     pub busy: Clocks,
 }
 
+impl Traffic {
+    /// Adds another frame's.
+    pub fn add(&mut self, other: &Self) {
+        self.net_bits += other.net_bits;
+        self.container_bits += other.container_bits;
+        self.feature_bits += other.feature_bits;
+        self.link_bytes += other.link_bytes;
+        self.packets += other.packets;
+        self.busy.0 += other.busy.0;
+    }
+}
+
 impl LinkParams {
-    /// `byte_clk` clocks of one row's packet with its burst's overhead: the least time from row to row.
+    /// `byte_clk` clocks of one row with its bursts' overhead, line-start packet included: the least time from row to row that a link
+    /// keeps up with.
+    ///
+    /// # Errors
+    /// A row that this link cannot carry.
     pub fn line_packet_time(&self, width_px: u32, bits: u32) -> Result<Clocks, Error> {
-        let kind = self.raw_kind(bits)?;
-        kind.check_width(width_px)?;
-        Ok(self.long_packet_time(u64_from(kind.payload_bytes(index(width_px)))))
+        let row = self.long_packet_time(self.row_payload_bytes(width_px, bits)?).0;
+        Ok(Clocks(row + if self.line_sync { self.short_packet_time().0 } else { 0 }))
     }
 
-    /// What a frame of this size and so many features puts on the link.
-    pub fn traffic(&self, size: Size, bits: u32, features: u64) -> Result<Traffic, Error> {
+    /// Bytes of a row's payload.
+    ///
+    /// # Errors
+    /// A row that this link cannot carry.
+    pub fn row_payload_bytes(&self, width_px: u32, bits: u32) -> Result<u64, Error> {
         let kind = self.raw_kind(bits)?;
-        let long = u64_from(HEADER_BYTES + CRC_BYTES);
-        let embedded = u64_from(EMBEDDED_BYTES);
-        let mut traffic = Traffic {
-            net_bits: 0,
-            container_bits: 0,
-            feature_bits: 0,
-            link_bytes: 2 * u64_from(HEADER_BYTES) + embedded + long,
-            packets: 3,
-            busy: Clocks(2 * self.short_packet_time().0 + self.long_packet_time(embedded).0),
-        };
-        if self.mode.sends_codes() {
-            let rows = u64::from(size.height_px);
-            let row_time = self.line_packet_time(size.width_px, bits)?;
-            let row_bytes = u64_from(kind.payload_bytes(index(size.width_px)));
-            traffic.net_bits = u64_from(size.pixel_count()) * u64::from(bits);
-            traffic.container_bits = 8 * rows * row_bytes;
-            traffic.link_bytes += rows * (row_bytes + long);
-            traffic.packets += rows;
-            traffic.busy.0 += rows * row_time.0;
-        }
-        if self.mode.sends_features() {
-            let (bytes, packets) = records::payload_bytes(features);
-            traffic.feature_bits = 8 * bytes;
-            traffic.link_bytes += bytes + packets * long;
-            traffic.packets += packets;
-            traffic.busy.0 += self.feature_packets_time(features);
+        kind.check_width(width_px)?;
+        Ok(u64_from(kind.payload_bytes(index(width_px))))
+    }
+
+    /// What these packets of a frame put on the link.
+    ///
+    /// # Errors
+    /// A row that this link cannot carry.
+    pub fn traffic_of(&self, packets: &[Packet], size: Size, bits: u32) -> Result<Traffic, Error> {
+        let sends_rows = packets.iter().any(|packet| matches!(packet, Packet::Row(_)));
+        let row_bytes = if sends_rows { self.row_payload_bytes(size.width_px, bits)? } else { 0 };
+        let mut traffic = Traffic { packets: u64_from(packets.len()), ..Traffic::default() };
+        for &packet in packets {
+            let bytes = self.packet_bytes(packet, row_bytes);
+            traffic.link_bytes += bytes;
+            traffic.busy.0 += self.burst_time(bytes).0;
+            match packet {
+                Packet::Row(_) => {
+                    traffic.net_bits += u64::from(size.width_px) * u64::from(bits);
+                    traffic.container_bits += 8 * row_bytes;
+                }
+                Packet::Features { count, .. } => traffic.feature_bits += 8 * records::payload_bytes(count),
+                Packet::FrameStart | Packet::FrameEnd | Packet::Embedded | Packet::LineStart(_) => {}
+            }
         }
         Ok(traffic)
     }
 
-    /// `byte_clk` clocks from a frame's last row to its last byte: feature packets, full but for the last, and frame end.
-    pub fn tail_time(&self, features: u64) -> Clocks {
-        let packets = if self.mode.sends_features() { self.feature_packets_time(features) } else { 0 };
-        Clocks(packets + self.short_packet_time().0)
+    /// What a frame of this size and so many features puts on the link, with its rows where the mode sends them; its features follow
+    /// the rows in full packets, which is the least that they can take.
+    ///
+    /// # Errors
+    /// A row that this link cannot carry, more than 2^32 features.
+    pub fn traffic(&self, size: Size, bits: u32, features: u64) -> Result<Traffic, Error> {
+        self.traffic_of(&self.plan_after_rows(size.height_px, features, self.mode.sends_codes())?, size, bits)
     }
 
-    /// Packets are full but for the last.
-    fn feature_packets_time(&self, features: u64) -> u64 {
-        let most = u64_from(records::FEATURES_PER_PACKET_MAX);
-        let time = |features| self.long_packet_time(records::payload_bytes(features).0).0;
-        let (full, last) = (features / most, features % most);
-        full * time(most) + if last > 0 || full == 0 { time(last) } else { 0 }
+    /// What `frames_every` frames in a row put on the link: one with rows, the others without.
+    ///
+    /// # Errors
+    /// A row that this link cannot carry, more than 2^32 features.
+    pub fn traffic_of_cycle(&self, size: Size, bits: u32, features: u64) -> Result<Traffic, Error> {
+        let mut cycle = self.traffic(size, bits, features)?;
+        let without = self.traffic_of(&self.plan_after_rows(size.height_px, features, false)?, size, bits)?;
+        for _ in 1..self.frames_every {
+            cycle.add(&without);
+        }
+        Ok(cycle)
     }
 
-    /// Mean utilisation over the frame: container and feature payload bits over the link's capacity in a frame's time.
-    pub fn mean_utilisation(&self, traffic: &Traffic, frame_time_s: f64) -> f64 {
+    fn plan_after_rows(&self, rows: u32, features: u64, sends_codes: bool) -> Result<Vec<Packet>, Error> {
+        let features = u32::try_from(features)
+            .map_err(|_| Error::key("compute.top_k", features, "fewer than 2^32 features a frame would do"))?;
+        let batches = after_the_rows(features);
+        let batches = self.mode.sends_features().then_some(batches.as_slice());
+        Ok(self.packets(&FramePlan { rows, sends_codes, batches, features_per_gap: 0 }))
+    }
+
+    /// Mean utilisation over a time: container and feature payload bits over the link's capacity in it.
+    pub fn mean_utilisation(&self, traffic: &Traffic, time_s: f64) -> f64 {
         let payload_bits = f64_from_u64(traffic.container_bits + traffic.feature_bits);
-        payload_bits / (f64_from_u64(self.capacity_bits_per_s()) * frame_time_s)
+        payload_bits / (f64_from_u64(self.capacity_bits_per_s()) * time_s)
     }
 
     /// Share of a row's time in which its packet, with low-power transitions, holds the link. Above 1 rows do not fit.
+    ///
+    /// # Errors
+    /// A row that this link cannot carry.
     pub fn burst_utilisation(&self, width_px: u32, bits: u32, line_time_s: f64) -> Result<f64, Error> {
         Ok(self.seconds(self.line_packet_time(width_px, bits)?) / line_time_s)
     }

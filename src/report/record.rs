@@ -153,6 +153,8 @@ pub struct Timing {
     pub fps: f64,
     /// From the middle of the exposure to the last byte of the frame.
     pub latency_us: f64,
+    /// From the reading of the last row to the last feature byte, with the features of a mean frame spread evenly over its height.
+    pub feature_latency_us: Option<f64>,
     /// Of `pix_clk`.
     pub clocks_per_frame: u64,
     /// What happens within one line.
@@ -247,8 +249,34 @@ pub struct LinkRecord {
     pub packets: u64,
     /// Headers of which one bit was corrected.
     pub headers_corrected: u64,
-    /// Packets refused for their header or checksum.
+    /// Packets refused for their header or checksum, or cut short: the sum of the next three.
     pub packets_refused: u64,
+    /// For a header with more flipped bits than its code corrects, or of an unknown type.
+    pub headers_refused: u64,
+    /// For a checksum, or a layout that is not known.
+    pub payloads_refused: u64,
+    /// Because the bytes ended.
+    pub packets_cut_short: u64,
+    /// Packets that came a second time.
+    pub packets_doubled: u64,
+    /// Bytes skipped on the search for the next packet.
+    pub bytes_skipped: u64,
+    /// Frames of which something was lost.
+    pub frames_damaged: u64,
+    /// Announced rows that did not arrive undamaged.
+    pub rows_lost: u64,
+    /// Bits that were flipped on the way, which the host does not know.
+    pub bits_flipped: u64,
+    /// Frames that carried rows, of all cameras.
+    pub frames_with_rows: u64,
+    /// Rows for which the readout stood still because their FIFO was full.
+    pub rows_stalled: u64,
+    /// How long it stood still, mean over frames and cameras.
+    pub stalled_us_per_frame: f64,
+    /// Most rows in the FIFO at once.
+    pub fifo_rows_most: u32,
+    /// From the reading of the last row to the last feature byte, the longest of the run.
+    pub feature_latency_us: Option<f64>,
 }
 
 /// Hashes of the bytes of each stage, hexadecimal.

@@ -55,6 +55,11 @@ impl Session {
             let reason = "no feature was sent".to_owned();
             report.not_measurable.insert("bandwidth.reduction".to_owned(), reason);
         }
+        if !self.setup.sensor.link.mode.sends_features() {
+            for path in ["timing.feature_latency_us", "link.feature_latency_us"] {
+                report.not_measurable.insert(path.to_owned(), "features are not sent".to_owned());
+            }
+        }
         self.set_costs(&mut report);
         self.set_tracking(&mut report);
         Ok(report)
@@ -117,21 +122,17 @@ impl Session {
         let frames = f64_from_usize(self.notes.len());
         let cameras = f64_from_usize(self.setup.cameras.len());
         let frame_time_s = sensor.schedule.frame_time_s();
-        // The packets were made with these numbers, so they have a traffic.
-        let traffic = sensor.link.traffic(sensor.size, sensor.bits(), self.mean_features()).ok();
+        let traffic = &self.totals.link.traffic;
         let raw_bits = f64_from_usize(sensor.size.pixel_count()) * f64::from(sensor.bits());
-        let container_bits = traffic.as_ref().map_or(0.0, |traffic| f64_from_u64(traffic.container_bits));
-        let feature_bits = self.feature_bits();
+        let feature_bits = f64_from_u64(traffic.feature_bits);
         Bandwidth {
             raw_bits_per_frame: raw_bits * cameras,
-            container_bits_per_frame: container_bits * cameras,
+            container_bits_per_frame: f64_from_u64(traffic.container_bits) / frames,
             feature_bits_per_frame: feature_bits / frames,
-            link_bits_per_s: 8.0 * f64_from_u64(self.totals.link_bytes) / (frames * frame_time_s),
+            link_bits_per_s: 8.0 * f64_from_u64(traffic.link_bytes) / (frames * frame_time_s),
             reduction: (self.totals.feature_count > 0 && feature_bits > 0.0)
                 .then(|| raw_bits * cameras * frames / feature_bits),
-            link_utilisation: traffic
-                .as_ref()
-                .map_or(0.0, |traffic| sensor.link.mean_utilisation(traffic, frame_time_s)),
+            link_utilisation: sensor.link.mean_utilisation(traffic, frames * cameras * frame_time_s),
             link_utilisation_burst: burst_utilisation(sensor).unwrap_or(0.0),
         }
     }
@@ -141,25 +142,36 @@ impl Session {
         self.totals.feature_count / u64_from(self.notes.len() * self.setup.cameras.len())
     }
 
-    /// Payload bits of all feature packets of the run.
-    fn feature_bits(&self) -> f64 {
-        let found = self.notes.iter().flat_map(|note| &note.found);
-        f64_from_u64(found.map(|&found| self.feature_bits_of(crate::num::index(found))).sum())
-    }
-
-    /// Payload bits of the feature packets of one camera's frame with so many features; 0 where features are not sent.
-    pub fn feature_bits_of(&self, features: usize) -> u64 {
+    /// Payload bits of the feature packets of one camera's frame whose features leave at these clocks; 0 where features are not sent.
+    pub fn feature_bits_of(&self, frame: FrameIndex, out_clk: &[u64]) -> u64 {
         let sensor = &self.setup.sensor;
-        let traffic = sensor.link.traffic(sensor.size, sensor.bits(), u64_from(features));
+        let traffic = sensor
+            .packets(frame, &sensor.batches(out_clk))
+            .and_then(|packets| sensor.link.traffic_of(&packets, sensor.size, sensor.bits()));
         traffic.map_or(0, |traffic| traffic.feature_bits)
     }
 
     fn link(&self) -> LinkRecord {
-        let counts = &self.totals.counts;
+        let totals = &self.totals.link;
+        let counts = &totals.counts;
+        let frames = f64_from_usize(self.notes.len() * self.setup.cameras.len());
         LinkRecord {
             packets: counts.packets,
             headers_corrected: counts.headers_corrected,
             packets_refused: counts.headers_refused + counts.payloads_refused + counts.cut_short,
+            headers_refused: counts.headers_refused,
+            payloads_refused: counts.payloads_refused,
+            packets_cut_short: counts.cut_short,
+            packets_doubled: counts.packets_doubled,
+            bytes_skipped: counts.bytes_skipped,
+            frames_damaged: counts.frames_damaged,
+            rows_lost: counts.rows_lost,
+            bits_flipped: totals.bits_flipped,
+            frames_with_rows: totals.frames_with_rows,
+            rows_stalled: totals.rows_stalled,
+            stalled_us_per_frame: 1e6 * totals.stalled_s / frames,
+            fifo_rows_most: totals.fifo_rows_most,
+            feature_latency_us: totals.feature_latency_s.map(|latency_s| 1e6 * latency_s),
         }
     }
 

@@ -1,6 +1,7 @@
 //! A sensor's parameters and times, checked, without any scene: enough for `timing` and `characterize`. Enters: a resolved scenario.
 //! Leaves: what every stage between light and link is set to.
 
+use super::on_link::packet_demand_s;
 use crate::adc::AdcParams;
 use crate::compute::{ExtractorParams, frame_clk};
 use crate::config::Resolved;
@@ -14,7 +15,7 @@ use crate::link::LinkParams;
 use crate::num::f64_from_u64;
 use crate::optics::Mosaic;
 use crate::pixel::{PixelParams, PixelType};
-use crate::readout::{AutoExposure, CodeRange, FrameLength, Geometry, Hdr, HdrMerge, MERGED_BITS_MAX, Schedule};
+use crate::readout::{AutoExposure, CodeRange, Geometry, Hdr, HdrMerge, MERGED_BITS_MAX, Schedule};
 use crate::units::Size;
 
 /// Everything between light and link of one camera.
@@ -38,6 +39,8 @@ pub struct SensorSetup {
     pub schedule: Schedule,
     /// The link.
     pub link: LinkParams,
+    /// Share of its bits that arrive flipped.
+    pub bit_error_rate: f64,
     /// The extractor.
     pub extractor: ExtractorParams,
     /// Constants of energy.
@@ -148,13 +151,11 @@ impl SensorSetup {
         let hdr_bits = scenario.hdr_bits()?;
         let merge = merge.map(|merge| merge.companded(hdr_bits));
         let bits = merge.as_ref().map_or(parameters.adc.bits, HdrMerge::bits);
-        let packet_time_s =
-            if link.mode.sends_codes() { link.seconds(link.line_packet_time(size.width_px, bits)?) } else { 0.0 };
+        let packet_time_s = packet_demand_s(&link, size, bits, &readout)?;
         let schedule = Schedule::new(array, &readout, &parameters.adc, packet_time_s)?;
         let extractor = scenario.extractor()?;
         ExtractorParams::check_size(size)?;
         check_extractor_clk(&extractor, size, &schedule)?;
-        FrameOnLink { size, bits, features: extractor.features_max(size) }.check(&link, &schedule)?;
         let technology = Technology::by_name(&scenario.energy.technology)
             .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
         let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };
@@ -166,8 +167,22 @@ impl SensorSetup {
                     if schedule.slots().len() > 1 { merge.with_sensitivities(&exposures(&schedule)) } else { merge }
                 },
             );
-        let setup =
-            Self { array, size, mosaic, parameters, second, merge, black, schedule, link, extractor, technology };
+        let bit_error_rate = scenario.bit_error_rate()?;
+        let setup = Self {
+            array,
+            size,
+            mosaic,
+            parameters,
+            second,
+            merge,
+            black,
+            schedule,
+            link,
+            bit_error_rate,
+            extractor,
+            technology,
+        };
+        setup.check_frame(setup.extractor.features_max(size))?;
         setup.auto_exposure()?;
         crate::config::idle::check(resolved)?;
         Ok(setup)
@@ -247,41 +262,5 @@ fn nominal_merge(first: &Parameters, second: Option<&Parameters>, hdr: Hdr) -> R
             HdrMerge::new(key, bits, black_dn, &gains).map(Some).map_err(too_deep)
         }
         (Hdr::None | Hdr::DualGain, _) => Ok(None),
-    }
-}
-
-/// What one frame puts on the link.
-pub(super) struct FrameOnLink {
-    pub size: Size,
-    pub bits: u32,
-    pub features: u64,
-}
-
-impl FrameOnLink {
-    /// Whether rows, features and the packets around them pass within a frame's time.
-    ///
-    /// # Errors
-    /// They do not; the error names the frame length that would do.
-    pub fn check(&self, link: &LinkParams, schedule: &Schedule) -> Result<(), Error> {
-        let busy = link.traffic(self.size, self.bits, self.features)?.busy;
-        let rows = if link.mode.sends_codes() { self.size.height_px } else { 0 };
-        let row_time_s =
-            if rows > 0 { link.seconds(link.line_packet_time(self.size.width_px, self.bits)?) } else { 0.0 };
-        // Rows leave as they are read; everything else needs the lines that are left.
-        let rows_lines = if rows > 0 { f64_from_u64(schedule.frame_demand().rows) } else { 0.0 };
-        let rest_s = link.seconds(busy) - f64::from(rows) * row_time_s;
-        let lines = rows_lines + (rest_s / schedule.line_time_s()).ceil();
-        // A triggered frame has its trigger's period; a millionth of a line is rounding.
-        if lines <= schedule.frame_time_s() / schedule.line_time_s() + 1e-6 {
-            return Ok(());
-        }
-        let needed = format!("rows and {} features a frame need {lines:.0} lines on this link", self.features);
-        if let FrameLength::RateHz(rate_hz) = schedule.params().frame {
-            let fastest_hz = 1.0 / (lines * schedule.line_time_s());
-            let reason = format!("{needed}; {fastest_hz:.3} or less, fewer features or a faster link would do");
-            return Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, reason));
-        }
-        let reason = format!("{needed}; vts = {lines:.0}, fewer features or a faster link would do");
-        Err(Error::key("sensor.readout.vts", schedule.vts(), reason))
     }
 }

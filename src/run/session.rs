@@ -6,18 +6,18 @@ use super::extractor::ExtractorTotals;
 use super::hashes::StageHashes;
 use super::sensor::SensorSetup;
 use super::setup::Setup;
+use super::transfer::{LinkTotals, frame_time_s};
 use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
 use crate::effects::chain::{Capture, Chain, RowSamples, RowTimes};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
-use crate::link::{self, FrameMetadata, FrameOut};
-use crate::num::{f64_from_u64, f64_from_usize, index, u32_from, u64_from, u64_half_even};
+use crate::num::{f64_from_u64, f64_from_usize, index, u32_from, u64_from};
 use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
-use crate::readout::{ClockSpan, HdrMerge, Schedule, Shutter};
-use crate::tracker::{FrameInput, TrackedFrame, Tracker};
+use crate::readout::{ClockSpan, HdrMerge, Schedule};
+use crate::tracker::{TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Span};
 
 /// Stages whose time is measured, in the data's order.
@@ -33,7 +33,9 @@ pub struct CameraFrame {
     pub codes: Plane<u16>,
     /// Features as they leave the extractor.
     pub features: Vec<Feature>,
-    /// Packets as they leave the link.
+    /// The clock in which each of them leaves it, from the frame's first pixel; empty where the host extracts.
+    pub features_clk: Vec<u64>,
+    /// Packets as they arrive at the host.
     pub packets: Vec<u8>,
     /// Which features the tracker's pose rests on, by index.
     pub tracked: Vec<bool>,
@@ -72,12 +74,11 @@ pub(super) struct FrameNotes {
 pub(super) struct Totals {
     pub events: Events,
     pub hashes: StageHashes,
-    pub counts: link::LinkCounts,
     pub extractor: ExtractorTotals,
+    pub link: LinkTotals,
     pub rays: u64,
     pub render_variance_ratio: f64,
     pub feature_count: u64,
-    pub link_bytes: u64,
     pub stage_s: [f64; STAGES.len()],
 }
 
@@ -86,10 +87,14 @@ pub struct Session {
     pub(super) setup: Setup,
     tracker: Option<Tracker>,
     /// Each camera's extractor, on the sensor or, where pictures alone are sent, on the host.
-    extractors: Vec<Extractor>,
+    pub(super) extractors: Vec<Extractor>,
     /// Photons to codes, at the gain in effect.
     chain: Chain,
-    gain: f64,
+    pub(super) gain: f64,
+    /// How much later than scheduled each row of the window is read in a frame that carries rows; empty where none waits for the link.
+    delays_s: Vec<f64>,
+    /// Time of the frame before by the host's knowledge.
+    pub(super) host_time_s: Option<f64>,
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
     watched: Option<Watched>,
@@ -124,12 +129,15 @@ impl Session {
         let gain = setup.exposure.gain(FrameIndex(0));
         let chain = setup.chain(gain);
         let extractors = vec![Extractor::new(&setup.sensor.extractor); setup.cameras.len()];
+        let delays_s = setup.sensor.row_delays_s().map_err(|error| setup.resolved.tree.locate(error))?;
         Ok(Self {
             setup,
             tracker,
             extractors,
             chain,
             gain,
+            delays_s,
+            host_time_s: None,
             charge_before_e,
             watched: None,
             electrons_kept: false,
@@ -172,30 +180,33 @@ impl Session {
         let codes = self.capture(frame, &schedules, &exposures);
         self.totals.stage_s[1] += lap.next_s();
         let on_sensor = self.setup.sensor.link.mode.sends_features();
-        let features = if on_sensor { self.extract(&codes)? } else { vec![Vec::new(); codes.len()] };
+        let mut extracted = if on_sensor { self.extract(&codes)? } else { vec![Extracted::default(); codes.len()] };
         self.totals.stage_s[2] += lap.next_s();
-        let packets = self.send(frame, &schedules, &codes, &features)?;
+        let packets = self.send(frame, &schedules, &codes, &extracted)?;
         self.totals.stage_s[3] += lap.next_s();
-        let input = self.receive(&packets)?;
+        let host = self.receive(&packets)?;
         // Without features on the link, those of the host's own extractor stand in their place.
-        let features = if on_sensor { features } else { input.features.clone() };
+        if !on_sensor {
+            extracted.iter_mut().zip(&host.input.features).for_each(|(one, found)| one.features.clone_from(found));
+        }
         self.totals.stage_s[4] += lap.next_s();
-        let tracked = self.tracker.as_mut().map(|tracker| tracker.track(&input));
+        let tracked = self.tracker.as_mut().map(|tracker| tracker.track(&host.input));
         self.totals.stage_s[5] += lap.next_s();
 
-        let t_s = input.t_s;
+        let t_s = frame_time_s(&schedules[0], frame);
         let truth = self.pose(t_s)?;
         let cameras: Vec<CameraFrame> = exposures
             .into_iter()
             .zip(codes)
-            .zip(features)
+            .zip(extracted)
             .zip(packets)
             .enumerate()
-            .map(|(camera, (((mut exposures, codes), features), packets))| {
-                let tracked = marks(tracked.as_ref(), camera, features.len());
+            .map(|(camera, (((mut exposures, codes), extracted), packets))| {
+                let Extracted { features, out_clk: features_clk, .. } = extracted;
+                let tracked = marks(tracked.as_ref(), camera, &host.indices[camera], features.len());
                 let photons = exposures.swap_remove(0).photons;
                 let electrons = self.electrons.get_mut(camera).and_then(Option::take);
-                CameraFrame { photons, electrons, codes, features, packets, tracked }
+                CameraFrame { photons, electrons, codes, features, features_clk, packets, tracked }
             })
             .collect();
         let done = Frame { frame, t_s, truth, cameras, tracked };
@@ -229,11 +240,13 @@ impl Session {
         if gain.to_bits() != self.gain.to_bits() {
             (self.chain, self.gain) = (self.setup.chain(gain), gain);
         }
+        let sends_rows = self.setup.sensor.link.sends_codes_in(frame);
         let mut codes = Vec::with_capacity(exposures.len());
         for (camera, (exposures, schedule)) in exposures.iter().zip(schedules).enumerate() {
             let mut read = Vec::with_capacity(exposures.len());
             for (slot, exposure) in exposures.iter().enumerate() {
-                let times = row_times(schedule, frame, slot);
+                let late_s: &[f64] = if sends_rows { &self.delays_s } else { &[] };
+                let times = row_times(schedule, frame, slot, late_s);
                 let before_e = self.charge_before_e[camera].as_ref();
                 let camera_index = CameraIndex(u32_from(camera));
                 let capture = Capture { camera: camera_index, frame, slot: u32_from(slot), before_e };
@@ -256,75 +269,15 @@ impl Session {
     }
 
     /// Features of each camera, as its extractor's rows follow those of the readout.
-    fn extract(&mut self, codes: &[Plane<u16>]) -> Result<Vec<Vec<Feature>>, Error> {
+    fn extract(&mut self, codes: &[Plane<u16>]) -> Result<Vec<Extracted>, Error> {
         let mut all = Vec::with_capacity(codes.len());
         for extracted in extract_all(&self.setup.sensor, &mut self.extractors, codes) {
             let (extracted, events) = extracted?;
             self.totals.events.merge(&events);
             self.totals.extractor.add(&extracted);
-            all.push(extracted.features);
+            all.push(extracted);
         }
         Ok(all)
-    }
-
-    fn send(
-        &mut self,
-        frame: FrameIndex,
-        schedules: &[Schedule],
-        codes: &[Plane<u16>],
-        features: &[Vec<Feature>],
-    ) -> Result<Vec<Vec<u8>>, Error> {
-        let sensor = &self.setup.sensor;
-        let nanoseconds = |seconds: f64| u64_half_even(seconds * 1e9);
-        let metadata = |schedule: &Schedule| FrameMetadata {
-            frame,
-            timestamp_ns: nanoseconds(schedule.t_frame(frame)),
-            exposure_ns: metadata_ns(schedule.exposure(frame, RowIndex(0)).length_s()),
-            row_time_ns: metadata_ns(row_step_s(schedule, frame)),
-            temperature_mk: Some(crate::num::low_u32(u64_half_even(sensor.parameters.pixel.temperature_k * 1e3))),
-        };
-        let mut packets = Vec::with_capacity(codes.len());
-        for (camera, ((codes, features), schedule)) in codes.iter().zip(features).zip(schedules).enumerate() {
-            let out = FrameOut {
-                // Each camera has a link of its own; beyond four of them the channels' numbers come round again.
-                virtual_channel: crate::num::low_u8(u32_from(camera % 4)),
-                metadata: metadata(schedule),
-                codes: Some(codes),
-                bits: sensor.bits(),
-                features: Some(features),
-            };
-            let bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
-            self.totals.link_bytes += u64_from(bytes.len());
-            packets.push(bytes);
-        }
-        Ok(packets)
-    }
-
-    /// The host's side of the link: from bytes to what the tracker may know.
-    fn receive(&mut self, packets: &[Vec<u8>]) -> Result<FrameInput, Error> {
-        let mut input = FrameInput { t_s: 0.0, features: Vec::with_capacity(packets.len()) };
-        let mut pictures = Vec::new();
-        for bytes in packets {
-            let decoded = link::decode(bytes);
-            self.totals.counts.merge(&decoded.counts);
-            let received = decoded.frames.into_iter().next();
-            let received = received.ok_or_else(|| Error::Run("the host received no frame".to_owned()))?;
-            let metadata = received.metadata.ok_or_else(|| Error::Run("the host received no metadata".to_owned()))?;
-            // A rig has one time a frame: its first camera's.
-            if input.features.is_empty() && pictures.is_empty() {
-                input.t_s = f64_from_u64(metadata.timestamp_ns) * 1e-9;
-            }
-            if self.setup.sensor.link.mode.sends_features() {
-                input.features.push(received.features);
-            } else {
-                pictures.push(received.picture.ok_or_else(|| Error::Run("the host received no picture".to_owned()))?);
-            }
-        }
-        // The host runs the same extractor on the pictures it received; none of it is the sensor's energy.
-        for extracted in extract_all(&self.setup.sensor, &mut self.extractors, &pictures) {
-            input.features.push(extracted?.0.features);
-        }
-        Ok(input)
     }
 
     fn note(&mut self, frame: &Frame, schedule: &Schedule) {
@@ -398,29 +351,15 @@ pub(super) fn spans(schedule: &Schedule, of_row: impl Fn(RowIndex) -> Option<Clo
     spans
 }
 
-fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize) -> Vec<RowTimes> {
+/// Times of the window's rows, of which each is read so much later than scheduled (none where there are no numbers).
+fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize, late_s: &[f64]) -> Vec<RowTimes> {
     let exposures = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
     let readouts = spans(schedule, |row| schedule.row_readout_clk(frame, slot, row));
-    let times = |(exposure, readout): (&Span, &Span)| RowTimes {
-        exposure_s: exposure.length_s(),
-        storage_s: readout.start_s - exposure.end_s,
-        readout_s: readout.start_s,
+    let times = |(row, (exposure, readout)): (usize, (&Span, &Span))| {
+        let readout_s = readout.start_s + late_s.get(row).copied().unwrap_or(0.0);
+        RowTimes { exposure_s: exposure.length_s(), storage_s: readout_s - exposure.end_s, readout_s }
     };
-    exposures.iter().zip(&readouts).map(times).collect()
-}
-
-/// A time for the embedded line, whose field ends at 4.29 s: longer ones stand at its end.
-fn metadata_ns(seconds: f64) -> u32 {
-    u32::try_from(u64_half_even(seconds * 1e9)).unwrap_or(u32::MAX)
-}
-
-/// From the exposure of one row of the picture to the next one's; 0 where rows are exposed together.
-fn row_step_s(schedule: &Schedule, frame: FrameIndex) -> f64 {
-    let start_s = |row| schedule.exposure(frame, RowIndex(row)).start_s;
-    match schedule.shutter() {
-        Shutter::Global => 0.0,
-        Shutter::Rolling => (start_s(schedule.last_row().0) - start_s(0)) / f64::from(schedule.last_row().0.max(1)),
-    }
+    exposures.iter().zip(&readouts).enumerate().map(times).collect()
 }
 
 fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
@@ -432,11 +371,16 @@ fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
     merged
 }
 
-fn marks(tracked: Option<&TrackedFrame>, camera: usize, features: usize) -> Vec<bool> {
+/// `indices` are the places of the host's features in the sensor's list.
+fn marks(tracked: Option<&TrackedFrame>, camera: usize, indices: &[u32], features: usize) -> Vec<bool> {
     let mut marks = vec![false; features];
     for inlier in tracked.iter().flat_map(|tracked| &tracked.inliers) {
-        if index(inlier.camera.0) == camera && index(inlier.feature) < features {
-            marks[index(inlier.feature)] = true;
+        if index(inlier.camera.0) != camera {
+            continue;
+        }
+        let place = indices.get(index(inlier.feature)).map(|&place| index(place));
+        if let Some(mark) = place.and_then(|place| marks.get_mut(place)) {
+            *mark = true;
         }
     }
     marks
@@ -448,14 +392,7 @@ fn extract_all(
     extractors: &mut [Extractor],
     codes: &[Plane<u16>],
 ) -> Vec<Result<(Extracted, Events), Error>> {
-    let (bits, pattern_px) = (sensor.bits(), sensor.pattern_px());
-    let row_clk = sensor.row_clk();
-    let one = |(extractor, plane): (&mut Extractor, &Plane<u16>)| {
-        let mut events = Events::default();
-        let mut rows = RowByRow { first_clk: 0, row_clk };
-        let extracted = extractor.frame(plane, bits, pattern_px, (&mut rows, &mut AlwaysReady), &mut events)?;
-        Ok((extracted, events))
-    };
+    let one = |(extractor, plane): (&mut Extractor, &Plane<u16>)| extract_one(sensor, extractor, plane);
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
@@ -463,6 +400,19 @@ fn extract_all(
     }
     #[cfg(not(feature = "parallel"))]
     extractors.iter_mut().zip(codes).map(one).collect()
+}
+
+/// What an extractor makes of a picture whose rows come as the readout's do, and the events of that.
+pub(super) fn extract_one(
+    sensor: &SensorSetup,
+    extractor: &mut Extractor,
+    codes: &Plane<u16>,
+) -> Result<(Extracted, Events), Error> {
+    let mut events = Events::default();
+    let mut rows = RowByRow { first_clk: 0, row_clk: sensor.row_clk() };
+    let pattern_px = sensor.pattern_px();
+    let extracted = extractor.frame(codes, sensor.bits(), pattern_px, (&mut rows, &mut AlwaysReady), &mut events)?;
+    Ok((extracted, events))
 }
 
 /// Times between calls.

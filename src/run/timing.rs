@@ -9,7 +9,7 @@ use super::sensor::SensorSetup;
 use crate::adc::AdcParams;
 use crate::error::Error;
 use crate::link::HEADER_BYTES;
-use crate::num::{f64_from_u64, f64_from_usize, index};
+use crate::num::{f64_from_u64, f64_from_usize, index, u64_from};
 use crate::readout::{ClockSpan, Pulses, Schedule};
 use crate::report::record::{Phase, Timing};
 use crate::report::timing_diagram::{Band, BandKind, Budget, TimingDiagram};
@@ -38,6 +38,7 @@ pub fn timing_record(sensor: &SensorSetup, features: u64) -> Result<Timing, Erro
         frame_time_us: 1e6 * schedule.frame_time_s(),
         fps: schedule.fps(),
         latency_us: 1e6 * latency_s(sensor, features)?,
+        feature_latency_us: sensor.link_times(features)?.feature_latency_s.map(|latency_s| 1e6 * latency_s),
         clocks_per_frame: schedule.frame_clk().0,
         line: line_phases(sensor)?,
         frame: frame_phases(sensor, features)?,
@@ -99,13 +100,13 @@ fn memory_s(schedule: &Schedule) -> f64 {
 }
 
 /// From the middle of the exposure to the frame's last byte: the last row is converted during its line and sent during the next
-/// (or the next but one, behind serial lanes); feature packets follow the rows. The extractor's own pipeline delay is not in it: its
+/// (or the next but one, behind serial lanes); features of the last rows follow it. The extractor's own pipeline delay is not in it: its
 /// clocked form comes later.
 fn latency_s(sensor: &SensorSetup, features: u64) -> Result<f64, Error> {
     let (schedule, first) = (&sensor.schedule, FrameIndex(0));
     let last = schedule.slot_readout(first, schedule.slots().len() - 1, schedule.last_row());
-    let tail_s = sensor.link.seconds(sensor.link.tail_time(features));
-    Ok(last.end_s + memory_s(schedule) + packet_s(sensor)? + tail_s - schedule.t_frame(first))
+    let times = sensor.link_times(features)?;
+    Ok(last.end_s + memory_s(schedule) + times.stalled_s + times.tail_s - schedule.t_frame(first))
 }
 
 /// Spans one after another from the start of a line; those of no length are left out.
@@ -165,9 +166,10 @@ fn packet_phases(sensor: &SensorSetup, lane: &str) -> Result<Vec<Phase>, Error> 
     let us = |clocks: Clocks| 1e6 * link.seconds(clocks);
     // Bytes go round the lanes, so that a header ends in the middle of a byte clock where four lanes carry two of them.
     let bytes_us = |bytes: usize| us(Clocks(1)) * f64_from_usize(bytes) / f64::from(link.lanes);
-    let total_us = 1e6 * packet_s(sensor)?;
+    let total_us = us(link.long_packet_time(u64_from(payload_bytes)));
     let before_us = us(link.burst_entry()) + bytes_us(HEADER_BYTES) + bytes_us(payload_bytes);
     let steps = [
+        ("line start", if link.line_sync { us(link.short_packet_time()) } else { 0.0 }),
         ("LP to HS", us(link.burst_entry())),
         ("header", bytes_us(HEADER_BYTES)),
         ("payload", bytes_us(payload_bytes)),
@@ -204,13 +206,14 @@ fn frame_phases(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error
     let next = schedule.readout(FrameIndex(1), RowIndex(0));
     phases.push(phase("sensor", "readout".to_owned(), first.start_s, last.end_s));
     phases.push(phase("sensor", "blanking".to_owned(), last.end_s, next.start_s));
-    let rows_end_s = last.end_s + memory_s(schedule) + packet_s(sensor)?;
+    let times = sensor.link_times(features)?;
+    let read_s = last.end_s + memory_s(schedule) + times.stalled_s;
+    let rows_end_s = read_s + packet_s(sensor)?;
     if sensor.link.mode.sends_codes() {
         phases.push(phase("link", "rows".to_owned(), first.end_s + memory_s(schedule), rows_end_s));
     }
     if sensor.link.mode.sends_features() {
-        let tail_s = sensor.link.seconds(sensor.link.tail_time(features));
-        phases.push(phase("link", "features".to_owned(), rows_end_s, rows_end_s + tail_s));
+        phases.push(phase("link", "features".to_owned(), rows_end_s, read_s + times.tail_s));
     }
     Ok(phases)
 }
@@ -225,6 +228,7 @@ fn second_frame_s(schedule: &Schedule) -> f64 {
 fn frame_lanes(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error> {
     let schedule = &sensor.schedule;
     let zero_s = second_frame_s(schedule);
+    let times = sensor.link_times(features)?;
     let mut lanes = Vec::new();
     let mut push = |lane: &str, name: &str, start_s: f64, end_s: f64| {
         let (start_us, end_us) = (1e6 * (start_s - zero_s), 1e6 * (end_s - zero_s));
@@ -235,12 +239,13 @@ fn frame_lanes(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error>
         let last = schedule.slot_readout(frame, schedule.slots().len() - 1, schedule.last_row());
         push("readout", "rows", first.start_s, last.end_s);
         push("readout", "blanking", last.end_s, schedule.readout(FrameIndex(frame.0 + 1), RowIndex(0)).start_s);
-        let rows_end_s = last.end_s + memory_s(schedule) + packet_s(sensor)?;
+        let read_s = last.end_s + memory_s(schedule) + times.stalled_s;
+        let rows_end_s = read_s + packet_s(sensor)?;
         if sensor.link.mode.sends_codes() {
             push("link", "rows", first.end_s + memory_s(schedule), rows_end_s);
         }
         if sensor.link.mode.sends_features() {
-            push("link", "features", rows_end_s, rows_end_s + sensor.link.seconds(sensor.link.tail_time(features)));
+            push("link", "features", rows_end_s, read_s + times.tail_s);
         }
     }
     Ok(lanes)

@@ -71,7 +71,13 @@ pub fn report() -> Report {
         energy: (&energy()).into(),
         features: FeatureFigures { median_found: Some(452.0), median_tracked: Some(241.0), min_tracked: Some(0) },
         tracking: Tracking { tracked_fraction: 0.98, ms_per_frame: 7.9, ..Tracking::default() },
-        link: LinkRecord { packets: 289_200, headers_corrected: 0, packets_refused: 0 },
+        link: LinkRecord {
+            packets: 289_200,
+            frames_with_rows: 600,
+            fifo_rows_most: 1,
+            feature_latency_us: Some(91.7),
+            ..LinkRecord::default()
+        },
         hashes: hashes(),
         cost: cost(),
         frames: truth.iter().map(frame).collect(),
@@ -148,6 +154,7 @@ fn timing() -> Timing {
         frame_time_us: 33_330.7,
         fps: 30.0024,
         latency_us: 10_320.0,
+        feature_latency_us: Some(71.4),
         clocks_per_frame: 1_599_872,
         line: vec![
             phase("row n", "settle reset", 0.0, 2.0),

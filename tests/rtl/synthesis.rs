@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::judge::sources;
 use crate::verilate::version;
 
-const BLOCKS: [&str; 5] = ["ramp_counter", "cds", "readout_seq", "lane_shift", "sensor_core"];
+const BLOCKS: [&str; 6] = ["ramp_counter", "cds", "readout_seq", "lane_shift", "sensor_core", "csi2_packetiser"];
 
 /// Warnings that do not matter, each with its reason. None does.
 const ALLOWED: [&str; 0] = [];

@@ -57,7 +57,7 @@ impl Session {
             "features": camera.features.len(),
             "mean_code_dn": sensel::num::f64_from_u64(codes_sum) / pixels,
             "raw_bits": pixels * f64::from(bits),
-            "feature_bits": self.run.feature_bits_of(camera.features.len()),
+            "feature_bits": self.run.feature_bits_of(frame.frame, &camera.features_clk),
             "energy_uj": account.total_pj_per_frame() * 1e-6 / cameras,
             "kept": setup.plan.kept.iter().map(|effect| effect.name).collect::<Vec<_>>(),
             "omitted": setup.plan.omitted.iter().map(|effect| effect.name).collect::<Vec<_>>(),

@@ -32,12 +32,24 @@ fn link(report: &Report) -> String {
     let row =
         |name: &str, value: String| format!("<tr><th scope=\"row\">{name}</th><td class=\"num\">{value}</td></tr>");
     let count = |count: u64| grouped(crate::num::f64_from_u64(count));
+    let latency = link.feature_latency_us.map_or("no features sent".to_owned(), |us| si(us * 1e-6, "s"));
     let rows = [
         row("Link in use, mean", percent(bandwidth.link_utilisation)),
         row("Link in use while a line is sent", percent(bandwidth.link_utilisation_burst)),
+        row("Last row to last feature byte, at most", latency),
+        row("Frames that carried rows", count(link.frames_with_rows)),
+        row("Rows in the FIFO, at most", count(link.fifo_rows_most.into())),
+        row("Rows the readout stood still for", count(link.rows_stalled)),
+        row("Readout stood still, a frame", si(link.stalled_us_per_frame * 1e-6, "s")),
         row("Packets", count(link.packets)),
+        row("Bits flipped on the way", count(link.bits_flipped)),
         row("Headers corrected", count(link.headers_corrected)),
-        row("Packets refused", count(link.packets_refused)),
+        row("Headers refused", count(link.headers_refused)),
+        row("Payloads refused", count(link.payloads_refused)),
+        row("Packets cut short", count(link.packets_cut_short)),
+        row("Packets doubled", count(link.packets_doubled)),
+        row("Rows lost", count(link.rows_lost)),
+        row("Frames damaged", count(link.frames_damaged)),
     ];
     format!("<table><caption>The link</caption><tbody>{}</tbody></table>", rows.concat())
 }

@@ -1,0 +1,261 @@
+//! A frame between its start and its end. Enters: payloads with the word of their CRC, and the holes between them. Leaves: what of the
+//! frame is certain.
+//!
+//! A row is given a place only where nothing else is possible: by the number of the line-start packet in front of it, or, where rows are
+//! not numbered, by counting: rows that arrived and rows' lengths that were skipped have to make up the announced height exactly.
+
+use super::Received;
+use crate::compute::Feature;
+use crate::link::RawKind;
+use crate::link::embedded::{self, FrameMetadata, FrameShape};
+use crate::link::packet::{CRC_BYTES, DataType, HEADER_BYTES, frame_number};
+use crate::link::records::{self, Records};
+use crate::num::{index, u32_from, u64_from};
+use crate::plane::Plane;
+use crate::units::Size;
+
+/// A row's packet: its number where it had one, its codes where its CRC held.
+struct Row {
+    number: Option<u32>,
+    payload_bytes: usize,
+    codes: Option<Vec<u16>>,
+}
+
+/// Bytes that were skipped after so many rows.
+struct Hole {
+    after_rows: usize,
+    bytes: usize,
+}
+
+/// A frame between its start and its end.
+pub(super) struct Open {
+    pub(super) virtual_channel: u8,
+    pub(super) frame_number: u16,
+    embedded: Option<(FrameMetadata, FrameShape)>,
+    kind: Option<RawKind>,
+    line: Option<u32>,
+    rows: Vec<Row>,
+    holes: Vec<Hole>,
+    records: Vec<Records>,
+    doubled: u64,
+    pub(super) ended: bool,
+    pub(super) damaged: bool,
+}
+
+/// Which packet, if any, brought each announced row.
+struct Places {
+    size: Size,
+    packets: Vec<Option<usize>>,
+}
+
+impl Open {
+    pub(super) fn new(virtual_channel: u8, frame_number: u16) -> Self {
+        Self {
+            virtual_channel,
+            frame_number,
+            embedded: None,
+            kind: None,
+            line: None,
+            rows: Vec::new(),
+            holes: Vec::new(),
+            records: Vec::new(),
+            doubled: 0,
+            ended: false,
+            damaged: false,
+        }
+    }
+
+    pub(super) fn hole(&mut self, bytes: usize) {
+        // What a number stood in front of may be in the hole.
+        self.line = None;
+        self.holes.push(Hole { after_rows: self.rows.len(), bytes });
+    }
+
+    pub(super) fn line_start(&mut self, field: u16) {
+        let before = self.line.take();
+        self.line = u32::from(field).checked_sub(1);
+        self.damaged |= before.is_some() || self.line.is_none();
+    }
+
+    /// Whether the payload was understood.
+    pub(super) fn take(&mut self, data_type: DataType, payload: &[u8], holds: bool) -> bool {
+        let number = self.line.take();
+        // Behind a line start stands its row and nothing else.
+        self.damaged |= number.is_some() && !matches!(data_type, DataType::Raw(_));
+        match data_type {
+            DataType::Embedded => self.take_embedded(holds.then_some(payload)),
+            DataType::Raw(kind) => {
+                let alike = *self.kind.get_or_insert(kind) == kind;
+                let codes = if holds && alike { kind.unpack(payload) } else { None };
+                let understood = codes.is_some();
+                self.rows.push(Row { number, payload_bytes: payload.len(), codes });
+                understood
+            }
+            DataType::Features => match holds.then(|| records::parse(payload)).flatten() {
+                Some(found) if frame_number(found.frame) == self.frame_number => {
+                    self.take_records(found);
+                    true
+                }
+                _ => false,
+            },
+            DataType::FrameStart | DataType::FrameEnd | DataType::LineStart => {
+                unreachable!("short packets have no payload")
+            }
+        }
+    }
+
+    fn take_embedded(&mut self, payload: Option<&[u8]>) -> bool {
+        let found = payload.and_then(embedded::parse);
+        let Some(found) = found.filter(|(metadata, _)| frame_number(metadata.frame) == self.frame_number) else {
+            return false;
+        };
+        if self.embedded.is_some() {
+            self.doubled += 1;
+            self.damaged = true;
+        }
+        self.embedded.get_or_insert(found);
+        true
+    }
+
+    /// Keeps records whose indices no other packet brought.
+    fn take_records(&mut self, found: Records) {
+        let span = |records: &Records| (records.first, records.first + u32_from(records.features.len()));
+        let (start, end) = span(&found);
+        let meets = |kept: &Records| {
+            let (kept_start, kept_end) = span(kept);
+            // An empty last packet stands where the list ends; two of them meet too.
+            (start < kept_end && kept_start < end) || (found.last && kept.last)
+        };
+        if self.records.iter().any(meets) {
+            self.doubled += 1;
+            self.damaged = true;
+        } else {
+            self.records.push(found);
+        }
+    }
+
+    /// The frame, announced rows that are lost, and packets that came twice.
+    pub(super) fn finish(mut self) -> (Received, u64, u64) {
+        self.damaged |= self.line.is_some();
+        self.records.sort_by_key(|records| (records.first, records.last));
+        let places = self.places();
+        let (mut damaged_rows, mut missing_rows) = (Vec::new(), Vec::new());
+        for (row, packet) in (0..).zip(places.iter().flat_map(|places| &places.packets)) {
+            match packet {
+                Some(packet) if self.rows[*packet].codes.is_none() => damaged_rows.push(row),
+                Some(_) => {}
+                None => missing_rows.push(row),
+            }
+        }
+        let shape = self.embedded.map(|(_, shape)| shape);
+        let announced = shape.and_then(|shape| shape.size());
+        let rows_lost = match (&places, announced) {
+            (Some(_), _) => u64_from(damaged_rows.len() + missing_rows.len()),
+            (None, Some(size)) => size.height_px.into(),
+            (None, None) => 0,
+        };
+        let picture = places.as_ref().map(|places| self.picture(places));
+        let rows_as_announced =
+            announced.is_some() == picture.is_some() && (announced.is_some() || self.rows.is_empty());
+        let complete = shape.is_some_and(|shape| {
+            rows_as_announced && if shape.features_follow { self.list_is_whole() } else { self.records.is_empty() }
+        });
+        let (feature_indices, features) = self.features();
+        let received = Received {
+            virtual_channel: self.virtual_channel,
+            frame_number: self.frame_number,
+            metadata: self.embedded.map(|(metadata, _)| metadata),
+            shape,
+            picture,
+            damaged_rows,
+            missing_rows,
+            features,
+            feature_indices,
+            whole: self.ended && !self.damaged && complete && rows_lost == 0,
+        };
+        (received, rows_lost, self.doubled)
+    }
+
+    fn features(&self) -> (Vec<u32>, Vec<Feature>) {
+        let all = self.records.iter().flat_map(|records| (records.first..).zip(records.features.iter().copied()));
+        all.unzip()
+    }
+
+    /// Indices run from 0 without a hole, and the last packet is there.
+    fn list_is_whole(&self) -> bool {
+        let mut next = 0;
+        for records in &self.records {
+            if records.first != next {
+                return false;
+            }
+            next += u32_from(records.features.len());
+        }
+        self.records.last().is_some_and(|records| records.last)
+    }
+
+    /// Where the rows belong; nothing where that is in doubt, or no rows were announced.
+    fn places(&mut self) -> Option<Places> {
+        let (_, shape) = self.embedded?;
+        let size = shape.size()?;
+        let kind = RawKind::ALL.into_iter().find(|kind| kind.data_type() == shape.data_type)?;
+        let payload_bytes = kind.payload_bytes(index(size.width_px));
+        // A damaged row has to have brought as many bytes as announced, so damage cannot claim memory.
+        let fits = |row: &Row| {
+            row.payload_bytes == payload_bytes && row.codes.as_ref().is_none_or(|c| c.len() == index(size.width_px))
+        };
+        if self.kind.is_some_and(|found| found != kind) || !self.rows.iter().all(fits) {
+            return None;
+        }
+        let packets = if shape.rows_are_numbered {
+            self.by_number(index(size.height_px))
+        } else {
+            self.by_count(index(size.height_px), HEADER_BYTES + payload_bytes + CRC_BYTES)?
+        };
+        Some(Places { size, packets })
+    }
+
+    fn by_number(&mut self, height: usize) -> Vec<Option<usize>> {
+        let mut packets = vec![None; height];
+        for (packet, row) in self.rows.iter().enumerate() {
+            let place = row.number.and_then(|number| packets.get_mut(index(number)));
+            match place {
+                Some(free @ None) => *free = Some(packet),
+                Some(Some(_)) => {
+                    self.doubled += 1;
+                    self.damaged = true;
+                }
+                // A row without a number, or with one beyond the picture, could be any.
+                None => self.damaged = true,
+            }
+        }
+        packets
+    }
+
+    fn by_count(&self, height: usize, packet_bytes: usize) -> Option<Vec<Option<usize>>> {
+        let rows_in = |hole: &Hole| if hole.bytes.is_multiple_of(packet_bytes) { hole.bytes / packet_bytes } else { 0 };
+        let skipped: usize = self.holes.iter().map(rows_in).sum();
+        if self.rows.len() + skipped != height {
+            return None;
+        }
+        let mut packets = Vec::with_capacity(height);
+        for packet in 0..=self.rows.len() {
+            let before = self.holes.iter().filter(|hole| hole.after_rows == packet);
+            let missing: usize = before.map(rows_in).sum();
+            packets.resize(packets.len() + missing, None);
+            if packet < self.rows.len() {
+                packets.push(Some(packet));
+            }
+        }
+        Some(packets)
+    }
+
+    fn picture(&self, places: &Places) -> Plane<u16> {
+        let mut picture = Plane::filled(places.size, 0);
+        for (row, packet) in places.packets.iter().enumerate() {
+            if let Some(codes) = packet.and_then(|packet| self.rows[packet].codes.as_ref()) {
+                picture.row_mut(row).copy_from_slice(codes);
+            }
+        }
+        picture
+    }
+}

@@ -1,0 +1,194 @@
+//! A frame on its way through the link, in time. Enters: a sensor's setup, the features of a frame. Leaves: packets on the lanes clock
+//! by clock, how the readout has to wait for them, and the refusal of what does not pass.
+
+use super::sensor::SensorSetup;
+use crate::compute::PATCH_MARGIN_PX;
+use crate::error::Error;
+use crate::link::{Batch, Flow, FramePlan, Packet, RowPeriod, WhenFull, after_the_rows, by_row, evenly};
+use crate::num::{f64_from_u64, index, u32_from, u64_from};
+use crate::readout::{FrameLength, Hdr, ReadoutParams, Schedule, Shutter};
+use crate::units::{Clocks, FrameIndex};
+
+/// Times of a frame's way through the link, in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkTimes {
+    /// How long the readout stood still for the link.
+    pub stalled_s: f64,
+    /// From the reading of the last row to the end of the frame's last burst.
+    pub tail_s: f64,
+    /// From the reading of the last row to the last feature byte; none where features are not sent.
+    pub feature_latency_s: Option<f64>,
+}
+
+impl SensorSetup {
+    /// Time from one row's readout to the next one's, in `byte_clk`.
+    pub fn row_period(&self) -> RowPeriod {
+        let lines_clk = self.schedule.line_clk().0 * self.schedule.lines_per_packet();
+        RowPeriod::new(Clocks(lines_clk), self.schedule.pixel_rate_hz(), &self.link)
+    }
+
+    /// Features that pass between two rows' packets; 0 where rows are not sent.
+    ///
+    /// # Errors
+    /// A row that the link cannot carry.
+    pub fn features_per_gap(&self) -> Result<u32, Error> {
+        if !self.link.mode.sends_codes() {
+            return Ok(0);
+        }
+        self.link.features_per_gap(self.size.width_px, self.bits(), self.row_period())
+    }
+
+    /// The rows in whose time a frame's features left the extractor, from the clock of each; what leaves after the last row waits for it no longer than that.
+    pub fn batches(&self, out_clk: &[u64]) -> Vec<Batch> {
+        let row_of = |&clk: &u64| u32::try_from(clk / self.row_clk()).unwrap_or(u32::MAX);
+        by_row(out_clk.iter().map(row_of), self.size.height_px)
+    }
+
+    /// The packets of a frame whose features leave in these batches.
+    ///
+    /// # Errors
+    /// A row that the link cannot carry.
+    pub fn packets(&self, frame: FrameIndex, batches: &[Batch]) -> Result<Vec<Packet>, Error> {
+        let link = &self.link;
+        Ok(link.packets(&FramePlan {
+            rows: self.size.height_px,
+            sends_codes: link.sends_codes_in(frame),
+            batches: link.mode.sends_features().then_some(batches),
+            features_per_gap: self.features_per_gap()?,
+        }))
+    }
+
+    /// The packets of a frame in time.
+    ///
+    /// # Errors
+    /// A row that the link cannot carry.
+    pub fn flow(&self, packets: &[Packet]) -> Result<Flow, Error> {
+        let payload_bytes = self.link.row_payload_bytes(self.size.width_px, self.bits());
+        // Without rows nothing asks for their bytes.
+        let payload_bytes = if self.link.mode.sends_codes() { payload_bytes? } else { 0 };
+        Ok(self.link.flow(packets, self.size.height_px, payload_bytes, self.row_period()))
+    }
+
+    /// A frame with so many features spread evenly over its height, with its rows where the mode sends them, in time.
+    ///
+    /// # Errors
+    /// A row that the link cannot carry.
+    pub fn flow_of(&self, features: u64) -> Result<Flow, Error> {
+        let features = u32::try_from(features).expect("a list of features has fewer than 2^32");
+        let batches = evenly(features, self.extractor.cell_px, PATCH_MARGIN_PX, self.size.height_px);
+        self.flow(&self.packets(FrameIndex(0), &batches)?)
+    }
+
+    /// What `flow_of` says, in seconds.
+    ///
+    /// # Errors
+    /// A row that the link cannot carry.
+    pub fn link_times(&self, features: u64) -> Result<LinkTimes, Error> {
+        let flow = self.flow_of(features)?;
+        let seconds = |clocks: Clocks| self.link.seconds(clocks);
+        Ok(LinkTimes {
+            stalled_s: seconds(flow.stalled),
+            tail_s: seconds(flow.tail()),
+            feature_latency_s: flow.feature_latency().map(seconds),
+        })
+    }
+
+    /// How much later than its schedule each array row of the window is read because rows before it wait for the link; empty where
+    /// none waits.
+    ///
+    /// # Errors
+    /// A row that the link cannot carry.
+    pub fn row_delays_s(&self) -> Result<Vec<f64>, Error> {
+        if self.link.when_full == WhenFull::Refuse || !self.link.mode.sends_codes() {
+            return Ok(Vec::new());
+        }
+        let flow = self.flow_of(0)?;
+        if flow.stalled.0 == 0 {
+            return Ok(Vec::new());
+        }
+        let delays = flow.delays(self.row_period());
+        let (rows, height) = (index(self.schedule.geometry().window().height_px), delays.len());
+        // Rows of the window that are binned into one are late together.
+        Ok((0..rows).map(|row| self.link.seconds(delays[(row * height / rows).min(height - 1)])).collect())
+    }
+
+    /// Whether a frame with so many features, all of which may come with the last rows, passes within a frame's time.
+    ///
+    /// # Errors
+    /// It does not; the error names the frame length that would do.
+    pub(super) fn check_frame(&self, features: u64) -> Result<(), Error> {
+        let most = u32::try_from(features).expect("a configuration's number");
+        let packets = self.packets(FrameIndex(0), &after_the_rows(most))?;
+        self.check_passes(&self.flow(&packets)?, features, &self.schedule)
+    }
+
+    /// Whether these packets pass within a frame's time of this schedule.
+    ///
+    /// # Errors
+    /// They do not; the error names the frame length that would do.
+    pub(super) fn check_passes(&self, flow: &Flow, features: u64, schedule: &Schedule) -> Result<(), Error> {
+        let last_row = flow.sent.iter().rev().find(|sent| matches!(sent.packet, Packet::Row(_)));
+        // Rows leave as they are read; everything else needs the lines that are left.
+        let (rows_lines, rest_clk) = match last_row {
+            Some(row) => {
+                let behind = flow.end().0 - row.end.0;
+                (f64_from_u64(schedule.frame_demand().rows), flow.lead.0 + flow.stalled.0 + behind)
+            }
+            None => (0.0, flow.sent.iter().map(|sent| sent.end.0 - sent.start.0).sum()),
+        };
+        let lines = rows_lines + (self.link.seconds(Clocks(rest_clk)) / schedule.line_time_s()).ceil();
+        // A triggered frame has its trigger's period; a millionth of a line is rounding.
+        if lines <= schedule.frame_time_s() / schedule.line_time_s() + 1e-6 {
+            return Ok(());
+        }
+        let needed = format!("rows and {features} features a frame need {lines:.0} lines on this link");
+        if let FrameLength::RateHz(rate_hz) = schedule.params().frame {
+            let fastest_hz = 1.0 / (lines * schedule.line_time_s());
+            let reason = format!("{needed}; {fastest_hz:.3} or less, fewer features or a faster link would do");
+            return Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, reason));
+        }
+        let reason = format!("{needed}; vts = {lines:.0}, fewer features or a faster link would do");
+        Err(Error::key("sensor.readout.vts", schedule.vts(), reason))
+    }
+}
+
+/// The time that a line has to leave for a row's packet, in seconds: with a FIFO of D rows, the last of n rows finds a place if n - D
+/// packets pass while n - 1 rows are read. 0 where the readout waits for the link instead, or where no rows are sent.
+///
+/// # Errors
+/// A row that the link cannot carry; a readout that cannot wait.
+pub(super) fn packet_demand_s(
+    link: &crate::link::LinkParams,
+    size: crate::units::Size,
+    bits: u32,
+    readout: &ReadoutParams,
+) -> Result<f64, Error> {
+    if !link.mode.sends_codes() {
+        return Ok(0.0);
+    }
+    let packet_s = link.seconds(link.line_packet_time(size.width_px, bits)?);
+    if link.when_full == WhenFull::Stall {
+        return can_stall(readout).map(|()| 0.0);
+    }
+    let (rows, places) = (u64_from(index(size.height_px)), u64::from(link.fifo_rows));
+    let packets = f64_from_u64(rows.saturating_sub(places));
+    Ok(if places == 1 { packet_s } else { packet_s * packets / f64_from_u64(rows.max(2) - 1) })
+}
+
+/// A readout that stands still holds its electronic shutter too: under a rolling shutter, rows would be exposed for longer, each by another
+/// time, and several exposures a row would no longer stand in their ratio.
+fn can_stall(readout: &ReadoutParams) -> Result<(), Error> {
+    let reason = if readout.shutter == Shutter::Rolling {
+        "a stall would stretch the exposures of a rolling shutter, each row's by another time"
+    } else if matches!(readout.hdr, Hdr::MultiExposure { .. }) {
+        "a stall would change the ratio of several exposures"
+    } else {
+        return Ok(());
+    };
+    Err(Error::key("link.when_full", "stall", format!("{reason}; \"refuse\" would do")))
+}
+
+/// Rows as the report counts them.
+pub(super) fn rows_in(packets: &[Packet]) -> u32 {
+    u32_from(packets.iter().filter(|packet| matches!(packet, Packet::Row(_))).count())
+}

@@ -1,0 +1,182 @@
+//! From the sensor to the host over the link. Enters: codes and features of a frame. Leaves: the bytes as they arrive, and what the host
+//! may believe of them. Everything that the host does here it knows from bytes, configuration and its own clock.
+
+use super::on_link::rows_in;
+use super::session::{Session, extract_one};
+use crate::compute::{Extracted, Feature, PATCH_MARGIN_PX};
+use crate::draw::RowPlace;
+use crate::error::Error;
+use crate::link::{self, Flow, FrameMetadata, FrameOut, LinkCounts, Received, Traffic};
+use crate::num::{f64_from_u64, low_u8, low_u32, u32_from, u64_from, u64_half_even};
+use crate::plane::Plane;
+use crate::readout::{Schedule, Shutter};
+use crate::tracker::FrameInput;
+use crate::units::{CameraIndex, FrameIndex, RowIndex};
+
+/// What the links of a run did.
+#[derive(Default)]
+pub(super) struct LinkTotals {
+    /// What the host's decoder saw.
+    pub counts: LinkCounts,
+    /// What was sent.
+    pub traffic: Traffic,
+    /// Bits flipped on the way.
+    pub bits_flipped: u64,
+    /// Frames that carried rows.
+    pub frames_with_rows: u64,
+    /// Rows for which a readout stood still.
+    pub rows_stalled: u64,
+    /// For how long.
+    pub stalled_s: f64,
+    /// Most rows in a FIFO at once.
+    pub fifo_rows_most: u32,
+    /// Longest time from a last row to the last feature byte behind it; none where features are not sent.
+    pub feature_latency_s: Option<f64>,
+}
+
+impl LinkTotals {
+    fn add_flow(&mut self, sensor: &super::SensorSetup, flow: &Flow) {
+        self.rows_stalled += u64::from(flow.rows_stalled);
+        self.stalled_s += sensor.link.seconds(flow.stalled);
+        self.fifo_rows_most = self.fifo_rows_most.max(flow.fifo_rows_most);
+        if let Some(latency) = flow.feature_latency() {
+            let latency_s = sensor.link.seconds(latency);
+            let longest_s = self.feature_latency_s.unwrap_or(0.0);
+            self.feature_latency_s = Some(crate::num::greater(longest_s, latency_s));
+        }
+    }
+}
+
+/// A frame of the rig as the host has it.
+pub(super) struct HostFrame {
+    /// What the tracker gets.
+    pub input: FrameInput,
+    /// Of each camera: the places of its features in the sensor's own list.
+    pub indices: Vec<Vec<u32>>,
+}
+
+/// `t_frame` on the nanosecond, as the embedded line carries it.
+pub(super) fn frame_time_s(schedule: &Schedule, frame: FrameIndex) -> f64 {
+    f64_from_u64(nanoseconds(schedule.t_frame(frame))) * 1e-9
+}
+
+fn nanoseconds(seconds: f64) -> u64 {
+    u64_half_even(seconds * 1e9)
+}
+
+/// A time for the embedded line, whose field ends at 4.29 s: longer ones stand at its end.
+fn metadata_ns(seconds: f64) -> u32 {
+    u32::try_from(nanoseconds(seconds)).unwrap_or(u32::MAX)
+}
+
+/// From the exposure of one row of the picture to the next one's; 0 where rows are exposed together.
+fn row_step_s(schedule: &Schedule, frame: FrameIndex) -> f64 {
+    let start_s = |row| schedule.exposure(frame, RowIndex(row)).start_s;
+    match schedule.shutter() {
+        Shutter::Global => 0.0,
+        Shutter::Rolling => (start_s(schedule.last_row().0) - start_s(0)) / f64::from(schedule.last_row().0.max(1)),
+    }
+}
+
+impl Session {
+    /// Packs each camera's frame and brings it over its link.
+    pub(super) fn send(
+        &mut self,
+        frame: FrameIndex,
+        schedules: &[Schedule],
+        codes: &[Plane<u16>],
+        extracted: &[Extracted],
+    ) -> Result<Vec<Vec<u8>>, Error> {
+        let sensor = &self.setup.sensor;
+        let gain_q16 = low_u32(u64_half_even(self.gain * 65_536.0));
+        let features_per_gap = sensor.features_per_gap()?;
+        let mut arrived = Vec::with_capacity(codes.len());
+        for (camera, ((codes, extracted), schedule)) in codes.iter().zip(extracted).zip(schedules).enumerate() {
+            let features = &extracted.features;
+            let metadata = FrameMetadata {
+                frame,
+                timestamp_ns: nanoseconds(schedule.t_frame(frame)),
+                exposure_ns: metadata_ns(schedule.exposure(frame, RowIndex(0)).length_s()),
+                row_time_ns: metadata_ns(row_step_s(schedule, frame)),
+                temperature_mk: Some(low_u32(u64_half_even(sensor.parameters.pixel.temperature_k * 1e3))),
+                gain_q16,
+            };
+            let out = FrameOut {
+                // Each camera has a link of its own; beyond four of them the channels' numbers come round again.
+                virtual_channel: low_u8(u32_from(camera % 4)),
+                metadata,
+                codes: Some(codes),
+                bits: sensor.bits(),
+                features: Some(features),
+                batches: &sensor.batches(&extracted.out_clk),
+                features_per_gap,
+            };
+            let packets = out.packets(&sensor.link);
+            let flow = sensor.flow(&packets)?;
+            sensor.check_passes(&flow, u64_from(features.len()), schedule)?;
+            let mut bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
+            let totals = &mut self.totals.link;
+            totals.add_flow(sensor, &flow);
+            totals.traffic.add(&sensor.link.traffic_of(&packets, sensor.size, out.bits)?);
+            totals.frames_with_rows += u64::from(rows_in(&packets) > 0);
+            let (seed, camera) = (self.setup.resolved.scenario.seed, CameraIndex(u32_from(camera)));
+            let place = RowPlace { seed, camera, frame, slot: 0, row: RowIndex(0) };
+            totals.bits_flipped += link::flip_bits(&mut bytes, sensor.bit_error_rate, place);
+            arrived.push(bytes);
+        }
+        Ok(arrived)
+    }
+
+    /// The host's side of the link: from bytes to what the tracker may know. Damaged packets bring nothing; a frame whose time is lost
+    /// is taken to follow the one before it at the configured rate.
+    ///
+    /// # Errors
+    /// A picture that the host's own extractor refuses.
+    pub(super) fn receive(&mut self, packets: &[Vec<u8>]) -> Result<HostFrame, Error> {
+        let mut received = Vec::with_capacity(packets.len());
+        for bytes in packets {
+            let decoded = link::decode(bytes);
+            self.totals.link.counts.merge(&decoded.counts);
+            let mut frames = decoded.frames;
+            let best = frames.iter().position(|frame| frame.metadata.is_some()).unwrap_or(0);
+            received.push((best < frames.len()).then(|| frames.swap_remove(best)));
+        }
+        // A rig has one time a frame: its first camera's, or the next one's that arrived.
+        let stamp = received.iter().flatten().find_map(|frame| frame.metadata).map(|metadata| metadata.timestamp_ns);
+        let t_s = match (stamp, self.host_time_s) {
+            (Some(timestamp_ns), _) => f64_from_u64(timestamp_ns) * 1e-9,
+            (None, Some(before_s)) => before_s + self.setup.sensor.schedule.frame_time_s(),
+            (None, None) => 0.0,
+        };
+        self.host_time_s = Some(t_s);
+        let mut host = HostFrame { input: FrameInput { t_s, features: Vec::new() }, indices: Vec::new() };
+        for (camera, frame) in received.into_iter().enumerate() {
+            let (features, indices) = match frame {
+                Some(frame) => self.features_of(camera, frame)?,
+                None => (Vec::new(), Vec::new()),
+            };
+            host.input.features.push(features);
+            host.indices.push(indices);
+        }
+        Ok(host)
+    }
+
+    /// Features that arrived, or those that the host's own extractor finds, and their places in the list that is shown.
+    fn features_of(&mut self, camera: usize, frame: Received) -> Result<(Vec<Feature>, Vec<u32>), Error> {
+        let sensor = &self.setup.sensor;
+        if sensor.link.mode.sends_features() {
+            return Ok((frame.features, frame.feature_indices));
+        }
+        let Some(picture) = frame.picture.filter(|picture| picture.size() == sensor.size) else {
+            return Ok((Vec::new(), Vec::new()));
+        };
+        // The host runs the same extractor on the picture it received; none of it is the sensor's energy.
+        let (extracted, _) = extract_one(sensor, &mut self.extractors[camera], &picture)?;
+        let mut features = extracted.features;
+        // Lost rows are black there, and their edges are no corners.
+        let lost: Vec<u32> = frame.damaged_rows.into_iter().chain(frame.missing_rows).collect();
+        features.retain(|feature| lost.iter().all(|row| row.abs_diff(feature.pixel().1) > PATCH_MARGIN_PX));
+        let indices = (0..u32_from(features.len())).collect();
+        Ok((features, indices))
+    }
+}
