@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
-use crate::tracker::manifold::{Twist, se3_exp};
+use crate::tracker::lie::{Twist, se3_exp};
 use crate::tracker::refine::{UNSEEN_SIGMAS2, huber, linearise};
 use crate::tracker::rig::RigCamera;
 use crate::units::CameraIndex;
