@@ -7,12 +7,14 @@
 //! Poses are metres and unit quaternions, places pixels, times seconds. Equal input gives equal bytes.
 
 pub mod adjust;
+pub mod covariance;
 pub mod dense;
 pub mod epipolar;
 pub mod extend;
 pub mod lie;
 pub mod locate;
 pub mod map;
+pub mod marginal;
 pub mod matching;
 pub mod p3p;
 pub mod polynomial;
