@@ -34,6 +34,8 @@ struct Dense {
     n: usize,
     matrix: Vec<f64>,
     side: Vec<f64>,
+    /// Information on each unknown if all others were known, the landmarks too: what rounding is relative to.
+    scale: Vec<f64>,
 }
 
 /// The prior that free poses and points leave behind. All observations of leaving points are used up: the caller drops those points
@@ -53,14 +55,13 @@ pub fn marginalise(
         dense.add_prior(prior);
     }
     dense.add_points(problem, &at, point_leaves);
-    let scale: Vec<f64> = (0..dense.n).map(|k| dense.matrix[k * (dense.n + 1)]).collect();
     let leaving: Vec<bool> = (0..dense.n).map(|k| pose_leaves[k / 6]).collect();
-    while let Some(pivot) = dense.pivot(&scale, &leaving) {
+    while let Some(pivot) = dense.pivot(&leaving) {
         dense.take_out(pivot);
     }
     let staying: Vec<bool> = leaving.iter().map(|leaves| !leaves).collect();
     let (mut root, mut side) = (Vec::new(), Vec::new());
-    while let Some(pivot) = dense.pivot(&scale, &staying) {
+    while let Some(pivot) = dense.pivot(&staying) {
         let (row, right) = dense.take_out(pivot);
         root.push(row);
         side.push(right);
@@ -128,7 +129,7 @@ impl Prior {
 
 impl Dense {
     fn new(n: usize) -> Self {
-        Self { n, matrix: vec![0.0; n * n], side: vec![0.0; n] }
+        Self { n, matrix: vec![0.0; n * n], side: vec![0.0; n], scale: vec![0.0; n] }
     }
 
     fn add_prior(&mut self, prior: &Prior) {
@@ -138,6 +139,7 @@ impl Dense {
         for (row, side) in prior.root.iter().zip(&prior.side) {
             for (&a, &x) in places.iter().zip(row) {
                 self.side[a] += x * side;
+                self.scale[a] += x * x;
                 for (&b, &y) in places.iter().zip(row) {
                     self.matrix[a * self.n + b] += x * y;
                 }
@@ -159,7 +161,9 @@ impl Dense {
                 own += rows.by_point.tr_mul(&rows.by_point);
                 own_side += rows.by_point.tr_mul(&error);
                 if pose < problem.free {
-                    self.add(pose, pose, &rows.by_pose.tr_mul(&rows.by_pose));
+                    let block = rows.by_pose.tr_mul(&rows.by_pose);
+                    self.add(pose, pose, &block);
+                    (0..6).for_each(|k| self.scale[6 * pose + k] += block[(k, k)]);
                     self.add_side(pose, &rows.by_pose.tr_mul(&error));
                     *couplings.entry(pose).or_insert_with(SMatrix::zeros) += rows.by_pose.tr_mul(&rows.by_point);
                 }
@@ -187,8 +191,8 @@ impl Dense {
     }
 
     /// The unknown with the greatest share of its information left; `None` where all are below the tolerance.
-    fn pivot(&self, scale: &[f64], among: &[bool]) -> Option<usize> {
-        let share = |k: usize| if scale[k] > 0.0 { self.matrix[k * (self.n + 1)] / scale[k] } else { 0.0 };
+    fn pivot(&self, among: &[bool]) -> Option<usize> {
+        let share = |k: usize| if self.scale[k] > 0.0 { self.matrix[k * (self.n + 1)] / self.scale[k] } else { 0.0 };
         let candidates = (0..self.n).filter(|&k| among[k] && share(k) > RANK_TOLERANCE);
         candidates.reduce(|best, next| if share(next) > share(best) { next } else { best })
     }

@@ -121,6 +121,29 @@ impl PoseGraph {
         self.edges.iter().zip(self.errors2()).map(|(edge, error2)| edge.kernel.at(error2).1).collect()
     }
 
+    /// Moves the free nodes to the least cost with every switchable edge trusted first and then doubted step by step (graduated
+    /// non-convexity, Yang et al. 2020): drift that stands between a true loop and its kernel's threshold is taken out before the threshold counts.
+    /// The outcome's cost before is that of the last, full doubt.
+    pub fn solve_graduated(&mut self, iterations_max: u32) -> Outcome {
+        let wanted: Vec<Kernel> = self.edges.iter().map(|edge| edge.kernel).collect();
+        let excess = |(edge, error2): (&Edge, f64)| match edge.kernel {
+            Kernel::Switchable(phi) => error2 / phi,
+            Kernel::Full | Kernel::Huber(_) => 1.0,
+        };
+        let mut factor = self.edges.iter().zip(self.errors2()).map(excess).fold(1.0, crate::num::greater);
+        while factor > 1.0 {
+            for (edge, kernel) in self.edges.iter_mut().zip(&wanted) {
+                if let Kernel::Switchable(phi) = kernel {
+                    edge.kernel = Kernel::Switchable(phi * factor);
+                }
+            }
+            self.solve(iterations_max);
+            factor *= 0.5;
+        }
+        self.edges.iter_mut().zip(wanted).for_each(|(edge, kernel)| edge.kernel = kernel);
+        self.solve(iterations_max)
+    }
+
     /// Moves the free nodes to the least cost.
     pub fn solve(&mut self, iterations_max: u32) -> Outcome {
         assert!(self.held.len() == self.nodes.len(), "each node is held or not");
