@@ -7,15 +7,18 @@
 //! Poses are metres and unit quaternions, places pixels, times seconds. Equal input gives equal bytes.
 
 pub mod adjust;
+pub mod covariance;
 pub mod dense;
 pub mod epipolar;
 pub mod extend;
+pub mod lie;
 pub mod locate;
-pub mod manifold;
 pub mod map;
+pub mod marginal;
 pub mod matching;
 pub mod p3p;
 pub mod polynomial;
+pub mod pose_graph;
 pub mod ransac;
 pub mod refine;
 pub mod rig;
@@ -30,8 +33,8 @@ use crate::pose::{Pose, TimedPose};
 use crate::units::CameraIndex;
 
 use extend::{Growth, Unclaimed, adjust_window};
+use lie::{se3_exp, se3_log};
 use locate::{Frame, Located};
-use manifold::{se3_exp, se3_log};
 use map::{Landmark, Map};
 pub use rig::CameraCalibration;
 use rig::{RigCamera, View};

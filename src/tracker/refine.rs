@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
-use crate::tracker::manifold::{Twist, se3_exp};
+use crate::tracker::lie::{Twist, se3_exp};
 use crate::tracker::rig::RigCamera;
 use crate::units::CameraIndex;
 
