@@ -6,7 +6,8 @@
 use std::collections::BTreeMap;
 
 use sensel::compute::{
-    Corner, ExtractorParams, Feature, Overflow, PATCH_MARGIN_PX, every_corner, extract, fast9, to_8_bits,
+    AlwaysReady, AtOnce, Corner, Extractor, ExtractorParams, Feature, PATCH_MARGIN_PX, Pattern, Pixels, Records,
+    blocks, every_corner, extract, fast9, to_8_bits,
 };
 use sensel::draw::mix;
 use sensel::events::{Event, Events};
