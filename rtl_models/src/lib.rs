@@ -12,6 +12,7 @@ pub mod cds;
 pub mod event_core;
 mod fx_fast;
 pub mod fx_front;
+pub mod fx_front_rows;
 mod fx_half;
 mod fx_harris;
 mod fx_nms;
