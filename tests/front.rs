@@ -15,6 +15,7 @@ use cases::Random;
 use front_pictures::{KINDS, committed, made};
 use front_reference::{Buffers, Event, Picture, Reference, events_of};
 use rtl_models::fx_front::{DRAIN, FRONT_LATENCY, FxFront, FxFrontConfig, FxFrontIn};
+use rtl_models::fx_front_rows::{FrontRows, FrontRowsMemory, FrontSink, RowCorner, RowDone, Word};
 use sensel::compute::fast9;
 use sensel::plane::Plane;
 use sensel::units::Size;
@@ -98,6 +99,97 @@ fn corners_smoothed_pixels_and_row_ends_are_those_of_the_definitions_in_their_cl
         "seed {SEED}: {corners} corners; frames with 1 to 4 octaves: {octaves_built:?}; {harris_cases} with Harris"
     );
     assert!(corners > 10_000 && octaves_built.iter().all(|&count| count > 2) && harris_cases > 10);
+}
+
+/// Collects what leaves a row at a time as events.
+#[derive(Default)]
+struct Collected {
+    corners: Vec<RowCorner>,
+    events: Vec<(u64, Event)>,
+}
+
+impl<T: Word> FrontSink<T> for Collected {
+    fn corner(&mut self, corner: &RowCorner) {
+        self.corners.push(*corner);
+    }
+
+    fn row(&mut self, done: &RowDone<'_, T>) {
+        let RowDone { octave, row, is_virtual, frame_end, start, smoothed } = *done;
+        let corner = |c: &RowCorner| {
+            let (x, y, score, resp, rank) = (c.x, c.y, c.score, c.resp, c.rank);
+            (start + u64::from(x) + 4, Event::Corner { octave, x, y, score, resp, rank })
+        };
+        let pixel = |(x, &pixel): (u32, &T)| {
+            let (y, pixel) = (row - 3, pixel.into());
+            (start + u64::from(x) + 3, Event::Smoothed { octave, x, y, pixel })
+        };
+        let mut events: Vec<_> =
+            (3..).zip(smoothed).map(pixel).chain(self.corners.drain(..).map(|c| corner(&c))).collect();
+        // The sort is stable: at one position the smoothed pixel comes before the corner.
+        events.sort_by_key(|event| event.0);
+        self.events.extend(events);
+        self.last_position(octave, row, is_virtual, frame_end);
+    }
+}
+
+impl Collected {
+    fn last_position(&mut self, octave: u32, row: u32, is_virtual: bool, frame_end: bool) {
+        self.events.push((u64::MAX, Event::RowEnd { octave, row, is_virtual, frame_end }));
+    }
+}
+
+fn rows_equal<T: Word + std::fmt::Debug>(config: &FxFrontConfig, pictures: &[Picture], thresholds: &[u16]) -> usize {
+    let words = FrontRows::<T>::words(config);
+    let width = usize::try_from(config.max_width).unwrap();
+    let narrow = |value: u16| T::try_from(value).ok().unwrap();
+    let (mut pixels, mut differences) = (vec![narrow(0x77); 8 * words], vec![narrow(0x77); 3 * words]);
+    let (mut scratch, mut sums) = (vec![narrow(0x77); width], vec![7; width]);
+    let memory =
+        FrontRowsMemory { pixels: &mut pixels, differences: &mut differences, scratch: &mut scratch, sums: &mut sums };
+    let mut front = FrontRows::new(*config, memory);
+    let mut corners = 0;
+    for (picture, &threshold) in pictures.iter().zip(thresholds) {
+        let reference = Reference::new(config, picture, threshold);
+        let (mut collected, start) = (Collected::default(), front.positions());
+        for row in picture.pixels.chunks(picture.width) {
+            let row: Vec<T> = row.iter().map(|&pixel| narrow(pixel)).collect();
+            front.row(&row, narrow(threshold), &mut collected);
+        }
+        assert_eq!(front.positions() - start, config.frame_positions());
+        assert_eq!(collected.events.len(), reference.events.len(), "{config:?}");
+        for (found, expected) in collected.events.iter().zip(&reference.events) {
+            let ends = matches!(expected.1, Event::RowEnd { .. });
+            assert!(
+                found.1 == expected.1 && (ends || found.0 - start == expected.0),
+                "{found:?}, {expected:?}, {config:?}"
+            );
+        }
+        corners += reference.corners;
+    }
+    corners
+}
+
+#[test]
+fn a_row_at_a_time_gives_the_same_corners_pixels_and_positions() {
+    const SEED: u64 = 5103;
+    let mut random = Random(SEED);
+    let (mut corners, mut narrow) = (0, 0);
+    for case in 0..70 {
+        let pix_bits = [8, 8, 8, 10, 12, 16][usize::try_from(random.below(6)).unwrap()];
+        let (width, height) = (random.within(7, 200), random.within(7, 90));
+        let pictures = [case, case + 3].map(|kind| made(&mut random, kind % KINDS, width, height, pix_bits));
+        let octaves = random.within(1, 4);
+        let config = config_for(&pictures[0], pix_bits, octaves, random.one_in(3), random.below(9));
+        let most = ((1 << pix_bits) * 100 / 256_u32).max(2);
+        let thresholds = [0, 1].map(|_| u16::try_from(random.within(1, most)).unwrap());
+        if pix_bits == 8 {
+            corners += rows_equal::<u8>(&config, &pictures, &thresholds);
+            narrow += 1;
+        }
+        corners += rows_equal::<u16>(&config, &pictures, &thresholds);
+    }
+    println!("seed {SEED}: {corners} corners, {narrow} cases in bytes");
+    assert!(corners > 10_000 && narrow > 20);
 }
 
 #[test]
