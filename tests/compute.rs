@@ -155,7 +155,12 @@ const VECTORS: &[(&str, &[u8])] = vectors![
     "narrow"
 ];
 
-const LIST_ALL: ExtractorParams = ExtractorParams { threshold: 10, top_k: None, cell_px: 32, subpixel: true };
+/// Every cell keeps its best four, and all of them are served.
+const MANY: ExtractorParams = ExtractorParams { threshold: 10, per_cell: 4, ..ExtractorParams::USUAL };
+
+fn features(codes: &Plane<u16>, bits: u32, params: &ExtractorParams) -> Vec<Feature> {
+    extract(codes, bits, params, &mut Events::default()).unwrap()
+}
 
 /// Soft blobs of many directions on a grid, with 16-bit codes.
 fn blobs(width_px: u32, height_px: u32) -> Plane<u16> {
@@ -172,11 +177,11 @@ fn blobs(width_px: u32, height_px: u32) -> Plane<u16> {
 #[test]
 fn features_are_the_same_at_every_depth_that_holds_the_8_bits() {
     let codes = blobs(160, 120);
-    let at_16 = extract(&codes, 16, &LIST_ALL, &mut Events::default());
+    let at_16 = features(&codes, 16, &MANY);
     assert!(at_16.len() > 20, "{} features", at_16.len());
     for bits in 8..16 {
         let shifted = codes.map(|code| code >> (16 - bits));
-        assert_eq!(extract(&shifted, bits, &LIST_ALL, &mut Events::default()), at_16, "{bits} bits");
+        assert_eq!(features(&shifted, bits, &MANY), at_16, "{bits} bits");
     }
     // Below 8 bits codes are shifted up: two bits are the four values 0, 64, 128 and 192.
     let two_bits = codes.map(|code| code >> 14);
@@ -184,66 +189,164 @@ fn features_are_the_same_at_every_depth_that_holds_the_8_bits() {
 }
 
 #[test]
+fn a_wide_pipeline_finds_the_same_features_in_codes_of_8_bits() {
+    let codes = blobs(160, 120);
+    let at_8 = features(&codes, 16, &MANY);
+    for pipeline_bits in 9..=16 {
+        // Shifted words keep every comparison. d > t in 8 bits is 2^s d > 2^s t, and the score is one step of the wider word less.
+        let shift = pipeline_bits - 8;
+        let wide = ExtractorParams { pipeline_bits, threshold: MANY.threshold << shift, ..MANY };
+        let found = features(&codes, 16, &wide);
+        assert_eq!(found.len(), at_8.len(), "{pipeline_bits} bits");
+        for (wide, narrow) in found.iter().zip(&at_8) {
+            assert_eq!((wide.x_q4, wide.y_q4), (narrow.x_q4, narrow.y_q4));
+            assert_eq!(wide.score, ((narrow.score + 1) << shift) - 1);
+            // Smoothed words keep bits below the narrow ones', so angles and comparisons may differ where those are equal.
+            let off = wide.angle.wrapping_sub(narrow.angle);
+            assert!(off <= 1 || off == 255, "{pipeline_bits} bits");
+        }
+    }
+}
+
+/// The definition again, on words of 16 bits.
+#[test]
+fn fast9_on_wide_words_is_that_of_the_scaled_picture() {
+    for (seed, levels) in [(1, 2), (2, 5), (3, 256)] {
+        let narrow = noise(77, 40, levels, seed);
+        let wide = narrow.map(|value| u16::from(value) * 257);
+        for threshold in [1, 20, 100] {
+            let expected: Vec<Corner> = fast9_reference(&narrow, threshold)
+                .into_iter()
+                .map(|corner| Corner { score: (corner.score + 1) * 257 - 1, ..corner })
+                .collect();
+            assert_eq!(fast9(&wide, u16::from(threshold) * 257), expected, "seed {seed}, threshold {threshold}");
+        }
+    }
+}
+
+#[test]
 fn features_are_the_same_at_every_simd_level() {
     let codes = blobs(161, 119);
-    let features = [Level::Baseline, Level::Avx2, Level::Avx512].map(|level| {
-        limit(level);
-        extract(&codes, 16, &LIST_ALL, &mut Events::default())
-    });
-    limit(Level::Avx512);
-    assert!(features[0] == features[1] && features[1] == features[2]);
+    for pipeline_bits in [8, 12] {
+        let params = ExtractorParams { pipeline_bits, octaves: 2, ..MANY };
+        let found = [Level::Baseline, Level::Avx2, Level::Avx512].map(|level| {
+            limit(level);
+            features(&codes, 16, &params)
+        });
+        limit(Level::Avx512);
+        assert!(found[0] == found[1] && found[1] == found[2] && found[0].len() > 20);
+    }
 }
 
 #[test]
 fn the_full_list_holds_every_corner_and_only_whole_patches_have_descriptors() {
     let codes = blobs(160, 120);
-    let corners = fast9(&to_8_bits(&codes, 16), LIST_ALL.threshold);
-    let features = extract(&codes, 16, &LIST_ALL, &mut Events::default());
-    let places: Vec<_> = features.iter().map(|f| (f.pixel(), f.score)).collect();
+    let corners = fast9(&to_8_bits(&codes, 16), 10);
+    let listed = every_corner(&codes, 16, &MANY).unwrap();
+    let places: Vec<_> = listed.iter().map(|f| (f.pixel(), f.score)).collect();
     let expected: Vec<_> = corners.iter().map(|c| ((c.x_px, c.y_px), c.score)).collect();
     assert_eq!(places, expected);
     let (mut whole, mut cut) = (0, 0);
-    for feature in &features {
-        let (x, y) = feature.pixel();
-        let margin = PATCH_MARGIN_PX;
-        let inside = x >= margin && x + margin < 160 && y >= margin && y + margin < 120;
-        assert_eq!(feature.descriptor != [0; 32], inside, "corner at ({x}, {y})");
+    for feature in &listed {
+        let inside = has_patch(feature.pixel(), 160, 120);
+        assert_eq!(feature.descriptor != [0; 32], inside, "corner at {:?}", feature.pixel());
         whole += u32::from(inside);
         cut += u32::from(!inside);
     }
     assert!(whole > 10 && cut > 5, "{whole} whole patches, {cut} cut ones");
 }
 
+fn has_patch((x, y): (u32, u32), width_px: u32, height_px: u32) -> bool {
+    let margin = PATCH_MARGIN_PX;
+    x >= margin && x + margin < width_px && y >= margin && y + margin < height_px
+}
+
+/// The rule of the cells, written again over the full list: of each cell the highest scores, of equal ones the first by rows; cell
+/// rows downwards, cells to the right, each list from its highest.
 #[test]
-fn the_choice_is_capped_ordered_by_rows_and_spread_over_the_picture() {
-    let codes = blobs(320, 240);
-    let all = extract(&codes, 16, &LIST_ALL, &mut Events::default());
-    for top_k in [1, 10, 40, 100_000] {
-        let params = ExtractorParams { top_k: Some(top_k), ..LIST_ALL };
-        let chosen = extract(&codes, 16, &params, &mut Events::default());
-        assert!(chosen.len() <= top_k as usize && !chosen.is_empty());
-        assert!(chosen.is_sorted_by_key(|f| (f.pixel().1, f.pixel().0)));
-        assert!(chosen.iter().all(|f| all.contains(f) && f.descriptor != [0; 32]));
-        let cells: std::collections::BTreeSet<_> =
-            chosen.iter().map(|f| (f.pixel().0 / 32, f.pixel().1 / 32)).collect();
-        // Every cell has corners, so as many cells are taken as the choice has room for.
-        assert!(cells.len() >= chosen.len().min(40), "{top_k}: {} cells of {}", cells.len(), chosen.len());
+fn each_cell_gives_its_best_by_cell_rows() {
+    let codes = blobs(330, 250);
+    let all = every_corner(&codes, 16, &MANY).unwrap();
+    for cell_px in [16, 32, 64] {
+        for per_cell in 1..=4 {
+            let mut cells: BTreeMap<(u32, u32), Vec<Feature>> = BTreeMap::new();
+            for feature in all.iter().filter(|feature| has_patch(feature.pixel(), 330, 250)) {
+                let (x, y) = feature.pixel();
+                cells.entry((y / cell_px, x / cell_px)).or_default().push(*feature);
+            }
+            for cell in cells.values_mut() {
+                cell.sort_by_key(|feature| std::cmp::Reverse(feature.score));
+                cell.truncate(per_cell as usize);
+            }
+            let expected: Vec<Feature> = cells.into_values().flatten().collect();
+            let params = ExtractorParams { cell_px, per_cell, ..MANY };
+            assert_eq!(features(&codes, 16, &params), expected, "{per_cell} of {cell_px} px");
+            let most = params.features_max(codes.size());
+            assert!(expected.len() > 10 && expected.len() as u64 <= most, "{} of {most}", expected.len());
+        }
     }
 }
 
 #[test]
-fn pictures_too_small_for_a_corner_have_none_and_impossible_ones_are_refused() {
-    for (width_px, height_px) in [(1, 1), (6, 40), (40, 6), (7, 7), (16, 16), (33, 7)] {
-        let codes = Plane::filled(Size { width_px, height_px }, 100_u16);
-        assert_eq!(extract(&codes, 10, &LIST_ALL, &mut Events::default()), [], "{width_px} x {height_px}");
+fn an_upper_octave_is_the_extractor_on_the_halved_picture() {
+    let codes = blobs(321, 242);
+    let params = ExtractorParams { octaves: 4, ..MANY };
+    let all = features(&codes, 16, &params);
+    let mut picture = to_8_bits(&codes, 16);
+    for octave in 0..3_u8 {
+        let alone = features(&picture.map(u16::from), 8, &MANY);
+        let mut of_octave: Vec<Feature> = all.iter().filter(|feature| feature.octave == octave).copied().collect();
+        // Places are scaled about the picture's corner, half a pixel before the first centre.
+        let scaled = |place_q4: u16| ((place_q4 + 8) << octave) - 8;
+        let mut expected: Vec<Feature> = alone
+            .iter()
+            .map(|feature| Feature { x_q4: scaled(feature.x_q4), y_q4: scaled(feature.y_q4), octave, ..*feature })
+            .collect();
+        let place = |feature: &Feature| (feature.y_q4, feature.x_q4);
+        of_octave.sort_by_key(place);
+        expected.sort_by_key(place);
+        assert!(of_octave == expected && !expected.is_empty(), "octave {octave}");
+        picture = blocks::half_scale(&picture);
     }
-    assert!(ExtractorParams::check_size(Size { width_px: 4096, height_px: 1 }).is_ok());
-    assert!(ExtractorParams::check_size(Size { width_px: 4097, height_px: 1 }).is_err());
-    assert!(LIST_ALL.checked().is_ok());
+    // 40 x 30 pixels: under 33 a side, so it is not built.
+    assert!(all.iter().all(|feature| feature.octave < 3));
+}
+
+#[test]
+fn what_cannot_be_extracted_from_is_refused_in_words() {
+    let refusal = |width_px: u32, height_px: u32, code: u16, bits: u32| {
+        let codes = Plane::filled(Size { width_px, height_px }, code);
+        let errors =
+            [extract(&codes, bits, &MANY, &mut Events::default()).err(), every_corner(&codes, bits, &MANY).err()];
+        errors.map(|error| error.unwrap().to_string())
+    };
+    for (width_px, height_px) in [(1, 1), (6, 40), (40, 6), (1, 300), (300, 1), (4097, 7)] {
+        for message in refusal(width_px, height_px, 100, 10) {
+            assert!(message.contains("7 to 4096 pixels a side"), "{message}");
+        }
+    }
+    for (code, bits, part) in
+        [(256, 8, "9 bits would do"), (65_535, 8, "16 bits would do"), (1, 0, "0 bits"), (1, 17, "17 bits")]
+    {
+        for message in refusal(40, 40, code, bits) {
+            assert!(message.contains(part), "{message}");
+        }
+    }
+    for (width_px, height_px) in [(7, 7), (16, 16), (33, 7), (7, 4096)] {
+        let codes = Plane::filled(Size { width_px, height_px }, 100_u16);
+        assert_eq!(features(&codes, 10, &MANY), [], "{width_px} x {height_px}");
+    }
+    assert!(MANY.checked().is_ok());
     for params in [
-        ExtractorParams { threshold: 0, ..LIST_ALL },
-        ExtractorParams { top_k: Some(0), ..LIST_ALL },
-        ExtractorParams { cell_px: 0, ..LIST_ALL },
+        ExtractorParams { threshold: 0, ..MANY },
+        ExtractorParams { threshold: 256, ..MANY },
+        ExtractorParams { pipeline_bits: 17, ..MANY },
+        ExtractorParams { octaves: 5, ..MANY },
+        ExtractorParams { cell_px: 24, ..MANY },
+        ExtractorParams { per_cell: 0, ..MANY },
+        ExtractorParams { descriptor_bits: 100, ..MANY },
+        ExtractorParams { engines: 0, ..MANY },
+        ExtractorParams { fifo_depth: 65, ..MANY },
     ] {
         assert!(params.checked().is_err(), "{params:?}");
     }
@@ -254,38 +357,102 @@ fn a_turned_picture_has_turned_angles_and_nearly_the_same_descriptors() {
     let codes = blobs(240, 240);
     let turned = Plane::from_values(codes.size(), (0..240 * 240).map(|i| codes.at(i / 240, 239 - i % 240)).collect());
     // The new place of (x, y) is (239 - y, x): a quarter turn from +x towards +y, 64 steps.
-    let before = extract(&codes, 16, &LIST_ALL, &mut Events::default());
-    let after = extract(&turned, 16, &LIST_ALL, &mut Events::default());
-    let mut compared = 0;
-    for feature in before.iter().filter(|f| f.descriptor != [0; 32]) {
-        let (x, y) = feature.pixel();
-        let twin: &Feature = after.iter().find(|f| f.pixel() == (239 - y, x)).expect("FAST turns with the picture");
-        // The disc turns onto itself, so the moments are exchanged exactly; only a seam's rounding may move the angle.
-        let off = twin.angle.wrapping_sub(feature.angle).wrapping_sub(64);
-        assert!(off <= 1 || off == 255, "angle {} became {}", feature.angle, twin.angle);
-        // Half-way places round up before and after, and so a few of the 512 points land one pixel apart.
-        assert!(feature.distance(twin) <= 20, "{} bits differ at ({x}, {y})", feature.distance(twin));
-        compared += 1;
+    for pattern in [Pattern::Gaussian, Pattern::Symmetric] {
+        let params = ExtractorParams { pattern, subpixel: false, ..MANY };
+        let before = every_corner(&codes, 16, &params).unwrap();
+        let after = every_corner(&turned, 16, &params).unwrap();
+        let mut compared = 0;
+        for feature in before.iter().filter(|f| f.descriptor != [0; 32]) {
+            let (x, y) = feature.pixel();
+            let twin: &Feature = after.iter().find(|f| f.pixel() == (239 - y, x)).expect("FAST turns with the picture");
+            // The disc turns onto itself, so the moments are exchanged exactly; only a seam's rounding may move the angle.
+            let off = twin.angle.wrapping_sub(feature.angle).wrapping_sub(64);
+            assert!(off <= 1 || off == 255, "angle {} became {}", feature.angle, twin.angle);
+            // Half-way places round up before and after, and so a few of the 512 points land one pixel apart. The symmetric pattern
+            // may besides land in the next of its 32 turns where the angle moved over a seam.
+            let seam = pattern == Pattern::Symmetric && off != 0 && twin.angle % 8 != feature.angle % 8;
+            assert!(seam || feature.distance(twin) <= 20, "{} bits differ at ({x}, {y})", feature.distance(twin));
+            compared += 1;
+        }
+        assert!(compared > 50, "{compared} features");
     }
-    assert!(compared > 50, "{compared} features");
 }
 
+#[test]
+fn shorter_words_are_the_longer_ones_cut() {
+    let codes = blobs(200, 160);
+    let whole = features(&codes, 16, &MANY);
+    for descriptor_bits in [64, 128, 192] {
+        let cut = features(&codes, 16, &ExtractorParams { descriptor_bits, ..MANY });
+        let bytes = descriptor_bits as usize / 8;
+        for (cut, whole) in cut.iter().zip(&whole) {
+            assert!(
+                cut.descriptor[..bytes] == whole.descriptor[..bytes] && cut.descriptor[bytes..].iter().all(|&b| b == 0)
+            );
+        }
+    }
+    for angle_bits in 3..8 {
+        let rounded = features(&codes, 16, &ExtractorParams { angle_bits, ..MANY });
+        let step = 256 >> angle_bits;
+        for (rounded, whole) in rounded.iter().zip(&whole) {
+            let off = i32::from(rounded.angle.wrapping_sub(whole.angle).cast_signed());
+            assert!(i32::from(rounded.angle) % step == 0 && 2 * off.abs() <= step, "{angle_bits} bits");
+        }
+    }
+}
+
+#[test]
+fn the_threshold_follows_its_target_from_frame_to_frame() {
+    let codes = blobs(320, 240);
+    let corners = |threshold: u16| {
+        let listed = every_corner(&codes, 16, &ExtractorParams { threshold, ..MANY }).unwrap();
+        listed.iter().filter(|feature| has_patch(feature.pixel(), 320, 240)).count() as u64
+    };
+    let target = corners(60);
+    for first in [2, 200] {
+        let params = ExtractorParams { target_features: target as u32, threshold: first, ..MANY };
+        let mut extractor = Extractor::new(&params);
+        let (mut last, mut thresholds) = (0, vec![first]);
+        for _ in 0..60 {
+            let io = (&mut AtOnce as &mut dyn Pixels, &mut AlwaysReady as &mut dyn Records);
+            let frame = extractor.frame(&codes, 16, (1, 1), io, &mut Events::default()).unwrap();
+            assert_eq!(frame.threshold, *thresholds.last().unwrap());
+            last = frame.counts.corners;
+            thresholds.push(params.next_threshold(frame.threshold, last));
+        }
+        assert!(last >= target - target / 8 && last <= target + target / 8, "{last} of {target}: {thresholds:?}");
+    }
+    assert_eq!(MANY.next_threshold(10, 1_000_000), 10);
+    let adaptive = ExtractorParams { target_features: 100, ..MANY };
+    assert_eq!(
+        [(1, 0), (2, 0), (33, 0), (20, 1000), (250, 1000)].map(|(t, n)| adaptive.next_threshold(t, n)),
+        [1, 1, 31, 22, 254]
+    );
+}
+
+/// 16 of 16 x 16 pixels and one place each, so that numbers can be counted by hand.
 #[test]
 fn events_follow_the_pixels_and_the_features() {
     let count = |codes: &Plane<u16>, params: &ExtractorParams| {
         let mut events = Events::default();
-        let features = extract(codes, 16, params, &mut events).len() as u64;
+        let features = extract(codes, 16, params, &mut events).unwrap().len() as u64;
         (features, events)
     };
+    let usual = ExtractorParams { threshold: 10, ..ExtractorParams::USUAL };
     let flat = Plane::filled(Size { width_px: 100, height_px: 80 }, 0);
-    let (none, idle) = count(&flat, &LIST_ALL);
+    let (none, idle) = count(&flat, &usual);
     assert_eq!(none, 0);
-    assert_eq!(idle.count(Event::LineBufferWrite), 3 * 8000);
+    // Six rows of the window and two of scores, read and written; and the ring.
+    assert_eq!(idle.count(Event::LineBufferWrite), 9 * 8000);
     assert_eq!(idle.count(Event::LineBufferRead), 8 * 8000);
     assert_eq!(idle.count(Event::ComputeMac), 0);
-    let (some, busy) = count(&blobs(100, 80), &ExtractorParams { top_k: Some(5), subpixel: false, ..LIST_ALL });
-    assert_eq!(some, 5);
-    // Disc of 709 pixels, 512 points of the pattern.
-    assert_eq!(busy.count(Event::LineBufferRead), 8 * 8000 + 5 * (709 + 512));
-    assert_eq!(busy.count(Event::ComputeMac), 5 * (709 + 31 + 5 + 2048));
+    let (some, busy) = count(&blobs(100, 80), &ExtractorParams { subpixel: false, ..usual });
+    assert!(some > 5);
+    // Turned points, two moments of 27 columns or rows, 32 slopes.
+    assert_eq!(busy.count(Event::ComputeMac), some * (2048 + 54 + 32));
+    let (same, symmetric) =
+        count(&blobs(100, 80), &ExtractorParams { subpixel: false, pattern: Pattern::Symmetric, ..usual });
+    assert_eq!((same, symmetric.count(Event::ComputeMac)), (some, some * (54 + 32)));
+    let (_, wide) = count(&flat, &ExtractorParams { pipeline_bits: 12, threshold: 160, ..usual });
+    assert_eq!(wide.count(Event::LineBufferWrite), 9 * 8000 * 12 / 8);
 }

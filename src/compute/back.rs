@@ -262,11 +262,18 @@ impl Back {
         if !self.queue.is_empty() {
             sooner(if self.head_is_late() { self.clk } else { self.start_clk() });
         }
-        let waits = self.walker.is_some() && self.may_stall() && self.queue.len() >= index(self.params.fifo_depth);
+        let is_full = self.queue.len() >= index(self.params.fifo_depth);
+        let waits = is_full && self.may_stall() && self.walker.as_ref().is_some_and(|walker| self.entry(walker).is_some());
         if (self.walker.is_some() && !waits) || (self.walker.is_none() && !self.dumps.is_empty()) {
             sooner(self.clk);
         }
         next
+    }
+
+    /// The candidate at which a walk stands; none on an empty list.
+    fn entry(&self, walker: &Walker) -> Option<&Candidate> {
+        let list = self.lists[walker.dump.octave].list(index(walker.dump.cell_row?), walker.column);
+        list.get(walker.entry)
     }
 
     /// When the candidate at the queue's head starts.
