@@ -263,7 +263,8 @@ impl Back {
             sooner(if self.head_is_late() { self.clk } else { self.start_clk() });
         }
         let is_full = self.queue.len() >= index(self.params.fifo_depth);
-        let waits = is_full && self.may_stall() && self.walker.as_ref().is_some_and(|walker| self.entry(walker).is_some());
+        let waits =
+            is_full && self.may_stall() && self.walker.as_ref().is_some_and(|walker| self.entry(walker).is_some());
         if (self.walker.is_some() && !waits) || (self.walker.is_none() && !self.dumps.is_empty()) {
             sooner(self.clk);
         }

@@ -162,8 +162,8 @@ fn play_core(kind: u32, seed: u64, cases: u32) {
     let mut judge =
         Judge::new("extractor_core", &flags, &core_in(&built, &ExtractorIn::default()), &core_out(&built, &nothing));
     let mut met = Met::default();
-    for _ in 0..cases {
-        let case = case_on(built, 3, &mut random);
+    for number in 0..cases {
+        let case = case_on(built, number, 3, &mut random);
         let make = |random: &mut Random| picture(random, &case.config);
         let last = play(&case, &mut random, make, |clock| {
             met.look(clock);
@@ -201,8 +201,8 @@ fn the_back_alone_equals_its_twin_on_every_clock() {
     let inputs = back_in(&built, &FxBackIn::default(), &resp);
     let mut judge = Judge::new("fx_back", &flags, &inputs, &back_out(&built, &nothing));
     let mut met = Met::default();
-    for _ in 0..12 {
-        let case = case_on(built, 3, &mut random);
+    for number in 0..12 {
+        let case = case_on(built, number, 3, &mut random);
         let make = |random: &mut Random| picture(random, &case.config);
         let last = play(&case, &mut random, make, |clock| {
             met.look(clock);
