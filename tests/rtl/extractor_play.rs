@@ -244,14 +244,14 @@ pub fn case_on(hardware: FxBackConfig, number: u32, frames: u32, random: &mut Ra
         2 => Takes::Blocks(random.within(4000, 9000)),
         _ => Takes::Blocks(random.within(300, 2000)),
     };
-    let small = number % 12 == 7;
+    let small = number % 12 == 1;
     let [width, height] = if small {
         [random.within(20, 40), random.within(20, 40)]
     } else {
         [random.within(64, hardware.max_width), random.within(64, 140)]
     };
     let top = (1 << hardware.pix_bits) - 1;
-    let threshold = u16::try_from(random.within(1, top / 3)).unwrap();
+    let threshold = u16::try_from(random.within(1, top / 6)).unwrap();
     let target = if random.one_in(3) { u16::try_from(random.within(1, 200)).unwrap() } else { 0 };
     let angle_bits = if random.one_in(2) { 8 } else { random.within(1, 7) };
     Case {
