@@ -10,6 +10,12 @@ mod cases;
 mod extractor;
 #[path = "rtl/extractor_play.rs"]
 mod extractor_play;
+#[path = "rtl/front.rs"]
+mod front;
+#[path = "rtl/front_pictures.rs"]
+mod front_pictures;
+#[path = "rtl/front_reference.rs"]
+mod front_reference;
 #[path = "rtl/judge.rs"]
 mod judge;
 #[path = "rtl/pins.rs"]

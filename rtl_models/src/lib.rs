@@ -20,6 +20,7 @@ mod fx_fast;
 mod fx_fifo;
 mod fx_fit;
 pub mod fx_front;
+pub mod fx_front_rows;
 mod fx_half;
 mod fx_harris;
 mod fx_nms;

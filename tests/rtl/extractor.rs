@@ -148,7 +148,10 @@ impl Met {
         println!("{config:?}\n{self:?}");
         let FxCounts { without_patch, unselected, dropped, late, features, stalled, .. } = self.counts;
         let events = [without_patch, unselected, dropped, stalled, self.resets, self.waits];
-        assert!(self.frames >= 20 && features > 100 && late > 0 && events.iter().all(|&count| count > 5), "something was not met");
+        assert!(
+            self.frames >= 20 && features > 100 && late > 0 && events.iter().all(|&count| count > 5),
+            "something was not met"
+        );
         assert!(self.policies.iter().all(|&count| count > 0), "a policy was not met");
     }
 }
@@ -172,7 +175,7 @@ fn play_core(kind: u32, seed: u64, cases: u32) {
         met.add(&case, &last);
     }
     met.check(&built);
-    judge.finish_after(seed, 300_000);
+    judge.finish_with(seed, 300_000);
 }
 
 #[test]
@@ -212,5 +215,5 @@ fn the_back_alone_equals_its_twin_on_every_clock() {
         met.add(&case, &last);
     }
     met.check(&built);
-    judge.finish_after(SEED, 300_000);
+    judge.finish_with(SEED, 300_000);
 }

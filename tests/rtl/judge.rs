@@ -168,15 +168,15 @@ impl Judge {
 
     /// Compares the rest, stops the block and says what was done; fewer than a million clocks are a failure.
     pub fn finish(self, seed: u64) {
-        self.finish_after(seed, 1_000_000);
+        self.finish_with(seed, 1_000_000);
     }
 
     /// The same with another least number of clocks.
-    pub fn finish_after(mut self, seed: u64, clocks_min: u64) {
+    pub fn finish_with(mut self, seed: u64, least: u64) {
         self.compare();
         drop(self.child.stdin.take());
         assert!(self.child.wait().unwrap().success());
         println!("{}: seed {seed}, {} clocks equal on every pin", self.block, self.clocks);
-        assert!(self.clocks > clocks_min, "{}: only {} clocks", self.block, self.clocks);
+        assert!(self.clocks > least, "{}: only {} clocks", self.block, self.clocks);
     }
 }
