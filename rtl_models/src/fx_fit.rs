@@ -78,3 +78,47 @@ impl FxFit {
         if none { 0 } else { self.quotient - 8 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The definition, by a division.
+    fn peak(r: [u16; 9]) -> (i64, i64) {
+        let r = r.map(i64::from);
+        let column = |x: usize| r[x] + r[x + 3] + r[x + 6];
+        let row = |y: usize| r[3 * y] + r[3 * y + 1] + r[3 * y + 2];
+        let (gx, gy) = (2 * (column(2) - column(0)), 2 * (row(2) - row(0)));
+        let (hxx, hyy) = (4 * (column(0) - 2 * column(1) + column(2)), 4 * (row(0) - 2 * row(1) + row(2)));
+        let hxy = 3 * (r[0] - r[2] - r[6] + r[8]);
+        let determinant = hxx * hyy - hxy * hxy;
+        if hxx >= 0 || hyy >= 0 || determinant <= 0 {
+            return (0, 0);
+        }
+        let quotient = |above: i64| (above * 32 + determinant).div_euclid(2 * determinant).clamp(-8, 7);
+        (quotient(hxy * gy - hyy * gx), quotient(hxy * gx - hxx * gy))
+    }
+
+    #[test]
+    fn the_serial_fit_is_the_rounded_and_clipped_division() {
+        let (mut state, mut tried, mut inner) = (41_u64, 0, 0);
+        for case in 0..200_000_u32 {
+            let mut next = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                u16::try_from(state >> 48).expect("sixteen bits")
+            };
+            let bits = [8, 10, 16][usize::try_from(case % 3).expect("small")];
+            let mut resp: [u16; 9] = core::array::from_fn(|_| next() >> (16 - bits));
+            // Corners are peaks.
+            resp[4] = (0xFFFF >> (16 - bits)) - (next() >> (16 - bits) >> 3);
+            let mut fit = FxFit::new();
+            fit.tick(Some(resp));
+            (0..14).for_each(|_| fit.tick(None));
+            let (dx, dy) = fit.offset();
+            assert_eq!((i64::from(dx), i64::from(dy)), peak(resp), "{resp:?}");
+            tried += 1;
+            inner += u32::from(dx != 0 && dx.abs() < 7);
+        }
+        assert!(tried == 200_000 && inner > 20_000, "{inner} places inside");
+    }
+}

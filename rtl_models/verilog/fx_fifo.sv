@@ -4,7 +4,7 @@
 // the entries and the newcomer, the one of lowest rank (lowest RANK_BITS of a word) goes, the newest among equals. dropped stands in the clock of the push.
 module fx_fifo #(
     parameter DEPTH     = 16,
-    parameter WIDTH     = 128,
+    parameter WIDTH     = 111,
     parameter RANK_BITS = 8
 ) (
     input  logic             clk,

@@ -3,7 +3,8 @@
 use crate::cases::Random;
 use rtl_models::extractor_core::{ExtractorCore, ExtractorIn, ExtractorOut, back_pins, front_config};
 use rtl_models::fx_back::{
-    Candidate, CellList, Engine, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxSettings, Policy,
+    Candidate, CellList, Engine, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxCounts, FxSettings,
+    Policy, Record,
 };
 use rtl_models::fx_front::{FxFrontMemory, FxFrontOut, line_words};
 
@@ -18,31 +19,59 @@ pub enum Takes {
     Blocks(u32),
 }
 
+/// When pixels are offered and records taken: functions of the clock, 0 being the first after reset.
+#[derive(Clone, Copy, Debug)]
+pub struct Times {
+    pub seed: u64,
+    /// One clock of so many has no pixel; 0: every clock has one.
+    pub gaps: u32,
+    pub takes: Takes,
+}
+
+impl Times {
+    fn one_in(&self, what: u64, clk: u64, n: u32) -> bool {
+        Random(self.seed ^ what << 60 ^ clk.wrapping_mul(0x9E37_79B9)).one_in(n)
+    }
+
+    pub fn offered(&self, clk: u64) -> bool {
+        self.gaps == 0 || !self.one_in(1, clk, self.gaps)
+    }
+
+    pub fn taken(&self, clk: u64) -> bool {
+        match self.takes {
+            Takes::Always => true,
+            Takes::OneIn(n) => self.one_in(2, clk, n),
+            Takes::Blocks(n) => clk / u64::from(n) % 2 == 1,
+        }
+    }
+}
+
 /// One stretch of pictures under one setting.
 #[derive(Clone, Debug)]
 pub struct Case {
     pub config: FxBackConfig,
     pub settings: FxSettings,
     pub frames: u32,
-    /// One clock of so many has no pixel; 0: every clock has one.
-    pub gaps: u32,
-    pub takes: Takes,
+    pub times: Times,
     /// One clock of so many is a reset; 0: the first only.
     pub resets: u32,
 }
 
 /// All pins of a clock: inputs as they stood at its edge, outputs after it.
 pub struct Clock<'a> {
+    /// Counted from the one after the first reset.
+    pub clk: u64,
     pub pins: &'a ExtractorIn,
     pub out: &'a ExtractorOut,
     pub front: &'a FxFrontOut,
     pub back_pins: &'a FxBackIn,
     pub back_out: &'a FxBackOut,
-    /// Before the edge: whether a record left in this clock.
-    pub left: bool,
-    /// The edge takes the first pixel of a picture, `picture`.
-    pub begins: bool,
-    pub picture: &'a [u16],
+    /// The record that leaves in this clock.
+    pub left: Option<Record>,
+    /// Counts before the edge.
+    pub counts: FxCounts,
+    /// Clocks without `in_ready` before the edge.
+    pub not_ready: u32,
 }
 
 fn index(value: u32) -> usize {
@@ -93,46 +122,46 @@ impl Memories {
     }
 }
 
-/// Plays a case until nothing is on its way; returns the last pins that left.
+/// Plays a case until nothing is on its way; returns the last pins that left, and the bits that flipped in the back.
 pub fn play(
     case: &Case,
     random: &mut Random,
     mut picture: impl FnMut(&mut Random) -> Vec<u16>,
     mut look: impl FnMut(&Clock<'_>),
-) -> ExtractorOut {
+) -> (ExtractorOut, FxBackToggles) {
     front_config(&case.config).check().unwrap();
     let mut memories = Memories::new(&case.config);
     let mut core = memories.core(case.config);
-    let (mut pixels, mut next, mut frames, mut clock, mut quiet) = (picture(random), 0, 0, 0_u32, 0);
+    let (mut pixels, mut next, mut frames, mut clock, mut quiet) = (picture(random), 0, 0, 0_u64, 0);
     loop {
         let rst = clock == 0 || (case.resets > 0 && frames < case.frames && random.one_in(case.resets));
-        let offered = frames < case.frames && (case.gaps == 0 || !random.one_in(case.gaps));
-        let out_ready = match case.takes {
-            Takes::Always => true,
-            Takes::OneIn(n) => random.one_in(n),
-            Takes::Blocks(n) => clock / n % 2 == 1,
-        };
+        let clk = clock.wrapping_sub(1);
+        let offered = frames < case.frames && case.times.offered(clk);
+        let out_ready = case.times.taken(clk);
         let in_pixel = if offered { pixels[next] } else { 0 };
         let pins = ExtractorIn { rst, settings: case.settings, in_valid: offered, in_pixel, out_ready };
         let ready = core.in_ready(&case.settings);
         let front = core.front().out(core.out(&pins).back.row_ok);
         let back = back_pins(&front, rst, case.settings, out_ready);
-        let left = core.back().record().is_some() && out_ready && !rst;
+        let left = core.back().record().copied().filter(|_| out_ready && !rst);
+        let (counts, not_ready) = (*core.back().counts(), core.out(&pins).not_ready);
         let out = core.tick(&pins);
         let back_out = core.back().out(&back);
-        let begins = ready && offered && next == 0 && !rst;
         look(&Clock {
+            clk,
             pins: &pins,
             out: &out,
             front: &front,
             back_pins: &back,
             back_out: &back_out,
             left,
-            begins,
-            picture: &pixels,
+            counts,
+            not_ready,
         });
         if rst {
-            (pixels, next) = (picture(random), 0);
+            // The first picture has not begun.
+            pixels = if clock == 0 { pixels } else { picture(random) };
+            next = 0;
         } else if ready && offered {
             next += 1;
             if next == pixels.len() {
@@ -144,7 +173,7 @@ pub fn play(
         quiet = if frames == case.frames && core.back().is_idle() { quiet + 1 } else { 0 };
         // Longer than the longest row of the last positions.
         if quiet > 2 * case.config.max_width + 100 {
-            return out;
+            return (out, core.toggles().1);
         }
         assert!(clock < 30_000_000, "{case:?} never ends");
     }
@@ -206,31 +235,31 @@ pub fn flags(config: &FxBackConfig) -> Vec<String> {
     ]
 }
 
-/// A random stretch of `frames` pictures on this hardware.
-pub fn case_on(hardware: FxBackConfig, frames: u32, random: &mut Random) -> Case {
-    let policies = [Policy::Stall, Policy::DropNewest, Policy::DropWeakest];
-    let policy = policies[index(random.below(3))];
-    let sides = if random.one_in(8) { [random.within(20, 40), random.within(20, 40)] } else { [0, 0] };
-    let [width, height] = match sides {
-        [0, 0] => [random.within(64, hardware.max_width), random.within(64, 140)],
-        small => small,
+/// A stretch of `frames` pictures on this hardware: twelve numbers in a row meet each policy with each way of taking records.
+pub fn case_on(hardware: FxBackConfig, number: u32, frames: u32, random: &mut Random) -> Case {
+    let policy = [Policy::Stall, Policy::DropNewest, Policy::DropWeakest][index(number % 3)];
+    let takes = match number / 3 % 4 {
+        0 => Takes::Always,
+        1 => Takes::OneIn(random.within(2, 600)),
+        2 => Takes::Blocks(random.within(4000, 9000)),
+        _ => Takes::Blocks(random.within(300, 2000)),
+    };
+    let small = number % 12 == 1;
+    let [width, height] = if small {
+        [random.within(20, 40), random.within(20, 40)]
+    } else {
+        [random.within(64, hardware.max_width), random.within(64, 140)]
     };
     let top = (1 << hardware.pix_bits) - 1;
-    let threshold = u16::try_from(random.within(1, top / 3)).unwrap();
+    let threshold = u16::try_from(random.within(1, top / 6)).unwrap();
     let target = if random.one_in(3) { u16::try_from(random.within(1, 200)).unwrap() } else { 0 };
     let angle_bits = if random.one_in(2) { 8 } else { random.within(1, 7) };
-    let takes = match random.below(4) {
-        0 => Takes::OneIn(random.within(2, 600)),
-        1 => Takes::Blocks(random.within(2000, 20_000)),
-        _ => Takes::Always,
-    };
     Case {
         config: FxBackConfig { width, height, ..hardware },
         settings: FxSettings { threshold, policy, target, angle_bits },
         frames,
-        gaps: [0, 3, 40][index(random.below(3))],
-        takes,
-        resets: if random.one_in(5) { 15_000 } else { 0 },
+        times: Times { seed: random.next(), gaps: [0, 3, 40][index(random.below(3))], takes },
+        resets: if number % 5 == 4 { 15_000 } else { 0 },
     }
 }
 
