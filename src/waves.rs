@@ -19,6 +19,7 @@ pub use signals::{Change, Kind, Signal, SignalId, Value, Waves};
 use crate::adc::{Cds, Columns, Converter};
 use crate::effects::chain::RowSamples;
 use crate::error::Error;
+use crate::link::WhenFull;
 use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, index, u32_from};
 use crate::readout::BinningMode;
 use crate::run::SensorSetup;
@@ -191,9 +192,22 @@ impl<'a> WavePlan<'a> {
 /// Refuses readouts in which a row of the picture is not one line of conversions, or whose exposure only the run knows.
 fn check_readout(sensor: &SensorSetup) -> Result<(), Error> {
     let (geometry, readout) = (sensor.schedule.geometry(), sensor.schedule.params());
-    let refuse = |key: &str, would_do: &str| {
-        Err(Error::key(&format!("sensor.readout.{key}"), "", format!("has no waves; {would_do} would do")))
-    };
+    let refuse_key = |key: &str, would_do: &str| Err(Error::key(key, "", format!("has no waves; {would_do} would do")));
+    let refuse = |key: &str, would_do: &str| refuse_key(&format!("sensor.readout.{key}"), would_do);
+    // Each row's packet follows its line here, in every frame and at once.
+    let link = &sensor.link;
+    if link.when_full == WhenFull::Stall {
+        return refuse_key("link.when_full", "refuse");
+    }
+    for (key, is_set, would_do) in [
+        ("link.line_sync", link.line_sync, "false"),
+        ("link.frames_every", link.frames_every > 1, "1"),
+        ("link.fifo_rows", link.fifo_rows > 1, "1"),
+    ] {
+        if is_set {
+            return refuse_key(key, would_do);
+        }
+    }
     if sensor.merge.is_some() {
         return refuse("hdr", "none");
     }

@@ -110,6 +110,11 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("link.format", "raw11", "raw8, raw10"),
     ("link.format", "raw8", "raw10 or wider"),
     ("link.mode", "smoke", "frames, features, both"),
+    ("link.frames_every", "0", "1 (rows in every frame) or more"),
+    ("link.fifo_rows", "0", "1 to 65535 rows"),
+    ("link.when_full", "drop", "refuse, stall"),
+    ("link.bit_error_rate", "0.5", "0 to 0.01"),
+    ("link.bit_error_rate", "nan", "0 to 0.01"),
     ("tracker.window", "1", "2 to 50"),
     ("energy.technology", "3nm", "65nm, 28nm"),
 ];

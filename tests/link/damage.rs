@@ -1,9 +1,12 @@
 //! Damage on the link: whatever is flipped, cut, doubled, lost or swapped, what the host believes is what was sent.
 
 use sensel::compute::Feature;
-use sensel::draw::mix;
-use sensel::link::{Batch, Decoded, FrameOut, LinkCounts, LinkParams, Mode, Received, decode, distribute, merge};
+use sensel::draw::{RowPlace, mix};
+use sensel::link::{
+    Batch, Decoded, FrameOut, LinkCounts, LinkParams, Mode, Received, decode, distribute, flip_bits, merge,
+};
 use sensel::plane::Plane;
+use sensel::units::{CameraIndex, FrameIndex, RowIndex};
 
 use super::{OV7251, codes, features, frame, packed};
 
@@ -294,4 +297,49 @@ fn a_row_with_a_broken_checksum_is_named_and_the_others_stand() {
     let picture = received.picture.as_ref().unwrap();
     let codes = &sent.codes;
     assert_eq!((picture.row(0), picture.row(1), picture.row(2)), (codes.row(0), [0; 8].as_slice(), codes.row(2)));
+}
+
+#[test]
+fn bits_flip_at_the_rate_that_is_asked_for_anywhere_and_by_their_own_draws() {
+    let place = |camera, frame| RowPlace {
+        seed: 3,
+        camera: CameraIndex(camera),
+        frame: FrameIndex(frame),
+        slot: 0,
+        row: RowIndex(0),
+    };
+    let clean = vec![0_u8; 1 << 18];
+    let bits = 8.0 * clean.len() as f64;
+    let mut tried = 0;
+    for rate in [1e-5, 1e-3, 0.01] {
+        let mut bytes = clean.clone();
+        let flipped = flip_bits(&mut bytes, rate, place(0, 0));
+        let ones = |part: &[u8]| part.iter().map(|byte| u64::from(byte.count_ones())).sum::<u64>();
+        assert_eq!(ones(&bytes), flipped, "a bit flips once");
+        // Binomial: five standard deviations, once in a million; the seed is fixed.
+        for (part, share) in
+            [(&bytes[..], 1.0), (&bytes[..clean.len() / 4], 0.25), (&bytes[3 * clean.len() / 4..], 0.25)]
+        {
+            let expected = bits * share * rate;
+            let found = ones(part) as f64;
+            assert!((found - expected).abs() < 5.0 * expected.sqrt(), "rate {rate}: {found}, {expected} expected");
+            tried += 1;
+        }
+        for lane in 0..8 {
+            let found = bytes.iter().filter(|&&byte| byte >> lane & 1 == 1).count() as f64;
+            let expected = bits / 8.0 * rate;
+            assert!((found - expected).abs() < 5.0 * expected.sqrt().max(1.0), "bit {lane}: {found}, {expected}");
+        }
+        // A shorter frame has the same errors, as far as it goes; another camera and another frame have their own.
+        let mut shorter = clean[..clean.len() / 2].to_vec();
+        flip_bits(&mut shorter, rate, place(0, 0));
+        assert_eq!(shorter, bytes[..clean.len() / 2]);
+        for other in [place(1, 0), place(0, 1)] {
+            let mut others = clean.clone();
+            flip_bits(&mut others, rate, other);
+            assert_ne!(others, bytes);
+        }
+    }
+    let mut same = clean.clone();
+    assert_eq!((flip_bits(&mut same, 0.0, place(0, 0)), same == clean, tried), (0, true, 9));
 }

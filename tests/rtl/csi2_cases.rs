@@ -60,7 +60,14 @@ pub fn frame(seed: u64, kind: RawKind) -> Vec<Case> {
 fn feature(draw: u64) -> Feature {
     let [a, b, c, d, score, angle, octave, e] = draw.to_le_bytes();
     let (x_q4, y_q4) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
-    Feature { x_q4, y_q4, score, angle, octave, descriptor: std::array::from_fn(|i| e.wrapping_mul(i as u8 + 1)) }
+    Feature {
+        x_q4,
+        y_q4,
+        score,
+        angle,
+        octave,
+        descriptor: std::array::from_fn(|i| e.wrapping_mul(sensel::num::low_u8(sensel::num::u32_from(i)) | 1)),
+    }
 }
 
 /// Packets one by one; rows get the codes as their beats, all others their payload.

@@ -214,19 +214,36 @@ impl Open {
         Some(Places { size, packets })
     }
 
+    /// A number is believed where it is greater than all numbers before it and less than all after it: a line-start packet whose many
+    /// flipped bits look like one would put its row elsewhere.
     fn by_number(&mut self, height: usize) -> Vec<Option<usize>> {
-        let mut packets = vec![None; height];
+        let mut packets: Vec<Option<usize>> = vec![None; height];
+        let mut numbered = Vec::with_capacity(self.rows.len());
         for (packet, row) in self.rows.iter().enumerate() {
-            let place = row.number.and_then(|number| packets.get_mut(index(number)));
-            match place {
-                Some(free @ None) => *free = Some(packet),
-                Some(Some(_)) => {
-                    self.doubled += 1;
-                    self.damaged = true;
+            let number = row.number.map(index).filter(|&number| number < height);
+            match number.map(|number| (number, packets[number])) {
+                Some((_, Some(first))) if self.rows[first].codes == row.codes => self.doubled += 1,
+                Some((number, _)) => {
+                    packets[number] = Some(packet);
+                    numbered.push((number, packet));
+                    continue;
                 }
                 // A row without a number, or with one beyond the picture, could be any.
-                None => self.damaged = true,
+                None => {}
             }
+            self.damaged = true;
+        }
+        packets.fill(None);
+        let mut after = vec![height; numbered.len() + 1];
+        for (at, (number, _)) in numbered.iter().enumerate().rev() {
+            after[at] = after[at + 1].min(*number);
+        }
+        let mut next = 0;
+        for (at, (number, packet)) in numbered.into_iter().enumerate() {
+            if number >= next && number < after[at + 1] {
+                packets[number] = Some(packet);
+            }
+            next = next.max(number + 1);
         }
         packets
     }
