@@ -11,6 +11,7 @@ pub mod covariance;
 pub mod dense;
 pub mod epipolar;
 pub mod extend;
+pub mod initial;
 pub mod lie;
 pub mod locate;
 pub mod map;

@@ -5,6 +5,8 @@
 mod adjustment;
 #[path = "estimation/graph.rs"]
 mod graph;
+#[path = "estimation/initial.rs"]
+mod initial;
 #[path = "estimation/prior.rs"]
 mod prior;
 

@@ -1,4 +1,4 @@
-//! Positive real roots of a quartic. Enters: coefficients, constant term first. Leaves: roots in rising order.
+//! Real roots of polynomials. Enters: coefficients, constant term first. Leaves: roots in rising order.
 //!
 //! Roots are isolated between the roots of the derivative, so that no complex arithmetic, cube root or cosine is needed, and
 //! the bits are those of + - * / sqrt.
@@ -45,6 +45,78 @@ fn roots(coefficients: &[f64]) -> Vec<f64> {
         low = high;
     }
     found
+}
+
+/// All real roots of any degree, in rising order; a double root that only touches zero may be missing, or be found twice. Roots beyond 1 are
+/// sought as reciprocals of the reversed polynomial's, so that every bracket lies within 0..1 and none is far from its root.
+pub fn real_roots(coefficients: &[f64]) -> Vec<f64> {
+    let greatest = coefficients.iter().fold(0.0, |most, c| greater(most, c.abs()));
+    if !(greatest > 0.0 && greatest.is_finite()) {
+        return Vec::new();
+    }
+    let scaled: Vec<f64> = coefficients.iter().map(|c| c / greatest).collect();
+    let mirrored: Vec<f64> = scaled.iter().enumerate().map(|(k, c)| if k % 2 == 0 { *c } else { -c }).collect();
+    let mut found = Vec::new();
+    if scaled[0] == 0.0 {
+        found.push(0.0);
+    }
+    for (c, sign) in [(&scaled, 1.0), (&mirrored, -1.0)] {
+        found.extend(unit_roots(c).into_iter().map(|root| sign * root));
+        let reversed: Vec<f64> = c.iter().rev().copied().collect();
+        // Roots at 1, and within rounding of it, are the first search's.
+        found.extend(unit_roots(&reversed).into_iter().filter(|&root| root < 1.0 / REACH).map(|root| sign / root));
+    }
+    found.sort_by(f64::total_cmp);
+    found
+}
+
+/// A little beyond 1, so that rounding cannot hide a root there from both searches.
+const REACH: f64 = 1.0 + 1.0 / 1_048_576.0;
+
+/// Roots within (0, `REACH`].
+fn unit_roots(c: &[f64]) -> Vec<f64> {
+    if c.len() < 2 {
+        return Vec::new();
+    }
+    let derivative: Vec<f64> = (1..c.len()).map(|k| f64::from(crate::num::u32_from(k)) * c[k]).collect();
+    let mut found = Vec::new();
+    let mut low = 0.0;
+    for high in unit_roots(&derivative).into_iter().filter(|&root| root < REACH).chain([REACH]) {
+        let (at_low, at_high) = (value(c, low), value(c, high));
+        if at_high == 0.0 {
+            found.push(high);
+        } else if at_low != 0.0 && (at_low < 0.0) != (at_high < 0.0) {
+            found.push(halved(c, &derivative, low, high));
+        }
+        low = high;
+    }
+    found
+}
+
+/// The one root between two places of different sign: Newton where it at least halves the last step, else bisection.
+fn halved(c: &[f64], derivative: &[f64], mut low: f64, mut high: f64) -> f64 {
+    let low_is_negative = value(c, low) < 0.0;
+    let (mut x, mut last) = (0.5 * (low + high), high - low);
+    for _ in 0..2 * STEPS {
+        let at = value(c, x);
+        if at == 0.0 {
+            return x;
+        }
+        if (at < 0.0) == low_is_negative {
+            low = x;
+        } else {
+            high = x;
+        }
+        let newton = x - at / value(derivative, x);
+        let good = newton > low && newton < high && (newton - x).abs() <= 0.5 * last;
+        let next = if good { newton } else { 0.5 * (low + high) };
+        last = (next - x).abs();
+        if last <= 1e-16 * x {
+            return next;
+        }
+        x = next;
+    }
+    x
 }
 
 fn value(coefficients: &[f64], x: f64) -> f64 {
@@ -103,6 +175,29 @@ mod tests {
                 assert!((found - expected).abs() < 1e-7 * expected, "{roots:?}: {found} for {expected}");
             }
         }
+    }
+
+    #[test]
+    fn roots_of_any_sign_size_and_degree_are_found() {
+        let roots = [-700.0, -3.0, -1.0, -0.25, 0.0, 1e-3, 0.5, 1.0, 40.0, 2_000.0];
+        let mut c = vec![1.0];
+        for root in roots {
+            let mut next = vec![0.0; c.len() + 1];
+            for (k, x) in c.iter().enumerate() {
+                next[k + 1] += x;
+                next[k] -= root * x;
+            }
+            c = next;
+        }
+        let found = real_roots(&c);
+        assert_eq!(found.len(), roots.len(), "{found:?}");
+        for (found, root) in found.iter().zip(roots) {
+            // Separate by a factor of 2 and more: the condition of a root is below 1e4 roundings.
+            assert!((found - root).abs() <= 1e-11 * root.abs(), "{found} for {root}");
+        }
+        assert_eq!(real_roots(&[1.0, 0.0, 1.0]), [0.0; 0]);
+        assert_eq!(real_roots(&[]), [0.0; 0]);
+        assert_eq!(real_roots(&[3.0]), [0.0; 0]);
     }
 
     #[test]
