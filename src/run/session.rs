@@ -16,7 +16,7 @@ use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::{ClockSpan, HdrMerge, Schedule, Shutter};
-use crate::tracker::{FrameInput, TrackedFrame, Tracker};
+use crate::tracker::{FrameInput, RowClock, TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Span};
 
 /// Stages whose time is measured, in the data's order.
@@ -304,7 +304,7 @@ impl Session {
 
     /// The host's side of the link: from bytes to what the tracker may know.
     fn receive(&mut self, packets: &[Vec<u8>]) -> Result<FrameInput, Error> {
-        let mut input = FrameInput { t_s: 0.0, features: Vec::with_capacity(packets.len()) };
+        let mut input = FrameInput { t_s: 0.0, features: Vec::with_capacity(packets.len()), clocks: Vec::new() };
         for bytes in packets {
             let decoded = link::decode(bytes);
             self.totals.counts.merge(&decoded.counts);
@@ -315,6 +315,8 @@ impl Session {
             if input.features.is_empty() {
                 input.t_s = f64_from_u64(metadata.timestamp_ns) * 1e-9;
             }
+            let offset_s = f64_from_u64(metadata.timestamp_ns) * 1e-9 - input.t_s;
+            input.clocks.push(RowClock { offset_s, row_time_s: f64::from(metadata.row_time_ns) * 1e-9 });
             let features = if self.setup.sensor.link.mode.sends_features() {
                 received.features
             } else {

@@ -13,7 +13,7 @@ use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
 use crate::tracker::manifold::{Twist, se3_exp};
-use crate::tracker::refine::{UNSEEN_SIGMAS2, huber, linearise};
+use crate::tracker::refine::{Linear, UNSEEN_SIGMAS2, huber, linearise};
 use crate::tracker::rig::RigCamera;
 use crate::units::CameraIndex;
 
@@ -30,6 +30,8 @@ pub struct Observation {
     pub place_px: DVec2,
     /// One over the standard deviation of the place, per axis, in 1/px.
     pub inverse_sigma: f64,
+    /// The body's motion from the time of its pose to that of the place's row.
+    pub row_from_frame: Pose,
 }
 
 /// What is adjusted.
@@ -134,7 +136,8 @@ impl Problem<'_> {
         let rotations: Vec<DMat3> = poses.iter().map(|pose| DMat3::from_quat(pose.rotation)).collect();
         for o in &self.observations {
             let in_body_m = rotations[index(o.pose)] * points_m[index(o.point)] + poses[index(o.pose)].translation_m;
-            let projected = self.cameras[index(o.camera.0)].project_with_jacobian(in_body_m);
+            let at_row_m = o.row_from_frame.point(in_body_m);
+            let projected = self.cameras[index(o.camera.0)].project_with_jacobian(at_row_m);
             take(projected.map_or(UNSEEN_SIGMAS2, |(place_px, _)| {
                 ((o.place_px - place_px) * o.inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
             }));
@@ -164,9 +167,8 @@ impl Problem<'_> {
             let (pose, point) = (index(o.pose), index(o.point));
             let in_body_m = rotations[pose] * self.points_m[point] + self.poses[pose].translation_m;
             let camera = &self.cameras[index(o.camera.0)];
-            let Some((error, by_pose, by_body)) = linearise(camera, in_body_m, (o.place_px, o.inverse_sigma)) else {
-                continue;
-            };
+            let linear = linearise(camera, in_body_m, &o.row_from_frame, (o.place_px, o.inverse_sigma));
+            let Some(Linear { error, by_pose, by_body, .. }) = linear else { continue };
             let (_, weight) = huber(error.length_squared());
             let transposed = rotations[pose].transpose();
             let by_point = by_body.map(|row| transposed * row);
@@ -358,7 +360,15 @@ mod tests {
                     };
                     let [pose, point, camera] = [pose, point, camera].map(crate::num::u32_from);
                     let camera = CameraIndex(camera);
-                    observations.push(Observation { pose, point, camera, place_px, inverse_sigma: 2.0 });
+                    let row_from_frame = Pose::IDENTITY;
+                    observations.push(Observation {
+                        pose,
+                        point,
+                        camera,
+                        place_px,
+                        inverse_sigma: 2.0,
+                        row_from_frame,
+                    });
                 }
             }
         }
@@ -417,8 +427,10 @@ mod tests {
         let point_m = DVec3::new(0.4, -0.3, 1.7);
         let h = 1e-5;
         for camera in &cameras {
-            let (_, by_pose, by_point) = linearise(camera, point_m, (DVec2::ZERO, 1.0)).unwrap();
-            let place = |point_m: DVec3| camera.project_with_jacobian(point_m).unwrap().0;
+            let row_from_frame = se3_exp(Twist::from_array([0.01, 0.02, -0.01, 0.05, -0.02, 0.03]));
+            let linear = linearise(camera, point_m, &row_from_frame, (DVec2::ZERO, 1.0)).unwrap();
+            let (by_pose, by_point) = (linear.by_pose, linear.by_body);
+            let place = |point_m: DVec3| camera.project_with_jacobian(row_from_frame.point(point_m)).unwrap().0;
             for k in 0..6 {
                 let mut twist = [0.0; 6];
                 twist[k] = h;

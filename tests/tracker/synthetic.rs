@@ -144,7 +144,11 @@ impl World {
     /// What both cameras send at a time.
     pub fn frame(&self, number: u64, world_from_body: &Pose) -> FrameInput {
         let camera = |camera: usize| self.picture(number, camera, world_from_body);
-        FrameInput { t_s: f64_from_u64(number) / RATE_HZ, features: (0..self.cameras.len()).map(camera).collect() }
+        FrameInput {
+            t_s: f64_from_u64(number) / RATE_HZ,
+            features: (0..self.cameras.len()).map(camera).collect(),
+            clocks: Vec::new(),
+        }
     }
 
     fn picture(&self, frame: u64, camera: usize, world_from_body: &Pose) -> Vec<Feature> {
