@@ -192,6 +192,7 @@ impl Tracker {
             inliers,
             predicted_position_m,
             innovation_px,
+            position_bound_m: located.position_bound_m,
             keyframe,
             work,
         }
@@ -294,6 +295,7 @@ fn unlocated(t_s: f64, status: Status, work: Work) -> TrackedFrame {
         inliers: Vec::new(),
         predicted_position_m: None,
         innovation_px: None,
+        position_bound_m: None,
         keyframe: false,
         work,
     }

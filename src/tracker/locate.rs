@@ -8,7 +8,7 @@ use crate::num::{greater, index, lesser, u32_from};
 use crate::tracker::map::{Landmark, Map};
 use crate::tracker::matching::{Best, Rule, one_to_one};
 use crate::tracker::ransac::{Search, search};
-use crate::tracker::refine::{Measurement, errors2, refine};
+use crate::tracker::refine::{MEDIAN_SIGMAS2, Measurement, errors2, position_bound_m, refine};
 use crate::tracker::rig::{RigCamera, View};
 use crate::tracker::sweep::{Motion, Moving, RatePrior};
 use crate::tracker::{TrackerParams, Work};
@@ -34,6 +34,8 @@ pub struct Located {
     pub inliers: Vec<Found>,
     /// Landmarks that the pose puts on a picture.
     pub in_view: Vec<usize>,
+    /// Cramer-Rao bound of the position given the map, per axis, in metres.
+    pub position_bound_m: Option<f64>,
 }
 
 /// One frame, the map it is held against, and the rules.
@@ -56,8 +58,6 @@ pub struct Frame<'a> {
 const SECOND_RADIUS_PX: f64 = 4.0;
 /// Squared error in sigmas up to which a found landmark supports the pose: the 99 % quantile of chi2 with 2.
 const GATE_SIGMAS2: f64 = 9.21;
-/// Median of chi2 with 2 degrees of freedom: 2 ln 2.
-const MEDIAN_SIGMAS2: f64 = 1.386;
 /// The gate widens by at most this where places are worse than the parameters say.
 const GATE_FACTOR_MAX: f64 = 4.0;
 /// Squared errors before the rate is known are larger by this: 10 px at the first and last row of a quick turn, in place of 3.6.
@@ -115,7 +115,11 @@ impl Frame<'_> {
         let (state, inliers) = self.settle(state, found, work)?;
         let kept = u32_from(inliers.len());
         let enough = kept >= self.params.inliers_min && 2 * kept >= count && 2 * kept >= support;
-        enough.then_some(Located { state, inliers, in_view })
+        enough.then(|| {
+            let prior = self.rate_prior(&state);
+            let position_bound_m = position_bound_m(self.cameras, &self.measurements(&inliers), &state, prior.as_ref());
+            Located { state, inliers, in_view, position_bound_m }
+        })
     }
 
     /// Refines from a start, drops what does not fit, refines again. `None` below the least number of inliers.

@@ -5,9 +5,9 @@ use glam::{DVec2, DVec3};
 
 use crate::num::{f64_from_u64, index, u32_from};
 use crate::tracker::adjust::{Observation, Problem};
+use crate::tracker::manifold::Twist;
 use crate::tracker::matching::Descriptor;
 use crate::tracker::rig::RigCamera;
-use crate::tracker::manifold::Twist;
 use crate::tracker::sweep::{AT_REST, Moving};
 use crate::units::CameraIndex;
 
@@ -121,7 +121,9 @@ impl Map {
         first.state.rate = rate;
         let state = first.state;
         for landmark in &mut self.landmarks {
-            let Some(sighting) = landmark.sightings.first().filter(|sighting| sighting.keyframe == first.id) else { continue };
+            let Some(sighting) = landmark.sightings.first().filter(|sighting| sighting.keyframe == first.id) else {
+                continue;
+            };
             let in_body_m = state.body_from_world.point(landmark.position_m);
             let at_frame_m = state.row_from_frame(sighting.offset_s).inverse().point(in_body_m);
             landmark.position_m = state.body_from_world.inverse().point(at_frame_m);

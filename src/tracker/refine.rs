@@ -156,6 +156,37 @@ pub fn refine(
     (state, iterations_max)
 }
 
+/// Median of chi2 with 2 degrees of freedom: 2 ln 2.
+pub const MEDIAN_SIGMAS2: f64 = 1.386;
+
+/// Cramer-Rao bound of a position given the map: standard deviation per axis, mean over the axes, of the best unbiased estimate from these
+/// measurements, in metres. Their noise is the one that their own errors show (by the median), not the assumed one. `None` where the
+/// measurements leave a direction open.
+pub fn position_bound_m(
+    cameras: &[RigCamera],
+    measurements: &[Measurement],
+    state: &Moving,
+    prior: Option<&RatePrior>,
+) -> Option<f64> {
+    let mut errors2 = errors2(cameras, measurements, state);
+    errors2.sort_by(f64::total_cmp);
+    let variance_ratio = errors2.get(errors2.len() / 2)? / MEDIAN_SIGMAS2;
+    let fit = Fit { cameras, measurements, prior };
+    let normal = fit.normal_equations(state);
+    let n = normal.n;
+    let mut trace_m2 = 0.0;
+    for axis in 0..3 {
+        // A step of the twist's linear part moves the position by as much, in a turned frame.
+        let (mut matrix, mut side) = (normal.matrix, [0.0; BOTH]);
+        side[axis] = 1.0;
+        if !solve_cholesky(&mut matrix[..n * n], &mut side[..n]) {
+            return None;
+        }
+        trace_m2 += side[axis];
+    }
+    Some((variance_ratio * trace_m2 / 3.0).sqrt())
+}
+
 impl Fit<'_> {
     fn cost(&self, state: &Moving) -> f64 {
         let held: f64 =
