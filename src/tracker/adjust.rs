@@ -1,4 +1,4 @@
-//! Bundle adjustment of a window: poses and points together, by Levenberg-Marquardt with Huber's kernel. The points are
+//! Bundle adjustment of a window: poses and points together, by Levenberg-Marquardt under Student's t. The points are
 //! eliminated first (block Schur complement), the poses follow from one dense Cholesky.
 //!
 //! Enters: poses, points and observations of a window. Leaves: the same, refined, in metres. Summation order is the order of
@@ -13,7 +13,7 @@ use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
 use crate::tracker::manifold::{Twist, se3_exp};
-use crate::tracker::refine::{Linear, UNSEEN_SIGMAS2, huber, linearise};
+use crate::tracker::refine::{Linear, Tailed, UNSEEN_SIGMAS2, linearise};
 use crate::tracker::rig::RigCamera;
 use crate::units::CameraIndex;
 
@@ -52,9 +52,9 @@ pub struct Problem<'a> {
 /// What an adjustment did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Huber cost before.
+    /// Cost before: twice the negative logarithm of the density, up to a constant.
     pub cost_before: f64,
-    /// Huber cost after; never above the one before.
+    /// The same after; never above the one before.
     pub cost_after: f64,
     /// Systems solved.
     pub iterations: u32,
@@ -87,15 +87,16 @@ impl Problem<'_> {
     pub fn solve(&mut self, iterations_max: u32) -> Outcome {
         assert!(self.free <= self.poses.len(), "only poses that exist can move");
         assert!(self.observations.is_sorted_by_key(|o| o.point), "observations must be in the order of their points");
-        let mut cost = self.cost(&self.poses, &self.points_m);
+        let law = Tailed::of(&self.errors2());
+        let mut cost = self.cost(&self.poses, &self.points_m, law);
         let mut outcome = Outcome { cost_before: cost, cost_after: cost, iterations: 0 };
         let mut damping = 1e-4;
-        let mut normal = self.linearise();
+        let mut normal = self.linearise(law);
         while outcome.iterations < iterations_max {
             outcome.iterations += 1;
             let moved = normal.step(damping).map(|(by_pose, by_point)| self.moved(&by_pose, &by_point));
             let accepted = moved.and_then(|(poses, points_m)| {
-                let cost_next = self.cost(&poses, &points_m);
+                let cost_next = self.cost(&poses, &points_m, law);
                 (cost_next < cost).then_some((poses, points_m, cost_next))
             });
             let Some((poses, points_m, cost_next)) = accepted else {
@@ -112,7 +113,7 @@ impl Problem<'_> {
                 break;
             }
             if outcome.iterations < iterations_max {
-                normal = self.linearise();
+                normal = self.linearise(law);
             }
         }
         outcome.cost_after = cost;
@@ -126,9 +127,9 @@ impl Problem<'_> {
         errors2
     }
 
-    fn cost(&self, poses: &[Pose], points_m: &[DVec3]) -> f64 {
+    fn cost(&self, poses: &[Pose], points_m: &[DVec3], law: Tailed) -> f64 {
         let mut cost = 0.0;
-        self.each_error2(poses, points_m, |error2| cost += huber(error2).0);
+        self.each_error2(poses, points_m, |error2| cost += law.cost(error2));
         cost
     }
 
@@ -153,7 +154,7 @@ impl Problem<'_> {
         (poses, self.points_m.iter().zip(by_point).map(move_point).collect())
     }
 
-    pub(crate) fn linearise(&self) -> Normal {
+    pub(crate) fn linearise(&self, law: Tailed) -> Normal {
         let mut normal = Normal {
             pose_blocks: vec![Matrix6::zeros(); self.free],
             pose_sides: vec![Vector6::zeros(); self.free],
@@ -169,7 +170,7 @@ impl Problem<'_> {
             let camera = &self.cameras[index(o.camera.0)];
             let linear = linearise(camera, in_body_m, &o.row_from_frame, (o.place_px, o.inverse_sigma));
             let Some(Linear { error, by_pose, by_body, .. }) = linear else { continue };
-            let (_, weight) = huber(error.length_squared());
+            let weight = law.weight(error.length_squared());
             let transposed = rotations[pose].transpose();
             let by_point = by_body.map(|row| transposed * row);
             for axis in 0..2 {

@@ -8,7 +8,7 @@ use crate::num::{greater, index, lesser, u32_from};
 use crate::tracker::map::{Landmark, Map};
 use crate::tracker::matching::{Best, Rule, one_to_one};
 use crate::tracker::ransac::{Search, search};
-use crate::tracker::refine::{MEDIAN_SIGMAS2, Measurement, errors2, position_bound_m, refine};
+use crate::tracker::refine::{Measurement, errors2, position_bound_m, refine};
 use crate::tracker::rig::{RigCamera, View};
 use crate::tracker::sweep::{Motion, Moving, RatePrior};
 use crate::tracker::{TrackerParams, Work};
@@ -58,6 +58,8 @@ pub struct Frame<'a> {
 const SECOND_RADIUS_PX: f64 = 4.0;
 /// Squared error in sigmas up to which a found landmark supports the pose: the 99 % quantile of chi2 with 2.
 const GATE_SIGMAS2: f64 = 9.21;
+/// Median of chi2 with 2 degrees of freedom: 2 ln 2.
+const MEDIAN_SIGMAS2: f64 = 1.386;
 /// The gate widens by at most this where places are worse than the parameters say.
 const GATE_FACTOR_MAX: f64 = 4.0;
 /// Squared errors before the rate is known are larger by this: 10 px at the first and last row of a quick turn, in place of 3.6.

@@ -1,5 +1,5 @@
-//! Pose of the body from known points and their places on the pictures of all cameras: Levenberg-Marquardt with Huber's
-//! kernel. Enters: a first guess. Leaves: the refined pose and each measurement's squared error in sigmas.
+//! Pose of the body from known points and their places on the pictures of all cameras: Levenberg-Marquardt under Student's t.
+//! Enters: a first guess. Leaves: the refined pose and each measurement's squared error in sigmas.
 //!
 //! Where rows have their own times, the rate of motion is refined with the pose, held by what earlier frames say of it.
 
@@ -27,9 +27,6 @@ pub struct Measurement {
     /// From the time of the frame to that of the place's row, in seconds.
     pub offset_s: f64,
 }
-
-/// Huber's threshold in sigmas: the 95 % quantile of a two-dimensional normal error, sqrt(5.991).
-pub const HUBER_SIGMAS: f64 = 2.448;
 
 /// Squared error in sigmas of what cannot be projected: beyond every gate, yet finite, so costs stay comparable.
 pub const UNSEEN_SIGMAS2: f64 = 1e6;
@@ -77,14 +74,43 @@ pub fn linearise(
     })
 }
 
-/// Huber's cost of a squared error, and the weight of its linearisation.
-#[inline]
-pub fn huber(error2: f64) -> (f64, f64) {
-    if error2 <= HUBER_SIGMAS * HUBER_SIGMAS {
-        (error2, 1.0)
-    } else {
-        let error = error2.sqrt();
-        (2.0 * HUBER_SIGMAS * error - HUBER_SIGMAS * HUBER_SIGMAS, HUBER_SIGMAS / error)
+/// Degrees of freedom of Student's t that places of corners follow: their errors have a narrow middle and long tails. Measured in a furnished
+/// room: 0.33 px by the median, 0.47 px by the mean square.
+const TAIL_FREEDOM: f64 = 4.0;
+/// Median of the squared length of a bivariate t with 4 degrees of freedom and scale 1: (1 + x / 4)^-2 = 1/2.
+const MEDIAN_TAILED2: f64 = 1.656_854;
+/// Its Fisher information per axis, (n + 2) / (n + 4), against that of a normal law of the same scale (Lange, Little, Taylor 1989).
+const TAILED_INFORMATION: f64 = (TAIL_FREEDOM + 2.0) / (TAIL_FREEDOM + 4.0);
+/// The scale of an error's square is kept within this, in sigmas squared: errors of a wrong start must not switch all weights off, and
+/// exact places none on.
+const SCALE2_RANGE: [f64; 2] = [0.04, 16.0];
+
+/// Places' errors as a bivariate Student's t, whose scale is the errors' own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tailed {
+    /// Squared scale in sigmas squared.
+    pub scale2: f64,
+}
+
+impl Tailed {
+    /// The law of these squared errors, by their median.
+    pub fn of(errors2: &[f64]) -> Self {
+        let mut sorted = errors2.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(MEDIAN_TAILED2);
+        Self { scale2: (median / MEDIAN_TAILED2).clamp(SCALE2_RANGE[0], SCALE2_RANGE[1]) }
+    }
+
+    /// Twice the negative logarithm of the density, up to a constant.
+    #[inline]
+    pub fn cost(self, error2: f64) -> f64 {
+        (TAIL_FREEDOM + 2.0) * libm::log1p(error2 / (TAIL_FREEDOM * self.scale2))
+    }
+
+    /// Weight of a squared error's linearisation: half of the cost's slope.
+    #[inline]
+    pub fn weight(self, error2: f64) -> f64 {
+        (TAIL_FREEDOM + 2.0) / (TAIL_FREEDOM * self.scale2 + error2)
     }
 }
 
@@ -118,6 +144,7 @@ struct Fit<'a> {
     cameras: &'a [RigCamera],
     measurements: &'a [Measurement],
     prior: Option<&'a RatePrior>,
+    law: Tailed,
 }
 
 /// Refines a state; gives it and the number of iterations. Without a prior the rate stays as it is. A system without a unique
@@ -129,12 +156,13 @@ pub fn refine(
     prior: Option<&RatePrior>,
     iterations_max: u32,
 ) -> (Moving, u32) {
-    let fit = Fit { cameras, measurements, prior };
+    let law = Tailed::of(&errors2(cameras, measurements, start));
+    let fit = Fit { cameras, measurements, prior, law };
     let mut state = *start;
     let mut cost_now = fit.cost(&state);
     let mut damping = 1e-4;
     for iteration in 0..iterations_max {
-        let normal = fit.normal_equations(&state);
+        let normal = fit.normal_equations(&state, |error2| fit.law.weight(error2));
         let Some((next, cost_next, step2)) = fit.damped_step(&state, &normal, damping) else {
             return (state, iteration);
         };
@@ -156,9 +184,6 @@ pub fn refine(
     (state, iterations_max)
 }
 
-/// Median of chi2 with 2 degrees of freedom: 2 ln 2.
-pub const MEDIAN_SIGMAS2: f64 = 1.386;
-
 /// Cramer-Rao bound of a position given the map: standard deviation per axis, mean over the axes, of the best unbiased estimate from these
 /// measurements, in metres. Their noise is the one that their own errors show (by the median), not the assumed one. `None` where the
 /// measurements leave a direction open.
@@ -168,11 +193,12 @@ pub fn position_bound_m(
     state: &Moving,
     prior: Option<&RatePrior>,
 ) -> Option<f64> {
-    let mut errors2 = errors2(cameras, measurements, state);
-    errors2.sort_by(f64::total_cmp);
-    let variance_ratio = errors2.get(errors2.len() / 2)? / MEDIAN_SIGMAS2;
-    let fit = Fit { cameras, measurements, prior };
-    let normal = fit.normal_equations(state);
+    if measurements.is_empty() {
+        return None;
+    }
+    let law = Tailed::of(&errors2(cameras, measurements, state));
+    let fit = Fit { cameras, measurements, prior, law };
+    let normal = fit.normal_equations(state, |_| TAILED_INFORMATION / law.scale2);
     let n = normal.n;
     let mut trace_m2 = 0.0;
     for axis in 0..3 {
@@ -184,14 +210,14 @@ pub fn position_bound_m(
         }
         trace_m2 += side[axis];
     }
-    Some((variance_ratio * trace_m2 / 3.0).sqrt())
+    Some((trace_m2 / 3.0).sqrt())
 }
 
 impl Fit<'_> {
     fn cost(&self, state: &Moving) -> f64 {
         let held: f64 =
             self.prior.map_or(0.0, |prior| prior.error(&state.rate).iter().map(|error| error * error).sum());
-        held + errors2(self.cameras, self.measurements, state).iter().map(|&error2| huber(error2).0).sum::<f64>()
+        held + errors2(self.cameras, self.measurements, state).iter().map(|&error2| self.law.cost(error2)).sum::<f64>()
     }
 
     /// The state after a damped step, its cost, and the step's squared length.
@@ -213,7 +239,7 @@ impl Fit<'_> {
         Some((next, self.cost(&next), step2))
     }
 
-    fn normal_equations(&self, state: &Moving) -> Normal {
+    fn normal_equations(&self, state: &Moving, weight_of: impl Fn(f64) -> f64) -> Normal {
         let n = if self.prior.is_some() { BOTH } else { POSE };
         let mut normal = Normal { n, matrix: [0.0; BOTH * BOTH], side: [0.0; BOTH] };
         let rotation = DMat3::from_quat(state.body_from_world.rotation);
@@ -223,7 +249,7 @@ impl Fit<'_> {
             let camera = &self.cameras[index(m.camera.0)];
             let linear = linearise(camera, in_body_m, &row_from_frame, (m.place_px, m.inverse_sigma));
             let Some(linear) = linear else { continue };
-            let (_, weight) = huber(linear.error.length_squared());
+            let weight = weight_of(linear.error.length_squared());
             for axis in 0..2 {
                 let mut row = [0.0; BOTH];
                 row[..POSE].copy_from_slice(&linear.by_pose[axis]);
