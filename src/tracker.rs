@@ -8,16 +8,19 @@
 
 pub mod adjust;
 mod answer;
+pub mod covariance;
 pub mod dense;
 pub mod epipolar;
 pub mod extend;
+pub mod lie;
 pub mod locate;
-pub mod manifold;
 pub mod map;
+pub mod marginal;
 pub mod matching;
 pub mod p3p;
 mod params;
 pub mod polynomial;
+pub mod pose_graph;
 pub mod ransac;
 pub mod refine;
 pub mod rig;

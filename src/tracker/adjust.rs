@@ -1,4 +1,5 @@
-//! Bundle adjustment of a window: poses and points together, by Levenberg-Marquardt under Student's t. The points are
+//! Bundle adjustment of a window: poses and points together, by Levenberg-Marquardt with Huber's kernel or
+//! under Student's t. The points are
 //! eliminated first (block Schur complement), the poses follow from one dense Cholesky.
 //!
 //! Enters: poses, points and observations of a window. Leaves: the same, refined, in metres. Summation order is the order of
@@ -12,8 +13,9 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
-use crate::tracker::manifold::{Twist, se3_exp};
-use crate::tracker::refine::{Linear, Tailed, UNSEEN_SIGMAS2, linearise};
+use crate::tracker::lie::{Twist, se3_exp};
+use crate::tracker::marginal::Prior;
+use crate::tracker::refine::{Law, Linear, Tailed, UNSEEN_SIGMAS2, linearise};
 use crate::tracker::rig::RigCamera;
 use crate::units::CameraIndex;
 
@@ -52,7 +54,7 @@ pub struct Problem<'a> {
 /// What an adjustment did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Cost before: twice the negative logarithm of the density, up to a constant.
+    /// Cost before: under the errors' own law, twice the negative logarithm of the density, up to a constant.
     pub cost_before: f64,
     /// The same after; never above the one before.
     pub cost_after: f64,
@@ -75,6 +77,8 @@ pub(crate) struct Normal {
     /// Couplings of each point, in the order in which its poses were first met.
     couplings: Vec<(usize, Coupling)>,
     coupled: Vec<Range<usize>>,
+    /// Information and right side over the free poses that left the window before.
+    prior: Option<(Vec<f64>, Vec<f64>)>,
 }
 
 /// A point that nothing measures in some direction is held by this much, in 1/m^2; a stereo point at 10 m has some 0.1.
@@ -85,18 +89,35 @@ const POSE_FLOOR: f64 = 1e-6;
 impl Problem<'_> {
     /// Adjusts in place.
     pub fn solve(&mut self, iterations_max: u32) -> Outcome {
+        self.solve_under(None, iterations_max)
+    }
+
+    /// Adjusts in place, with the errors' own law in place of Huber's kernel.
+    pub fn solve_tailed(&mut self, iterations_max: u32) -> Outcome {
+        let law = Law::Tailed(Tailed::of(&self.errors2()));
+        self.solve_with(law, None, iterations_max)
+    }
+
+    /// Adjusts in place under what left the window before. Derivatives of the prior's poses are taken at their first estimates.
+    pub fn solve_under(&mut self, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
+        self.solve_with(Law::Huber, prior, iterations_max)
+    }
+
+    fn solve_with(&mut self, law: Law, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
         assert!(self.free <= self.poses.len(), "only poses that exist can move");
         assert!(self.observations.is_sorted_by_key(|o| o.point), "observations must be in the order of their points");
-        let law = Tailed::of(&self.errors2());
-        let mut cost = self.cost(&self.poses, &self.points_m, law);
+        let cost_of = |problem: &Self, poses: &[Pose], points_m: &[DVec3]| {
+            problem.cost(poses, points_m, law) + prior.map_or(0.0, |prior| prior.cost(poses))
+        };
+        let mut cost = cost_of(self, &self.poses, &self.points_m);
         let mut outcome = Outcome { cost_before: cost, cost_after: cost, iterations: 0 };
         let mut damping = 1e-4;
-        let mut normal = self.linearise(law);
+        let mut normal = self.linearise_under(prior, law);
         while outcome.iterations < iterations_max {
             outcome.iterations += 1;
             let moved = normal.step(damping).map(|(by_pose, by_point)| self.moved(&by_pose, &by_point));
             let accepted = moved.and_then(|(poses, points_m)| {
-                let cost_next = self.cost(&poses, &points_m, law);
+                let cost_next = cost_of(self, &poses, &points_m);
                 (cost_next < cost).then_some((poses, points_m, cost_next))
             });
             let Some((poses, points_m, cost_next)) = accepted else {
@@ -113,7 +134,7 @@ impl Problem<'_> {
                 break;
             }
             if outcome.iterations < iterations_max {
-                normal = self.linearise(law);
+                normal = self.linearise_under(prior, law);
             }
         }
         outcome.cost_after = cost;
@@ -127,7 +148,7 @@ impl Problem<'_> {
         errors2
     }
 
-    fn cost(&self, poses: &[Pose], points_m: &[DVec3], law: Tailed) -> f64 {
+    fn cost(&self, poses: &[Pose], points_m: &[DVec3], law: Law) -> f64 {
         let mut cost = 0.0;
         self.each_error2(poses, points_m, |error2| cost += law.cost(error2));
         cost
@@ -154,7 +175,13 @@ impl Problem<'_> {
         (poses, self.points_m.iter().zip(by_point).map(move_point).collect())
     }
 
-    pub(crate) fn linearise(&self, law: Tailed) -> Normal {
+    /// The normal equations without a prior, for tests.
+    #[cfg(test)]
+    pub(crate) fn linearise(&self) -> Normal {
+        self.linearise_under(None, Law::Huber)
+    }
+
+    fn linearise_under(&self, prior: Option<&Prior>, law: Law) -> Normal {
         let mut normal = Normal {
             pose_blocks: vec![Matrix6::zeros(); self.free],
             pose_sides: vec![Vector6::zeros(); self.free],
@@ -162,16 +189,30 @@ impl Problem<'_> {
             point_sides: vec![Vector3::zeros(); self.points_m.len()],
             couplings: Vec::new(),
             coupled: vec![0..0; self.points_m.len()],
+            prior: prior.map(|prior| {
+                let n = 6 * self.free;
+                let (mut matrix, mut side) = (vec![0.0; n * n], vec![0.0; n]);
+                prior.add_to(&self.poses, &mut matrix, &mut side);
+                (matrix, side)
+            }),
         };
         let rotations: Vec<DMat3> = self.poses.iter().map(|pose| DMat3::from_quat(pose.rotation)).collect();
         for o in &self.observations {
             let (pose, point) = (index(o.pose), index(o.point));
             let in_body_m = rotations[pose] * self.points_m[point] + self.poses[pose].translation_m;
             let camera = &self.cameras[index(o.camera.0)];
-            let linear = linearise(camera, in_body_m, &o.row_from_frame, (o.place_px, o.inverse_sigma));
-            let Some(Linear { error, by_pose, by_body, .. }) = linear else { continue };
+            let place = (o.place_px, o.inverse_sigma);
+            let linear = linearise(camera, in_body_m, &o.row_from_frame, place);
+            let Some(Linear { error, mut by_pose, mut by_body, .. }) = linear else { continue };
             let weight = law.weight(error.length_squared());
-            let transposed = rotations[pose].transpose();
+            let mut transposed = rotations[pose].transpose();
+            if let Some(first) = prior.and_then(|prior| prior.first_estimate(o.pose)) {
+                let in_body_m = first.point(self.points_m[point]);
+                if let Some(first_linear) = linearise(camera, in_body_m, &o.row_from_frame, place) {
+                    (by_pose, by_body) = (first_linear.by_pose, first_linear.by_body);
+                    transposed = DMat3::from_quat(first.rotation).transpose();
+                }
+            }
             let by_point = by_body.map(|row| transposed * row);
             for axis in 0..2 {
                 let row = by_point[axis];
@@ -228,6 +269,10 @@ impl Normal {
                 }
                 matrix[(6 * pose + i) * (n + 1)] += damping * block[(i, i)] + POSE_FLOOR;
             }
+        }
+        if let Some((information, right)) = &self.prior {
+            matrix.iter_mut().zip(information).for_each(|(sum, x)| *sum += x);
+            side.iter_mut().zip(right).for_each(|(sum, x)| *sum += x);
         }
         let inverses = self.damped_inverses(damping)?;
         for (point, inverse) in inverses.iter().enumerate() {

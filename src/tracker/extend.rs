@@ -215,7 +215,7 @@ impl Growth<'_> {
 pub fn adjust_window(map: &mut Map, cameras: &[RigCamera], params: &TrackerParams, work: &mut Work) -> Option<Moving> {
     let free = index(params.window);
     let mut window = map.window(cameras, free, 2 * free);
-    let outcome = window.problem.solve(params.adjust_iterations);
+    let outcome = window.problem.solve_tailed(params.adjust_iterations);
     work.adjust_iterations += outcome.iterations;
     work.adjusted_observations += crate::num::u64_from(window.problem.observations.len());
     map.put_back(&window);

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 
 use crate::num::{f64_from_u64, index, u32_from};
 use crate::tracker::adjust::{Observation, Problem};
-use crate::tracker::manifold::Twist;
+use crate::tracker::lie::Twist;
 use crate::tracker::matching::Descriptor;
 use crate::tracker::rig::RigCamera;
 use crate::tracker::sweep::{AT_REST, Moving};

@@ -112,7 +112,7 @@ fn align(from: &[DVec3; 3], to: &[DVec3; 3]) -> Pose {
 mod tests {
     use super::*;
     use crate::draw::DrawKey;
-    use crate::tracker::manifold::so3_exp;
+    use crate::tracker::lie::so3_exp;
 
     /// A number in -1..1 of a case.
     fn number(seed: u64, case: u64, place: u64) -> f64 {

@@ -102,7 +102,7 @@ fn distinct(random: &mut Xoshiro256PlusPlus, group: &[usize]) -> Option<[usize; 
 mod tests {
     use super::*;
     use crate::optics::lens::{Intrinsics, Lens, Mapping};
-    use crate::tracker::manifold::{Twist, se3_exp};
+    use crate::tracker::lie::{Twist, se3_exp};
     use crate::tracker::rig::CameraCalibration;
     use crate::units::Size;
     use glam::DVec2;

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec2, DVec3};
 use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
-use crate::tracker::manifold::{Twist, se3_exp};
+use crate::tracker::lie::{Twist, se3_exp};
 use crate::tracker::rig::RigCamera;
 use crate::tracker::sweep::{Moving, RatePrior};
 use crate::units::CameraIndex;
@@ -111,6 +111,49 @@ impl Tailed {
     #[inline]
     pub fn weight(self, error2: f64) -> f64 {
         (TAIL_FREEDOM + 2.0) / (TAIL_FREEDOM * self.scale2 + error2)
+    }
+}
+
+/// Huber's threshold in sigmas: the 95 % quantile of a two-dimensional normal error, sqrt(5.991).
+pub const HUBER_SIGMAS: f64 = 2.448;
+
+/// Huber's cost of a squared error, and the weight of its linearisation.
+#[inline]
+pub fn huber(error2: f64) -> (f64, f64) {
+    if error2 <= HUBER_SIGMAS * HUBER_SIGMAS {
+        (error2, 1.0)
+    } else {
+        let error = error2.sqrt();
+        (2.0 * HUBER_SIGMAS * error - HUBER_SIGMAS * HUBER_SIGMAS, HUBER_SIGMAS / error)
+    }
+}
+
+/// How errors count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Law {
+    /// Normal up to a threshold at the assumed sigma.
+    Huber,
+    /// Student's t.
+    Tailed(Tailed),
+}
+
+impl Law {
+    /// Cost of a squared error.
+    #[inline]
+    pub fn cost(self, error2: f64) -> f64 {
+        match self {
+            Self::Huber => huber(error2).0,
+            Self::Tailed(law) => law.cost(error2),
+        }
+    }
+
+    /// Weight of its linearisation.
+    #[inline]
+    pub fn weight(self, error2: f64) -> f64 {
+        match self {
+            Self::Huber => huber(error2).1,
+            Self::Tailed(law) => law.weight(error2),
+        }
     }
 }
 

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::pose::Pose;
-use crate::tracker::manifold::{Twist, se3_exp, se3_log};
+use crate::tracker::lie::{Twist, se3_exp, se3_log};
 use crate::units::Size;
 
 /// When the rows of a camera are exposed.

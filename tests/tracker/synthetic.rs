@@ -7,7 +7,7 @@ use sensel::draw::DrawKey;
 use sensel::num::{f64_from_u64, low_u8, low_u32, u32_truncated, u64_from};
 use sensel::optics::lens::{Intrinsics, Kb4, Lens, Mapping, Radtan};
 use sensel::pose::Pose;
-use sensel::tracker::manifold::so3_exp;
+use sensel::tracker::lie::so3_exp;
 use sensel::tracker::{CameraCalibration, FrameInput};
 use sensel::units::Size;
 
