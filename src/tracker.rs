@@ -33,13 +33,14 @@ use crate::pose::{Pose, TimedPose};
 
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
 use extend::{Growth, Unclaimed, adjust_window};
+use lie::Twist;
 use locate::{Frame, Located};
 use map::{Landmark, Map};
 pub use params::TrackerParams;
 pub use rig::CameraCalibration;
 use rig::{RigCamera, View};
 pub use sweep::RowClock;
-use sweep::{Motion, Moving};
+use sweep::{Motion, Moving, ahead_of, between};
 
 /// The published number of the tracker's draws.
 const DRAWS: u64 = 0x7472_6163_6b65_7231;
@@ -63,6 +64,7 @@ pub struct Tracker {
     last_keyframe: Option<LastKeyframe>,
     lost: bool,
     frame: u64,
+    start_frame: u64,
     last_t_s: f64,
 }
 
@@ -94,6 +96,7 @@ impl Tracker {
             last_keyframe: None,
             lost: false,
             frame: 0,
+            start_frame: 0,
             last_t_s: f64::NEG_INFINITY,
         })
     }
@@ -150,6 +153,7 @@ impl Tracker {
             return answer;
         }
         self.map = map;
+        self.start_frame = self.frame;
         self.motion = Some(Motion { t_s, body_from_world: Pose::IDENTITY, step: None });
         self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body: Pose::IDENTITY, landmarks: made });
         answer.status = Status::Initialised;
@@ -165,7 +169,9 @@ impl Tracker {
         let has_velocity = self.motion.is_some_and(|motion| motion.step.is_some());
         let predicted_position_m =
             predicted.filter(|_| has_velocity).map(|state| state.body_from_world.inverse().translation_m);
-        let Some((located, status)) = self.locate((t_s, views), predicted.filter(|_| !self.lost), &mut work) else {
+        let found = self.locate((t_s, views), predicted.filter(|_| !self.lost), &mut work);
+        let found = found.map(|(located, status)| (self.with_swept_start((t_s, views), located, &mut work), status));
+        let Some((located, status)) = found else {
             self.lost = true;
             self.motion = None;
             return TrackedFrame { predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
@@ -178,9 +184,8 @@ impl Tracker {
         // The step that leads here is measured before the adjustment: both ends then hang on the same map.
         let body_from_world = located.state.body_from_world;
         let step = self.motion.and_then(|motion| motion.then(t_s, body_from_world).step);
-        if let (Some((rate, _)), true, true) = (step, self.map.keyframes.len() == 1, views.iter().any(View::sweeps)) {
-            self.map.sweep_first_keyframe(rate);
-            self.unclaimed.moved_to(self.map.keyframes[0].state);
+        if views.iter().any(View::sweeps) {
+            self.correct_last_rate(step);
         }
         self.motion = Some(Motion { t_s, body_from_world, step });
         if keyframe {
@@ -199,6 +204,39 @@ impl Tracker {
             keyframe,
             work,
         }
+    }
+
+    /// The first frame's rows were taken as simultaneous, which bends the map that the second one is held against: the step between the two
+    /// says how the first one moved, in turns with the map. An error of the step comes back by the share of the readout in it, a quarter at
+    /// 16 ms and 30 Hz.
+    fn with_swept_start(&mut self, (t_s, views): (f64, &[View]), mut located: Located, work: &mut Work) -> Located {
+        if self.frame != self.start_frame + 1 || !views.iter().any(View::sweeps) {
+            return located;
+        }
+        for _ in 0..3 {
+            let Some((rate, _)) = self.motion.and_then(|motion| motion.then(t_s, located.state.body_from_world).step)
+            else {
+                break;
+            };
+            self.map.set_rate(0, rate);
+            let Some((again, _)) = self.locate((t_s, views), Some(located.state), work) else { break };
+            located = again;
+        }
+        located
+    }
+
+    /// The step after a keyframe says how it moved better than the steps before it. The first two steps tell the first keyframe's rate.
+    fn correct_last_rate(&mut self, step: Option<(Twist, f64)>) {
+        let (Some(after), Some(last)) = (step, self.last_keyframe) else { return };
+        let before = self.motion.and_then(|motion| motion.step);
+        let keyframe = self.map.keyframes.len() - 1;
+        if let (true, Some(first)) = (self.frame == self.start_frame + 2, before) {
+            self.map.set_rate(0, ahead_of(first, after));
+        }
+        if let (true, Some(before)) = (self.frame == last.frame + 1, before) {
+            self.map.set_rate(keyframe, between(before, after));
+        }
+        self.unclaimed.moved_to(self.map.keyframes[keyframe].state);
     }
 
     /// Makes the frame a keyframe: new landmarks, then adjustment, which moves the frame's pose.

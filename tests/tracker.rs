@@ -1,5 +1,11 @@
 //! The tracker on synthetic worlds, through its front door.
 
+#[path = "tracker/hard.rs"]
+mod hard;
+#[path = "tracker/still.rs"]
+mod still;
+#[path = "tracker/sweep.rs"]
+mod sweep;
 #[path = "tracker/synthetic.rs"]
 mod synthetic;
 

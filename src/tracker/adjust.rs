@@ -406,15 +406,8 @@ mod tests {
                     };
                     let [pose, point, camera] = [pose, point, camera].map(crate::num::u32_from);
                     let camera = CameraIndex(camera);
-                    let row_from_frame = Pose::IDENTITY;
-                    observations.push(Observation {
-                        pose,
-                        point,
-                        camera,
-                        place_px,
-                        inverse_sigma: 2.0,
-                        row_from_frame,
-                    });
+                    let (inverse_sigma, row_from_frame) = (2.0, Pose::IDENTITY);
+                    observations.push(Observation { pose, point, camera, place_px, inverse_sigma, row_from_frame });
                 }
             }
         }

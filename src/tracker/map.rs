@@ -8,7 +8,7 @@ use crate::tracker::adjust::{Observation, Problem};
 use crate::tracker::lie::Twist;
 use crate::tracker::matching::Descriptor;
 use crate::tracker::rig::RigCamera;
-use crate::tracker::sweep::{AT_REST, Moving};
+use crate::tracker::sweep::Moving;
 use crate::units::CameraIndex;
 
 /// Descriptors kept of a landmark, from different views; the oldest gives way.
@@ -114,19 +114,19 @@ impl Map {
         id
     }
 
-    /// The first keyframe turns out to have moved while its rows were exposed: its landmarks, made as if it stood, move with their rows. Later
-    /// calls change nothing.
-    pub fn sweep_first_keyframe(&mut self, rate: Twist) {
-        let Some(first) = self.keyframes.first_mut().filter(|first| first.state.rate == AT_REST) else { return };
-        first.state.rate = rate;
-        let state = first.state;
-        for landmark in &mut self.landmarks {
-            let Some(sighting) = landmark.sightings.first().filter(|sighting| sighting.keyframe == first.id) else {
-                continue;
-            };
-            let in_body_m = state.body_from_world.point(landmark.position_m);
-            let at_frame_m = state.row_from_frame(sighting.offset_s).inverse().point(in_body_m);
-            landmark.position_m = state.body_from_world.inverse().point(at_frame_m);
+    /// A keyframe's rate is known better than when it was made: landmarks that only it saw move with their rows.
+    pub fn set_rate(&mut self, keyframe: usize, rate: Twist) {
+        let held = &mut self.keyframes[keyframe];
+        let (id, before) = (held.id, held.state);
+        held.state.rate = rate;
+        let after = held.state;
+        let from_world = before.body_from_world;
+        let alone = |landmark: &&mut Landmark| landmark.sightings.iter().all(|sighting| sighting.keyframe == id);
+        for landmark in self.landmarks.iter_mut().filter(alone) {
+            let Some(sighting) = landmark.sightings.first() else { continue };
+            let at_row_m = before.row_from_frame(sighting.offset_s).point(from_world.point(landmark.position_m));
+            let at_frame_m = after.row_from_frame(sighting.offset_s).inverse().point(at_row_m);
+            landmark.position_m = from_world.inverse().point(at_frame_m);
         }
     }
 

@@ -74,6 +74,19 @@ pub fn mean_rate(from: &Pose, to: &Pose, span_s: f64) -> Twist {
     se3_log(&to.then(&from.inverse())).scaled(1.0 / span_s)
 }
 
+/// Twist a second at the pose between two steps, each with its length in seconds: rates run straight from the middle of one to that of the
+/// other.
+pub fn between((before, span_before_s): (Twist, f64), (after, span_after_s): (Twist, f64)) -> Twist {
+    let share = span_before_s / (span_before_s + span_after_s);
+    before.scaled(1.0 - share).plus(&after.scaled(share))
+}
+
+/// Twist a second at the pose ahead of two steps.
+pub fn ahead_of((first, span_first_s): (Twist, f64), (second, span_second_s): (Twist, f64)) -> Twist {
+    let share = span_first_s / (span_first_s + span_second_s);
+    first.scaled(1.0 + share).plus(&second.scaled(-share))
+}
+
 /// What is known of a rate before the frame's own rows are asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RatePrior {
