@@ -1,5 +1,11 @@
 //! The tracker on synthetic worlds, through its front door.
 
+#[path = "tracker/hard.rs"]
+mod hard;
+#[path = "tracker/still.rs"]
+mod still;
+#[path = "tracker/sweep.rs"]
+mod sweep;
 #[path = "tracker/synthetic.rs"]
 mod synthetic;
 
@@ -76,7 +82,7 @@ fn two_runs_give_the_same_bytes_and_another_seed_gives_others() {
 fn a_frame_without_features_is_lost_and_never_a_panic() {
     let world = World::usual(6);
     let mut tracker = tracker(&world);
-    let empty = |t_s| FrameInput { t_s, features: vec![Vec::new(); 2] };
+    let empty = |t_s| FrameInput { t_s, features: vec![Vec::new(); 2], clocks: Vec::new() };
     assert_eq!(tracker.track(&empty(0.0)).status, Status::Waiting);
     let mut input = world.frame(1, &resting(0.0));
     assert_eq!(tracker.track(&input).status, Status::Initialised);
@@ -163,7 +169,10 @@ fn points_behind_the_camera_and_corners_without_descriptor_are_passed_over() {
     let world = World::usual(13);
     let mut tracker = tracker(&world);
     let blank = corner(DVec2::new(100.0, 100.0), world.cameras[0].size, [0; 32]).unwrap();
-    assert_eq!(tracker.track(&FrameInput { t_s: 0.0, features: vec![vec![blank; 300]; 2] }).status, Status::Waiting);
+    assert_eq!(
+        tracker.track(&FrameInput { t_s: 0.0, features: vec![vec![blank; 300]; 2], clocks: Vec::new() }).status,
+        Status::Waiting
+    );
     // Turned about by half a turn between two frames, all landmarks lie behind: lost, not tracked.
     assert_eq!(tracker.track(&world.frame(1, &resting(0.0))).status, Status::Initialised);
     let about = Pose::new(glam::DQuat::from_xyzw(0.0, 1.0, 0.0, 0.0), DVec3::ZERO);

@@ -61,7 +61,9 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
             features.push(extracted.features);
         }
         let timestamp_ns = left.frames[*left_index].timestamp_ns;
-        let tracked = tracker.track(&FrameInput { t_s: f64_from_u64(timestamp_ns - start_ns) * 1e-9, features });
+        // Recordings do not say when their rows were exposed.
+        let t_s = f64_from_u64(timestamp_ns - start_ns) * 1e-9;
+        let tracked = tracker.track(&FrameInput { t_s, features, clocks: Vec::new() });
         if let Some(world_from_body) = tracked.world_from_body {
             poses.push(TimedPose { t_s: f64_from_u64(timestamp_ns) * 1e-9, world_from_body });
         }

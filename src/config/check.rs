@@ -16,7 +16,6 @@ use crate::link::{LinkParams, Mode, RawKind, WhenFull};
 use crate::optics::Mosaic;
 use crate::optics::mosaic::FILTER_BANDS;
 use crate::pixel::{PixelParams, PixelType};
-use crate::readout::Shutter;
 use crate::tracker::TrackerParams;
 use crate::units::Size;
 
@@ -334,14 +333,12 @@ impl Scenario {
     /// The host's tracker.
     ///
     /// # Errors
-    /// A window out of range.
+    /// A window out of range, a switch that is none.
     pub fn tracker_params(&self) -> Result<TrackerParams, Error> {
         let window = within("tracker.window", self.tracker.window, 2..=50, "2 to 50")?;
-        if self.tracker.rolling_shutter && self.readout()?.shutter == Shutter::Rolling {
-            let reason = "correcting for the rows' own times comes with a later version; false would do";
-            return Err(Error::key("tracker.rolling_shutter", true, reason));
-        }
-        Ok(TrackerParams { window, ..TrackerParams::room(self.seed) })
+        // Where all rows have one time, both ways give the same.
+        let rolling_shutter = self.tracker.rolling_shutter.is_on("tracker.rolling_shutter", true)?;
+        Ok(TrackerParams { window, rolling_shutter, ..TrackerParams::room(self.seed) })
     }
 }
 

@@ -136,13 +136,39 @@ sections! {
     Tracker {
         /// Keyframes refined together, 2 to 50.
         window: u32,
-        /// Whether rows' own times are used. Comes with a later version: true is refused under a rolling shutter.
-        rolling_shutter: bool,
+        /// Whether each place counts at its row's own time: true or "auto" wherever the packets give rows times of their own, or false:
+        /// a frame's rows count as simultaneous, as others take them.
+        rolling_shutter: Switch,
     }
     /// Constants of energy.
     Energy {
         /// Name of a technology.
         technology: String,
+    }
+}
+
+/// Yes, no, or as the data say.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[serde(untagged, expecting = "expected true, false or \"auto\"")]
+pub enum Switch {
+    /// By a person's choice.
+    Set(bool),
+    /// By a word: "auto".
+    Word(String),
+}
+
+impl Switch {
+    /// Whether it is on, where "auto" stands for `auto`.
+    ///
+    /// # Errors
+    /// Another word.
+    pub fn is_on(&self, key: &str, auto: bool) -> Result<bool, Error> {
+        match self {
+            Self::Set(on) => Ok(*on),
+            Self::Word(word) if word == "auto" => Ok(auto),
+            Self::Word(word) => Err(Error::key(key, word, "true, false or \"auto\" would do")),
+        }
     }
 }
 

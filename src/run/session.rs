@@ -17,7 +17,7 @@ use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::{ClockSpan, HdrMerge, Schedule};
-use crate::tracker::{TrackedFrame, Tracker};
+use crate::tracker::{RowClock, TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Span};
 
 /// Stages whose time is measured, in the data's order.
@@ -95,6 +95,8 @@ pub struct Session {
     delays_s: Vec<f64>,
     /// Time of the frame before by the host's knowledge.
     pub(super) host_time_s: Option<f64>,
+    /// When each camera's rows were exposed in the last frame that said so.
+    pub(super) host_clocks: Vec<RowClock>,
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
     watched: Option<Watched>,
@@ -138,6 +140,7 @@ impl Session {
             gain,
             delays_s,
             host_time_s: None,
+            host_clocks: Vec::new(),
             charge_before_e,
             watched: None,
             electrons_kept: false,

@@ -10,7 +10,7 @@ use crate::link::{self, Flow, FrameMetadata, FrameOut, LinkCounts, Received, Tra
 use crate::num::{f64_from_u64, low_u8, low_u32, u32_from, u64_from, u64_half_even};
 use crate::plane::Plane;
 use crate::readout::{Schedule, Shutter};
-use crate::tracker::FrameInput;
+use crate::tracker::{FrameInput, RowClock};
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// What the links of a run did.
@@ -149,7 +149,15 @@ impl Session {
             (None, None) => 0.0,
         };
         self.host_time_s = Some(t_s);
-        let mut host = HostFrame { input: FrameInput { t_s, features: Vec::new() }, indices: Vec::new() };
+        self.host_clocks.resize(received.len(), RowClock::default());
+        for (clock, frame) in self.host_clocks.iter_mut().zip(&received) {
+            if let Some(metadata) = frame.as_ref().and_then(|frame| frame.metadata) {
+                let offset_s = f64_from_u64(metadata.timestamp_ns) * 1e-9 - t_s;
+                *clock = RowClock { offset_s, row_time_s: f64::from(metadata.row_time_ns) * 1e-9 };
+            }
+        }
+        let input = FrameInput { t_s, features: Vec::new(), clocks: self.host_clocks.clone() };
+        let mut host = HostFrame { input, indices: Vec::new() };
         for (camera, frame) in received.into_iter().enumerate() {
             let (features, indices) = match frame {
                 Some(frame) => self.features_of(camera, frame)?,

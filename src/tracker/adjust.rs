@@ -1,4 +1,5 @@
-//! Bundle adjustment of a window: poses and points together, by Levenberg-Marquardt with Huber's kernel. The points are
+//! Bundle adjustment of a window: poses and points together, by Levenberg-Marquardt with Huber's kernel or
+//! under Student's t. The points are
 //! eliminated first (block Schur complement), the poses follow from one dense Cholesky.
 //!
 //! Enters: poses, points and observations of a window. Leaves: the same, refined, in metres. Summation order is the order of
@@ -14,7 +15,7 @@ use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
 use crate::tracker::lie::{Twist, se3_exp};
 use crate::tracker::marginal::Prior;
-use crate::tracker::refine::{UNSEEN_SIGMAS2, huber, linearise};
+use crate::tracker::refine::{Law, Linear, Tailed, UNSEEN_SIGMAS2, linearise};
 use crate::tracker::rig::RigCamera;
 use crate::units::CameraIndex;
 
@@ -31,6 +32,8 @@ pub struct Observation {
     pub place_px: DVec2,
     /// One over the standard deviation of the place, per axis, in 1/px.
     pub inverse_sigma: f64,
+    /// The body's motion from the time of its pose to that of the place's row.
+    pub row_from_frame: Pose,
 }
 
 /// What is adjusted.
@@ -51,9 +54,9 @@ pub struct Problem<'a> {
 /// What an adjustment did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Huber cost before.
+    /// Cost before: under the errors' own law, twice the negative logarithm of the density, up to a constant.
     pub cost_before: f64,
-    /// Huber cost after; never above the one before.
+    /// The same after; never above the one before.
     pub cost_after: f64,
     /// Systems solved.
     pub iterations: u32,
@@ -89,17 +92,27 @@ impl Problem<'_> {
         self.solve_under(None, iterations_max)
     }
 
+    /// Adjusts in place, with the errors' own law in place of Huber's kernel.
+    pub fn solve_tailed(&mut self, iterations_max: u32) -> Outcome {
+        let law = Law::Tailed(Tailed::of(&self.errors2()));
+        self.solve_with(law, None, iterations_max)
+    }
+
     /// Adjusts in place under what left the window before. Derivatives of the prior's poses are taken at their first estimates.
     pub fn solve_under(&mut self, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
+        self.solve_with(Law::Huber, prior, iterations_max)
+    }
+
+    fn solve_with(&mut self, law: Law, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
         assert!(self.free <= self.poses.len(), "only poses that exist can move");
         assert!(self.observations.is_sorted_by_key(|o| o.point), "observations must be in the order of their points");
         let cost_of = |problem: &Self, poses: &[Pose], points_m: &[DVec3]| {
-            problem.cost(poses, points_m) + prior.map_or(0.0, |prior| prior.cost(poses))
+            problem.cost(poses, points_m, law) + prior.map_or(0.0, |prior| prior.cost(poses))
         };
         let mut cost = cost_of(self, &self.poses, &self.points_m);
         let mut outcome = Outcome { cost_before: cost, cost_after: cost, iterations: 0 };
         let mut damping = 1e-4;
-        let mut normal = self.linearise_under(prior);
+        let mut normal = self.linearise_under(prior, law);
         while outcome.iterations < iterations_max {
             outcome.iterations += 1;
             let moved = normal.step(damping).map(|(by_pose, by_point)| self.moved(&by_pose, &by_point));
@@ -121,7 +134,7 @@ impl Problem<'_> {
                 break;
             }
             if outcome.iterations < iterations_max {
-                normal = self.linearise_under(prior);
+                normal = self.linearise_under(prior, law);
             }
         }
         outcome.cost_after = cost;
@@ -135,9 +148,9 @@ impl Problem<'_> {
         errors2
     }
 
-    fn cost(&self, poses: &[Pose], points_m: &[DVec3]) -> f64 {
+    fn cost(&self, poses: &[Pose], points_m: &[DVec3], law: Law) -> f64 {
         let mut cost = 0.0;
-        self.each_error2(poses, points_m, |error2| cost += huber(error2).0);
+        self.each_error2(poses, points_m, |error2| cost += law.cost(error2));
         cost
     }
 
@@ -145,7 +158,8 @@ impl Problem<'_> {
         let rotations: Vec<DMat3> = poses.iter().map(|pose| DMat3::from_quat(pose.rotation)).collect();
         for o in &self.observations {
             let in_body_m = rotations[index(o.pose)] * points_m[index(o.point)] + poses[index(o.pose)].translation_m;
-            let projected = self.cameras[index(o.camera.0)].project_with_jacobian(in_body_m);
+            let at_row_m = o.row_from_frame.point(in_body_m);
+            let projected = self.cameras[index(o.camera.0)].project_with_jacobian(at_row_m);
             take(projected.map_or(UNSEEN_SIGMAS2, |(place_px, _)| {
                 ((o.place_px - place_px) * o.inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
             }));
@@ -164,10 +178,10 @@ impl Problem<'_> {
     /// The normal equations without a prior, for tests.
     #[cfg(test)]
     pub(crate) fn linearise(&self) -> Normal {
-        self.linearise_under(None)
+        self.linearise_under(None, Law::Huber)
     }
 
-    fn linearise_under(&self, prior: Option<&Prior>) -> Normal {
+    fn linearise_under(&self, prior: Option<&Prior>, law: Law) -> Normal {
         let mut normal = Normal {
             pose_blocks: vec![Matrix6::zeros(); self.free],
             pose_sides: vec![Vector6::zeros(); self.free],
@@ -187,18 +201,15 @@ impl Problem<'_> {
             let (pose, point) = (index(o.pose), index(o.point));
             let in_body_m = rotations[pose] * self.points_m[point] + self.poses[pose].translation_m;
             let camera = &self.cameras[index(o.camera.0)];
-            let Some((error, mut by_pose, mut by_body)) = linearise(camera, in_body_m, (o.place_px, o.inverse_sigma))
-            else {
-                continue;
-            };
-            let (_, weight) = huber(error.length_squared());
+            let place = (o.place_px, o.inverse_sigma);
+            let linear = linearise(camera, in_body_m, &o.row_from_frame, place);
+            let Some(Linear { error, mut by_pose, mut by_body, .. }) = linear else { continue };
+            let weight = law.weight(error.length_squared());
             let mut transposed = rotations[pose].transpose();
             if let Some(first) = prior.and_then(|prior| prior.first_estimate(o.pose)) {
                 let in_body_m = first.point(self.points_m[point]);
-                if let Some((_, first_by_pose, first_by_body)) =
-                    linearise(camera, in_body_m, (o.place_px, o.inverse_sigma))
-                {
-                    (by_pose, by_body) = (first_by_pose, first_by_body);
+                if let Some(first_linear) = linearise(camera, in_body_m, &o.row_from_frame, place) {
+                    (by_pose, by_body) = (first_linear.by_pose, first_linear.by_body);
                     transposed = DMat3::from_quat(first.rotation).transpose();
                 }
             }
@@ -395,7 +406,8 @@ mod tests {
                     };
                     let [pose, point, camera] = [pose, point, camera].map(crate::num::u32_from);
                     let camera = CameraIndex(camera);
-                    observations.push(Observation { pose, point, camera, place_px, inverse_sigma: 2.0 });
+                    let (inverse_sigma, row_from_frame) = (2.0, Pose::IDENTITY);
+                    observations.push(Observation { pose, point, camera, place_px, inverse_sigma, row_from_frame });
                 }
             }
         }
@@ -454,8 +466,10 @@ mod tests {
         let point_m = DVec3::new(0.4, -0.3, 1.7);
         let h = 1e-5;
         for camera in &cameras {
-            let (_, by_pose, by_point) = linearise(camera, point_m, (DVec2::ZERO, 1.0)).unwrap();
-            let place = |point_m: DVec3| camera.project_with_jacobian(point_m).unwrap().0;
+            let row_from_frame = se3_exp(Twist::from_array([0.01, 0.02, -0.01, 0.05, -0.02, 0.03]));
+            let linear = linearise(camera, point_m, &row_from_frame, (DVec2::ZERO, 1.0)).unwrap();
+            let (by_pose, by_point) = (linear.by_pose, linear.by_body);
+            let place = |point_m: DVec3| camera.project_with_jacobian(row_from_frame.point(point_m)).unwrap().0;
             for k in 0..6 {
                 let mut twist = [0.0; 6];
                 twist[k] = h;

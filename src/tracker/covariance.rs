@@ -83,7 +83,9 @@ impl Information {
             let body_from_world = &problem.poses[pose];
             let camera = &problem.cameras[index(o.camera.0)];
             let in_body_m = body_from_world.point(problem.points_m[point]);
-            let Some(rows) = Rows::of(camera, body_from_world, in_body_m, o.inverse_sigma) else { continue };
+            let Some(rows) = Rows::of(camera, body_from_world, (in_body_m, &o.row_from_frame), o.inverse_sigma) else {
+                continue;
+            };
             information.points[point] += rows.by_point.tr_mul(&rows.by_point);
             if pose < problem.free {
                 information.poses[pose] += rows.by_pose.tr_mul(&rows.by_pose);
@@ -127,8 +129,14 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    pub(crate) fn of(camera: &RigCamera, body_from_world: &Pose, in_body_m: DVec3, inverse_sigma: f64) -> Option<Self> {
-        let (_, by_pose, by_body) = linearise(camera, in_body_m, (glam::DVec2::ZERO, inverse_sigma))?;
+    pub(crate) fn of(
+        camera: &RigCamera,
+        body_from_world: &Pose,
+        (in_body_m, row_from_frame): (DVec3, &Pose),
+        inverse_sigma: f64,
+    ) -> Option<Self> {
+        let linear = linearise(camera, in_body_m, row_from_frame, (glam::DVec2::ZERO, inverse_sigma))?;
+        let (by_pose, by_body) = (linear.by_pose, linear.by_body);
         let world_from_body = DMat3::from_quat(body_from_world.rotation).transpose();
         let by_point = by_body.map(|row| world_from_body * row);
         Some(Self {
@@ -179,7 +187,8 @@ pub fn frame_information(
     let mut by_landmark: BTreeMap<u32, Vec<Rows>> = BTreeMap::new();
     for (landmark, m) in measurements {
         let in_body_m = body_from_world.point(m.point_in_world_m);
-        let rows = Rows::of(&cameras[index(m.camera.0)], body_from_world, in_body_m, m.inverse_sigma);
+        let camera = &cameras[index(m.camera.0)];
+        let rows = Rows::of(camera, body_from_world, (in_body_m, &Pose::IDENTITY), m.inverse_sigma);
         by_landmark.entry(*landmark).or_default().extend(rows);
     }
     let mut information = Matrix6::zeros();

@@ -7,6 +7,7 @@ use crate::num::{greater, index, lesser};
 use crate::pose::Pose;
 use crate::tracker::matching::{Best, Rule};
 use crate::tracker::rig::{DEPTH_M_MIN, RigCamera, Sight};
+use crate::tracker::sweep::Moving;
 
 /// Where the partner of a sight may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +34,7 @@ pub fn matches(
     let mut forward = vec![Best::NONE; first.len()];
     let mut backward = vec![Best::NONE; second.len()];
     for (a, sight) in first.iter().enumerate().filter(|&(a, _)| !skip_first[a]) {
-        let far = rotation * sight.bearing;
+        let far = rotation * sight.straight;
         let near = (far * band.range_m_min + baseline).normalize_or_zero();
         // The plane holds the baseline and both ends of the segment; it is undefined towards the epipole.
         let normal = far.cross(near);
@@ -47,12 +48,15 @@ pub fn matches(
         let (least, most) = (-libm::sin(band.beyond_rad_max), libm::sin(lesser(reach + band.beyond_rad_max, 1.5)));
         let off_max = libm::sin(band.off_plane_rad_max);
         for (b, other) in second.iter().enumerate() {
-            let off = normal.dot(other.bearing);
+            let off = normal.dot(other.straight);
             if off.abs() > off_max * greater(sight.scale, other.scale) || skip_second[b] {
                 continue;
             }
-            let along = across.dot(other.bearing);
-            if along < least || along > most || far.dot(other.bearing) <= 0.0 || sight.octave.abs_diff(other.octave) > 1
+            let along = across.dot(other.straight);
+            if along < least
+                || along > most
+                || far.dot(other.straight) <= 0.0
+                || sight.octave.abs_diff(other.octave) > 1
             {
                 continue;
             }
@@ -74,10 +78,17 @@ pub fn matches(
 pub struct Ray<'a> {
     /// The camera.
     pub camera: &'a RigCamera,
-    /// Pose of the body.
+    /// Pose of the body at the time of the sight's row.
     pub body_from_world: Pose,
     /// The sight.
     pub sight: &'a Sight,
+}
+
+impl<'a> Ray<'a> {
+    /// From a camera of a moving body.
+    pub fn new(camera: &'a RigCamera, state: &Moving, sight: &'a Sight) -> Self {
+        Self { camera, body_from_world: state.at(sight.offset_s), sight }
+    }
 }
 
 /// A triangulated point.

@@ -3,12 +3,12 @@
 //! Enters: a located frame. Leaves: a larger, refined map.
 
 use crate::num::{index, u32_from, u32_truncated};
-use crate::pose::Pose;
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::locate::Found;
 use crate::tracker::map::{Map, Sighting};
 use crate::tracker::matching::Rule;
 use crate::tracker::rig::{RigCamera, Sight, View};
+use crate::tracker::sweep::Moving;
 use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
@@ -16,14 +16,14 @@ use crate::units::CameraIndex;
 #[derive(Clone, Debug, Default)]
 pub struct Unclaimed {
     keyframe: u32,
-    body_from_world: Option<Pose>,
+    state: Option<Moving>,
     sights: Vec<Vec<Sight>>,
 }
 
 impl Unclaimed {
     /// The keyframe's pose was adjusted.
-    pub fn moved_to(&mut self, body_from_world: Pose) {
-        self.body_from_world = Some(body_from_world);
+    pub fn moved_to(&mut self, state: Moving) {
+        self.state = Some(state);
     }
 }
 
@@ -62,12 +62,12 @@ impl Growth<'_> {
     pub fn add_keyframe(
         &self,
         map: &mut Map,
-        (t_s, body_from_world): (f64, Pose),
+        (t_s, state): (f64, Moving),
         inliers: &[Found],
         unclaimed: &mut Unclaimed,
         work: &mut Work,
     ) -> u32 {
-        let keyframe = map.add_keyframe(t_s, body_from_world);
+        let keyframe = map.add_keyframe(t_s, state);
         for found in inliers {
             let sight = &self.views[index(found.camera.0)].sights[found.sight];
             let sighting = self.sighting(keyframe, found.camera, sight);
@@ -82,13 +82,13 @@ impl Growth<'_> {
             })
             .collect();
         let before = map.landmarks.len();
-        self.add_stereo_points(map, (keyframe, &body_from_world), &mut claimed, work);
-        self.add_motion_points(map, (keyframe, &body_from_world), &mut claimed, unclaimed, work);
+        self.add_stereo_points(map, (keyframe, &state), &mut claimed, work);
+        self.add_motion_points(map, (keyframe, &state), &mut claimed, unclaimed, work);
         let free = |(view, claimed): (&View, &Vec<bool>)| -> Vec<Sight> {
             view.sights.iter().zip(claimed).filter(|(_, claimed)| !**claimed).map(|(sight, _)| *sight).collect()
         };
         let sights = self.views.iter().zip(&claimed).map(free).collect();
-        *unclaimed = Unclaimed { keyframe, body_from_world: Some(body_from_world), sights };
+        *unclaimed = Unclaimed { keyframe, state: Some(state), sights };
         u32_from(map.landmarks.len() - before)
     }
 
@@ -96,7 +96,7 @@ impl Growth<'_> {
     fn add_stereo_points(
         &self,
         map: &mut Map,
-        (keyframe, body_from_world): (u32, &Pose),
+        (keyframe, state): (u32, &Moving),
         claimed: &mut [Vec<bool>],
         work: &mut Work,
     ) {
@@ -116,12 +116,8 @@ impl Growth<'_> {
                 );
                 let parallax_rad_min = PARALLAX_SIGMAS_MIN * self.params.place_sigma_px / self.cameras[a].focal_px;
                 let fix = |(i, j): (usize, usize)| {
-                    let ray = |camera: usize, sight| Ray {
-                        camera: &self.cameras[camera],
-                        body_from_world: *body_from_world,
-                        sight,
-                    };
-                    let rays = [ray(a, &first[i]), ray(b, &second[j])];
+                    let rays =
+                        [Ray::new(&self.cameras[a], state, &first[i]), Ray::new(&self.cameras[b], state, &second[j])];
                     self.accepted(&rays, parallax_rad_min).map(|fix| (i, j, fix))
                 };
                 let fixes: Vec<(usize, usize, Fix)> = pairs.into_iter().filter_map(fix).collect();
@@ -160,17 +156,18 @@ impl Growth<'_> {
     fn add_motion_points(
         &self,
         map: &mut Map,
-        (keyframe, body_from_world): (u32, &Pose),
+        (keyframe, state): (u32, &Moving),
         claimed: &mut [Vec<bool>],
         earlier: &Unclaimed,
         work: &mut Work,
     ) {
-        let Some(earlier_pose) = earlier.body_from_world else { return };
+        let Some(earlier_state) = earlier.state else { return };
         for (camera, claimed) in claimed.iter_mut().enumerate() {
             let rig = &self.cameras[camera];
             let now_from_earlier = rig
                 .camera_from_body
-                .then(&body_from_world.then(&earlier_pose.inverse()).then(&rig.calibration.body_from_camera));
+                .then(&state.body_from_world.then(&earlier_state.body_from_world.inverse()))
+                .then(&rig.calibration.body_from_camera);
             let (first, second) = (&earlier.sights[camera], &self.views[camera].sights);
             let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
             let free = vec![false; first.len()];
@@ -184,14 +181,14 @@ impl Growth<'_> {
             );
             let camera_index = CameraIndex(u32_from(camera));
             for (i, j) in pairs {
-                let ray = |body_from_world, sight| Ray { camera: rig, body_from_world, sight };
-                let rays = [ray(earlier_pose, &first[i]), ray(*body_from_world, &second[j])];
+                let (first, second) = (&first[i], &second[j]);
+                let rays = [Ray::new(rig, &earlier_state, first), Ray::new(rig, state, second)];
                 let Some(Fix { point_m, .. }) = self.accepted(&rays, PARALLAX_RAD_MIN) else { continue };
                 let sightings = vec![
-                    self.sighting(earlier.keyframe, camera_index, &first[i]),
-                    self.sighting(keyframe, camera_index, &second[j]),
+                    self.sighting(earlier.keyframe, camera_index, first),
+                    self.sighting(keyframe, camera_index, second),
                 ];
-                map.add_landmark(point_m, second[j].descriptor, sightings, self.frame);
+                map.add_landmark(point_m, second.descriptor, sightings, self.frame);
                 claimed[j] = true;
             }
         }
@@ -209,18 +206,19 @@ impl Growth<'_> {
     }
 
     fn sighting(&self, keyframe: u32, camera: CameraIndex, sight: &Sight) -> Sighting {
-        Sighting { keyframe, camera, place_px: sight.place_px, inverse_sigma: self.params.inverse_sigma(sight.scale) }
+        let inverse_sigma = self.params.inverse_sigma(sight.scale);
+        Sighting { keyframe, camera, place_px: sight.place_px, inverse_sigma, offset_s: sight.offset_s }
     }
 }
 
-/// Adjusts the last keyframes with their landmarks, and culls. Gives the pose of the last keyframe.
-pub fn adjust_window(map: &mut Map, cameras: &[RigCamera], params: &TrackerParams, work: &mut Work) -> Option<Pose> {
+/// Adjusts the last keyframes with their landmarks, and culls. Gives the state of the last keyframe.
+pub fn adjust_window(map: &mut Map, cameras: &[RigCamera], params: &TrackerParams, work: &mut Work) -> Option<Moving> {
     let free = index(params.window);
     let mut window = map.window(cameras, free, 2 * free);
-    let outcome = window.problem.solve(params.adjust_iterations);
+    let outcome = window.problem.solve_tailed(params.adjust_iterations);
     work.adjust_iterations += outcome.iterations;
     work.adjusted_observations += crate::num::u64_from(window.problem.observations.len());
     map.put_back(&window);
     map.cull(free, index(params.keyframes_max), index(params.landmarks_max));
-    map.keyframes.last().map(|keyframe| keyframe.body_from_world)
+    map.keyframes.last().map(|keyframe| keyframe.state)
 }

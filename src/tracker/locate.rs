@@ -5,12 +5,12 @@ use glam::{DMat3, DVec3};
 
 use crate::draw::DrawKey;
 use crate::num::{greater, index, lesser, u32_from};
-use crate::pose::Pose;
 use crate::tracker::map::{Landmark, Map};
 use crate::tracker::matching::{Best, Rule, one_to_one};
 use crate::tracker::ransac::{Search, search};
-use crate::tracker::refine::{Measurement, errors2, refine};
+use crate::tracker::refine::{Measurement, errors2, position_bound_m, refine};
 use crate::tracker::rig::{RigCamera, View};
+use crate::tracker::sweep::{Motion, Moving, RatePrior};
 use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
@@ -28,12 +28,14 @@ pub struct Found {
 /// A pose and what speaks for it.
 #[derive(Clone, Debug)]
 pub struct Located {
-    /// Pose of the body.
-    pub body_from_world: Pose,
+    /// The body.
+    pub state: Moving,
     /// Landmarks found where the pose predicts them.
     pub inliers: Vec<Found>,
     /// Landmarks that the pose puts on a picture.
     pub in_view: Vec<usize>,
+    /// Cramer-Rao bound of the position given the map, per axis, in metres.
+    pub position_bound_m: Option<f64>,
 }
 
 /// One frame, the map it is held against, and the rules.
@@ -46,6 +48,10 @@ pub struct Frame<'a> {
     pub map: &'a Map,
     /// The tracker's parameters.
     pub params: &'a TrackerParams,
+    /// Time of the frame in seconds.
+    pub t_s: f64,
+    /// The frames before, unless lost.
+    pub motion: Option<Motion>,
 }
 
 /// Radius of the second search, around places predicted by the refined pose.
@@ -56,6 +62,8 @@ const GATE_SIGMAS2: f64 = 9.21;
 const MEDIAN_SIGMAS2: f64 = 1.386;
 /// The gate widens by at most this where places are worse than the parameters say.
 const GATE_FACTOR_MAX: f64 = 4.0;
+/// Squared errors before the rate is known are larger by this: 10 px at the first and last row of a quick turn, in place of 3.6.
+const SWEEP_SIGMAS2_FACTOR: f64 = 8.0;
 /// A landmark this near to the best match is the same thing mapped twice, and no rival.
 const TWIN_DISTANCE_M: f64 = 0.1;
 /// Steps of a refinement; it stops by itself after some four.
@@ -63,13 +71,13 @@ const REFINE_ITERATIONS_MAX: u32 = 12;
 
 impl Frame<'_> {
     /// Finds the pose near a prediction; `None` where the landmarks do not support one.
-    pub fn near(&self, predicted: &Pose, work: &mut Work) -> Option<Located> {
+    pub fn near(&self, predicted: &Moving, work: &mut Work) -> Option<Located> {
         let params = self.params;
         let rule = Rule { distance_max: params.distance_bits_max, ratio_max: 0.85 };
         for radius_px in [params.search_radius_px, params.search_radius_wide_px] {
             let (found, _) = self.search(predicted, radius_px, rule, work);
-            let Some((pose, inliers)) = self.settle(predicted, found, work) else { continue };
-            if let Some(located) = self.confirm(&pose, u32_from(inliers.len()), work) {
+            let Some((state, inliers)) = self.settle(predicted, found, work) else { continue };
+            if let Some(located) = self.confirm(&state, u32_from(inliers.len()), work) {
                 return Some(located);
             }
         }
@@ -85,7 +93,9 @@ impl Frame<'_> {
         let measurements = self.measurements(&found);
         let bearing = |found: &Found| self.views[index(found.camera.0)].sights[found.sight].bearing;
         let bearings: Vec<DVec3> = found.iter().map(bearing).collect();
-        let gate_sigmas2 = GATE_SIGMAS2 * GATE_FACTOR_MAX;
+        // Rows of other times than the frame's miss by more until the rate is known.
+        let sweep = if self.sweeps() { SWEEP_SIGMAS2_FACTOR } else { 1.0 };
+        let gate_sigmas2 = GATE_SIGMAS2 * GATE_FACTOR_MAX * sweep;
         let limits = Search { samples_max: self.params.samples_max, confidence: 0.999, gate_sigmas2 };
         let consensus = search(self.cameras, (&measurements, &bearings), key, limits)?;
         work.ransac_samples += consensus.samples;
@@ -93,51 +103,68 @@ impl Frame<'_> {
             return None;
         }
         let agreed = found.iter().zip(&consensus.agrees).filter(|(_, agrees)| **agrees).map(|(found, _)| *found);
-        let (pose, inliers) = self.settle(&consensus.body_from_world, agreed.collect(), work)?;
-        self.confirm(&pose, u32_from(inliers.len()), work)
+        let start = Moving::resting(consensus.body_from_world);
+        let (state, inliers) = self.settle(&start, agreed.collect(), work)?;
+        self.confirm(&state, u32_from(inliers.len()), work)
     }
 
     /// Searches again closely around a pose, which must keep its support. Wrong poses lose theirs here: chance matches do
     /// not line up within a few pixels.
-    fn confirm(&self, pose: &Pose, support: u32, work: &mut Work) -> Option<Located> {
+    fn confirm(&self, state: &Moving, support: u32, work: &mut Work) -> Option<Located> {
         let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
-        let (found, in_view) = self.search(pose, SECOND_RADIUS_PX, rule, work);
+        let (found, in_view) = self.search(state, SECOND_RADIUS_PX, rule, work);
         let count = u32_from(found.len());
-        let (body_from_world, inliers) = self.settle(pose, found, work)?;
+        let (state, inliers) = self.settle(state, found, work)?;
         let kept = u32_from(inliers.len());
         let enough = kept >= self.params.inliers_min && 2 * kept >= count && 2 * kept >= support;
-        enough.then_some(Located { body_from_world, inliers, in_view })
+        enough.then(|| {
+            let prior = self.rate_prior(&state);
+            let position_bound_m = position_bound_m(self.cameras, &self.measurements(&inliers), &state, prior.as_ref());
+            Located { state, inliers, in_view, position_bound_m }
+        })
     }
 
     /// Refines from a start, drops what does not fit, refines again. `None` below the least number of inliers.
-    fn settle(&self, start: &Pose, found: Vec<Found>, work: &mut Work) -> Option<(Pose, Vec<Found>)> {
-        let (mut pose, mut kept) = (*start, found);
+    fn settle(&self, start: &Moving, found: Vec<Found>, work: &mut Work) -> Option<(Moving, Vec<Found>)> {
+        let (mut state, mut kept) = (*start, found);
         for _ in 0..2 {
             if u32_from(kept.len()) < self.params.inliers_min {
                 return None;
             }
             let measurements = self.measurements(&kept);
-            let (refined, iterations) = refine(self.cameras, &measurements, &pose, REFINE_ITERATIONS_MAX);
+            let prior = self.rate_prior(&state);
+            let (refined, iterations) =
+                refine(self.cameras, &measurements, &state, prior.as_ref(), REFINE_ITERATIONS_MAX);
             work.pose_iterations += iterations;
-            pose = refined;
-            let errors2 = errors2(self.cameras, &measurements, &pose);
+            state = refined;
+            let errors2 = errors2(self.cameras, &measurements, &state);
             let gate = gate(&errors2);
             kept = kept.iter().zip(&errors2).filter(|(_, e)| **e <= gate).map(|(found, _)| *found).collect();
         }
-        (u32_from(kept.len()) >= self.params.inliers_min).then_some((pose, kept))
+        (u32_from(kept.len()) >= self.params.inliers_min).then_some((state, kept))
+    }
+
+    fn sweeps(&self) -> bool {
+        self.views.iter().any(View::sweeps)
+    }
+
+    /// What is known of the rate beside the rows; nothing to know where all rows have the frame's time.
+    fn rate_prior(&self, state: &Moving) -> Option<RatePrior> {
+        self.sweeps()
+            .then(|| self.motion.map_or(RatePrior::ANY, |motion| motion.rate_prior(self.t_s, &state.body_from_world)))
     }
 
     /// Landmarks found within a radius of where the pose predicts them, and those that it predicts on any picture.
-    fn search(&self, pose: &Pose, radius_px: f64, rule: Rule, work: &mut Work) -> (Vec<Found>, Vec<usize>) {
-        let rotation = DMat3::from_quat(pose.rotation);
+    fn search(&self, state: &Moving, radius_px: f64, rule: Rule, work: &mut Work) -> (Vec<Found>, Vec<usize>) {
+        let rotation = DMat3::from_quat(state.body_from_world.rotation);
         let mut pairs = vec![Vec::new(); self.views.len()];
         let mut in_view = Vec::new();
         for (number, landmark) in self.map.landmarks.iter().enumerate() {
-            let in_body_m = rotation * landmark.position_m + pose.translation_m;
+            let in_body_m = rotation * landmark.position_m + state.body_from_world.translation_m;
             let mut visible = false;
             for (camera, view) in self.views.iter().enumerate() {
                 work.projections += 1;
-                let Some(place_px) = self.cameras[camera].project(in_body_m) else { continue };
+                let Some(place_px) = view.project(&self.cameras[camera], in_body_m, state) else { continue };
                 visible = true;
                 let mut best = Best::NONE;
                 for sight in view.near(place_px, radius_px) {
@@ -197,6 +224,7 @@ impl Frame<'_> {
                 point_in_world_m: self.map.landmarks[found.landmark].position_m,
                 place_px: sight.place_px,
                 inverse_sigma: self.params.inverse_sigma(sight.scale),
+                offset_s: sight.offset_s,
             }
         };
         found.iter().map(measurement).collect()

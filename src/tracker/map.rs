@@ -4,10 +4,11 @@
 use glam::{DVec2, DVec3};
 
 use crate::num::{f64_from_u64, index, u32_from};
-use crate::pose::Pose;
 use crate::tracker::adjust::{Observation, Problem};
+use crate::tracker::lie::Twist;
 use crate::tracker::matching::Descriptor;
 use crate::tracker::rig::RigCamera;
+use crate::tracker::sweep::Moving;
 use crate::units::CameraIndex;
 
 /// Descriptors kept of a landmark, from different views; the oldest gives way.
@@ -32,6 +33,8 @@ pub struct Sighting {
     pub place_px: DVec2,
     /// One over the standard deviation per axis, in 1/px.
     pub inverse_sigma: f64,
+    /// From the time of the keyframe to that of the place's row, in seconds.
+    pub offset_s: f64,
 }
 
 /// A point of the world that was recognised more than once.
@@ -79,8 +82,8 @@ pub struct Keyframe {
     pub id: u32,
     /// Time in seconds.
     pub t_s: f64,
-    /// Where the body was.
-    pub body_from_world: Pose,
+    /// Where the body was, and how it moved.
+    pub state: Moving,
 }
 
 /// Landmarks in rising order of their numbers, keyframes too.
@@ -104,11 +107,27 @@ pub struct Window<'a> {
 
 impl Map {
     /// Adds a keyframe and gives its number.
-    pub fn add_keyframe(&mut self, t_s: f64, body_from_world: Pose) -> u32 {
+    pub fn add_keyframe(&mut self, t_s: f64, state: Moving) -> u32 {
         let id = self.next_keyframe;
         self.next_keyframe += 1;
-        self.keyframes.push(Keyframe { id, t_s, body_from_world });
+        self.keyframes.push(Keyframe { id, t_s, state });
         id
+    }
+
+    /// A keyframe's rate is known better than when it was made: landmarks that only it saw move with their rows.
+    pub fn set_rate(&mut self, keyframe: usize, rate: Twist) {
+        let held = &mut self.keyframes[keyframe];
+        let (id, before) = (held.id, held.state);
+        held.state.rate = rate;
+        let after = held.state;
+        let from_world = before.body_from_world;
+        let alone = |landmark: &&mut Landmark| landmark.sightings.iter().all(|sighting| sighting.keyframe == id);
+        for landmark in self.landmarks.iter_mut().filter(alone) {
+            let Some(sighting) = landmark.sightings.first() else { continue };
+            let at_row_m = before.row_from_frame(sighting.offset_s).point(from_world.point(landmark.position_m));
+            let at_frame_m = after.row_from_frame(sighting.offset_s).inverse().point(at_row_m);
+            landmark.position_m = from_world.inverse().point(at_frame_m);
+        }
     }
 
     /// Adds a landmark with its first sightings.
@@ -171,11 +190,13 @@ impl Map {
             for sighting in &self.landmarks[landmark].sightings {
                 let keyframe = self.keyframes.binary_search_by_key(&sighting.keyframe, |k| k.id);
                 let Some(pose) = keyframe.ok().and_then(|keyframe| number[keyframe]) else { continue };
+                let row_from_frame = self.keyframes[keyframes[index(pose)]].state.row_from_frame(sighting.offset_s);
                 let Sighting { camera, place_px, inverse_sigma, .. } = *sighting;
-                observations.push(Observation { pose, point: u32_from(point), camera, place_px, inverse_sigma });
+                let point = u32_from(point);
+                observations.push(Observation { pose, point, camera, place_px, inverse_sigma, row_from_frame });
             }
         }
-        let poses = keyframes.iter().map(|&keyframe| self.keyframes[keyframe].body_from_world).collect();
+        let poses = keyframes.iter().map(|&keyframe| self.keyframes[keyframe].state.body_from_world).collect();
         let points_m = landmarks.iter().map(|&landmark| self.landmarks[landmark].position_m).collect();
         Problem { cameras, poses, free, points_m, observations }
     }
@@ -184,7 +205,7 @@ impl Map {
     pub fn put_back(&mut self, window: &Window<'_>) {
         let problem = &window.problem;
         for (&keyframe, pose) in window.keyframes.iter().zip(&problem.poses).take(problem.free) {
-            self.keyframes[keyframe].body_from_world = *pose;
+            self.keyframes[keyframe].state.body_from_world = *pose;
         }
         for (&landmark, point_m) in window.landmarks.iter().zip(&problem.points_m) {
             self.landmarks[landmark].position_m = *point_m;

@@ -223,8 +223,8 @@ fn linearised(problem: &Problem<'_>, at: &[Pose], number: usize) -> Option<(usiz
     let o = &problem.observations[number];
     let (pose, point_m) = (index(o.pose), problem.points_m[index(o.point)]);
     let (camera, now) = (&problem.cameras[index(o.camera.0)], &problem.poses[pose]);
-    let (error, ..) = linearise(camera, now.point(point_m), (o.place_px, o.inverse_sigma))?;
-    let mut rows = Rows::of(camera, &at[pose], at[pose].point(point_m), o.inverse_sigma)?;
+    let error = linearise(camera, now.point(point_m), &o.row_from_frame, (o.place_px, o.inverse_sigma))?.error;
+    let mut rows = Rows::of(camera, &at[pose], (at[pose].point(point_m), &o.row_from_frame), o.inverse_sigma)?;
     let root = huber(error.length_squared()).1.sqrt();
     rows.by_pose *= root;
     rows.by_point *= root;

@@ -11,6 +11,7 @@ use crate::pose::Pose;
 use crate::tracker::p3p;
 use crate::tracker::refine::{Measurement, errors2};
 use crate::tracker::rig::RigCamera;
+use crate::tracker::sweep::Moving;
 use crate::units::CameraIndex;
 
 /// Limits of a search.
@@ -63,7 +64,7 @@ pub fn search(
         let points_m = triple.map(|m| measurements[m].point_in_world_m);
         for camera_from_world in p3p::solve(&triple.map(|m| bearings[m]), &points_m) {
             let body_from_world = camera.calibration.body_from_camera.then(&camera_from_world);
-            let errors2 = errors2(cameras, measurements, &body_from_world);
+            let errors2 = errors2(cameras, measurements, &Moving::resting(body_from_world));
             let agrees: Vec<bool> = errors2.iter().map(|&error2| error2 <= limits.gate_sigmas2).collect();
             let agreeing = u32_from(agrees.iter().filter(|&&agrees| agrees).count());
             if best.as_ref().is_none_or(|best| agreeing > best.agreeing) {
@@ -122,7 +123,8 @@ mod tests {
             let wrong_px = if n % 2 == 0 { 0.0 } else { 30.0 + 90.0 * number(n, 4).abs() };
             let place_px = cameras[0].project_with_jacobian(in_body_m).unwrap().0 + DVec2::new(wrong_px, -wrong_px);
             let point_in_world_m = truth.inverse().point(in_body_m);
-            measurements.push(Measurement { camera: CameraIndex(0), point_in_world_m, place_px, inverse_sigma: 1.0 });
+            let (camera, inverse_sigma, offset_s) = (CameraIndex(0), 1.0, 0.0);
+            measurements.push(Measurement { camera, point_in_world_m, place_px, inverse_sigma, offset_s });
             bearings.push(lens.unproject(place_px).unwrap());
         }
         let found = |key| search(&cameras, (&measurements, &bearings), DrawKey(key), LIMITS).unwrap();

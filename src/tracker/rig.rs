@@ -9,6 +9,7 @@ use crate::num::{greater, index, u32_from};
 use crate::optics::lens::{Lens, Mapping, ProjectionJacobian};
 use crate::pose::Pose;
 use crate::tracker::matching::Descriptor;
+use crate::tracker::sweep::{Moving, RowClock};
 use crate::units::Size;
 
 /// Points nearer to a camera's plane than this cannot be imaged sharply, and their derivatives blow up.
@@ -104,8 +105,12 @@ pub struct Sight {
     pub feature: u32,
     /// Place on the picture.
     pub place_px: DVec2,
+    /// From the time of the frame to that of the place's row, in seconds.
+    pub offset_s: f64,
     /// Unit vector in the camera's frame.
     pub bearing: DVec3,
+    /// The same as it would be at the frame's time, had the body only turned since.
+    pub straight: DVec3,
     /// Standard deviation of the place, per axis, in units of the tracker's `place_sigma_px`: 1 at full size.
     pub scale: f64,
     /// Half-scale octave.
@@ -119,6 +124,8 @@ pub struct Sight {
 pub struct View {
     /// Usable features in the order in which they came.
     pub sights: Vec<Sight>,
+    /// Times of the rows.
+    clock: RowClock,
     columns: usize,
     rows: usize,
     /// Start of each bucket in `members`, row-major, and one end.
@@ -131,7 +138,8 @@ const BUCKET_PX: f64 = 16.0;
 
 impl View {
     /// Takes the features that carry a descriptor, lie on the picture and have a bearing.
-    pub fn new(camera: &RigCamera, features: &[Feature]) -> Self {
+    pub fn new(camera: &RigCamera, features: &[Feature], clock: RowClock) -> Self {
+        let size = camera.calibration.size;
         let mut sights = Vec::with_capacity(features.len());
         for (number, feature) in features.iter().enumerate() {
             let place_px = DVec2::new(feature.x_px(), feature.y_px());
@@ -144,17 +152,18 @@ impl View {
             sights.push(Sight {
                 feature: u32_from(number),
                 place_px,
+                offset_s: clock.row_offset_s(place_px.y, size),
                 bearing,
+                straight: bearing,
                 scale,
                 octave: feature.octave,
                 descriptor,
             });
         }
-        let size = camera.calibration.size;
-        Self::bucketed(sights, size)
+        Self::bucketed(sights, size, clock)
     }
 
-    fn bucketed(sights: Vec<Sight>, size: Size) -> Self {
+    fn bucketed(sights: Vec<Sight>, size: Size, clock: RowClock) -> Self {
         let buckets = |extent_px: u32| bucket(f64::from(extent_px)) + 1;
         let (columns, rows) = (buckets(size.width_px), buckets(size.height_px));
         let cell = |sight: &Sight| {
@@ -174,7 +183,34 @@ impl View {
             members[index(*slot)] = u32_from(number);
             *slot += 1;
         }
-        Self { sights, columns, rows, starts, members }
+        Self { sights, clock, columns, rows, starts, members }
+    }
+
+    /// Whether rows have other times than the frame.
+    pub fn sweeps(&self) -> bool {
+        self.clock.sweeps()
+    }
+
+    /// Turns the bearings to the frame's time, by the rate at which the body turns.
+    pub fn straighten(&mut self, camera: &RigCamera, state: &Moving) {
+        for sight in &mut self.sights {
+            let turn = state.row_from_frame(sight.offset_s).rotation.conjugate();
+            let in_body = camera.calibration.body_from_camera.direction(sight.bearing);
+            sight.straight = camera.camera_from_body.direction(turn * in_body);
+        }
+    }
+
+    /// Place of a point of the body's frame at the frame's time, on the row that sees it.
+    pub fn project(&self, camera: &RigCamera, point_in_body_m: DVec3, state: &Moving) -> Option<DVec2> {
+        let mut place_px = camera.project(point_in_body_m)?;
+        if self.clock.sweeps() {
+            // The row's time depends on the row: at 1,000 px/s and 33 us a row each round leaves 3 % of the last one's change.
+            for _ in 0..2 {
+                let offset_s = self.clock.row_offset_s(place_px.y, camera.calibration.size);
+                place_px = camera.project(state.soon(point_in_body_m, offset_s))?;
+            }
+        }
+        Some(place_px)
     }
 
     /// Numbers of the sights within a radius of a place, bucket by bucket; the order is fixed by the input.

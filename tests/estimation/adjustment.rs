@@ -12,6 +12,7 @@ use sensel::tracker::covariance::{frame_bound, frame_information, position_sigma
 use sensel::tracker::lie::{Twist, se3_exp, se3_log};
 use sensel::tracker::refine::{Measurement, refine};
 use sensel::tracker::rig::RigCamera;
+use sensel::tracker::sweep::Moving;
 use sensel::units::{CameraIndex, Size};
 
 use super::{apart, normal, pose};
@@ -61,6 +62,7 @@ fn problem<'a>(stored: &Adjustment, cameras: &'a [RigCamera], poses: &[[f64; 7]]
         camera: CameraIndex(camera),
         place_px: DVec2::new(x_px, y_px),
         inverse_sigma: 1.0 / stored.sigma_px,
+        row_from_frame: Pose::IDENTITY,
     };
     Problem {
         cameras,
@@ -141,7 +143,7 @@ fn frame(cameras: &[RigCamera], truth: &Pose, count: usize, key: DrawKey) -> Vec
             let point_in_world_m = truth.inverse().point(in_body_m);
             seen.push((
                 u32::try_from(n).unwrap(),
-                Measurement { camera, point_in_world_m, place_px, inverse_sigma: 2.0 },
+                Measurement { camera, point_in_world_m, place_px, inverse_sigma: 2.0, offset_s: 0.0 },
             ));
         }
     }
@@ -186,7 +188,8 @@ fn the_frame_bound_is_what_the_pose_fit_scatters_by() {
                     }
                 })
                 .collect();
-            let (found, _) = refine(&cameras, &noisy, &truth, 20);
+            let (found, _) = refine(&cameras, &noisy, &Moving::resting(truth), None, 20);
+            let found = found.body_from_world;
             let step = Vector6::from(se3_log(&found.then(&truth.inverse())).to_array());
             mean += (step.dot(&(whitener * step))) / f64_from_usize(trials);
         }

@@ -40,6 +40,7 @@ fn window(cameras: &[RigCamera], seed: u64, noise_px: f64) -> Problem<'_> {
                     camera: CameraIndex(u32_from(camera)),
                     place_px: place_px + noise.truncate() * noise_px,
                     inverse_sigma: 2.0,
+                    row_from_frame: Pose::IDENTITY,
                 });
             }
         }

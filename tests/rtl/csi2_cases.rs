@@ -63,7 +63,7 @@ fn feature(draw: u64) -> Feature {
     Feature {
         x_q4,
         y_q4,
-        score,
+        score: score.into(),
         angle,
         octave,
         descriptor: std::array::from_fn(|i| e.wrapping_mul(sensel::num::low_u8(sensel::num::u32_from(i)) | 1)),

@@ -39,6 +39,12 @@ impl Twist {
     pub fn scaled(self, factor: f64) -> Self {
         Self { linear_m: self.linear_m * factor, angular_rad: self.angular_rad * factor }
     }
+
+    /// The sum, part by part.
+    #[must_use]
+    pub fn plus(self, other: &Self) -> Self {
+        Self { linear_m: self.linear_m + other.linear_m, angular_rad: self.angular_rad + other.angular_rad }
+    }
 }
 
 /// Rigid motion of a twist.

@@ -1,0 +1,103 @@
+//! What enters the tracker with a frame, and what it answers. Seconds, metres, pixels.
+
+use glam::DVec3;
+
+use crate::compute::Feature;
+use crate::pose::Pose;
+use crate::tracker::sweep::RowClock;
+use crate::units::CameraIndex;
+
+/// What one frame brings.
+#[derive(Clone, Debug)]
+pub struct FrameInput {
+    /// Time of the frame in seconds, rising.
+    pub t_s: f64,
+    /// Features of each camera, in the order of the calibrations.
+    pub features: Vec<Vec<Feature>>,
+    /// When the rows of each camera were exposed, in the same order. Empty: all at the time of the frame.
+    pub clocks: Vec<RowClock>,
+}
+
+/// What became of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// No frame so far had enough stereo pairs to start a map.
+    Waiting,
+    /// The map starts here; the pose is the identity by definition.
+    Initialised,
+    /// The pose follows from landmarks near their predicted places.
+    Tracked,
+    /// The pose was found by descriptors alone.
+    Relocalised,
+    /// No pose is supported by enough landmarks.
+    Lost,
+}
+
+impl Status {
+    /// The one name of this status.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Initialised => "initialised",
+            Self::Tracked => "tracked",
+            Self::Relocalised => "relocalised",
+            Self::Lost => "lost",
+        }
+    }
+}
+
+/// A landmark that supports the frame's pose, and the feature it was found as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Inlier {
+    /// Camera of the rig.
+    pub camera: CameraIndex,
+    /// Place in the camera's list of the frame.
+    pub feature: u32,
+    /// Number of the landmark (`Landmark::id`).
+    pub landmark: u32,
+}
+
+/// What a frame cost, in counted operations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Landmarks projected into a camera.
+    pub projections: u64,
+    /// Descriptor distances.
+    pub descriptors_compared: u64,
+    /// P3P samples.
+    pub ransac_samples: u32,
+    /// Steps of pose refinements.
+    pub pose_iterations: u32,
+    /// Steps of bundle adjustments.
+    pub adjust_iterations: u32,
+    /// Observations in the adjusted window.
+    pub adjusted_observations: u64,
+}
+
+/// The tracker's answer to one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackedFrame {
+    /// Time of the frame in seconds.
+    pub t_s: f64,
+    /// What became of it.
+    pub status: Status,
+    /// Pose of the body; the world is the body's frame when the map started. `None` while waiting or lost.
+    pub world_from_body: Option<Pose>,
+    /// Different landmarks that support the pose.
+    pub tracked_features: u32,
+    /// All supporting sightings, camera by camera.
+    pub inliers: Vec<Inlier>,
+    /// The body's position at this frame, predicted from the frames before by constant velocity. `None` where fewer than two
+    /// frames in a row were located before.
+    pub predicted_position_m: Option<DVec3>,
+    /// Median over the inliers of the distance in pixels between a landmark's place predicted for this frame and the place
+    /// where it was found. `None` without prediction or inliers.
+    pub innovation_px: Option<f64>,
+    /// Cramer-Rao bound of the position given the map: standard deviation per axis in metres of the best unbiased estimate from the inliers,
+    /// at the noise that their own errors show. `None` without a located pose.
+    pub position_bound_m: Option<f64>,
+    /// Whether the frame became a keyframe.
+    pub keyframe: bool,
+    /// What it cost.
+    pub work: Work,
+}

@@ -1,0 +1,64 @@
+//! A rig at rest must neither shake nor freeze, and a tremble must come through.
+
+use glam::{DQuat, DVec3};
+use sensel::pose::{Pose, TimedPose};
+use sensel::report::trajectory_figures;
+use sensel::tracker::{Tracker, TrackerParams};
+
+use crate::synthetic::{Hardship, RATE_HZ, World, resting, time_s};
+
+/// A sensor of 10 bit at 1,000 lux: places scatter by 0.15 px from frame to frame where nothing moves (measured in the furnished room).
+fn calm(seed: u64) -> World {
+    let mut world = World::usual(seed);
+    world.hardship = Hardship { noise_px: 0.15, flipped: 0.02, ..world.hardship };
+    world
+}
+
+fn follow(world: &World, motion: fn(f64) -> Pose, frames: u64) -> (Vec<TimedPose>, Vec<TimedPose>) {
+    let mut tracker = Tracker::new(world.cameras.clone(), TrackerParams::room(world.seed)).expect("a valid rig");
+    let (mut truth, mut estimate) = (Vec::new(), Vec::new());
+    for number in 0..frames {
+        let timed = |world_from_body: Pose| TimedPose { t_s: time_s(number), world_from_body };
+        truth.push(timed(motion(time_s(number))));
+        let answer = tracker.track(&world.frame(number, &motion(time_s(number))));
+        estimate.push(timed(answer.world_from_body.expect("tracked")));
+    }
+    (truth, estimate)
+}
+
+#[test]
+fn a_still_rig_shakes_by_less_than_a_quarter_of_a_millimetre_and_is_not_frozen() {
+    for seed in [31, 32, 33] {
+        let (truth, estimate) = follow(&calm(seed), resting, 90);
+        let still = trajectory_figures(&truth, &estimate).unwrap().still;
+        println!("seed {seed}: {still:?}");
+        // Issue 6; 0.15 px on some 250 places leave 0.15 / 320 * 1.5 m / sqrt(250 / 6) = 0.11 mm.
+        assert!(*still.jitter_d2_m.as_ref().unwrap() < 0.25e-3, "seed {seed}: {still:?}");
+        assert!(still.steps_under_1um < 0.05, "seed {seed}: {still:?}");
+    }
+}
+
+/// A tremble of 1 mm at 1 Hz along the rig's x.
+fn trembling(t_s: f64) -> Pose {
+    let x_m = 1e-3 * libm::sin(std::f64::consts::TAU * t_s);
+    Pose::new(DQuat::IDENTITY, DVec3::new(x_m, 0.0, 0.0))
+}
+
+#[test]
+fn a_tremble_of_a_millimetre_a_second_comes_through_within_a_fifth() {
+    for seed in [34, 35, 36] {
+        // Three whole periods, so that the sine and the cosine are orthogonal to each other and to a constant.
+        let frames = 90;
+        let (_, estimate) = follow(&calm(seed), trembling, frames);
+        let (mut sine_m, mut cosine_m) = (0.0, 0.0);
+        for pose in &estimate {
+            let phase = std::f64::consts::TAU * pose.t_s;
+            sine_m += pose.world_from_body.translation_m.x * libm::sin(phase) * 2.0 / 90.0;
+            cosine_m += pose.world_from_body.translation_m.x * libm::cos(phase) * 2.0 / 90.0;
+        }
+        let amplitude_m = (sine_m * sine_m + cosine_m * cosine_m).sqrt();
+        println!("seed {seed}: {:.4} mm at {RATE_HZ} Hz", 1e3 * amplitude_m);
+        // Issue 6: within 20 %. The noise of a frame, 0.11 mm, leaves 0.11 * sqrt(2 / 90) = 0.016 mm of an amplitude.
+        assert!((amplitude_m - 1e-3).abs() < 0.2e-3, "seed {seed}: {amplitude_m}");
+    }
+}
