@@ -154,7 +154,7 @@ impl SensorSetup {
         let extractor = scenario.extractor()?;
         ExtractorParams::check_size(size)?;
         check_extractor_clk(&extractor, size, &schedule)?;
-        FrameOnLink { size, bits, features: extractor.features_max(size) }.check(&link, &schedule)?;
+        FrameOnLink { size, bits, features: extractor.features_expected(size) }.check(&link, &schedule)?;
         let technology = Technology::by_name(&scenario.energy.technology)
             .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
         let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };

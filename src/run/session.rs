@@ -4,7 +4,7 @@ use super::assets::Stopwatch;
 use super::expose::expose;
 use super::extractor::ExtractorTotals;
 use super::hashes::StageHashes;
-use super::sensor::SensorSetup;
+use super::sensor::{FrameOnLink, SensorSetup};
 use super::setup::Setup;
 use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
 use crate::effects::chain::{Capture, Chain, RowSamples, RowTimes};
@@ -293,6 +293,9 @@ impl Session {
                 bits: sensor.bits(),
                 features: Some(features),
             };
+            // More features than a link was laid out for are seen only here.
+            let on_link = FrameOnLink { size: sensor.size, bits: out.bits, features: u64_from(features.len()) };
+            on_link.check(&sensor.link, schedule)?;
             let bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
             self.totals.link_bytes += u64_from(bytes.len());
             packets.push(bytes);
