@@ -1,4 +1,4 @@
-//! The digital half of a VGA sensor for one frame: the event-driven twin against Verilator, in one run. Prints one JSON row for each
+//! The digital half of a VGA sensor and the front of its extractor for one frame: the twins that skip clocks against Verilator, in one run. Prints one JSON row for each
 //! Verilator and mode; a missing Verilator or pins that differ are a failed run.
 //!
 //! 640 columns of 10 bits, 480 rows; a line is settle 2, 16 reset steps, settle 2 with the transfer, 1024 steps, and the blank that one
@@ -9,6 +9,8 @@
 //! fastest. `SENSEL_VERILATOR` names another Verilator beside the one in PATH.
 #![allow(clippy::unwrap_used)] // A bench fails by panicking.
 
+#[path = "verilator/front.rs"]
+mod front;
 #[path = "../tests/rtl/verilate.rs"]
 mod verilate;
 #[path = "verilator/workload.rs"]
@@ -140,6 +142,9 @@ fn main() {
     for verilator in std::iter::once("verilator").chain(other.as_deref()) {
         for latch_mode in [true, false] {
             compare(verilator, latch_mode);
+        }
+        for octaves in [1, 3] {
+            front::compare(verilator, octaves);
         }
     }
 }
