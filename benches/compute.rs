@@ -40,7 +40,7 @@ fn detector(criterion: &mut Criterion) {
         for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
             limit(level);
             let id = BenchmarkId::new(name, format!("{level:?}"));
-            group.bench_with_input(id, &picture, |bencher, picture| bencher.iter(|| fast9(black_box(picture), 20)));
+            group.bench_with_input(id, &picture, |bencher, picture| bencher.iter(|| fast9(black_box(picture), 20_u8)));
         }
     }
     limit(Level::Avx512);
@@ -50,10 +50,13 @@ fn extractor(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("extract_vga_10_bit");
     group.throughput(Throughput::Elements(PIXELS));
     let codes = drawn().map(|value| u16::from(value) << 2);
-    let fit = ExtractorParams { threshold: 20, top_k: Some(500), cell_px: 32, subpixel: true };
-    for (name, params) in [("top_500_subpixel", fit), ("all_corners", ExtractorParams { top_k: None, ..fit })] {
+    let usual = ExtractorParams::USUAL;
+    let octaves = ExtractorParams { octaves: 4, ..usual };
+    let wide = ExtractorParams { pipeline_bits: 10, threshold: 80, ..usual };
+    for (name, params) in [("usual", usual), ("four_octaves", octaves), ("ten_bits", wide)] {
         group.bench_function(name, |bencher| {
-            bencher.iter(|| extract(black_box(&codes), 10, &params, &mut Events::default()));
+            bencher
+                .iter(|| extract(black_box(&codes), 10, &params, &mut Events::default()).expect("a picture that fits"));
         });
     }
 }

@@ -431,7 +431,6 @@ fn the_threshold_follows_its_target_from_frame_to_frame() {
     );
 }
 
-/// 16 of 16 x 16 pixels and one place each, so that numbers can be counted by hand.
 #[test]
 fn events_follow_the_pixels_and_the_features() {
     let count = |codes: &Plane<u16>, params: &ExtractorParams| {

@@ -38,7 +38,7 @@ fn features(count: usize) -> Vec<Feature> {
         let descriptor = std::array::from_fn(|byte| mix((i * 32 + byte) as u64).to_le_bytes()[0]);
         let [x_low, x_high, y_low, y_high, score, angle, octave, _] = draw;
         let (x_q4, y_q4) = (u16::from_le_bytes([x_low, x_high]), u16::from_le_bytes([y_low, y_high]));
-        Feature { x_q4, y_q4, score, angle, octave, descriptor }
+        Feature { x_q4, y_q4, score: score.into(), angle, octave, descriptor }
     };
     (0..count).map(feature).collect()
 }

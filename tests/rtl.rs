@@ -10,6 +10,8 @@ mod cases;
 mod extractor;
 #[path = "rtl/extractor_play.rs"]
 mod extractor_play;
+#[path = "rtl/extractor_synthesis.rs"]
+mod extractor_synthesis;
 #[path = "rtl/front.rs"]
 mod front;
 #[path = "rtl/front_pictures.rs"]

@@ -20,20 +20,8 @@ module fx_orient #(
   localparam ARM = PIX_BITS + 8;   // 91 pixels either way, signed
   localparam MOM = PIX_BITS + 12;  // signed
 
-  // Rows of the disc either side of its middle, at a column so far from it.
-  function automatic [3:0] reach(input [3:0] distance);
-    case (distance)
-      4'd0: reach = 4'd13;
-      4'd1, 4'd2, 4'd3, 4'd4, 4'd5: reach = 4'd12;
-      4'd6: reach = 4'd11;
-      4'd7, 4'd8: reach = 4'd10;
-      4'd9: reach = 4'd9;
-      4'd10: reach = 4'd8;
-      4'd11: reach = 4'd6;
-      4'd12: reach = 4'd5;
-      default: reach = 4'd0;
-    endcase
-  endfunction
+  // Rows of the disc either side of its middle, at columns 13 .. 0 away from it: the floor of sqrt(169 - d^2).
+  localparam [14*4-1:0] REACH = {4'd0, 4'd5, 4'd6, 4'd8, 4'd9, 4'd10, 4'd10, 4'd11, 4'd12, 4'd12, 4'd12, 4'd12, 4'd12, 4'd13};
 
   // round(2^16 tan((2k + 1) pi / 256)), k = 0 .. 31.
   localparam [32*16-1:0] SLOPES = {
@@ -50,7 +38,7 @@ module fx_orient #(
   logic signed [4:0] offset;
   assign offset = $signed(column_index) - 5'sd13;
   assign far    = offset[4] ? 4'd13 - column_index[3:0] : offset[3:0];
-  assign rows   = reach(far);
+  assign rows   = REACH[far*4+:4];
   always_comb begin
     sum = {5'd0, column[13*PIX_BITS+:PIX_BITS]};
     arm = '0;

@@ -191,6 +191,9 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
         report.bandwidth.reduction.map_or("not".to_owned(), |reduction| format!("{reduction:.1} times"))
     );
     outln!("  latency       {:.2} ms", report.timing.latency_us * 1e-3);
+    if let Some(last_us) = report.timing.last_feature_us {
+        outln!("  last feature  {last_us:.1} us after the last row");
+    }
     outln!("  render noise  {} of photon variance", figure(scenario.render_variance_ratio, 1.0, "times"));
     for note in &scenario.motion_notes {
         outln!("  motion        {note}");

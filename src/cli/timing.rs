@@ -16,7 +16,7 @@ pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
     let located = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
     let resolved = &located.resolved;
     let sensor = SensorSetup::new(resolved)?;
-    let expected_features = sensor.extractor.features_max(sensor.size);
+    let expected_features = sensor.extractor.features_expected(sensor.size);
     let waves = WaveRequest::new(&arguments.waves, None, &sensor, resolved)?;
     let diagram = run::timing_diagram(&sensor, expected_features, &located.name)?;
     if let Some(path) = &arguments.svg {

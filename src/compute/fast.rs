@@ -63,142 +63,108 @@ struct Detect<'a, W> {
     threshold: W,
 }
 
+/// Scores of a row, 0 where there is no corner, and which of its blocks hold any.
+struct ScoreRow<W> {
+    scores: Vec<W>,
+    holds: Vec<bool>,
+}
+
 impl<W: Word> Kernel for Detect<'_, W> {
     type Output = Vec<Corner>;
 
     #[inline(always)]
     fn run(self) -> Vec<Corner> {
         let (width, height) = (self.picture.width_px(), self.picture.height_px());
+        let starts = block_starts(width);
+        let empty = || ScoreRow { scores: vec![W::default(); width], holds: vec![false; starts.len().max(1)] };
         // Three rows of scores turn over; a row without scores is all zero, as the rows outside the border are.
-        let zero = W::default();
-        let mut scores = [vec![zero; width], vec![zero; width], vec![zero; width]];
-        let mut peaks = vec![zero; width];
+        let mut rows = [empty(), empty(), empty()];
         let mut corners = Vec::new();
         for y in BORDER_PX..=height - BORDER_PX {
-            scores.rotate_left(1);
-            let [above, middle, below] = &mut scores;
+            rows.rotate_left(1);
+            let [above, middle, below] = &mut rows;
             if y < height - BORDER_PX {
                 let rows = std::array::from_fn(|row| self.picture.row(y + row - BORDER_PX));
-                score_row(rows, self.threshold, below);
+                score_row(rows, &starts, self.threshold, below);
             } else {
-                below.fill(zero);
+                below.scores.fill(W::default());
             }
             if y > BORDER_PX {
-                suppress(above, middle, below, &mut peaks);
-                collect(&peaks, y - 1, &mut corners);
+                let rows = [&above.scores[..], &middle.scores[..], &below.scores[..]];
+                if starts.is_empty() {
+                    peaks_one_by_one(rows, y - 1, &mut corners);
+                } else {
+                    peaks(rows, &starts, &middle.holds, y - 1, &mut corners);
+                }
             }
         }
         corners
     }
 }
 
-/// Scores of the middle one of seven rows; 0 where there is no corner.
+/// Where blocks begin, less the border; the last one overlaps the one before. Rows narrower than a block have none.
+fn block_starts(width: usize) -> Vec<usize> {
+    let inner = width - 2 * BORDER_PX;
+    let mut starts: Vec<usize> = (0..inner / BLOCK_PX).map(|block| block * BLOCK_PX).collect();
+    if inner > BLOCK_PX && !inner.is_multiple_of(BLOCK_PX) {
+        starts.push(inner - BLOCK_PX);
+    }
+    starts
+}
+
+/// Scores of the middle one of seven rows.
 #[inline(always)]
-fn score_row<W: Word>(rows: [&[W]; 7], threshold: W, scores: &mut [W]) {
-    let mut x = 0;
-    let inner = scores.len() - 2 * BORDER_PX;
-    while x + BLOCK_PX <= inner {
-        score_block(rows, x, threshold, scores);
-        x += BLOCK_PX;
+fn score_row<W: Word>(rows: [&[W]; 7], starts: &[usize], threshold: W, row: &mut ScoreRow<W>) {
+    for (&x, holds) in starts.iter().zip(&mut row.holds) {
+        let start = x + BORDER_PX;
+        let scores: &mut Block<W> = (&mut row.scores[start..start + BLOCK_PX]).try_into().expect("cut to this length");
+        if score_block(rows, x, threshold, scores) {
+            *holds = true;
+        } else if *holds {
+            // What this row held three rows ago.
+            scores.fill(W::default());
+            *holds = false;
+        }
     }
-    if x == inner {
-        return;
-    }
-    if inner >= BLOCK_PX {
-        // The last block overlaps the one before; both give the same scores.
-        score_block(rows, inner - BLOCK_PX, threshold, scores);
-    } else {
-        for x in 0..inner {
+    if starts.is_empty() {
+        for x in 0..row.scores.len() - 2 * BORDER_PX {
             let circle = CIRCLE.map(|(dx, dy)| rows[dy][x + dx]);
-            scores[x + BORDER_PX] = score(circle, rows[BORDER_PX][x + BORDER_PX], threshold);
+            row.scores[x + BORDER_PX] = score(circle, rows[BORDER_PX][x + BORDER_PX], threshold);
         }
     }
 }
 
+/// Scores of a block, if one of its pixels may be a corner; else it says no and leaves them as they are.
+///
+/// Each pass is one loop with a long body over a fixed number of pixels, which compilers turn into one run of vectors.
 #[inline(always)]
-fn score_block<W: Word>(rows: [&[W]; 7], x: usize, threshold: W, scores: &mut [W]) {
+fn score_block<W: Word>(rows: [&[W]; 7], x: usize, threshold: W, scores: &mut Block<W>) -> bool {
     let mut circle: [&Block<W>; 16] = [block(rows[0], x); 16];
     for k in 0..16 {
         circle[k] = block(rows[CIRCLE[k].1], x + CIRCLE[k].0);
     }
     let centre = block(rows[BORDER_PX], x + BORDER_PX);
-    let start = x + BORDER_PX;
-    let scores: &mut Block<W> = (&mut scores[start..start + BLOCK_PX]).try_into().expect("cut to this length");
     // Every arc of nine holds one end of each diameter, so a corner differs from its centre on all of them.
-    let mut bright = highest(circle[0], circle[8]);
-    let mut dark = lowest(circle[0], circle[8]);
-    for k in [2, 4, 6] {
-        bright = lowest(&bright, &highest(circle[k], circle[k + 8]));
-        dark = highest(&dark, &lowest(circle[k], circle[k + 8]));
-    }
-    if !any_above(&difference(&bright, &dark, centre), threshold) {
-        scores.fill(W::default());
-        return;
-    }
-    let best = arc_differences(&circle, centre);
+    let mut above = W::default();
     for i in 0..BLOCK_PX {
-        scores[i] = if best[i] > threshold { best[i].less(W::low(1)) } else { W::default() };
+        let (mut bright, mut dark) = (W::MAX, W::default());
+        for k in 0..8 {
+            bright = bright.min(circle[k][i].max(circle[k + 8][i]));
+            dark = dark.max(circle[k][i].min(circle[k + 8][i]));
+        }
+        above = above | bright.less(centre[i]).max(centre[i].less(dark)).less(threshold);
     }
-}
-
-/// `arc_difference` of a block of pixels: the same network with a loop for every node, which compilers turn into vectors.
-#[inline(always)]
-fn arc_differences<W: Word>(circle: &[&Block<W>; 16], centre: &Block<W>) -> Block<W> {
-    let (mut low2, mut high2) = ([[W::default(); BLOCK_PX]; 8], [[W::default(); BLOCK_PX]; 8]);
-    for k in 0..8 {
-        low2[k] = lowest(circle[2 * k + 1], circle[(2 * k + 2) % 16]);
-        high2[k] = highest(circle[2 * k + 1], circle[(2 * k + 2) % 16]);
+    if above == W::default() {
+        return false;
     }
-    let (mut low4, mut high4) = ([[W::default(); BLOCK_PX]; 8], [[W::default(); BLOCK_PX]; 8]);
-    for k in 0..8 {
-        low4[k] = lowest(&low2[k], &low2[(k + 1) % 8]);
-        high4[k] = highest(&high2[k], &high2[(k + 1) % 8]);
-    }
-    let (mut bright, mut dark) = ([W::default(); BLOCK_PX], [W::MAX; BLOCK_PX]);
-    for k in 0..8 {
-        let low8 = lowest(&low4[k], &low4[(k + 2) % 8]);
-        let high8 = highest(&high4[k], &high4[(k + 2) % 8]);
-        let (before, after) = (circle[2 * k], circle[(2 * k + 9) % 16]);
-        bright = highest(&bright, &lowest(&low8, &highest(before, after)));
-        dark = lowest(&dark, &highest(&high8, &lowest(before, after)));
-    }
-    difference(&bright, &dark, centre)
-}
-
-#[inline(always)]
-fn lowest<W: Word>(a: &Block<W>, b: &Block<W>) -> Block<W> {
-    let mut least = [W::default(); BLOCK_PX];
     for i in 0..BLOCK_PX {
-        least[i] = a[i].min(b[i]);
+        let mut values = [W::default(); 16];
+        for k in 0..16 {
+            values[k] = circle[k][i];
+        }
+        scores[i] = score(values, centre[i], threshold);
     }
-    least
-}
-
-#[inline(always)]
-fn highest<W: Word>(a: &Block<W>, b: &Block<W>) -> Block<W> {
-    let mut most = [W::default(); BLOCK_PX];
-    for i in 0..BLOCK_PX {
-        most[i] = a[i].max(b[i]);
-    }
-    most
-}
-
-#[inline(always)]
-fn difference<W: Word>(bright: &Block<W>, dark: &Block<W>, centre: &Block<W>) -> Block<W> {
-    let mut found = [W::default(); BLOCK_PX];
-    for i in 0..BLOCK_PX {
-        found[i] = bright[i].less(centre[i]).max(centre[i].less(dark[i]));
-    }
-    found
-}
-
-#[inline(always)]
-fn any_above<W: Word>(values: &Block<W>, threshold: W) -> bool {
-    let mut most = W::default();
-    for &value in values {
-        most = most.max(value);
-    }
-    most > threshold
+    true
 }
 
 #[inline(always)]
@@ -217,47 +183,69 @@ fn score<W: Word>(circle: [W; 16], centre: W, threshold: W) -> W {
 #[inline(always)]
 pub fn arc_difference<W: Word>(circle: [W; 16], centre: W) -> W {
     // The 8-runs from odd places, each with either of the two pixels next to it, are all sixteen arcs.
-    let mut bright = W::default();
-    let mut dark = W::MAX;
-    let at = |k: usize| circle[k % 16];
-    let low2: [W; 8] = std::array::from_fn(|k| at(2 * k + 1).min(at(2 * k + 2)));
-    let high2: [W; 8] = std::array::from_fn(|k| at(2 * k + 1).max(at(2 * k + 2)));
-    let low4: [W; 8] = std::array::from_fn(|k| low2[k].min(low2[(k + 1) % 8]));
-    let high4: [W; 8] = std::array::from_fn(|k| high2[k].max(high2[(k + 1) % 8]));
+    let (mut low2, mut high2) = ([W::default(); 8], [W::default(); 8]);
+    for k in 0..8 {
+        low2[k] = circle[2 * k + 1].min(circle[(2 * k + 2) % 16]);
+        high2[k] = circle[2 * k + 1].max(circle[(2 * k + 2) % 16]);
+    }
+    let (mut low4, mut high4) = ([W::default(); 8], [W::default(); 8]);
+    for k in 0..8 {
+        low4[k] = low2[k].min(low2[(k + 1) % 8]);
+        high4[k] = high2[k].max(high2[(k + 1) % 8]);
+    }
+    let (mut bright, mut dark) = (W::default(), W::MAX);
     for k in 0..8 {
         let low8 = low4[k].min(low4[(k + 2) % 8]);
         let high8 = high4[k].max(high4[(k + 2) % 8]);
-        let (before, after) = (at(2 * k), at(2 * k + 9));
+        let (before, after) = (circle[2 * k], circle[(2 * k + 9) % 16]);
         bright = bright.max(low8.min(before.max(after)));
         dark = dark.min(high8.max(before.min(after)));
     }
     bright.less(centre).max(centre.less(dark))
 }
 
-/// Keeps the scores that are above all eight neighbours.
+/// Corners of the middle one of three rows of scores: those above all eight neighbours. Blocks that hold no score are left out.
 #[inline(always)]
-fn suppress<W: Word>(above: &[W], middle: &[W], below: &[W], peaks: &mut [W]) {
-    let inner = middle.len() - 2;
-    let (above, middle, below) = (&above[..inner + 2], &middle[..inner + 2], &below[..inner + 2]);
-    let peaks = &mut peaks[1..=inner];
-    for x in 0..inner {
-        let sides = middle[x].max(middle[x + 2]);
-        let rows = above[x].max(above[x + 1]).max(above[x + 2]).max(below[x].max(below[x + 1]).max(below[x + 2]));
-        peaks[x] = if middle[x + 1] > sides.max(rows) { middle[x + 1] } else { W::default() };
+fn peaks<W: Word>(rows: [&[W]; 3], starts: &[usize], holds: &[bool], y: usize, corners: &mut Vec<Corner>) {
+    let mut done = 0;
+    for (&x, _) in starts.iter().zip(holds).filter(|&(_, &holds)| holds) {
+        let at = |row: usize, dx: usize| block(rows[row], x + BORDER_PX + dx - 1);
+        let (middle, left, right) = (at(1, 1), at(1, 0), at(1, 2));
+        let (upper, lower) = ([at(0, 0), at(0, 1), at(0, 2)], [at(2, 0), at(2, 1), at(2, 2)]);
+        let mut above: Block<W> = [W::default(); BLOCK_PX];
+        let mut any = W::default();
+        for i in 0..BLOCK_PX {
+            let rows = upper[0][i].max(upper[1][i]).max(upper[2][i]).max(lower[0][i].max(lower[1][i]).max(lower[2][i]));
+            above[i] = middle[i].less(left[i].max(right[i]).max(rows));
+            any = any | above[i];
+        }
+        if any != W::default() {
+            // The last block overlaps the one before, whose corners are listed.
+            for i in done.max(x) - x..BLOCK_PX {
+                if above[i] > W::default() {
+                    corners.push(corner(x + BORDER_PX + i, y, middle[i]));
+                }
+            }
+        }
+        done = x + BLOCK_PX;
+    }
+}
+
+/// The same for rows that are narrower than a block.
+#[inline(always)]
+fn peaks_one_by_one<W: Word>(rows: [&[W]; 3], y: usize, corners: &mut Vec<Corner>) {
+    for x in 1..rows[1].len() - 1 {
+        let around = |row: usize| rows[row][x - 1].max(rows[row][x + 1]);
+        let columns = rows[0][x].max(rows[2][x]);
+        if rows[1][x] > around(0).max(around(1)).max(around(2)).max(columns) {
+            corners.push(corner(x, y, rows[1][x]));
+        }
     }
 }
 
 #[inline(always)]
-fn collect<W: Word>(peaks: &[W], y: usize, corners: &mut Vec<Corner>) {
-    let none = W::default();
-    for (start, part) in peaks.chunks(16).enumerate() {
-        if part.iter().all(|&score| score == none) {
-            continue;
-        }
-        for (x, &score) in part.iter().enumerate().filter(|&(_, &score)| score > none) {
-            corners.push(Corner { x_px: u32_from(start * 16 + x), y_px: u32_from(y), score: low_u16(score.number()) });
-        }
-    }
+fn corner<W: Word>(x: usize, y: usize, score: W) -> Corner {
+    Corner { x_px: u32_from(x), y_px: u32_from(y), score: low_u16(score.number()) }
 }
 
 /// The unsuppressed arc difference around a pixel, for fits; 0 where the circle leaves the picture.

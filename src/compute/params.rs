@@ -84,14 +84,14 @@ pub struct ExtractorParams {
 }
 
 impl ExtractorParams {
-    /// One octave of 8 bits, one corner for 16 x 16 pixels, whole descriptors: what the default scenario has.
+    /// One octave of 8 bits, up to four corners for 16 x 16 pixels, whole descriptors: what a scenario has that says nothing else.
     pub const USUAL: Self = Self {
         threshold: 20,
         target_features: 0,
         pipeline_bits: 8,
         octaves: 1,
         cell_px: 16,
-        per_cell: 1,
+        per_cell: 4,
         rank: Rank::Fast,
         subpixel: true,
         angle_bits: 8,
@@ -169,6 +169,12 @@ impl ExtractorParams {
         let sizes = self.octave_sizes(size);
         let in_all: u64 = sizes.iter().map(|size| cells(size.width_px) * cells(size.height_px)).sum();
         in_all * u64::from(self.per_cell)
+    }
+
+    /// Features of a frame that a link is laid out for: the target, or one for each cell that holds a place with a whole patch.
+    pub fn features_expected(&self, size: Size) -> u64 {
+        let most = self.features_max(size);
+        if self.target_features > 0 { most.min(self.target_features.into()) } else { most / u64::from(self.per_cell) }
     }
 
     /// Rows of smoothed pixels that are held for patches.

@@ -1,12 +1,12 @@
 //! Words of the extractor's pipeline: 8 bits, or up to 16 in a wide one. One kernel is written for both.
 
 use std::fmt::Debug;
-use std::ops::{Add, Mul, Shr, Sub};
+use std::ops::{Add, BitOr, Mul, Shr, Sub};
 
 use crate::num::{low_u8, low_u16};
 
 /// A word of the pipeline, with the sums that its kernels need.
-pub trait Word: Copy + Ord + Default + Debug + Into<u32> + Send + Sync + 'static {
+pub trait Word: Copy + Ord + Default + Debug + Into<u32> + BitOr<Output = Self> + Send + Sync + 'static {
     /// Holds 256 times a word and a half: the smoothing kernel's sum.
     type Sum: Copy
         + Default

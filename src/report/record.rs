@@ -155,6 +155,10 @@ pub struct Timing {
     pub latency_us: f64,
     /// From the reading of the last row to the last feature byte, with the features of a mean frame spread evenly over its height.
     pub feature_latency_us: Option<f64>,
+    /// From the end of the first row's conversion to the extractor's first feature, the longest of the run; none without features.
+    pub first_feature_us: Option<f64>,
+    /// From the end of the last row's conversion to the extractor's last feature, the longest of the run; none without features.
+    pub last_feature_us: Option<f64>,
     /// Of `pix_clk`.
     pub clocks_per_frame: u64,
     /// What happens within one line.
@@ -207,6 +211,16 @@ pub struct FeatureFigures {
     pub median_tracked: Option<f64>,
     /// Fewest tracked in a frame.
     pub min_tracked: Option<u32>,
+    /// Corners with a whole patch per frame and camera, mean.
+    pub corners: f64,
+    /// Of these, those that their cells did not keep, mean.
+    pub unselected: f64,
+    /// Lost before a full queue or because their rows were overwritten, mean.
+    pub lost: f64,
+    /// Clocks per frame and camera in which rows waited for candidates, mean.
+    pub stalled_clk: f64,
+    /// Threshold of the run's last frame in DN of the extractor's words; none where the sensor extracts nothing.
+    pub threshold: Option<u16>,
 }
 
 /// Errors of the pose. Definitions are those of evo; DESIGN section 7.

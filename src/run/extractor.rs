@@ -1,6 +1,8 @@
 //! What the extractors did over a run. Enters: each camera's frame. Leaves: sums, and the greatest delays.
 
 use crate::compute::{Counts, Extracted};
+use crate::num::f64_from_u64;
+use crate::report::record::FeatureFigures;
 
 /// Sums over cameras and frames.
 #[derive(Clone, Copy, Debug, Default)]
@@ -31,5 +33,19 @@ impl ExtractorTotals {
         self.threshold = frame.threshold;
         self.first_clk = self.first_clk.max(frame.out_clk.first().copied());
         self.last_clk = self.last_clk.max(frame.out_clk.last().copied());
+    }
+
+    /// Means a frame and camera, for the report.
+    pub fn figures(&self) -> FeatureFigures {
+        let mean = |sum: u64| if self.frames > 0 { f64_from_u64(sum) / f64_from_u64(self.frames) } else { 0.0 };
+        let counts = &self.counts;
+        FeatureFigures {
+            corners: mean(counts.corners),
+            unselected: mean(counts.unselected),
+            lost: mean(counts.dropped + counts.late),
+            stalled_clk: mean(counts.stalled_clk),
+            threshold: (self.frames > 0).then_some(self.threshold),
+            ..FeatureFigures::default()
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Camera;
 use crate::pose::TimedPose;
 use crate::report::record::{
-    Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, Timing,
+    Bandwidth, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, Timing,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
 use crate::scene::{Illuminant, LitScene};
@@ -35,7 +35,7 @@ impl Session {
             timing: self.timing()?,
             bandwidth: self.bandwidth(),
             energy: (&self.energy()).into(),
-            features: FeatureFigures::default(),
+            features: self.totals.extractor.figures(),
             link: self.link(),
             hashes: self.hash_record(),
             frames: self.notes.iter().map(frame_record).collect(),
@@ -114,7 +114,15 @@ impl Session {
     }
 
     fn timing(&self) -> Result<Timing, Error> {
-        timing_record(&self.setup.sensor, self.mean_features())
+        let sensor = &self.setup.sensor;
+        let totals = &self.totals.extractor;
+        let us = |clk: u64| 1e6 * f64_from_u64(clk) / f64_from_u64(sensor.schedule.pixel_rate_hz());
+        // Clocks count from the end of the first row's conversion.
+        let rows_clk = u64::from(sensor.size.height_px - 1) * sensor.row_clk();
+        let mut timing = timing_record(sensor, self.mean_features())?;
+        timing.first_feature_us = totals.first_clk.map(us);
+        timing.last_feature_us = totals.last_clk.map(|clk| us(clk.saturating_sub(rows_clk)));
+        Ok(timing)
     }
 
     fn bandwidth(&self) -> Bandwidth {

@@ -182,7 +182,7 @@ impl SensorSetup {
             extractor,
             technology,
         };
-        setup.check_frame(setup.extractor.features_max(size))?;
+        setup.check_frame(setup.extractor.features_expected(size))?;
         setup.auto_exposure()?;
         crate::config::idle::check(resolved)?;
         Ok(setup)

@@ -39,6 +39,8 @@ pub fn timing_record(sensor: &SensorSetup, features: u64) -> Result<Timing, Erro
         fps: schedule.fps(),
         latency_us: 1e6 * latency_s(sensor, features)?,
         feature_latency_us: sensor.link_times(features)?.feature_latency_s.map(|latency_s| 1e6 * latency_s),
+        first_feature_us: None,
+        last_feature_us: None,
         clocks_per_frame: schedule.frame_clk().0,
         line: line_phases(sensor)?,
         frame: frame_phases(sensor, features)?,
@@ -100,8 +102,8 @@ fn memory_s(schedule: &Schedule) -> f64 {
 }
 
 /// From the middle of the exposure to the frame's last byte: the last row is converted during its line and sent during the next
-/// (or the next but one, behind serial lanes); features of the last rows follow it. The extractor's own pipeline delay is not in it: its
-/// clocked form comes later.
+/// (or the next but one, behind serial lanes); feature packets follow the rows. The extractor's own delay is a figure of its own, from
+/// the run's pictures.
 fn latency_s(sensor: &SensorSetup, features: u64) -> Result<f64, Error> {
     let (schedule, first) = (&sensor.schedule, FrameIndex(0));
     let last = schedule.slot_readout(first, schedule.slots().len() - 1, schedule.last_row());

@@ -69,7 +69,16 @@ pub fn report() -> Report {
         timing: timing(),
         bandwidth: bandwidth(),
         energy: (&energy()).into(),
-        features: FeatureFigures { median_found: Some(452.0), median_tracked: Some(241.0), min_tracked: Some(0) },
+        features: FeatureFigures {
+            median_found: Some(452.0),
+            median_tracked: Some(241.0),
+            min_tracked: Some(0),
+            corners: 1310.0,
+            unselected: 858.0,
+            lost: 0.0,
+            stalled_clk: 120.0,
+            threshold: Some(20),
+        },
         tracking: Tracking { tracked_fraction: 0.98, ms_per_frame: 7.9, ..Tracking::default() },
         link: LinkRecord {
             packets: 289_200,
@@ -155,6 +164,8 @@ fn timing() -> Timing {
         fps: 30.0024,
         latency_us: 10_320.0,
         feature_latency_us: Some(71.4),
+        first_feature_us: Some(640.0),
+        last_feature_us: Some(57.0),
         clocks_per_frame: 1_599_872,
         line: vec![
             phase("row n", "settle reset", 0.0, 2.0),

@@ -26,6 +26,18 @@ pub(super) fn features(report: &Report) -> String {
         number(report.features.median_found),
         number(report.features.median_tracked)
     );
+    let figures = &report.features;
+    let lead = match figures.threshold {
+        Some(threshold) => format!(
+            "{lead} Of {} corners a frame and camera, {} found no place in their cell and {} were lost on their way; rows waited {} \
+             clocks a frame; the threshold was {threshold} at the end (means).",
+            digits(figures.corners),
+            digits(figures.unselected),
+            digits(figures.lost),
+            digits(figures.stalled_clk)
+        ),
+        None => lead,
+    };
     section("Features", &lead, &content)
 }
 

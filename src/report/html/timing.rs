@@ -21,6 +21,12 @@ pub(super) fn timing(report: &Report) -> String {
         grouped(f64_from_u64(timing.clocks_per_frame)),
         si(timing.latency_us * 1e-6, "s")
     );
+    let lead = match timing.last_feature_us {
+        Some(last_us) => {
+            format!("{lead} The last feature leaves the extractor {} after the last row.", si(last_us * 1e-6, "s"))
+        }
+        None => lead,
+    };
     let content = format!(
         "<h3>One line</h3>{}<h3>One frame</h3>{}{}",
         lanes(&timing.line, timing.line_time_us),
