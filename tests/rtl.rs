@@ -6,14 +6,19 @@
 
 #[path = "../rtl_models/tests/twins/cases.rs"]
 mod cases;
+#[path = "rtl/energy.rs"]
+mod energy;
 #[path = "rtl/front.rs"]
 mod front;
 #[path = "rtl/front_pictures.rs"]
 mod front_pictures;
 #[path = "rtl/front_reference.rs"]
+#[allow(dead_code)] // The definitions are for tests/front.rs; memories and pictures serve both.
 mod front_reference;
 #[path = "rtl/judge.rs"]
 mod judge;
+#[path = "rtl/liberty.rs"]
+mod liberty;
 #[path = "rtl/pins.rs"]
 mod pins;
 #[path = "rtl/synthesis.rs"]
