@@ -12,11 +12,14 @@ mod extractor;
 mod extractor_play;
 #[path = "rtl/extractor_synthesis.rs"]
 mod extractor_synthesis;
+#[path = "rtl/energy.rs"]
+mod energy;
 #[path = "rtl/front.rs"]
 mod front;
 #[path = "rtl/front_pictures.rs"]
 mod front_pictures;
 #[path = "rtl/front_reference.rs"]
+#[allow(dead_code)] // The definitions are for tests/front.rs; memories and pictures serve both.
 mod front_reference;
 #[path = "rtl/csi2.rs"]
 mod csi2;
@@ -24,6 +27,8 @@ mod csi2;
 mod csi2_cases;
 #[path = "rtl/judge.rs"]
 mod judge;
+#[path = "rtl/liberty.rs"]
+mod liberty;
 #[path = "rtl/pins.rs"]
 mod pins;
 #[path = "rtl/synthesis.rs"]
