@@ -5,7 +5,7 @@
 //! mean which pixels are below saturation. "error" is over all of them; "sensor" is what is left of it where no pixel shows more than
 //! saturation; "off lamps" is over pixels without a saturated one beside them. "seeds" is half the mean square difference of two renders
 //! with different keys, which has no part of the bias (as "sensor"); "own" is what the render says of itself.
-//! `--reference N` takes another number of samples for the truth, `--only NAME` one motion, `--most N` fewer rows, `--worst` lists the
+//! `--quick` renders 320 x 240 pixels; `--reference N` takes another number of samples for the truth, `--only NAME` one motion, `--most N` fewer rows, `--worst` lists the
 //! pixels with the most error; `--reflections N` and `--gloss` follow reflections.
 
 use std::fmt::Write as _;
@@ -22,25 +22,17 @@ use sensel::run::{Assets, NoProgress, Setup};
 use sensel::units::Span;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/bathroom");
-const ROWS: u32 = 480;
-const COLUMNS: u32 = 640;
+/// Rows and columns, and those of `--quick`.
+const SIZES: [[u32; 2]; 2] = [[480, 640], [240, 320]];
 const EXPOSURE_S: f64 = 0.010;
 const ROW_S: f64 = 30e-6;
 const MEAN_E: f64 = 1_000.0;
 /// Saturation over the mean.
 const SATURATION: f64 = 10.0;
 const FIXED: [u32; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
-/// First batch, most samples, tolerance.
-const ADAPTIVE: [(u32, u32, f64); 8] = [
-    (2, 64, 16.0),
-    (2, 64, 8.0),
-    (2, 64, 4.0),
-    (2, 256, 4.0),
-    (2, 512, 2.0),
-    (4, 512, 1.0),
-    (4, 1_024, 0.5),
-    (4, 1_024, 0.25),
-];
+/// Most samples, tolerance.
+const ADAPTIVE: [(u32, f64); 8] =
+    [(16, 4.0), (64, 4.0), (256, 2.0), (1_024, 1.0), (1_024, 0.5), (1_024, 0.2), (1_024, 0.1), (1_024, 0.05)];
 const SUBFRAMES: [u32; 4] = [4, 16, 64, 256];
 
 struct Files(Cache);
@@ -62,7 +54,8 @@ impl Assets for Files {
 
 fn setup() -> Setup {
     let text = std::fs::read_to_string(format!("{FOLDER}/scene.toml")).expect("the bathroom lies among the scenes");
-    let set = [format!("sensor.width={COLUMNS}"), format!("sensor.height={ROWS}"), "run.frames=1".to_owned()];
+    let [rows, columns] = size();
+    let set = [format!("sensor.width={columns}"), format!("sensor.height={rows}"), "run.frames=1".to_owned()];
     let resolved = Resolved::from_layers("scene.toml", &text, &set).expect("a sound scenario");
     let cache = Cache::open(None, 1 << 31).expect("a folder for the light");
     Setup::new(resolved, &Files(cache), &NoProgress).expect("a sound scenario")
@@ -92,7 +85,7 @@ impl Case<'_> {
             let start_s = ROW_S * f64::from(row);
             Span { start_s, end_s: start_s + EXPOSURE_S }
         };
-        let shutter: Vec<Span> = (0..ROWS).map(span).collect();
+        let shutter: Vec<Span> = (0..size()[0]).map(span).collect();
         let sampling = Sampling {
             reflections: number_after("--reflections").map_or(0, |text| text.parse().expect("a number")),
             follows_gloss: flag("--gloss"),
@@ -154,7 +147,7 @@ impl Case<'_> {
         let limit = self.saturation_photons;
         let errors = [of(&truth.counted, f32::INFINITY), of(&truth.counted, limit), of(&truth.off_lamps, limit)];
         let seeds = 0.5 * self.ratio([&both[0].photons, &both[1].photons], truth, &truth.counted, limit);
-        let pixels = f64::from(ROWS * COLUMNS);
+        let pixels = f64::from(size()[0] * size()[1]);
         let samples = both.iter().map(|exposure| exposure.rays).sum::<u64>();
         let samples = f64::from(u32::try_from(samples / 2).expect("a small picture")) / pixels;
         let own = 0.5 * (both[0].render_variance_ratio + both[1].render_variance_ratio);
@@ -224,6 +217,10 @@ fn levelled<'a>(setup: &'a Setup, velocity_m_per_s: DVec3, turn_rad_per_s: f64) 
     case
 }
 
+fn size() -> [u32; 2] {
+    SIZES[usize::from(flag("--quick"))]
+}
+
 fn flag(name: &str) -> bool {
     std::env::args().any(|argument| argument == name)
 }
@@ -264,9 +261,9 @@ fn main() {
         }
         curves.push((name.to_owned(), curve));
         let mut curve = Vec::new();
-        for (first, samples_max, tolerance) in ADAPTIVE {
-            let row = case.row(Sampling { samples_max, tolerance, ..Sampling::fixed(first, key) }, &truth);
-            print(&format!("adaptive {first} to {samples_max}, k = {tolerance}"), row);
+        for (samples_max, tolerance) in ADAPTIVE {
+            let row = case.row(Sampling { samples_max, tolerance, ..Sampling::fixed(1, key) }, &truth);
+            print(&format!("up to {samples_max}, k = {tolerance}"), row);
             curve.push((row[0], row[2]));
         }
         curves.push((format!("{name}, adaptive"), curve));

@@ -31,6 +31,7 @@ const EXCLUSIVE: &[&[&str]] = &[
     &["optics.horizontal_fov_deg", "optics.fy_px"],
     &["scene.file", "scene.generator", "scene.target", "scene.images"],
     &["scene.illuminant", "scene.blackbody_k"],
+    &["run.samples_per_pixel", "run.render_tolerance"],
     &["sensor.pixel.quantum_efficiency", "sensor.pixel.qe_by_filter"],
     &["sensor.readout.exposure_us", "sensor.readout.exposure_lines"],
     &["sensor.readout.vts", "sensor.readout.frame_rate_hz"],

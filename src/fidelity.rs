@@ -30,11 +30,11 @@ impl Rung {
 pub struct Fidelity {
     /// Rung of the ladder.
     pub rung: Rung,
-    /// Rays a pixel: render variance falls, time grows in proportion. At least 1. With a render tolerance, those of the first batch.
+    /// Rays of every pixel where there is no render tolerance: render variance falls, time grows in proportion. At least 1.
     pub samples_per_pixel: u32,
     /// Rays a pixel at most, with a render tolerance.
     pub samples_max: u32,
-    /// Tiles stop when their render variance is below so many times photon variance; 0: never.
+    /// Rays are sent until the mean of render variance is at most so many times photon variance; 0: every pixel has as many.
     pub render_tolerance: f64,
     /// Still pictures that an exposure is the mean of; 0: every ray has its own instant.
     pub subframes: u32,

@@ -81,17 +81,11 @@ impl Scenario {
             let reason = "this rung comes with a later version; sampled or clocked would do";
             return Err(Error::key("run.rung", &self.run.rung, reason));
         }
-        let samples = within("run.samples_per_pixel", self.run.samples_per_pixel, 1..=4096, "1 to 4096")?;
         let accuracy = within("run.accuracy", self.run.accuracy, 0.0..=10.0, "0 to 10")?;
         let merges = one_of("run.sampling", &self.run.sampling, &[("stratified", false), ("subframes", true)])?;
         let subframes = within("run.subframes", self.run.subframes, 1..=4096, "1 to 4096")?;
-        let samples_max = within("run.samples_max", self.run.samples_max, 2..=4096, "2 to 4096")?;
-        let tolerance = within("run.render_tolerance", self.run.render_tolerance, 0.0..=1000.0, "0 to 1000")?;
-        let render_tolerance = if merges { 0.0 } else { tolerance };
-        if render_tolerance > 0.0 && (samples < 2 || !samples.is_power_of_two()) {
-            let reason = "the first batch of a render tolerance doubles: a power of two from 2, or run.render_tolerance = 0, would do";
-            return Err(Error::key("run.samples_per_pixel", samples, reason));
-        }
+        let samples_max = within("run.samples_max", self.run.samples_max, 4..=4096, "4 to 4096")?;
+        let (samples, render_tolerance) = self.rays(merges)?;
         let subframes = if merges { subframes } else { 0 };
         let reflections = within("run.reflections", self.run.reflections, 0..=4, "0 to 4")?;
         let follows_gloss = one_of("run.gloss", &self.run.gloss, &[("mirrors", false), ("all", true)])?;
@@ -105,6 +99,24 @@ impl Scenario {
             follows_gloss,
             accuracy,
         })
+    }
+
+    /// Rays of every pixel, and the render tolerance in place of them, or 0.
+    fn rays(&self, merges: bool) -> Result<(u32, f64), Error> {
+        let samples = self.run.samples_per_pixel;
+        let samples =
+            samples.map(|samples| within("run.samples_per_pixel", samples, 1..=4096, "1 to 4096")).transpose()?;
+        let range = "0.001 to 1000, or run.samples_per_pixel = N for N rays in every pixel";
+        let tolerance = self.run.render_tolerance;
+        let tolerance =
+            tolerance.map(|tolerance| within("run.render_tolerance", tolerance, 0.001..=1000.0, range)).transpose()?;
+        match (samples, tolerance) {
+            (Some(samples), Some(_)) => {
+                let reason = "says how many rays where run.render_tolerance says how good; either one alone would do";
+                Err(Error::key("run.samples_per_pixel", samples, reason))
+            }
+            (samples, tolerance) => Ok((samples.unwrap_or(1), if merges { 0.0 } else { tolerance.unwrap_or(0.0) })),
+        }
     }
 
     /// Threads of the run; 0: as many as cores.

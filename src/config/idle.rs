@@ -60,11 +60,11 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
 /// Keys of `[run]` that say something about a way of sampling that is not taken.
 fn sampling(run: &super::scenario::Run) -> [(bool, &'static str, &'static [&'static str]); 4] {
     let merges = run.sampling == "subframes";
-    let is_fixed = run.render_tolerance == 0.0;
+    let is_fixed = run.samples_per_pixel.is_some();
     [
         (!merges, "run.sampling = \"subframes\"", &["subframes"]),
-        (merges && !is_fixed, "run.sampling = \"stratified\"", &["render_tolerance"]),
-        (merges || is_fixed, "a run.render_tolerance above 0 with run.sampling = \"stratified\"", &["samples_max"]),
+        (merges, "run.sampling = \"stratified\"", &["render_tolerance"]),
+        (merges || is_fixed, "a run.render_tolerance with run.sampling = \"stratified\"", &["samples_max"]),
         (run.reflections == 0, "run.reflections above 0", &["gloss"]),
     ]
 }

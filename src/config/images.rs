@@ -24,7 +24,11 @@ pub fn check_idle(resolved: &Resolved) -> Result<(), Error> {
     let groups: [(bool, &str, &[&str]); 3] = [
         (!has_images, "scene.images", &OF_PICTURES),
         (scene.images_depth.is_none(), "scene.images_depth", &["scene.images_depth_per_m"]),
-        (has_images, "a scene with geometry", &["run.samples_per_pixel", "scene.reflectance", "scene.surroundings"]),
+        (
+            has_images,
+            "a scene with geometry",
+            &["run.samples_per_pixel", "run.render_tolerance", "scene.reflectance", "scene.surroundings"],
+        ),
     ];
     for (is_off, would_do, keys) in groups {
         if let Some(key) = keys.iter().find(|key| is_off && resolved.is_changed(key)) {

@@ -59,13 +59,13 @@ sections! {
         effects: String,
         /// Threads; 0: as many as cores. Changes no byte of the result.
         threads: u32,
-        /// Rays a pixel, 1 to 4096. With a render tolerance, those of the first batch: a power of two from 2. With sub-frames, those of
-        /// each.
-        samples_per_pixel: u32,
-        /// Rays a pixel at most, with a render tolerance, 2 to 4096.
+        /// Rays of every pixel, 1 to 4096, in place of `render_tolerance`. With sub-frames, those of each; 1 unless given.
+        samples_per_pixel: Option<u32>,
+        /// Rays are sent where they tell most, until the mean of render variance is at most so many times photon variance, 0.001 to 1000; in
+        /// place of `samples_per_pixel`.
+        render_tolerance: Option<f64>,
+        /// Rays a pixel at most, with a render tolerance, 4 to 4096. Below 20 none has more than the first 4.
         samples_max: u32,
-        /// Tiles stop when their render variance is below so many times their photon variance, 0 to 1000; 0: all pixels have the same rays.
-        render_tolerance: f64,
         /// "stratified": every ray has its own instant. "subframes": still pictures are averaged, as others do; a reference.
         sampling: String,
         /// Still pictures an exposure with sampling = "subframes", 1 to 4096.

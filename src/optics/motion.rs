@@ -146,6 +146,22 @@ impl Timeline {
     }
 }
 
+impl Timeline {
+    /// The motion of one lane of the packet, in each lane over a piece of its own.
+    pub fn gathered(&self, lane: usize, piece_of: &[usize; LANES]) -> Parabolas {
+        let mut all = Parabolas { coefficients: [[Floats::splat(0.0); 3]; NUMBERS] };
+        for (to, &piece) in piece_of.iter().enumerate() {
+            let from = &self.pieces[piece].coefficients;
+            for number in 0..NUMBERS {
+                for power in 0..3 {
+                    all.coefficients[number][power].0[to] = from[number][power].0[lane];
+                }
+            }
+        }
+        all
+    }
+}
+
 /// Turn between the ends of a span: the finest piece's length follows from it.
 fn turn_rad(span: Span, world_from_camera: &dyn Fn(f64) -> Pose) -> f64 {
     let [start, middle, end] = [span.start_s, span.middle_s(), span.end_s].map(world_from_camera);

@@ -1,29 +1,35 @@
 //! Photons. Enters: a lit scene, a camera, its motion, an exposure span for each row. Leaves: mean photons of every pixel.
 //!
-//! Every ray has its own place in the pixel and its own instant. Place and time are stratified together (`pattern`), a look-up averages
-//! over what its sample stands for (`filter`), and tiles of sixteen pixels are sampled in doubling batches until their render variance is
-//! below what the caller asks for (`tiles`). The pixels of a tile share the leading bits of their samples' times, which keeps their rays
-//! close together.
+//! Every ray has its own place in the pixel and its own instant, and a look-up averages over what its sample stands for (`filter`). A first
+//! batch of even samples (`rows`, `pattern`, `halves`) shows where a picture needs more. Those pixels have nets of their own that follow their
+//! motion (`refine`, `shear`), as fine as brings the picture's mean error to its target (`spend`), and a few have two, to tell that error
+//! (`twins`).
 
 mod filter;
+mod halves;
+mod passes;
 mod pattern;
+mod refine;
 mod reflect;
 mod rows;
-mod tiles;
+mod shear;
+mod shot;
+mod spend;
+mod twins;
 
 use super::camera::Camera;
-use super::motion::Timeline;
 use crate::draw::DrawKey;
-use crate::num::{f32_from_u32, f32_nearest, index, u64_from};
+use crate::num::{index, u64_from};
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::LitScene;
-use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::BOUNCES_MAX;
-use crate::simd::dispatch;
 use crate::units::Span;
-use rows::{COLUMNS, Pass, ROWS, Rows};
-use tiles::{Tile, Watch};
+use halves::Seen;
+use passes::{Growing, Picture};
+use refine::{FIRST, Net, Rule};
+use shot::View;
+use spend::Estimate;
 
 /// What a camera saw in one exposure.
 #[derive(Clone, Debug)]
@@ -41,12 +47,12 @@ pub struct Exposure {
 /// How a render is sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
-    /// Rays of each pixel; at least 1. Where tiles stop by themselves, those of the first batch, a power of two of at least 2; with
-    /// sub-frames, those of each.
+    /// Rays of each pixel where there is no tolerance, at least 1; with sub-frames, those of each.
     pub samples_per_pixel: u32,
-    /// Rays of a pixel at most, where tiles stop by themselves.
+    /// Rays of a pixel at most, with a tolerance, besides those of the first batch.
     pub samples_max: u32,
-    /// A tile stops when its render variance is below so many times its photon variance, both in electrons; 0: it never does.
+    /// Rays are sent until the mean of render variance is at most so many times photon variance, both in electrons; 0: every
+    /// pixel has as many.
     pub tolerance: f64,
     /// Still pictures that are averaged, at the middles of equal parts of the exposure: how others merge sub-frames, and a reference; 0 for
     /// rays that each have their own instant.
@@ -80,18 +86,22 @@ impl Sampling {
         }
     }
 
-    /// Rays of the first batch.
-    fn first_batch(&self) -> u32 {
-        self.samples_per_pixel * self.subframes.max(1)
-    }
-
     fn is_adaptive(&self) -> bool {
         self.tolerance > 0.0 && self.subframes == 0
     }
 }
 
-/// Renders one exposure. `shutter` has one span a row (all equal for a global shutter). Panics if it does not, without samples, and for a
-/// first batch of a tolerance that is no power of two from 2.
+/// Samples of every pixel before it is known which need more.
+const FIRST_BATCH: u32 = 4;
+/// From so many on, a fixed number of samples of a picture that moves follows each pixel's own motion. Fewer lose more by rays that lie
+/// apart in time than they gain.
+const ALONG_MOTION_FROM: u32 = 32;
+/// Passes that bring a picture to its target at most: each begins where the estimates of the one before lead.
+const PASSES_MAX: usize = 12;
+/// Factor by which the samples of a pixel may grow in one pass.
+const PASS_GROWTH: u32 = 4;
+
+/// Renders one exposure. `shutter` has one span a row (all equal for a global shutter). Panics if it does not, or without samples.
 pub fn render(
     scene: &LitScene,
     camera: &Camera,
@@ -99,169 +109,98 @@ pub fn render(
     world_from_body: &(dyn Fn(f64) -> Pose + Sync),
     sampling: Sampling,
 ) -> Exposure {
-    let mut photons = Plane::filled(camera.size, 0.0_f32);
-    let (width, height) = (photons.width_px(), photons.height_px());
-    let first_batch = sampling.first_batch();
-    assert!(shutter.len() == height, "a render needs one span for each row");
-    assert!(first_batch > 0, "a render needs a sample");
-    let doubles = first_batch.is_power_of_two() && first_batch > 1;
-    assert!(!sampling.is_adaptive() || doubles, "a batch that doubles is a power of two");
-    let (across, groups) = (width.div_ceil(COLUMNS), height.div_ceil(ROWS));
-    let mut tiles = vec![Tile::NEW; across * groups];
-    let groups = Groups { scene, camera, shutter, sampling, timelines: timelines(shutter, camera, world_from_body) };
-    let mut watch = Watch::default();
-    let mut pass = groups.pass(0, first_batch);
-    let mut rays = 0;
-    loop {
-        groups.run(&pass, photons.values_mut(), &mut tiles);
-        watch.note(&tiles);
-        rays += u64::from(pass.count) * pixels_of(&tiles, width, height);
-        let samples = pass.first + pass.count;
-        if !sampling.is_adaptive() || 2 * samples > sampling.samples_max {
-            break;
-        }
-        let in_photons = f32_nearest(sampling.tolerance / sampling.electrons_per_photon);
-        let hidden = groups.hidden(&tiles, &photons);
-        if tiles::choose(&mut tiles, across, in_photons, &hidden) == 0 {
-            break;
-        }
-        pass = groups.pass(samples, samples);
+    assert!(shutter.len() == index(camera.size.height_px), "a render needs one span for each row");
+    let view = View { scene, camera, reflections: sampling.reflections, follows_gloss: sampling.follows_gloss };
+    let picture = Picture::new(view, shutter, world_from_body, sampling);
+    if sampling.is_adaptive() {
+        return to_target(&picture);
     }
-    let in_electrons = watch.variance_ratio(&tiles) * sampling.electrons_per_photon;
-    Exposure { photons, render_variance_ratio: if first_batch > 1 { in_electrons } else { f64::INFINITY }, rays }
+    let samples = sampling.samples_per_pixel * sampling.subframes.max(1);
+    assert!(samples > 0, "a render needs a sample");
+    if sampling.subframes == 0 && samples >= ALONG_MOTION_FROM && picture.moves() {
+        return along_motion(&picture, samples);
+    }
+    let seen = picture.even(samples);
+    let ratio = halves::variance_ratio(&seen, samples, sampling.saturation_photons);
+    Exposure {
+        photons: plane(camera, seen.iter().map(|pixel| pixel.photons)),
+        render_variance_ratio: if samples > 1 { ratio * sampling.electrons_per_photon } else { f64::INFINITY },
+        rays: u64::from(samples) * u64_from(seen.len()),
+    }
 }
 
-/// Pixels of the tiles that a pass sampled.
-fn pixels_of(tiles: &[Tile], width: usize, height: usize) -> u64 {
-    let across = width.div_ceil(COLUMNS);
-    let edge = |from: usize, step: usize, most: usize| step.min(most - from * step);
-    let of = |(number, _): (usize, &Tile)| {
-        u64_from(edge(number % across, COLUMNS, width) * edge(number / across, ROWS, height))
+fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
+    Plane::from_values(camera.size, photons.collect())
+}
+
+/// The same number of samples for each pixel of a picture that moves, along its own motion. One ray each finds the surface first.
+fn along_motion(picture: &Picture, samples: u32) -> Exposure {
+    let saturation_photons = picture.sampling.saturation_photons;
+    let seen = picture.even(1);
+    let share = Some(refine::share(samples));
+    let rule = Rule { samples, least_gain: None, saturation_photons, share };
+    let mut nets: Vec<Growing> = (0..seen.len()).map(|at| Growing { at, net: Net::NEW }).collect();
+    picture.grow(&mut nets, &seen, &rule);
+    let of = |growing: &Growing| Estimate {
+        photons: growing.net.photons,
+        variance: growing.net.variance(),
+        samples: 1 + samples,
+        is_refined: true,
     };
-    tiles.iter().enumerate().filter(|(_, tile)| tile.is_active).map(of).sum()
+    let estimates: Vec<Estimate> = nets.iter().map(of).collect();
+    told(picture, &estimates, &seen, 1, share)
 }
 
-/// Rows of each group; those beyond the last repeat it.
-fn rows_of(group: usize, height: usize) -> [usize; ROWS] {
-    std::array::from_fn(|row| (group * ROWS + row).min(height - 1))
-}
-
-fn timelines(shutter: &[Span], camera: &Camera, world_from_body: &(dyn Fn(f64) -> Pose + Sync)) -> Vec<Timeline> {
-    let world_from_camera = |t_s: f64| world_from_body(t_s).then(&camera.body_from_camera);
-    let of = |group: usize| Timeline::of(rows_of(group, shutter.len()).map(|row| shutter[row]), &world_from_camera);
-    let groups = shutter.len().div_ceil(ROWS);
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        (0..groups).into_par_iter().map(of).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    {
-        (0..groups).map(of).collect()
-    }
-}
-
-/// Everything that the passes of a render share.
-struct Groups<'a> {
-    scene: &'a LitScene,
-    camera: &'a Camera,
-    shutter: &'a [Span],
-    sampling: Sampling,
-    timelines: Vec<Timeline>,
-}
-
-impl Groups<'_> {
-    fn pass(&self, first: u32, count: u32) -> Pass {
-        let Sampling { subframes, samples_per_pixel: each, saturation_photons, reflections, follows_gloss, .. } =
-            self.sampling;
-        let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
-        // A still picture is filtered for itself, and not along the motion.
-        let shares = if subframes > 0 { [share(each), 0.0] } else { [share(first + count); 2] };
-        let strata_log2 = count.ilog2().min(pattern::SHARED_BITS);
-        Pass { first, count, shares, subframes, each, strata_log2, reflections, follows_gloss, saturation_photons }
-    }
-
-    /// Takes a pass over all groups of rows, on all cores where the feature is on.
-    fn run(&self, pass: &Pass, photons: &mut [f32], tiles: &mut [Tile]) {
-        let width = index(self.camera.size.width_px);
-        let per_lux_s = self.camera.photons_per_lux_s(self.scene.illuminant());
-        let work = |(group, (photons, tiles)): (usize, (&mut [f32], &mut [Tile]))| {
-            if tiles.iter().any(|tile| tile.is_active) {
-                self.run_group(pass, group, per_lux_s, photons, tiles);
+/// As few samples as bring the mean of variance over photons to what is asked for.
+fn to_target(picture: &Picture) -> Exposure {
+    let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
+    let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
+    let first = FIRST_BATCH.min(samples_max);
+    let seen = picture.even(first);
+    let mut estimates =
+        spend::first_estimates(&seen, index(picture.view.camera.size.width_px), first, saturation_photons);
+    let mut rule = Rule { samples: FIRST, least_gain: None, saturation_photons, share: None };
+    let mut nets: Vec<Growing> = Vec::new();
+    for _ in 0..PASSES_MAX {
+        if samples_max < FIRST {
+            break;
+        }
+        let Some(least) = spend::least_gain(&estimates, target, saturation_photons) else { break };
+        rule.least_gain = Some(least);
+        for (at, estimate) in estimates.iter_mut().enumerate() {
+            if !estimate.is_refined && estimate.may_count(saturation_photons) && estimate.gain() >= least {
+                estimate.is_refined = true;
+                nets.push(Growing { at, net: Net::NEW });
             }
-        };
-        #[cfg(feature = "parallel")]
-        {
-            use rayon::prelude::*;
-            let tiles = tiles.par_chunks_mut(width.div_ceil(COLUMNS));
-            photons.par_chunks_mut(width * ROWS).zip(tiles).enumerate().for_each(work);
         }
-        #[cfg(not(feature = "parallel"))]
-        {
-            let tiles = tiles.chunks_mut(width.div_ceil(COLUMNS));
-            photons.chunks_mut(width * ROWS).zip(tiles).enumerate().for_each(work);
+        picture.grow(&mut nets, &seen, &rule);
+        let mut grown = false;
+        for Growing { at, net } in &nets {
+            let (estimate, samples) = (&mut estimates[*at], first + net.samples);
+            grown |= samples != estimate.samples;
+            *estimate = Estimate { photons: net.photons, variance: net.variance(), samples, is_refined: true };
         }
-    }
-
-    /// What each active tile's samples may have missed, as a variance over photons: in the mean over its pixels below saturation.
-    fn hidden(&self, tiles: &[Tile], photons: &Plane<f32>) -> Vec<f32> {
-        let across = photons.width_px().div_ceil(COLUMNS);
-        let of = |(number, tile): (usize, &Tile)| {
-            if !tile.is_active {
-                return 0.0;
-            }
-            let first = [number % across * COLUMNS, number / across * ROWS];
-            tiles::hidden(photons, first, tile.samples, self.sampling.saturation_photons)
-        };
-        #[cfg(feature = "parallel")]
-        {
-            use rayon::prelude::*;
-            tiles.par_iter().enumerate().map(of).collect()
+        if !grown && rule.samples == samples_max {
+            break;
         }
-        #[cfg(not(feature = "parallel"))]
-        {
-            tiles.iter().enumerate().map(of).collect()
-        }
+        rule.samples = rule.samples.saturating_mul(PASS_GROWTH).min(samples_max);
     }
-
-    fn run_group(&self, pass: &Pass, group: usize, per_lux_s: [f64; BANDS], photons: &mut [f32], tiles: &mut [Tile]) {
-        let camera = self.camera;
-        let row_of = rows_of(group, self.shutter.len());
-        let per_lux = |row: usize| -> [Bands; COLUMNS] {
-            // To the picosecond, so that equal exposures are equal in every bit whenever they begin.
-            let length_s = (self.shutter[row].length_s() * 1e12).round_ties_even() * 1e-12;
-            let of_band = |passed: [f64; BANDS], band: usize| f32_nearest(per_lux_s[band] * passed[band] * length_s);
-            let filter = |column: usize| camera.mosaic.transmission_at(column, row);
-            std::array::from_fn(|column| std::array::from_fn(|band| of_band(filter(column), band)))
-        };
-        let lamp_levels = self.lamp_levels(pass, row_of);
-        dispatch(Rows {
-            scene: self.scene,
-            camera,
-            timeline: &self.timelines[group],
-            lamp_levels: &lamp_levels,
-            photons_per_lux: row_of.map(per_lux),
-            pattern_px: camera.mosaic.width_px(),
-            first: group * ROWS,
-            count: photons.len() / index(camera.size.width_px),
-            keys: row_of.map(|row| self.sampling.key.with(u64_from(row))),
-            pass,
-            photons,
-            tiles,
-        });
-    }
-
-    /// Level of the flickering lamps over each stratum of each row's exposure.
-    fn lamp_levels(&self, pass: &Pass, row_of: [usize; ROWS]) -> Vec<[f32; ROWS]> {
-        let strata = if pass.subframes > 0 { pass.subframes } else { 1 << pass.strata_log2 };
-        let level = |row: usize, stratum: u32| {
-            let span = self.shutter[row];
-            let at_s = |edge: u32| span.start_s + span.length_s() * (f64::from(edge) / f64::from(strata));
-            self.scene.lamp_level(Span { start_s: at_s(stratum), end_s: at_s(stratum + 1) })
-        };
-        (0..strata).map(|stratum| row_of.map(|row| level(row, stratum))).collect()
-    }
+    told(picture, &estimates, &seen, first, None)
 }
+
+/// The picture, and its error as pixels tell that are sampled a second time.
+fn told(picture: &Picture, estimates: &[Estimate], seen: &[Seen], first: u32, share: Option<f32>) -> Exposure {
+    let Sampling { saturation_photons, key, electrons_per_photon, .. } = picture.sampling;
+    let twins = twins::choose(estimates, saturation_photons, key.with(TWIN_KEY));
+    let (others, more) = picture.twins(&twins, estimates, seen, first, share);
+    let ratio = twins::variance_ratio(estimates, &twins, &others, saturation_photons);
+    let rays = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum::<u64>() + more;
+    let photons = plane(picture.view.camera, estimates.iter().map(|estimate| estimate.photons));
+    Exposure { photons, render_variance_ratio: ratio * electrons_per_photon, rays }
+}
+
+/// Names the draws that choose twins, beyond any row.
+const TWIN_KEY: u64 = 1 << 43;
 
 #[cfg(test)]
 mod tests;

@@ -23,7 +23,7 @@ const between = (low, high) => low + (high - low) * random();
 
 function scenario() {
   const bits = 1 + Math.floor(random() * 16);
-  // Tiles that stop by themselves begin with a power of two of samples.
+  // Rays to a target, or as many in every pixel.
   const stops = random() < 0.5;
   return {
     frames: 1 + Math.floor(random() * 3),
@@ -37,8 +37,7 @@ kind = "${pick("sway", "still")}"
 offset_m = [0.0, 1.5, 0.3]
 [run]
 frames = 3
-render_tolerance = ${stops ? "4.0" : "0.0"}
-samples_per_pixel = ${stops ? pick(2, 4, 8) : pick(1, 3, 4, 8)}
+${stops ? `render_tolerance = ${pick("4.0", "0.5", "0.1")}` : `samples_per_pixel = ${pick(1, 3, 4, 8, 40)}`}
 effects = "${pick("auto", "all", "all")}"
 [rig]
 baseline_mm = ${pick("0.0", "65.0")}

@@ -43,6 +43,30 @@ const COS_MIN: f32 = 0.02;
 /// Texels that a look-up may be moved by.
 const SHIFT_TEXELS_MAX: f32 = 1e5;
 
+/// What of its pixel's width and height, and of the motion over the exposure, a sample stands for.
+#[derive(Clone, Copy, Debug)]
+pub struct Shares {
+    /// Of the width and of the height.
+    pub pixel: f32,
+    /// How much nearer to the pixel's middle the look-up is moved.
+    to_pixel: f32,
+    /// Of the exposure.
+    exposure: f32,
+}
+
+impl Shares {
+    /// Of the pixel and of the exposure.
+    #[inline(always)]
+    pub fn even(pixel: f32, exposure: f32) -> Self {
+        Self { pixel, to_pixel: to_middle(pixel), exposure }
+    }
+}
+
+#[inline(always)]
+fn to_middle(share: f32) -> f32 {
+    1.0 - (1.0 - share * share).sqrt()
+}
+
 /// Ellipses by lane.
 pub struct Ellipses {
     shift: [Floats; 2],
@@ -91,13 +115,13 @@ fn snap(share: f32) -> f32 {
     if wanted < 0.5 { wanted } else { 0.5 }
 }
 
-/// The ellipses of a packet's samples. `shares` are those of the pixel and of the exposure that a sample stands for.
+/// The ellipses of a packet's samples.
 #[inline(always)]
-pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: [f32; 2]) -> Ellipses {
+pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Ellipses {
     let zero = Floats::splat(0.0);
-    let mut all = Ellipses { shift: [zero; 2], step: [zero; 2], taps: zero, area: zero, snap: snap(shares[0]) };
-    let to_pixel = 1.0 - (1.0 - shares[0] * shares[0]).sqrt();
+    let mut all = Ellipses { shift: [zero; 2], step: [zero; 2], taps: zero, area: zero, snap: snap(shares.pixel) };
     for lane in 0..LANES {
+        let (share, to_pixel) = (shares.pixel, shares.to_pixel);
         let normal = lane3(&surfaces.normal, lane);
         let slopes = [lane3(&surfaces.slopes[0], lane), lane3(&surfaces.slopes[1], lane)];
         let direction = lane3(&steps.direction, lane);
@@ -115,14 +139,14 @@ pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: [f32; 2]) -> Ellipse
         let across2 = dot(travel_m, travel_m) - forward * forward;
         let pixel_m = steps.pixel_m.0[lane] * TRAVEL_PX_MAX;
         let fits = if across2 > pixel_m * pixel_m { pixel_m / across2.sqrt() } else { 1.0 };
-        let share_t = shares[1] * fits;
-        let to_middle = 1.0 - (1.0 - share_t * share_t).sqrt();
+        let share_t = shares.exposure * fits;
+        let to_middle = to_middle(share_t);
         let [x, y, t] = [0, 1, 2].map(|number: usize| steps.off_centre[number].0[lane]);
         for axis in 0..2 {
             let shift = -(to_pixel * (x * right[axis] + y * down[axis]) + to_middle * t * travel[axis]);
             all.shift[axis].0[lane] = if shift.abs() < SHIFT_TEXELS_MAX { shift } else { 0.0 };
         }
-        let (step_u, step_v, taps, area) = ellipse(right, down, travel, shares[0] * shares[0], share_t * share_t);
+        let (step_u, step_v, taps, area) = ellipse(right, down, travel, share * share, share_t * share_t);
         (all.step[0].0[lane], all.step[1].0[lane]) = (step_u, step_v);
         (all.taps.0[lane], all.area.0[lane]) = (taps, area);
     }

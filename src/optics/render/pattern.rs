@@ -93,8 +93,8 @@ pub fn unit(bits: u32) -> f32 {
 /// Seeds of a packet's lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Seeds {
-    /// Of x, y, t and of rough reflections, by lane.
-    pub lanes: [[u32; LANES]; 4],
+    /// Of x, y and t, by lane.
+    pub lanes: [[u32; LANES]; 3],
     /// Of the leading bits of time.
     pub packet: u32,
 }
@@ -151,7 +151,7 @@ mod tests {
     fn seeds(case: u64) -> Seeds {
         let key = DrawKey::root(case);
         let lane = |dimension: u64, lane: usize| low_u32(key.with(dimension).with(crate::num::u64_from(lane)).0);
-        Seeds { lanes: [0, 1, 2, 3].map(|d| std::array::from_fn(|l| lane(d, l))), packet: low_u32(key.with(9).0) }
+        Seeds { lanes: [0, 1, 2].map(|d| std::array::from_fn(|l| lane(d, l))), packet: low_u32(key.with(9).0) }
     }
 
     /// Points of one lane in units of 2^-24.

@@ -5,7 +5,7 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::pattern::facet_numbers;
-use super::rows::{COLUMNS, Pixels, ROWS, Rows};
+use super::shot::{Aim, Pixels, View};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::BOUNCES_MAX;
@@ -27,24 +27,16 @@ struct Paths {
     last: [Bands; LANES],
 }
 
-impl Rows<'_> {
+impl View<'_> {
     /// Follows the lanes that met gloss; `lux` holds what every lane would be without it.
     #[inline(never)]
-    pub(super) fn reflect(
-        &self,
-        number: u32,
-        hits: &Hits,
-        packet: &Packet,
-        pixels: &Pixels,
-        lamp_levels: &[f32; ROWS],
-        lux: &mut [Bands; LANES],
-    ) {
+    pub(super) fn reflect(&self, hits: &Hits, packet: &Packet, pixels: &Pixels, aim: &Aim, lux: &mut [Bands; LANES]) {
         let (mut hits, mut packet) = (*hits, *packet);
         let mut paths =
             Paths { weight: [[1.0; BANDS]; LANES], gone_m: hits.t.0, settled: [[0.0; BANDS]; LANES], last: *lux };
         let mut stack = Stack::new();
-        for bounce in 0..self.pass.reflections.min(BOUNCES_MAX) {
-            let numbers = |lane: usize| facet_numbers(number, pixels.seeds.lanes[3][lane], bounce);
+        for bounce in 0..self.reflections.min(BOUNCES_MAX) {
+            let numbers = |lane: usize| facet_numbers(aim.numbers[lane], pixels.facet_seeds[lane], bounce);
             let Some(next) = self.turned(&hits, &packet, &numbers, &mut paths) else { break };
             packet = next;
             hits = closest_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, &mut stack);
@@ -53,10 +45,10 @@ impl Rows<'_> {
                     self.scene.sky_lux(direction_of(&packet, lane))
                 } else {
                     paths.gone_m[lane] += hits.t.0[lane];
-                    let width_m = paths.gone_m[lane] * pixels.spread.0[lane] * self.pass.shares[0];
+                    let width_m = paths.gone_m[lane] * pixels.spread.0[lane] * aim.shares.pixel;
                     let footprint = Footprint::round(self.scene.texels_per_m(hits.triangle[lane]) * width_m);
                     let at = [hits.u.0[lane], hits.v.0[lane]];
-                    let level = lamp_levels[lane / COLUMNS];
+                    let level = aim.lamp_levels[lane];
                     self.scene.exitance_lux(hits.triangle[lane], at, direction_of(&packet, lane), &footprint, level)
                 };
                 paths.last[lane] = std::array::from_fn(|band| paths.weight[lane][band] * met[band]);
@@ -80,7 +72,7 @@ impl Rows<'_> {
         for lane in (0..LANES).filter(|&lane| packet.t_max.0[lane] > 0.0 && hits.triangle[lane] != MISS) {
             let direction = direction_of(packet, lane);
             let at = [hits.u.0[lane], hits.v.0[lane]];
-            let Some(facet) = self.scene.facet(hits.triangle[lane], at, direction, self.pass.follows_gloss) else {
+            let Some(facet) = self.scene.facet(hits.triangle[lane], at, direction, self.follows_gloss) else {
                 continue;
             };
             let (away, share, dull) = facet.reflected(direction, numbers(lane));

@@ -1,20 +1,18 @@
-//! The kernel of a render: neighbouring rows, tile by tile, in packets of one sample of each pixel. Enters: a pass's samples and the mean
-//! of those before. Leaves: the mean of all, and how far its parts are apart.
+//! The kernel of even samples: neighbouring rows, tile by tile, in packets of one sample of each pixel. Enters: how many samples. Leaves:
+//! their mean, how far its halves are apart, and the nearest surface met.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::filter::{Ellipses, Steps, Surfaces, ellipses};
+use super::filter::Shares;
+use super::halves::{Parts, Seen};
 use super::pattern::{self, Place, Seeds};
-use super::tiles::{Parts, Tile};
+use super::shot::{Aim, Pixels, View};
 use crate::draw::{DrawKey, mix};
-use crate::num::{f32_from_u32, index, low_u32, u64_from};
-use crate::optics::camera::Camera;
+use crate::num::{f32_from_u32, index, low_u32, u32_from, u32_truncated_f32, u64_from};
 use crate::optics::motion::Timeline;
-use crate::scene::LitScene;
-use crate::scene::lanes::{Floats, LANES, Vectors, add3};
-use crate::scene::light::{BANDS, Bands};
-use crate::scene::texture::Footprint;
-use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline_through};
+use crate::scene::lanes::{Floats, LANES};
+use crate::scene::light::Bands;
+use crate::scene::tracer::Stack;
 use crate::simd::Kernel;
 
 /// Columns of the square of pixels that a packet covers: a tile.
@@ -25,8 +23,6 @@ pub const ROWS: usize = LANES / COLUMNS;
 /// What all rows of a pass share.
 #[derive(Clone, Copy, Debug)]
 pub struct Pass {
-    /// Number of its first sample.
-    pub first: u32,
     /// Its samples.
     pub count: u32,
     /// Share of the pixel, and of the motion over the exposure, that a sample stands for.
@@ -37,12 +33,6 @@ pub struct Pass {
     pub each: u32,
     /// Logarithm to base 2 of the strata of time that the level of flickering lamps is known for.
     pub strata_log2: u32,
-    /// Reflections that a ray follows.
-    pub reflections: u32,
-    /// Whether it follows those of gloss, or of mirrors only.
-    pub follows_gloss: bool,
-    /// Brighter pixels show no noise.
-    pub saturation_photons: f32,
 }
 
 impl Pass {
@@ -55,20 +45,16 @@ impl Pass {
 
 /// Neighbouring rows. Lanes beyond the last row of the picture repeat it; their results are not written.
 pub struct Rows<'a> {
-    /// What is seen.
-    pub scene: &'a LitScene,
-    /// By what.
-    pub camera: &'a Camera,
-    /// How it moves over the rows' exposures.
+    /// What is seen, by what.
+    pub view: View<'a>,
+    /// How the camera moves over the rows' exposures.
     pub timeline: &'a Timeline,
-    /// Level of the flickering lamps in each stratum of time, row by row.
-    pub lamp_levels: &'a [[f32; ROWS]],
+    /// Level of the flickering lamps in each stratum of time, lane by lane.
+    pub lamp_levels: &'a [[f32; LANES]],
     /// Photons of each band per lux-equivalent behind a pixel's filter, on the axis, over each row's exposure; by row, then by column
     /// of the filters' pattern.
     pub photons_per_lux: [[Bands; COLUMNS]; ROWS],
-    /// Columns after which the filters repeat.
-    pub pattern_px: usize,
-    /// The first row, and how many there are.
+    /// The first row.
     pub first: usize,
     /// Rows within the picture.
     pub count: usize,
@@ -76,23 +62,8 @@ pub struct Rows<'a> {
     pub keys: [DrawKey; ROWS],
     /// Which samples.
     pub pass: &'a Pass,
-    /// Mean photons of their pixels over the samples so far, row by row.
-    pub photons: &'a mut [f32],
-    /// Their tiles.
-    pub tiles: &'a mut [Tile],
-}
-
-/// A square of pixels, row by row.
-pub(super) struct Pixels {
-    corners: [Vectors; 4],
-    pub(super) spread: Floats,
-    pub(super) seeds: Seeds,
-    /// Photons of each band per lux-equivalent.
-    photons_per_lux: [Floats; BANDS],
-    /// How far rays go; below zero where the lens has no bearing.
-    t_max: Floats,
-    /// The lanes that have a bearing, and how many there are.
-    pub(super) seen: ([usize; LANES], usize),
+    /// What their pixels see, row by row.
+    pub seen: &'a mut [Seen],
 }
 
 impl Kernel for Rows<'_> {
@@ -100,26 +71,16 @@ impl Kernel for Rows<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let width = index(self.camera.size.width_px);
+        let width = index(self.view.camera.size.width_px);
         let mut stack = Stack::new();
-        let has_gloss = self.pass.reflections > 0 && self.scene.has_gloss(self.pass.follows_gloss);
-        for (number, first) in (0..width).step_by(COLUMNS).enumerate() {
-            if !self.tiles[number].is_active {
-                continue;
-            }
-            let pixels = self.pixels(first, width);
-            let parts = self.gather(&pixels, has_gloss, &mut stack);
-            let mut before = [0.0; LANES];
-            let mut inside = [false; LANES];
+        let has_gloss = self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss);
+        for first in (0..width).step_by(COLUMNS) {
+            let (pixels, seeds) = self.pixels(first, width);
+            let (parts, nearest_m) = self.gather(&pixels, &seeds, has_gloss, &mut stack);
             for lane in 0..LANES {
                 let (row, column) = (lane / COLUMNS, first + lane % COLUMNS);
-                inside[lane] = row < self.count && column < width;
-                before[lane] = if inside[lane] { self.photons[row * width + column] } else { 0.0 };
-            }
-            let means = self.tiles[number].take(&parts, &before, &inside, self.pass.saturation_photons);
-            for lane in 0..LANES {
-                if inside[lane] {
-                    self.photons[lane / COLUMNS * width + first + lane % COLUMNS] = means[lane];
+                if row < self.count && column < width {
+                    self.seen[row * width + column] = parts.seen(lane, nearest_m.0[lane]);
                 }
             }
         }
@@ -128,191 +89,57 @@ impl Kernel for Rows<'_> {
 
 impl Rows<'_> {
     #[inline(always)]
-    fn pixels(&self, first: usize, width: usize) -> Pixels {
-        let zero = Floats::splat(0.0);
-        let mut pixels = Pixels {
-            corners: [[zero; 3]; 4],
-            spread: zero,
-            seeds: Seeds { lanes: [[0; LANES]; 4], packet: low_u32(self.keys[0].with(u64_from(first) | 1 << 40).0) },
-            photons_per_lux: [zero; BANDS],
-            t_max: Floats::splat(-1.0),
-            seen: ([0; LANES], 0),
-        };
+    fn pixels(&self, first: usize, width: usize) -> (Pixels, Seeds) {
+        let mut pixels = Pixels::NONE;
+        let mut seeds =
+            Seeds { lanes: [[0; LANES]; 3], packet: low_u32(self.keys[0].with(u64_from(first) | 1 << 40).0) };
+        let pattern_px = self.view.camera.mosaic.width_px();
         for lane in 0..LANES {
             // Lanes beyond the last column or row repeat it.
             let x = (first + lane % COLUMNS).min(width - 1);
             let y = self.first + (lane / COLUMNS).min(self.count - 1);
-            let Some(corners) = self.camera.corners(x, y) else { continue };
-            pixels.t_max.0[lane] = f32::MAX;
-            let per_lux = self.photons_per_lux[lane / COLUMNS][x % self.pattern_px];
-            for band in 0..BANDS {
-                pixels.photons_per_lux[band].0[lane] = per_lux[band];
-            }
-            pixels.seen.0[pixels.seen.1] = lane;
-            pixels.seen.1 += 1;
-            for (corner, bearing) in corners.iter().enumerate() {
-                for axis in 0..3 {
-                    pixels.corners[corner][axis].0[lane] = bearing[axis];
-                }
-            }
-            pixels.spread.0[lane] = self.camera.spread(x, y);
+            pixels.set(lane, self.view.camera, [x, y], &self.photons_per_lux[lane / COLUMNS][x % pattern_px]);
             let bits = self.keys[lane / COLUMNS].with(u64_from(x)).0;
             let more = mix(bits);
-            for (number, word) in [bits, bits >> 32, more, more >> 32].into_iter().enumerate() {
-                pixels.seeds.lanes[number][lane] = low_u32(word);
+            for (number, word) in [bits, bits >> 32, more].into_iter().enumerate() {
+                seeds.lanes[number][lane] = low_u32(word);
             }
+            pixels.facet_seeds[lane] = low_u32(more >> 32);
         }
-        pixels
+        (pixels, seeds)
     }
 
-    /// Mean photons of the pass's samples, by quarters of the pass.
+    /// Mean photons of the pass's samples, by quarters of the pass, and the distance of the nearest hit.
     #[inline(always)]
-    fn gather(&self, pixels: &Pixels, has_gloss: bool, stack: &mut Stack) -> Parts {
+    fn gather(&self, pixels: &Pixels, seeds: &Seeds, has_gloss: bool, stack: &mut Stack) -> (Parts, Floats) {
         let mut parts = Parts::new(self.pass.count);
-        for step in 0..self.pass.count {
-            let number = self.pass.first + step;
-            let mut place = pattern::place(number, &pixels.seeds);
+        let mut nearest_m = Floats::splat(f32::MAX);
+        let shares = Shares::even(self.pass.shares[0], self.pass.shares[1]);
+        let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
+        for number in 0..self.pass.count {
+            let mut place = pattern::place(number, seeds);
             let stratum = self.pass.stratum(number, &place);
             let mut piece = 0;
             if self.pass.subframes > 0 {
                 let t = (f32_from_u32(number / self.pass.each) + 0.5) / f32_from_u32(self.pass.subframes);
                 place.t = Floats::splat(t);
-                piece = index(crate::num::u32_truncated_f32(
-                    t * f32_from_u32(crate::num::u32_from(self.timeline.pieces.len())),
-                ));
+                piece = index(u32_truncated_f32(t * pieces));
             } else if !self.timeline.is_still {
                 piece = pattern::stratum(place.shared, self.timeline.pieces.len().trailing_zeros());
             }
-            let photons = self.sample(number, stratum, piece, &place, pixels, has_gloss, stack);
-            parts.add(step, photons);
-        }
-        parts
-    }
-
-    /// Photons of one sample of each pixel.
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "a kernel's parts are functions of its locals")]
-    fn sample(
-        &self,
-        number: u32,
-        stratum: usize,
-        piece: usize,
-        place: &Place,
-        pixels: &Pixels,
-        has_gloss: bool,
-        stack: &mut Stack,
-    ) -> Floats {
-        let bearing = bilinear(&pixels.corners, place.x, place.y);
-        let pieces = f32_from_u32(crate::num::u32_from(self.timeline.pieces.len()));
-        let share = place.t * Floats::splat(pieces) - Floats::splat(f32_from_u32(crate::num::u32_from(piece)));
-        let motion = &self.timeline.pieces[piece];
-        let pose = motion.at(share);
-        let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
-        let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
-        let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
-        // No closure: it would not be compiled for the kernel's own level.
-        let mut footprints = None;
-        if self.scene.has_textures() {
-            let right = pose.turned(sub(&pixels.corners[1], &pixels.corners[0]));
-            let down = pose.turned(sub(&pixels.corners[2], &pixels.corners[0]));
-            let mut travel_m = [Floats::splat(0.0); 3];
-            if !self.timeline.is_still {
-                let change = motion.change_at(share, pieces);
-                travel_m = add3(change.place_m(), scaled(change.turned(bearing), hits.t));
-            }
-            let half = Floats::splat(0.5);
-            let steps = Steps {
-                direction,
-                steps_m: [scaled(right, hits.t), scaled(down, hits.t), travel_m],
-                pixel_m: pixels.spread * hits.t,
-                off_centre: [place.x - half, place.y - half, place.t - half],
+            let aim = Aim {
+                place: [place.x, place.y, place.t],
+                motion: &self.timeline.pieces[piece],
+                share: place.t * Floats::splat(pieces) - Floats::splat(f32_from_u32(u32_from(piece))),
+                pieces: if self.timeline.is_still { 0.0 } else { pieces },
+                lamp_levels: &self.lamp_levels[stratum],
+                shares: &shares,
+                numbers: &[number; LANES],
             };
-            footprints = Some(ellipses(&self.surfaces(&hits, pixels), &steps, self.pass.shares));
+            let [photons, gone_m] = self.view.sample(pixels, &aim, has_gloss, stack);
+            parts.add(number, photons);
+            nearest_m = nearest_m.lesser(gone_m);
         }
-        let levels = &self.lamp_levels[stratum];
-        let mut lux = self.shade(&hits, &packet, footprints.as_ref(), pixels, levels);
-        if has_gloss {
-            self.reflect(number, &hits, &packet, pixels, levels, &mut lux);
-        }
-        let mut photons = Floats::splat(0.0);
-        for lane in 0..LANES {
-            let [r, g, b, n] = lux[lane];
-            let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux.map(|per_lux| per_lux.0[lane]);
-            photons.0[lane] =
-                (r * per_r + g * per_g + b * per_b + n * per_n) * self.camera.roll_off_at(bearing[2].0[lane]);
-        }
-        photons
+        (parts, nearest_m)
     }
-
-    /// Planes and textures of what was hit.
-    #[inline(always)]
-    fn surfaces(&self, hits: &Hits, pixels: &Pixels) -> Surfaces {
-        let zero = Floats::splat(0.0);
-        let mut surfaces = Surfaces { normal: [zero; 3], slopes: [[zero; 3]; 2] };
-        for &lane in &pixels.seen.0[..pixels.seen.1] {
-            if hits.triangle[lane] == MISS {
-                continue;
-            }
-            let (normal, slopes) = self.scene.surface(hits.triangle[lane]);
-            for axis in 0..3 {
-                surfaces.normal[axis].0[lane] = normal[axis];
-                surfaces.slopes[0][axis].0[lane] = slopes[0][axis];
-                surfaces.slopes[1][axis].0[lane] = slopes[1][axis];
-            }
-        }
-        surfaces
-    }
-
-    #[inline(always)]
-    fn shade(
-        &self,
-        hits: &Hits,
-        packet: &Packet,
-        footprints: Option<&Ellipses>,
-        pixels: &Pixels,
-        lamp_levels: &[f32; ROWS],
-    ) -> [Bands; LANES] {
-        let mut lux = [[0.0; BANDS]; LANES];
-        // A list whose length only the run knows: unrolled sixteen times, shading outgrows the instruction cache.
-        for &lane in &pixels.seen.0[..pixels.seen.1] {
-            let [x, y, z] = packet.direction;
-            let direction = [x.0[lane], y.0[lane], z.0[lane]];
-            lux[lane] = if hits.triangle[lane] == MISS {
-                self.scene.sky_lux(direction)
-            } else {
-                let footprint = footprints.map_or(Footprint::POINT, |footprints| footprints.lane(lane));
-                self.scene.exitance_lux(
-                    hits.triangle[lane],
-                    [hits.u.0[lane], hits.v.0[lane]],
-                    direction,
-                    &footprint,
-                    lamp_levels[lane / COLUMNS],
-                )
-            };
-        }
-        lux
-    }
-}
-
-/// Difference. (A function, because closures are not inlined into dispatched kernels.)
-#[inline(always)]
-fn sub(a: &Vectors, b: &Vectors) -> Vectors {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn scaled(a: Vectors, by: Floats) -> Vectors {
-    [a[0] * by, a[1] * by, a[2] * by]
-}
-
-/// Bearings at shares x (to the right) and y (downwards) of pixels.
-#[inline(always)]
-pub(in crate::optics) fn bilinear(corners: &[Vectors; 4], x: Floats, y: Floats) -> Vectors {
-    let mut bearing = corners[0];
-    for axis in 0..3 {
-        let above = corners[0][axis] + (corners[1][axis] - corners[0][axis]) * x;
-        let below = corners[2][axis] + (corners[3][axis] - corners[2][axis]) * x;
-        bearing[axis] = above + (below - above) * y;
-    }
-    bearing
 }

@@ -1,0 +1,327 @@
+//! One pixel at a time, in packets of sixteen of its samples. Enters: a pixel's samples so far and when to stop. Leaves: more of them, and about
+//! the variance of their mean.
+//!
+//! A pixel's samples are those of one scrambled net over the points of the surface that it passes (`shear`), doubled until they are enough: each
+//! doubling keeps what is there. The variance at an edge in two dimensions falls as 1 / n^1.5, and as 1 / n^2 where the edge is
+//! upright or level, as most of the strong ones are. Cells that are cut where neighbours differ resolve a slanting edge better,
+//! and were tried: they break the net, so that upright edges and thin lines came out worse, and what no sample met was never cut.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use super::filter::Shares;
+use super::halves::LEFT_TYPICAL;
+use super::pattern::{scrambled, sobol_reversed, unit};
+use super::rows::{COLUMNS, ROWS};
+use super::shear::sheared;
+use super::shot::{Aim, Pixels, View, bilinear};
+use super::spend::may_count;
+use crate::draw::{DrawKey, mix};
+use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
+use crate::optics::motion::{Parabolas, Timeline};
+use crate::scene::lanes::{Floats, LANES, Vectors, sub3};
+use crate::scene::light::Bands;
+use crate::scene::tracer::Stack;
+use crate::simd::{Kernel, dispatch};
+
+/// Strata of time that the level of flickering lamps is known for.
+pub const STRATA: usize = 16;
+
+/// Samples that a pixel of its own begins with: one in each of 4 by 4 cells.
+pub const FIRST: u32 = 16;
+const CELLS: usize = 4;
+
+/// When a pixel has enough.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// Samples at most.
+    pub samples: u32,
+    /// It stops when its variance over its photons and samples is below this; none: it never does.
+    pub least_gain: Option<f32>,
+    /// Brighter pixels show no noise.
+    pub saturation_photons: f32,
+    /// Share of the pixel's width that each sample stands for, where it is known beforehand; else that of the samples so far.
+    pub share: Option<f32>,
+}
+
+impl Rule {
+    fn is_enough(&self, net: &Net) -> bool {
+        let Some(least) = self.least_gain else { return false };
+        let variance = net.variance();
+        let counts = may_count(net.photons, variance, self.saturation_photons);
+        !counts || variance < least * net.photons * f32_from_u32(net.samples)
+    }
+}
+
+/// What a pixel's own samples say.
+#[derive(Clone, Copy, Debug)]
+pub struct Net {
+    /// Mean photons.
+    pub photons: f32,
+    /// Samples.
+    pub samples: u32,
+    /// About the variance that the first sixteen leave, from what neighbours among them differ by.
+    contrast: f32,
+    /// Variance that the last doubling took away.
+    taken: f32,
+}
+
+impl Net {
+    /// Before any sample.
+    pub const NEW: Self = Self { photons: 0.0, samples: 0, contrast: 0.0, taken: 0.0 };
+
+    /// About the variance of the mean. Halves that happen to agree are half of the judgement: the other half is what the contrast within the
+    /// pixel leaves of edges.
+    pub fn variance(&self) -> f32 {
+        let share = f32_from_u32(FIRST) / f32_from_u32(self.samples.max(FIRST));
+        0.5 * (self.contrast * share * share.sqrt() + LEFT_TYPICAL * self.taken)
+    }
+}
+
+/// An edge of contrast d that crosses 4 by 4 cells of area a parts a pair of neighbours in each column or row, 5 in the mean, and a net
+/// leaves d^2 / 600 (slanting) to d^2 / 1,600 (upright): about a^2 / 12 for each pair.
+const PER_PAIR: f32 = 1.0 / (12.0 * 256.0);
+
+fn contrast(cells: &[[f32; CELLS]; CELLS]) -> f32 {
+    let mut sum = 0.0;
+    for a in 0..CELLS {
+        for b in 1..CELLS {
+            let (right, down) = (cells[a][b] - cells[a][b - 1], cells[b][a] - cells[b - 1][a]);
+            sum += right * right + down * down;
+        }
+    }
+    PER_PAIR * sum
+}
+
+/// What samples of one pixel share.
+pub struct Pixel<'a> {
+    /// What is seen, by what.
+    pub view: View<'a>,
+    /// How the camera moves over the exposure of the row and its neighbours.
+    pub timeline: &'a Timeline,
+    /// Level of the flickering lamps in each stratum of the row's exposure.
+    pub lamp_levels: &'a [f32; STRATA],
+    /// Photons of each band per lux-equivalent behind the filter.
+    pub photons_per_lux: Bands,
+    /// Column and row.
+    pub at: [usize; 2],
+    /// Names its samples.
+    pub key: DrawKey,
+}
+
+/// Room for working on pixels, one after the other.
+pub struct Desk {
+    stack: Stack,
+}
+
+impl Desk {
+    /// Empty.
+    pub fn new() -> Self {
+        Self { stack: Stack::new() }
+    }
+}
+
+impl Pixel<'_> {
+    /// Doubles a pixel's samples until a rule has enough. `nearest_m` is the distance of the surface that its edges belong to.
+    pub fn grow(&self, net: &mut Net, nearest_m: f32, rule: &Rule, desk: &mut Desk) {
+        let pixels = self.pixels();
+        let velocity_px = self.velocity_px(&pixels, nearest_m);
+        if net.samples == 0 {
+            let share = rule.share.unwrap_or(share(FIRST));
+            self.begin(net, &pixels, velocity_px, share, desk);
+        }
+        while net.samples < rule.samples && !rule.is_enough(net) {
+            let more = net.samples.min(rule.samples - net.samples);
+            let block = Block {
+                velocity_px,
+                first: net.samples,
+                count: more,
+                share: rule.share.unwrap_or(share(net.samples + more)),
+            };
+            let mean = f32_nearest(self.trace(&pixels, &block, desk, &mut |_, _| ()));
+            let apart = mean - net.photons;
+            let weight = f32_from_u32(more) / f32_from_u32(net.samples + more);
+            net.photons += apart * weight;
+            net.taken = weight * (1.0 - weight) * apart * apart;
+            net.samples += more;
+        }
+    }
+
+    fn begin(&self, net: &mut Net, pixels: &Pixels, velocity_px: [f32; 2], share: f32, desk: &mut Desk) {
+        let mut cells = [[0.0; CELLS]; CELLS];
+        let mut halves = [0.0_f32; 2];
+        let block = Block { velocity_px, first: 0, count: FIRST, share };
+        let mean = self.trace(pixels, &block, desk, &mut |number, photons| {
+            let [column, row, _] = self.even(number).map(|share| index(u32_truncated_f32(share * 4.0)));
+            cells[row][column] = photons;
+            halves[index(2 * number / FIRST)] += photons * (2.0 / f32_from_u32(FIRST));
+        });
+        let apart = halves[1] - halves[0];
+        *net =
+            Net { photons: f32_nearest(mean), samples: FIRST, contrast: contrast(&cells), taken: 0.25 * apart * apart };
+    }
+
+    /// Mean photons of even samples, as those of a tile but with a pattern of their own.
+    pub fn even_mean(&self, count: u32, desk: &mut Desk) -> f32 {
+        let block = Block { velocity_px: [0.0; 2], first: 0, count, share: share(count) };
+        f32_nearest(self.trace(&self.pixels(), &block, desk, &mut |_, _| ()))
+    }
+
+    /// Three even numbers of a sample.
+    fn even(&self, number: u32) -> [f32; 3] {
+        let seeds = self.seeds();
+        [0, 1, 2].map(|axis| unit(scrambled(sobol_reversed(axis, number), seeds[axis])))
+    }
+
+    fn seeds(&self) -> [u32; 3] {
+        [self.key.0, self.key.0 >> 32, mix(self.key.0)].map(low_u32)
+    }
+
+    fn pixels(&self) -> Pixels {
+        let mut pixels = Pixels::NONE;
+        for lane in 0..LANES {
+            pixels.set(lane, self.view.camera, self.at, &self.photons_per_lux);
+        }
+        pixels.facet_seeds = [low_u32(mix(self.key.0) >> 32); LANES];
+        pixels
+    }
+
+    /// How far the pixel goes over a surface at a distance, in its own widths and heights over the exposure, about its middle.
+    fn velocity_px(&self, pixels: &Pixels, distance_m: f32) -> [f32; 2] {
+        if self.timeline.is_still || pixels.seen.1 == 0 {
+            return [0.0; 2];
+        }
+        // Beyond any scene; what is infinitely far goes with the turn alone.
+        let distance_m = if distance_m < 1e6 { distance_m } else { 1e6 };
+        let (zero, half) = (Floats::splat(0.0), Floats::splat(0.5));
+        let pieces = self.timeline.pieces.len();
+        let motion = &self.timeline.pieces[pieces / 2];
+        let (pose, change) = (motion.at(zero), motion.change_at(zero, f32_from_u32(u32_from(pieces))));
+        let bearing = bilinear(&pixels.corners, half, half);
+        let lane = self.at[1] % ROWS * COLUMNS;
+        let of = |vectors: Vectors| vectors.map(|axis| axis.0[lane]);
+        let direction = of(pose.turned(bearing));
+        let right = across(of(pose.turned(sub3(pixels.corners[1], pixels.corners[0]))), direction);
+        let down = across(of(pose.turned(sub3(pixels.corners[2], pixels.corners[0]))), direction);
+        let (turn, place) = (of(change.turned(bearing)), of(change.place_m()));
+        let travel = across([0, 1, 2].map(|axis| turn[axis] + place[axis] / distance_m), direction);
+        let (rr, rd, dd) = (dot(right, right), dot(right, down), dot(down, down));
+        let (tr, td) = (dot(travel, right), dot(travel, down));
+        let determinant = rr * dd - rd * rd;
+        if !(determinant > 0.0) {
+            return [0.0; 2];
+        }
+        [(tr * dd - td * rd) / determinant, (td * rr - tr * rd) / determinant]
+    }
+
+    /// Mean photons of a block of samples, each of which is told.
+    fn trace(&self, pixels: &Pixels, block: &Block, desk: &mut Desk, tell: &mut dyn FnMut(u32, f32)) -> f64 {
+        let has_gloss = self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss);
+        let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
+        let shares = Shares::even(block.share, block.share);
+        let mut sum = 0.0;
+        for from in (0..block.count).step_by(LANES) {
+            let lanes = LANES.min(index(block.count - from));
+            let mut shots = Shots {
+                pixel: self,
+                pixels: *pixels,
+                place: [Floats::splat(0.0); 3],
+                motion: None,
+                share: Floats::splat(0.0),
+                lamp_levels: [1.0; LANES],
+                shares: &shares,
+                numbers: [0; LANES],
+                has_gloss,
+                stack: &mut desk.stack,
+            };
+            let mut piece_of = [0; LANES];
+            for lane in 0..lanes {
+                let number = block.first + from + u32_from(lane);
+                let place = sheared(self.even(number), block.velocity_px);
+                for axis in 0..3 {
+                    shots.place[axis].0[lane] = place[axis];
+                }
+                let piece = u32_truncated_f32(place[2] * pieces);
+                piece_of[lane] = index(piece);
+                shots.share.0[lane] = place[2] * pieces - f32_from_u32(piece);
+                shots.lamp_levels[lane] = self.lamp_levels[index(u32_truncated_f32(place[2] * 16.0))];
+                shots.numbers[lane] = number;
+            }
+            shots.pixels.seen.1 = pixels.seen.1.min(lanes);
+            for lane in lanes..LANES {
+                shots.pixels.t_max.0[lane] = -1.0;
+            }
+            if !self.timeline.is_still {
+                let lane = self.at[1] % ROWS * COLUMNS;
+                shots.motion = Some(self.timeline.gathered(lane, &piece_of));
+            }
+            let photons = dispatch(shots);
+            for lane in 0..lanes {
+                sum += f64::from(photons.0[lane]);
+                tell(block.first + from + u32_from(lane), photons.0[lane]);
+            }
+        }
+        sum / f64::from(block.count)
+    }
+}
+
+/// Samples that follow one another.
+struct Block {
+    velocity_px: [f32; 2],
+    first: u32,
+    count: u32,
+    /// Of the pixel's width, and of the motion, that each stands for.
+    share: f32,
+}
+
+/// The share of the width that each of so many samples stands for.
+pub fn share(samples: u32) -> f32 {
+    1.0 / f32_from_u32(samples).sqrt()
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The part of a vector across a direction of about unit length.
+fn across(vector: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
+    let along = dot(vector, direction) / dot(direction, direction);
+    [0, 1, 2].map(|axis| vector[axis] - along * direction[axis])
+}
+
+/// A packet of samples of one pixel.
+struct Shots<'a> {
+    pixel: &'a Pixel<'a>,
+    pixels: Pixels,
+    place: [Floats; 3],
+    /// None where nothing moves.
+    motion: Option<Parabolas>,
+    share: Floats,
+    lamp_levels: [f32; LANES],
+    shares: &'a Shares,
+    numbers: [u32; LANES],
+    has_gloss: bool,
+    stack: &'a mut Stack,
+}
+
+impl Kernel for Shots<'_> {
+    type Output = Floats;
+
+    #[inline(always)]
+    fn run(self) -> Floats {
+        let timeline = self.pixel.timeline;
+        let pieces = f32_from_u32(u32_from(timeline.pieces.len()));
+        let aim = Aim {
+            place: self.place,
+            motion: match &self.motion {
+                Some(motion) => motion,
+                None => &timeline.pieces[0],
+            },
+            share: self.share,
+            pieces: if timeline.is_still { 0.0 } else { pieces },
+            lamp_levels: &self.lamp_levels,
+            shares: self.shares,
+            numbers: &self.numbers,
+        };
+        self.pixel.view.sample(&self.pixels, &aim, self.has_gloss, self.stack)[0]
+    }
+}

@@ -1,0 +1,217 @@
+//! Where rays take most away. Enters: what each pixel's samples leave of its variance. Leaves: the gain a ray below which none is sent, so that
+//! the picture's mean meets its target.
+//!
+//! A pixel of variance V, P photons and n samples loses about a V / n by a ray where V falls as 1 / n^a, so the sum of V / P over the
+//! pixels is least for as many rays where all have the same V / (P n): those above a level are sampled until they reach it. (Neyman
+//! 1934, for strata whose error falls as 1 / n^2 and more.)
+
+use super::halves::{LEFT_TYPICAL, Seen};
+use super::refine::FIRST;
+use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
+
+/// What is known of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    /// Mean photons.
+    pub photons: f32,
+    /// About the variance of that.
+    pub variance: f32,
+    /// Samples that it is of.
+    pub samples: u32,
+    /// Whether they are a net of its own.
+    pub is_refined: bool,
+}
+
+impl Estimate {
+    /// Whether a sensor shows its noise.
+    pub fn counts(&self, saturation_photons: f32) -> bool {
+        self.photons > 0.0 && self.photons < saturation_photons
+    }
+
+    /// Whether it may be below saturation: pixels of few samples at the rim of a lamp look brighter than they are.
+    pub fn may_count(&self, saturation_photons: f32) -> bool {
+        may_count(self.photons, self.variance, saturation_photons)
+    }
+
+    /// Variance over photons.
+    pub fn ratio(&self) -> f32 {
+        self.variance / self.photons
+    }
+
+    /// About what one more sample takes away of the variance over the photons. The first sixteen of a net of its own replace a pixel's
+    /// few and leave an eighth or less; a doubling costs as many as there are and leaves a third: per sample the former gain as much as a
+    /// doubling of 12.
+    pub fn gain(&self) -> f32 {
+        self.ratio() / if self.is_refined { f32_from_u32(self.samples) } else { ALONE }
+    }
+}
+
+/// Contrast of each pixel to the eight around it: the variance of those, and half the square of what their mean differs by.
+fn contrast(seen: &[Seen], width: usize, [x, y]: [usize; 2]) -> (f32, f32) {
+    let own = seen[y * width + x].photons;
+    let height = seen.len() / width;
+    let (mut sum, mut squares, mut taken, mut count) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
+    for row in y.saturating_sub(1)..(y + 2).min(height) {
+        for column in x.saturating_sub(1)..(x + 2).min(width) {
+            if row == y && column == x {
+                continue;
+            }
+            let other = &seen[row * width + column];
+            let apart = other.photons - own;
+            sum += apart;
+            squares += apart * apart;
+            taken += other.taken;
+            count += 1.0;
+        }
+    }
+    let per = if count > 0.0 { 1.0 / count } else { 0.0 };
+    let mean = sum * per;
+    let variance = squares * per - mean * mean;
+    let variance = if variance > 0.0 { variance } else { 0.0 };
+    (variance + OWN * mean * mean, taken * per)
+}
+
+/// Sigmas above saturation at which a pixel surely is.
+const SURE_SIGMAS: f32 = 3.0;
+
+/// Whether a pixel that seems to have so many photons, with about this variance, may be lit and below saturation.
+pub fn may_count(photons: f32, variance: f32, saturation_photons: f32) -> bool {
+    photons > 0.0 && photons - SURE_SIGMAS * variance.sqrt() < saturation_photons
+}
+
+/// Samples that a pixel without a net of its own counts as.
+const ALONE: f32 = 12.0;
+
+/// What a pixel's difference to the mean of its neighbours says, over what their own differences do.
+const OWN: f32 = 0.5;
+
+/// Judges pixels after a first batch. Halves of two or four samples tell little of one pixel and much of all: they tell how much variance a
+/// contrast leaves. A pixel that has none because its own halves happen to agree would claim to be exact, so only its neighbours' halves
+/// count, and its contrast.
+pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_photons: f32) -> Vec<Estimate> {
+    let row = |y: usize| -> Vec<(f32, f32)> { (0..width).map(|x| contrast(seen, width, [x, y])).collect() };
+    let height = seen.len() / width;
+    #[cfg(feature = "parallel")]
+    let rows: Vec<Vec<(f32, f32)>> = {
+        use rayon::prelude::*;
+        (0..height).into_par_iter().map(row).collect()
+    };
+    #[cfg(not(feature = "parallel"))]
+    let rows: Vec<Vec<(f32, f32)>> = (0..height).map(row).collect();
+    let (mut left, mut contrasts) = (0.0_f64, 0.0_f64);
+    for (pixel, (contrast, _)) in seen.iter().zip(rows.iter().flatten()) {
+        if pixel.photons > 0.0 && pixel.photons < saturation_photons {
+            left += f64::from(LEFT_TYPICAL * pixel.taken / pixel.photons);
+            contrasts += f64::from(contrast / pixel.photons);
+        }
+    }
+    let per_contrast = if contrasts > 0.0 { f32_nearest(left / contrasts) } else { 0.0 };
+    let of = |(pixel, (contrast, taken)): (&Seen, &(f32, f32))| {
+        let mut variance = 0.5 * (LEFT_TYPICAL * taken + per_contrast * contrast);
+        // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not.
+        if !(pixel.photons < saturation_photons) && *contrast > 4.0 * variance {
+            variance = 0.25 * contrast;
+        }
+        Estimate { photons: pixel.photons, variance, samples, is_refined: false }
+    };
+    seen.iter().zip(rows.iter().flatten()).map(of).collect()
+}
+
+/// Steps of the table of gains: quarters of an octave.
+const STEPS: usize = 1 << 10;
+/// Low bits of a gain that its step does not tell.
+const BELOW: u32 = 21;
+/// Power of n by which the variance of a pixel falls.
+const FALL: f64 = 1.5;
+
+/// The gain below which no pixel needs a sample, if the mean of variance over photons is to be `target`; none where it is.
+pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) -> Option<f32> {
+    let mut sums = [vec![0.0_f64; STEPS], vec![0.0_f64; STEPS]];
+    let (mut count, mut all, mut alone) = (0, 0.0, 1);
+    for estimate in estimates.iter().filter(|estimate| estimate.may_count(saturation_photons)) {
+        count += 1;
+        if estimate.variance > 0.0 {
+            let step = index(estimate.gain().to_bits() >> BELOW);
+            sums[usize::from(estimate.is_refined)][step] += f64::from(estimate.ratio());
+            all += f64::from(estimate.ratio());
+            alone = if estimate.is_refined { alone } else { estimate.samples };
+        }
+    }
+    let allowed = target * f64_from_usize(count);
+    if all <= allowed {
+        return None;
+    }
+    // What is left if all above a step are brought down to it. Variance falls by the power, and gain by one more.
+    let left = |least: usize| {
+        let gain = |step: usize| f64::from(f32::from_bits(u32_from(step) << BELOW));
+        let mut left = 0.0;
+        for (is_refined, sums) in [false, true].into_iter().zip(&sums) {
+            for step in (1..STEPS).filter(|&step| sums[step] > 0.0) {
+                let times = if step < least { 1.0 } else { libm::pow(gain(step) / gain(least), 1.0 / (1.0 + FALL)) };
+                let times = match (is_refined, step < least) {
+                    (false, false) => {
+                        crate::num::greater(f64::from(FIRST), f64::from(ALONE) * times) / f64::from(alone)
+                    }
+                    _ => times,
+                };
+                left += sums[step] / (times * times.sqrt());
+            }
+        }
+        left
+    };
+    // The first step is zero, which no gain is below.
+    let (mut met, mut missed) = (1, STEPS - 1);
+    while missed - met > 1 {
+        let middle = usize::midpoint(met, missed);
+        if left(middle) <= allowed {
+            met = middle;
+        } else {
+            missed = middle;
+        }
+    }
+    Some(f32::from_bits(u32_from(met) << BELOW))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::DrawKey;
+
+    #[test]
+    fn bringing_all_gains_to_the_level_meets_the_target() {
+        let mut tried = 0;
+        for target in [10.0, 1.0, 0.1, 0.001] {
+            // Variances over six decades, of which few have most.
+            let of = |number: u64| {
+                let share = crate::num::f64_from_u64(DrawKey::root(9).with(number).0 >> 32) / 4_294_967_296.0;
+                Estimate {
+                    photons: 100.0,
+                    variance: f32_nearest(libm::pow(10.0, 6.0 * share)),
+                    samples: 16,
+                    is_refined: true,
+                }
+            };
+            let estimates: Vec<Estimate> = (0..5_000).map(of).collect();
+            let level = f64::from(least_gain(&estimates, target, f32::INFINITY).unwrap());
+            let after = |estimate: &Estimate| {
+                let (ratio, gain) = (f64::from(estimate.ratio()), f64::from(estimate.gain()));
+                let times = if gain > level { libm::pow(gain / level, 1.0 / (1.0 + FALL)) } else { 1.0 };
+                ratio / (times * times.sqrt())
+            };
+            let mean = estimates.iter().map(after).sum::<f64>() / 5_000.0;
+            // Gains are known to a quarter of an octave, 2^(1/4 * 3/5) = 11 %, as is the level.
+            assert!(mean < 1.13 * target && mean > 0.75 * target, "{mean} for {target}");
+            tried += 1;
+        }
+        assert_eq!(tried, 4);
+        let known = [Estimate { photons: 10.0, variance: 1.0, samples: 4, is_refined: false }];
+        assert_eq!(least_gain(&known, 0.2, f32::INFINITY), None);
+    }
+
+    #[test]
+    fn lamps_take_no_rays_and_their_rims_do() {
+        assert!(
+            !may_count(1_000.0, 100.0, 500.0) && may_count(1_000.0, 40_000.0, 500.0) && !may_count(0.0, 1.0, 500.0)
+        );
+    }
+}

@@ -1,0 +1,117 @@
+//! How a render knows its own error. Enters: what every pixel claims. Leaves: the mean of variance over photons, from pixels that were sampled a
+//! second time.
+//!
+//! Whatever a pixel's own samples say of their error also decided how many of them there are, so it is too good. So a few pixels are taken a
+//! second time with samples of their own and by the same rules: half the square of what the two differ by is the variance, whoever chose.
+//! Those that claim much are taken more often, in proportion to the claim, and count so much less (Hansen and Hurwitz 1943):
+//! the claims decide how sure the answer is, and not where it lies.
+
+use super::spend::Estimate;
+use crate::draw::DrawKey;
+use crate::num::{f64_from_u64, f64_from_usize};
+
+/// A pixel that is taken a second time, and one over its chance to be.
+#[derive(Clone, Copy, Debug)]
+pub struct Twin {
+    /// Place in the picture, row by row.
+    pub at: usize,
+    /// How many pixels it stands for.
+    pub weight: f64,
+}
+
+/// Pixels of each kind, refined or not, that are taken a second time in the mean, at most.
+const TWINS_MAX: f64 = 1_000.0;
+/// And of all pixels at most so many.
+const PIXELS_SHARE: f64 = 1.0 / 8.0;
+/// And of all samples.
+const SAMPLES_SHARE: f64 = 0.02;
+/// But so many at least, where a picture is small.
+const TWINS_MIN: f64 = 32.0;
+/// A claim counts as at least this share of the mean claim.
+const CLAIM_LEAST: f64 = 0.2;
+
+/// Chooses pixels.
+pub fn choose(estimates: &[Estimate], saturation_photons: f32, key: DrawKey) -> Vec<Twin> {
+    let samples: u64 = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum();
+    let mut twins = Vec::new();
+    for is_refined in [false, true] {
+        let is_in = |estimate: &&Estimate| estimate.is_refined == is_refined && estimate.counts(saturation_photons);
+        let of = || estimates.iter().filter(is_in);
+        let count = f64_from_usize(of().count());
+        let mean = of().map(|estimate| f64::from(estimate.ratio())).sum::<f64>() / count;
+        let claim = |estimate: &Estimate| f64::from(estimate.ratio()) + CLAIM_LEAST * mean;
+        let (mut claims, mut cost) = (0.0, 0.0);
+        for estimate in of() {
+            claims += claim(estimate);
+            cost += claim(estimate) * f64::from(estimate.samples);
+        }
+        let affordable = SAMPLES_SHARE * f64_from_u64(samples) * claims / cost;
+        let most = crate::num::lesser(TWINS_MAX, f64_from_usize(estimates.len()) * PIXELS_SHARE);
+        let wanted = crate::num::greater(crate::num::lesser(most, affordable), TWINS_MIN);
+        for (at, estimate) in estimates.iter().enumerate().filter(|(_, estimate)| is_in(estimate)) {
+            // Where nothing claims an error, all claim the same.
+            let chance = if claims > 0.0 { wanted * claim(estimate) / claims } else { wanted / count };
+            let draw = f64_from_u64(key.with(crate::num::u64_from(at)).0 >> 11) / 9_007_199_254_740_992.0;
+            if draw < chance {
+                twins.push(Twin { at, weight: if chance < 1.0 { 1.0 / chance } else { 1.0 } });
+            }
+        }
+    }
+    twins
+}
+
+/// The mean of variance over photons of all pixels that count, from what the twins saw.
+pub fn variance_ratio(estimates: &[Estimate], twins: &[Twin], seen: &[f32], saturation_photons: f32) -> f64 {
+    let pixels = estimates.iter().filter(|estimate| estimate.counts(saturation_photons)).count();
+    let of = |(twin, &other): (&Twin, &f32)| {
+        let own = f64::from(estimates[twin.at].photons);
+        let (apart, sum) = (own - f64::from(other), own + f64::from(other));
+        // Half the square over the mean of the two.
+        twin.weight * apart * apart / sum
+    };
+    let sum: f64 = twins.iter().zip(seen).map(of).sum();
+    if pixels == 0 { 0.0 } else { sum / f64_from_usize(pixels) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::normal_quantile;
+    use crate::num::{f32_nearest, low_u32};
+
+    #[test]
+    fn twins_tell_the_error_whatever_is_claimed() {
+        const PIXELS: u64 = 40_000;
+        let normal = |key: DrawKey| normal_quantile(low_u32(key.0));
+        let mut told = Vec::new();
+        // Claims that are right, the same for all, and false by a factor of 10 either way.
+        for kind in 0..3_u64 {
+            let key = DrawKey::root(31).with(kind);
+            let true_variance = |at: u64| if at % 50 == 0 { 400.0 } else { 4.0 };
+            let claim = |at: u64| match kind {
+                0 => true_variance(at),
+                1 => 10.0,
+                _ => true_variance(at) * if at % 3 == 0 { 10.0 } else { 0.1 },
+            };
+            let photons =
+                |at: u64, side: u64| f32_nearest(1_000.0 + true_variance(at).sqrt() * normal(key.with(side).with(at)));
+            let estimate = |at: u64| Estimate {
+                photons: photons(at, 1),
+                variance: f32_nearest(claim(at)),
+                samples: 16,
+                is_refined: at % 2 == 0,
+            };
+            let estimates: Vec<Estimate> = (0..PIXELS).map(estimate).collect();
+            let twins = choose(&estimates, f32::INFINITY, key.with(3));
+            let seen: Vec<f32> = twins.iter().map(|twin| photons(crate::num::u64_from(twin.at), 2)).collect();
+            assert!(twins.len() > 200 && twins.len() < 2_400, "{}", twins.len());
+            told.push(variance_ratio(&estimates, &twins, &seen, f32::INFINITY));
+        }
+        // (400 + 49 * 4) / 50 over 1,000 photons. Some 400 twins of each half; where claims are right each adds a chi squared of one degree:
+        // sqrt(2 / 400) = 7 %, and some three times that where they are false.
+        let expected = (400.0 + 49.0 * 4.0) / 50.0 / 1_000.0;
+        for (told, sigma) in told.iter().zip([0.07, 0.2, 0.2]) {
+            assert!((told / expected - 1.0).abs() < 4.0 * sigma, "{told} for {expected}");
+        }
+    }
+}
