@@ -270,7 +270,9 @@ fn plane_motions(h: &DMat3, (pairs, agreeing): (&[Pair], &[Pair]), unit: f64) ->
     let (better, other) = if second.1 < first.1 { (second, first) } else { (first, second) };
     let same = better.0.inverse().then(&other.0).angle_rad() < 1e-3
         && better.0.translation_m.dot(other.0.translation_m) > 1.0 - 1e-5;
-    (better.0, (!same && other.1 < better.1 + CLEARLY_WORSE).then_some(other.0))
+    // False pairs fall into either motion's gate by chance, one in twenty; each then costs a gate less. Four sigmas of their difference.
+    let chance = 4.0 * GATES[0] * (0.1 * f64_from_usize(pairs.len() - agreeing.len())).sqrt();
+    (better.0, (!same && other.1 < better.1 + CLEARLY_WORSE + chance).then_some(other.0))
 }
 
 /// The point of a pair in the first camera's frame, in baselines; `None` behind either camera, and for parallel rays.
