@@ -20,6 +20,7 @@ pub mod matching;
 pub mod p3p;
 pub mod polynomial;
 pub mod pose_graph;
+pub mod preintegrate;
 pub mod ransac;
 pub mod refine;
 pub mod rig;

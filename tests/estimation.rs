@@ -7,6 +7,8 @@ mod adjustment;
 mod graph;
 #[path = "estimation/initial.rs"]
 mod initial;
+#[path = "estimation/inertial.rs"]
+mod inertial;
 #[path = "estimation/prior.rs"]
 mod prior;
 
