@@ -9,6 +9,8 @@ mod graph;
 mod initial;
 #[path = "estimation/inertial.rs"]
 mod inertial;
+#[path = "estimation/pnp.rs"]
+mod pnp;
 #[path = "estimation/prior.rs"]
 mod prior;
 
