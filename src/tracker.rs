@@ -22,6 +22,7 @@ pub mod p3p;
 mod params;
 pub mod polynomial;
 pub mod pose_graph;
+pub mod preintegrate;
 pub mod ransac;
 pub mod refine;
 pub mod rig;

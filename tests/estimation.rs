@@ -7,6 +7,10 @@ mod adjustment;
 mod graph;
 #[path = "estimation/initial.rs"]
 mod initial;
+#[path = "estimation/inertial.rs"]
+mod inertial;
+#[path = "estimation/pnp.rs"]
+mod pnp;
 #[path = "estimation/prior.rs"]
 mod prior;
 

@@ -89,6 +89,8 @@ const WIDENING: [f64; 4] = [16.0, 4.0, 1.0, 1.0];
 const REFINED: usize = 5;
 /// What a pair costs that disagrees: the gate of general motion, and what its three dimensions are charged.
 const OUTLIER_COST: f64 = 8.0;
+/// A motion whose pairs miss by so much more in sigmas squared is refuted: the 99.9 % quantile of chi2 with one degree of freedom.
+const CLEARLY_WORSE: f64 = 10.8;
 /// A motion that leaves this share of the best one's points before both cameras explains the plane as well.
 const ALTERNATIVE_SHARE: f64 = 0.9;
 
@@ -154,7 +156,7 @@ pub fn two_view(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<TwoView
     let agreeing: Vec<Pair> = pairs.iter().zip(&agrees).filter(|(_, agrees)| **agrees).map(|(pair, _)| *pair).collect();
     let (second_from_first, alternative) = match best {
         0 => (general?, None),
-        1 => plane_motions(&plane?, &agreeing),
+        1 => plane_motions(&plane?, (pairs, &agreeing), unit),
         _ => (Pose::new(DQuat::from_mat3(&rotation?).normalize(), DVec3::ZERO), None),
     };
     let model = [Model::General, Model::Plane, Model::Rotation][best];
@@ -244,21 +246,33 @@ fn before_both(motions: &[Pose], pairs: &[Pair]) -> (Pose, usize, Option<(Pose, 
     best
 }
 
-/// The motions that explain a homography, the better one first, refined over the pairs.
-fn plane_motions(h: &DMat3, pairs: &[Pair]) -> (Pose, Option<Pose>) {
-    let before = |normal: DVec3| 2 * pairs.iter().filter(|pair| normal.dot(pair.first) > 0.0).count() > pairs.len();
+/// The motions that explain a homography, the better one first. Both are refined by the epipolar distance over all pairs: few scenes are all
+/// plane, and what stands off it tells the two apart.
+fn plane_motions(h: &DMat3, (pairs, agreeing): (&[Pair], &[Pair]), unit: f64) -> (Pose, Option<Pose>) {
+    let before =
+        |normal: DVec3| 2 * agreeing.iter().filter(|pair| normal.dot(pair.first) > 0.0).count() > agreeing.len();
     let possible: Vec<Pose> = homography::motions(h)
         .into_iter()
         .filter(|(_, t, normal)| before(*normal) && t.length() > 0.0)
         .map(|(rotation, t, _)| Pose::new(rotation, t.normalize()))
         .collect();
-    let (best, count, second) = before_both(&possible, pairs);
-    let same = |a: &Pose, b: &Pose| {
-        a.inverse().then(b).angle_rad() < 1e-3 && a.translation_m.dot(b.translation_m) > 1.0 - 1e-5
+    let (best, count, second) = before_both(&possible, agreeing);
+    let near = second.filter(|(_, n)| f64_from_usize(*n) >= ALTERNATIVE_SHARE * f64_from_usize(count));
+    let gate = GATES[0] / unit;
+    let refined = |motion: Pose| {
+        let motion = models::refined_motion(&motion, pairs, |d| if d <= gate { (d, 1.0) } else { (gate, 0.0) });
+        let e = essential(&motion);
+        let cost = pairs.iter().map(|pair| lesser(from_essential(&e, pair) * unit, GATES[0])).sum::<f64>();
+        (motion, cost)
     };
-    let near = second
-        .filter(|(other, n)| f64_from_usize(*n) >= ALTERNATIVE_SHARE * f64_from_usize(count) && !same(&best, other));
-    (best, near.map(|(other, _)| other))
+    let first = refined(best);
+    let Some(second) = near.map(|(motion, _)| refined(motion)) else { return (first.0, None) };
+    let (better, other) = if second.1 < first.1 { (second, first) } else { (first, second) };
+    let same = better.0.inverse().then(&other.0).angle_rad() < 1e-3
+        && better.0.translation_m.dot(other.0.translation_m) > 1.0 - 1e-5;
+    // False pairs fall into either motion's gate by chance, one in twenty; each then costs a gate less. Four sigmas of their difference.
+    let chance = 4.0 * GATES[0] * (0.1 * f64_from_usize(pairs.len() - agreeing.len())).sqrt();
+    (better.0, (!same && other.1 < better.1 + CLEARLY_WORSE + chance).then_some(other.0))
 }
 
 /// The point of a pair in the first camera's frame, in baselines; `None` behind either camera, and for parallel rays.
