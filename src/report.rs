@@ -16,6 +16,7 @@ pub mod html;
 mod json;
 pub mod ordered;
 pub mod record;
+pub mod spread;
 pub mod timing_diagram;
 
 pub use display::display_curve;

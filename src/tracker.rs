@@ -204,6 +204,7 @@ impl Tracker {
             innovation_px,
             position_bound_m: located.position_bound_m,
             keyframe,
+            loop_closed: false,
             work,
         }
     }
@@ -340,6 +341,7 @@ fn unlocated(t_s: f64, status: Status, work: Work) -> TrackedFrame {
         innovation_px: None,
         position_bound_m: None,
         keyframe: false,
+        loop_closed: false,
         work,
     }
 }

@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::report::energy_record::EnergyRecord;
-use crate::report::figures::{Figure, TrajectoryFigures};
+use crate::report::figures::{Figure, NotMeasurable, TrajectoryFigures};
 use crate::report::ordered::Ordered;
+use crate::report::spread::{SpectrumPoint, interval_of_rms, second_difference_squares, spectrum};
 
 /// Counted up when a key changes its name or meaning; new keys leave it.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -229,12 +230,19 @@ pub struct FeatureFigures {
 pub struct Tracking {
     /// RMS position error after rigid alignment.
     pub ate_m: Option<f64>,
+    /// 95 % interval of `ate_m`, from blocks of a second of this run.
+    pub ate_interval_m: Option<[f64; 2]>,
     /// RMS relative error over one second.
     pub rpe_m: Option<f64>,
     /// RMS relative error over one frame.
     pub jitter_frame_m: Option<f64>,
     /// Second-difference sigma of the aligned error.
     pub jitter_d2_m: Option<f64>,
+    /// 95 % interval of `jitter_d2_m`, from blocks of a second of this run.
+    pub jitter_d2_interval_m: Option<[f64; 2]>,
+    /// Cramer-Rao bound of the frames' positions given the map, per axis, RMS over the frames: what no unbiased estimate of a frame by itself
+    /// can stay below, at the noise that the run's own tracks show. To hold beside `jitter_d2_m`.
+    pub jitter_bound_m: Option<f64>,
     /// RMS position error after alignment with scale.
     pub ate_sim3_m: Option<f64>,
     /// Scale that this alignment found.
@@ -247,12 +255,28 @@ pub struct Tracking {
     pub prediction_error_m: Option<f64>,
     /// Median distance between predicted and found image positions.
     pub innovation_px: Option<f64>,
+    /// Median time from the first frame without a pose to the next one with a pose.
+    pub relocalise_s: Option<f64>,
+    /// What befell the tracker: start, loss, return, closed loops, in the order of time.
+    pub events: Vec<TrackingEvent>,
+    /// Of the position error after rigid alignment; empty for short runs.
+    pub jitter_spectrum: Vec<SpectrumPoint>,
     /// Share of frames with a pose.
     pub tracked_fraction: f64,
     /// Poses of truth and estimate that agree in time.
     pub associated_poses: u32,
     /// Time of the tracker.
     pub ms_per_frame: f64,
+}
+
+/// Something that befell the tracker.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrackingEvent {
+    /// Time of the frame.
+    pub t_s: f64,
+    /// "initialised", "lost", "relocalised", "found" (near the prediction again), "loop closed".
+    pub event: String,
 }
 
 /// What the host's packet decoder saw.
@@ -343,7 +367,7 @@ pub struct FrameRecord {
 
 impl Report {
     /// A figure for the report; where it cannot be measured, the reason is noted under its path.
-    pub fn figure(&mut self, path: &str, figure: Figure) -> Option<f64> {
+    pub fn figure<T>(&mut self, path: &str, figure: Result<T, NotMeasurable>) -> Option<T> {
         match figure {
             Ok(value) => Some(value),
             Err(reason) => {
@@ -355,7 +379,7 @@ impl Report {
 
     /// Fills in everything that the two trajectories tell: `tracking`'s errors and each frame's error. Frames must be
     /// set before; they find their error by time stamp.
-    pub fn set_trajectory(&mut self, figures: Result<TrajectoryFigures, crate::report::NotMeasurable>) {
+    pub fn set_trajectory(&mut self, figures: Result<TrajectoryFigures, NotMeasurable>) {
         let part = |pick: &dyn Fn(&TrajectoryFigures) -> Figure| figures.as_ref().map_err(Clone::clone).and_then(pick);
         let se3 = |f: &TrajectoryFigures| f.se3.clone();
         let sim3 = |f: &TrajectoryFigures| f.sim3.clone();
@@ -370,11 +394,27 @@ impl Report {
         self.tracking.jitter_still_m = self.figure("tracking.jitter_still_m", part(&|f| f.still.jitter_d2_m.clone()));
         self.tracking.still_steps_under_1um =
             self.figure("tracking.still_steps_under_1um", part(&|f| Ok(f.still.steps_under_1um)));
+        self.set_intervals(&figures);
         if let Ok(figures) = figures {
+            self.tracking.jitter_spectrum = spectrum(&figures.errors, figures.rate_hz);
             self.tracking.associated_poses = crate::num::u32_from(figures.associated);
             self.set_frame_errors(&figures);
         }
         self.note_frames_without_error();
+    }
+
+    fn set_intervals(&mut self, figures: &Result<TrajectoryFigures, NotMeasurable>) {
+        let seed = self.seed;
+        let interval = |squares: &dyn Fn(&TrajectoryFigures) -> Vec<f64>| {
+            let figures = figures.as_ref().map_err(Clone::clone)?;
+            figures.se3.as_ref().map_err(Clone::clone)?;
+            let second = usize::try_from(crate::num::i64_half_even(figures.rate_hz)).unwrap_or(0).max(1);
+            interval_of_rms(&squares(figures), second, seed)
+        };
+        let ate = interval(&|f| f.errors.iter().map(|error| error.error_m * error.error_m).collect());
+        let jitter = interval(&|f| second_difference_squares(&f.errors, 1.0 / f.rate_hz));
+        self.tracking.ate_interval_m = self.figure("tracking.ate_interval_m", ate);
+        self.tracking.jitter_d2_interval_m = self.figure("tracking.jitter_d2_interval_m", jitter);
     }
 
     fn set_frame_errors(&mut self, figures: &TrajectoryFigures) {

@@ -9,10 +9,11 @@ use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Camera;
 use crate::pose::TimedPose;
 use crate::report::record::{
-    Bandwidth, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, Timing,
+    Bandwidth, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, Timing, TrackingEvent,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
 use crate::scene::{Illuminant, LitScene};
+use crate::tracker::Status;
 use crate::units::{FrameIndex, RowIndex};
 
 impl Session {
@@ -218,6 +219,44 @@ impl Session {
             .ok_or_else(|| NotMeasurable::Absent("no landmark was predicted into a frame and found again".to_owned()));
         report.tracking.innovation_px = report.figure("tracking.innovation_px", innovation);
         report.set_trajectory(figures);
+        self.set_course(report);
+    }
+
+    /// What befell the tracker, and the bound of its positions.
+    fn set_course(&self, report: &mut Report) {
+        let bounds_m2: Vec<f64> =
+            self.notes.iter().filter_map(|note| note.position_bound_m).map(|bound_m| bound_m * bound_m).collect();
+        let count = f64_from_usize(bounds_m2.len());
+        let bound = if bounds_m2.is_empty() {
+            Err(NotMeasurable::Absent("no frame's pose follows from landmarks".to_owned()))
+        } else {
+            Ok((bounds_m2.iter().sum::<f64>() / count).sqrt())
+        };
+        report.tracking.jitter_bound_m = report.figure("tracking.jitter_bound_m", bound);
+        let (mut lost_since_s, mut lost_s, mut before) = (None, Vec::new(), None);
+        for note in &self.notes {
+            let t_s = note.truth.t_s;
+            let name = match (before, note.status) {
+                (_, Some(Status::Initialised)) => Some("initialised"),
+                (was, Some(Status::Lost)) if was != Some(Status::Lost) => Some("lost"),
+                (_, Some(Status::Relocalised)) => Some("relocalised"),
+                (Some(Status::Lost), Some(Status::Tracked)) => Some("found"),
+                _ => None,
+            };
+            let names = name.into_iter().chain(note.loop_closed.then_some("loop closed"));
+            report.tracking.events.extend(names.map(|name| TrackingEvent { t_s, event: name.to_owned() }));
+            match note.status {
+                Some(Status::Lost) => lost_since_s = lost_since_s.or(Some(t_s)),
+                Some(Status::Tracked | Status::Relocalised) => {
+                    lost_s.extend(lost_since_s.take().map(|since_s| t_s - since_s));
+                }
+                Some(Status::Waiting | Status::Initialised) | None => {}
+            }
+            before = note.status;
+        }
+        let relocalise =
+            median(&lost_s).ok_or_else(|| NotMeasurable::Absent("the tracker never came back from a loss".to_owned()));
+        report.tracking.relocalise_s = report.figure("tracking.relocalise_s", relocalise);
     }
 }
 

@@ -17,7 +17,7 @@ use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::{ClockSpan, HdrMerge, Schedule};
-use crate::tracker::{RowClock, TrackedFrame, Tracker};
+use crate::tracker::{RowClock, Status, TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Span};
 
 /// Stages whose time is measured, in the data's order.
@@ -67,6 +67,9 @@ pub(super) struct FrameNotes {
     pub found: Vec<u32>,
     pub tracked: u32,
     pub innovation_px: Option<f64>,
+    pub position_bound_m: Option<f64>,
+    pub status: Option<Status>,
+    pub loop_closed: bool,
 }
 
 /// Sums over the run.
@@ -308,6 +311,9 @@ impl Session {
             found: frame.cameras.iter().map(|camera| u32_from(camera.features.len())).collect(),
             tracked: tracked.map_or(0, |tracked| tracked.tracked_features),
             innovation_px: tracked.and_then(|tracked| tracked.innovation_px),
+            position_bound_m: tracked.and_then(|tracked| tracked.position_bound_m),
+            status: tracked.map(|tracked| tracked.status),
+            loop_closed: tracked.is_some_and(|tracked| tracked.loop_closed),
         });
     }
 

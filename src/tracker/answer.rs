@@ -98,6 +98,8 @@ pub struct TrackedFrame {
     pub position_bound_m: Option<f64>,
     /// Whether the frame became a keyframe.
     pub keyframe: bool,
+    /// Whether the frame closed a loop: earlier keyframes were recognised and the map was bent to agree.
+    pub loop_closed: bool,
     /// What it cost.
     pub work: Work,
 }

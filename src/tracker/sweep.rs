@@ -99,10 +99,11 @@ pub struct RatePrior {
 }
 
 impl RatePrior {
-    /// After two located frames: what a hand changes beyond the trend of the last two steps. Jerk of 100 m/s^3 and 300 rad/s^3 over half a
-    /// frame at 30 Hz squared gives 0.03 m/s and 0.1 rad/s; the steps' own noise of 0.5 mm and 0.3 mrad adds 0.04 m/s and 0.02 rad/s.
+    /// After two located frames. Two poses of 0.4 mm and 0.25 mrad say a step's rate to 0.02 m/s and 0.01 rad/s, its trend to 1.5 times that;
+    /// a hand's jerk of 30 m/s^3 and 100 rad/s^3 adds 0.01 m/s and 0.03 rad/s over a frame at 30 Hz. Wider priors take the places' own noise
+    /// for motion within the frame: three times as wide doubled the error of a lively hand.
     pub fn trend(mean: Twist) -> Self {
-        Self { mean, inverse_sigma_linear: 1.0 / 0.06, inverse_sigma_angular: 1.0 / 0.12 }
+        Self { mean, inverse_sigma_linear: 1.0 / 0.02, inverse_sigma_angular: 1.0 / 0.04 }
     }
 
     /// With one step only: its middle is half a frame old, in which 5 m/s^2 and 20 rad/s^2 add 0.1 m/s and 0.3 rad/s.

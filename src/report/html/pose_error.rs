@@ -3,7 +3,10 @@
 use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
 use crate::report::html::section;
 use crate::report::html::text::{digits, escaped, percent, si};
-use crate::report::record::Report;
+use crate::report::record::{Report, TrackingEvent};
+
+/// Events that the page lists.
+const EVENTS_MAX: usize = 20;
 
 pub(super) fn pose_error(report: &Report) -> String {
     let points = report.frames.iter().map(|frame| (frame.t_s, frame.error_m.map(|error_m| 1e3 * error_m)));
@@ -15,8 +18,48 @@ pub(super) fn pose_error(report: &Report) -> String {
         from_zero: true,
         ..Axes::default()
     };
-    let content = format!("{}{}{}", chart(&frame, &series), gaps(report), table(report));
+    let content =
+        format!("{}{}{}{}{}", chart(&frame, &series), gaps(report), spectrum(report), table(report), events(report));
     section("Pose error", "Distance between estimate and truth at each frame, after rigid alignment.", &content)
+}
+
+/// How the error is spread over frequency: drift on the left, jitter on the right.
+fn spectrum(report: &Report) -> String {
+    let points: Vec<(f64, f64)> =
+        report.tracking.jitter_spectrum.iter().map(|point| (point.frequency_hz, 1e3 * point.m_per_rthz)).collect();
+    if points.is_empty() {
+        return String::new();
+    }
+    let series = [Series { name: "position error", ink: Ink::Two, shape: Shape::Line(2), runs: vec![points] }];
+    let frame = Axes {
+        title: "Spectrum of the position error",
+        x_label: "frequency in Hz",
+        y_label: "error in mm a root Hz",
+        x_log: true,
+        y_log: true,
+        ..Axes::default()
+    };
+    format!("<h3>Jitter spectrum</h3>{}", chart(&frame, &series))
+}
+
+/// Start, loss and return with their times.
+fn events(report: &Report) -> String {
+    let row = |event: &TrackingEvent| {
+        format!(
+            "<tr><th scope=\"row\">{}</th><td class=\"num\">{:.3}\u{a0}s</td></tr>",
+            escaped(&event.event),
+            event.t_s
+        )
+    };
+    let events = &report.tracking.events;
+    if events.is_empty() {
+        return String::new();
+    }
+    // A run that is lost often would make a page of its own; report.json holds them all.
+    let rows: String = events.iter().take(EVENTS_MAX).map(row).collect();
+    let more = events.len().saturating_sub(EVENTS_MAX);
+    let rest = if more > 0 { format!("<p class=\"note\">And {more} more.</p>") } else { String::new() };
+    format!("<table><caption>What befell the tracker</caption><tbody>{rows}</tbody></table>{rest}")
 }
 
 /// Says what a break in the line means, where there is one.
@@ -31,10 +74,18 @@ fn gaps(report: &Report) -> String {
 fn table(report: &Report) -> String {
     let tracking = &report.tracking;
     let metres = |value: Option<f64>| value.map(|value| si(value, "m"));
+    let interval = |ends: Option<[f64; 2]>| ends.map(|[low, high]| format!("{} to {}", si(low, "m"), si(high, "m")));
     let rows = [
         ("ate_sim3_m", "Position error, scale free", metres(tracking.ate_sim3_m)),
         ("scale_sim3", "Scale that this alignment found", tracking.scale_sim3.map(|scale| format!("{scale:.5}"))),
         ("jitter_d2_m", "Jitter, second difference (per axis)", metres(tracking.jitter_d2_m)),
+        ("jitter_bound_m", "Bound of the jitter given the map (Cram\u{e9}r-Rao)", metres(tracking.jitter_bound_m)),
+        ("ate_interval_m", "Position error, 95\u{a0}% interval", interval(tracking.ate_interval_m)),
+        (
+            "jitter_d2_interval_m",
+            "Jitter, second difference, 95\u{a0}% interval",
+            interval(tracking.jitter_d2_interval_m),
+        ),
         ("jitter_still_m", "The same without alignment (still rig)", metres(tracking.jitter_still_m)),
         ("still_steps_under_1um", "Steps under 1 \u{b5}m", tracking.still_steps_under_1um.map(percent)),
         ("prediction_error_m", "Position predicted one frame ahead", metres(tracking.prediction_error_m)),
@@ -43,6 +94,7 @@ fn table(report: &Report) -> String {
             "Innovation, median",
             tracking.innovation_px.map(|value| format!("{}\u{a0}px", digits(value))),
         ),
+        ("relocalise_s", "Time to come back from a loss, median", tracking.relocalise_s.map(|value| si(value, "s"))),
     ];
     let row = |(key, name, value): &(&str, &str, Option<String>)| {
         let why = report.not_measurable.get(&format!("tracking.{key}"));
