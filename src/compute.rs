@@ -4,7 +4,30 @@
 //! rows, strict non-maximum suppression keeps the peaks, and each cell of a grid keeps its best. Rows of cells go through a
 //! queue to a few engines, which read a corner's patch of the smoothed picture and give it a sub-pixel place, an orientation
 //! and a rotated BRIEF descriptor. Integers only. Pictures are worked on as a whole; `stream` says what happens when, and
-//! what is lost. `docs/extractor.md` is the specification.
+//! what is lost. `docs/extractor.md` is the specification, and this its example:
+//!
+//! ```
+//! use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams};
+//! use sensel::{events::Events, plane::Plane, units::Size};
+//!
+//! let bright = |i: usize| i % 48 >= 24 && i / 48 >= 24;
+//! let flat: Vec<u16> = (0..48 * 48).map(|i| if bright(i) { 200 } else { 50 }).collect();
+//! let mut peaked = flat.clone();
+//! peaked[24 * 48 + 24] = 210;
+//!
+//! let extract = |codes: Vec<u16>| {
+//!     let codes = Plane::from_values(Size { width_px: 48, height_px: 48 }, codes);
+//!     let mut extractor = Extractor::new(&ExtractorParams::USUAL);
+//!     extractor.frame(&codes, 8, (1, 1), (&mut AtOnce, &mut AlwaysReady), &mut Events::default())
+//! };
+//! // Four pixels of equal difference suppress each other.
+//! assert!(extract(flat)?.features.is_empty());
+//! let found = extract(peaked)?;
+//! let feature = found.features[0];
+//! assert_eq!((feature.x_q4, feature.y_q4, feature.score, feature.angle), (391, 391, 159, 32));
+//! assert_eq!((found.out_clk[0], found.end_clk), (2661, 2408));
+//! # Ok::<(), sensel::error::Error>(())
+//! ```
 
 mod back;
 mod brief;
