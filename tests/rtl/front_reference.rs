@@ -184,6 +184,11 @@ impl<'a> Reference<'a> {
         this
     }
 
+    /// The picture of an octave, if it is built.
+    pub fn picture(&self, octave: usize) -> Option<&Picture> {
+        self.octaves.get(octave).map(|octave| &octave.picture)
+    }
+
     /// Positions of the frame without those that drain.
     pub fn positions(&self) -> u64 {
         self.position

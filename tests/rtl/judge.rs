@@ -71,16 +71,27 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The Verilog files that a block needs, its own first.
+/// The Verilog files that a block needs, its own first: files whose name stands as a word in one that is needed.
 pub fn sources(block: &str) -> Vec<PathBuf> {
-    let parts: &[&str] = match block {
-        "sensor_core" => &["readout_seq", "ramp_counter", "cds", "lane_shift"],
-        "fx_front" => &["fx_rows", "fx_window", "fx_fast", "fx_nms", "fx_smooth", "fx_half", "fx_harris", "fx_memory"],
-        "fx_window" | "fx_nms" | "fx_half" | "fx_harris" => &["fx_memory"],
-        _ => &[],
-    };
-    let path = |name: &str| root().join(format!("rtl_models/verilog/{name}.sv"));
-    std::iter::once(path(block)).chain(parts.iter().map(|name| path(name))).collect()
+    let folder = root().join("rtl_models/verilog");
+    let mut names: Vec<String> = std::fs::read_dir(&folder)
+        .unwrap()
+        .filter_map(|entry| Some(entry.unwrap().file_name().to_str()?.strip_suffix(".sv")?.to_owned()))
+        .filter(|name| name != block)
+        .collect();
+    names.sort();
+    let mut needed = vec![block.to_owned()];
+    let mut next = 0;
+    while next < needed.len() {
+        let text = std::fs::read_to_string(folder.join(format!("{}.sv", needed[next]))).unwrap();
+        let code = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+        let words: Vec<&str> = code.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
+        let (found, rest) = names.into_iter().partition(|name| words.contains(&name.as_str()));
+        names = rest;
+        needed.extend::<Vec<_>>(found);
+        next += 1;
+    }
+    needed.iter().map(|name| folder.join(format!("{name}.sv"))).collect()
 }
 
 fn list(macro_name: &str, pins: &[(&'static str, usize)]) -> String {
