@@ -1,5 +1,5 @@
-//! The front's clocked twin gives the extractor's corners and smoothed pixels: of every octave, in the order and clocks of its description, over
-//! random and structured pictures of odd sizes, with gaps, stalls and resets; corners are `fast9`'s.
+//! The front's clocked twin gives the extractor's corners and smoothed pixels: of every octave, in the order and clocks of its
+//! description, over random and structured pictures of odd sizes, with gaps, stalls and resets; corners are `fast9`'s.
 
 #![allow(clippy::unwrap_used)]
 
