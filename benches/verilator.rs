@@ -1,12 +1,12 @@
-//! The digital half of a VGA sensor and the front of its extractor for one frame: the twins that skip clocks against Verilator, in one run. Prints one JSON row for each
-//! Verilator and mode; a missing Verilator or pins that differ are a failed run.
+//! The digital half of a VGA sensor and the front of its extractor for one frame: the twins that skip clocks against Verilator, in
+//! one run. Prints one JSON row for each Verilator and mode; a missing Verilator or pins that differ are a failed run.
 //!
 //! 640 columns of 10 bits, 480 rows; a line is settle 2, 16 reset steps, settle 2 with the transfer, 1024 steps, and the blank that one
-//! bit-serial lane needs. Stimulus is worked out outside of both timers; both run on one thread, without waveforms. The twin gives every
-//! latch's value and clock, each clock at which a control pin changes, every clock's lane pins, and bits flipped. Verilator's time is that
-//! of the fastest of three ways to write the columns and the lane, and excludes looking at any pin. Before a row is printed, the hash of
-//! every pin in every clock is equal: on 24 rows of ramp, random and never-crossing stimulus in each style, and on the timed frame in the
-//! fastest. `SENSEL_VERILATOR` names another Verilator beside the one in PATH.
+//! bit-serial lane needs. Stimulus is worked out outside of both timers; both run on one thread, without waveforms. The twin gives
+//! every latch's value and clock, each clock at which a control pin changes, every clock's lane pins, and bits flipped. Verilator's
+//! time is that of the fastest of three ways to write the columns and the lane, and excludes looking at any pin. Before a row is
+//! printed, the hash of every pin in every clock is equal: on 24 rows of ramp, random and never-crossing stimulus in each style, and
+//! on the timed frame in the fastest. `SENSEL_VERILATOR` names another Verilator beside the one in PATH.
 #![allow(clippy::unwrap_used)] // A bench fails by panicking.
 
 #[path = "verilator/front.rs"]

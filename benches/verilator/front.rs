@@ -1,5 +1,6 @@
-//! The extractor's front on one VGA frame of 8 bits: `FrontRows`, a row at a time, against Verilator's clocks. Before a row is printed, the hash of
-//! every pin in every clock is that of the ticked twin, and every corner, smoothed pixel and row end of the ticks is `FrontRows`', in its clock.
+//! The extractor's front on one VGA frame of 8 bits: `FrontRows`, a row at a time, against Verilator's clocks. Before a row is
+//! printed, the hash of every pin in every clock is that of the ticked twin, and every corner, smoothed pixel and row end of the
+//! ticks is `FrontRows`', in its clock.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -1,8 +1,8 @@
-//! The extractor's front, clock by clock, twin of `verilog/fx_front.sv`. Enters: pixels of octave 0 in raster order, in DN. Leaves: corners
-//! with score and rank, smoothed pixels, and the ends of rows, of all octaves; places in pixels of their octave.
+//! The extractor's front, clock by clock, twin of `verilog/fx_front.sv`. Enters: pixels of octave 0 in raster order, in DN. Leaves:
+//! corners with score and rank, smoothed pixels, and the ends of rows, of all octaves; places in pixels of their octave.
 //!
-//! Everything leaves [`FRONT_LATENCY`] enabled clocks after its position was taken, for one clock. `FrontRows` is the form that takes a row
-//! at a time.
+//! Everything leaves [`FRONT_LATENCY`] enabled clocks after its position was taken, for one clock. `FrontRows` is the form that
+//! takes a row at a time.
 
 use crate::fx_fast::FxFast;
 use crate::fx_half::FxHalf;
@@ -377,7 +377,8 @@ impl<'a> FxFront<'a> {
         self.enabled += 1;
     }
 
-    /// What the position at the pipeline's end says on the pins. A row is longer than the pipeline, so the arbiter still stands in its row.
+    /// What the position at the pipeline's end says on the pins. A row is longer than the pipeline, so the arbiter still stands in
+    /// its row.
     fn leave(&mut self, carried: &Carried) {
         let before = self.out;
         let first = bit(carried.first, 5);

@@ -1,8 +1,9 @@
-//! The front a row at a time: what `FxFront` gives where nothing stalls, without its clocks in between. Enters: rows of octave 0, in DN. Leaves:
-//! for each row of each octave, in the arbiter's order, its smoothed pixels and corners, with the number of the position that completes them.
+//! The front a row at a time: what `FxFront` gives where nothing stalls, without its clocks in between. Enters: rows of octave 0, in
+//! DN. Leaves: for each row of each octave, in the arbiter's order, its smoothed pixels and corners, with the number of the position
+//! that completes them.
 //!
-//! A position's number counts enabled clocks, so with stalls the results are the same and only their clocks move. Loops are over fixed blocks
-//! of pixels, so that they become vectors; every function is inlined into the caller's instruction set.
+//! A position's number counts enabled clocks, so with stalls the results are the same and only their clocks move. Loops are over
+//! fixed blocks of pixels, so that they become vectors; every function is inlined into the caller's instruction set.
 
 use crate::fx_front::{DRAIN, FxFrontConfig, line_words};
 use crate::fx_harris::{positive_part, short_float, sobel, terms};
@@ -59,7 +60,8 @@ pub struct RowDone<'a, T> {
     pub is_virtual: bool,
     /// It is the frame's last one.
     pub frame_end: bool,
-    /// Number of its first position. Position `start + x` completes the smoothed pixel (x - 3, row - 3) and the corner (x - 4, row - 4).
+    /// Number of its first position. Position `start + x` completes the smoothed pixel (x - 3, row - 3) and the corner (x - 4, row -
+    /// 4).
     pub start: u64,
     /// Smoothed pixels from column 3 on; empty where there are none.
     pub smoothed: &'a [T],

@@ -1,5 +1,5 @@
-//! Area, leakage and switching energy of every block in the library that SENSEL_LIBERTY names (`./check --liberty FILE`). Enters: the mapped netlists and the
-//! twins' toggles. Leaves: the table of docs/rtl.md, printed and written to target/rtl/liberty.md.
+//! Area, leakage and switching energy of every block in the library that SENSEL_LIBERTY names (`./check --liberty FILE`). Enters:
+//! the mapped netlists and the twins' toggles. Leaves: the table of docs/rtl.md, printed and written to target/rtl/liberty.md.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -41,7 +41,8 @@ impl Activity {
     }
 }
 
-/// Shares of pins that flip in a clock, while a core of 16 columns and 10 bits reads rows: of each block of the readout, by its output pins.
+/// Shares of pins that flip in a clock, while a core of 16 columns and 10 bits reads rows: of each block of the readout, by its
+/// output pins.
 fn readout_activity() -> BTreeMap<&'static str, f64> {
     const COLUMNS: usize = 16;
     let mut random = Random(61);

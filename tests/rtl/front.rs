@@ -1,5 +1,5 @@
-//! The front's Verilog is its twin, on every pin in every clock: random and committed pictures, gaps between pixels, rows that may not start,
-//! resets in mid-frame, several sets of parameters.
+//! The front's Verilog is its twin, on every pin in every clock: random and committed pictures, gaps between pixels, rows that may
+//! not start, resets in mid-frame, several sets of parameters.
 
 use std::ops::AddAssign;
 

@@ -1,4 +1,5 @@
-//! Pictures for the front: noise of few and many levels, checkerboards, plateaus, edges, and committed photographs of scenes. In DN of any depth.
+//! Pictures for the front: noise of few and many levels, checkerboards, plateaus, edges, and committed photographs of scenes. In DN
+//! of any depth.
 
 use std::path::Path;
 

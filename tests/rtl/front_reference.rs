@@ -1,5 +1,6 @@
-//! What the front must give, worked out from the definitions, picture by picture: the order of positions, half-scale pictures, differences of
-//! the 16 arcs, suppression, smoothing, Harris ranks. Enters: config and picture, in DN. Leaves: events with the number of their position.
+//! What the front must give, worked out from the definitions, picture by picture: the order of positions, half-scale pictures,
+//! differences of the 16 arcs, suppression, smoothing, Harris ranks. Enters: config and picture, in DN. Leaves: events with the
+//! number of their position.
 
 use rtl_models::fx_front::{FxFrontConfig, FxFrontMemory, FxFrontOut, line_words};
 
@@ -182,6 +183,11 @@ impl<'a> Reference<'a> {
         let Event::RowEnd { frame_end, .. } = &mut this.events[last].1 else { panic!("a frame ends with a row") };
         *frame_end = true;
         this
+    }
+
+    /// The picture of an octave, if it is built.
+    pub fn picture(&self, octave: usize) -> Option<&Picture> {
+        self.octaves.get(octave).map(|octave| &octave.picture)
     }
 
     /// Positions of the frame without those that drain.

@@ -1,7 +1,8 @@
-//! A cell library in Liberty format, as far as area and power need it. Enters: the file's text. Leaves: each cell's area (in the library's unit), leakage
-//! in nW, input capacitance in pF and internal energy of a switch in pJ.
+//! A cell library in Liberty format, as far as area and power need it. Enters: the file's text. Leaves: each cell's area (in the
+//! library's unit), leakage in nW, input capacitance in pF and internal energy of a switch in pJ.
 //!
-//! Synopsys' Liberty User Guide: a file is nested groups `name (arguments) { ... }` with attributes `name : value;` and `name (values);`.
+//! Synopsys' Liberty User Guide: a file is nested groups `name (arguments) { ... }` with attributes `name : value;` and `name
+//! (values);`.
 
 use std::collections::BTreeMap;
 
@@ -174,8 +175,8 @@ impl Library {
     }
 }
 
-/// Energy of a clock in pJ, where a share `activity` of all nets switches: half C V^2 at the inputs that a net drives and the cells' own energy; the clock's
-/// pins switch twice in every clock. Wires, clock tree, glitches and memories are not in it.
+/// Energy of a clock in pJ, where a share `activity` of all nets switches: half C V^2 at the inputs that a net drives and the cells'
+/// own energy; the clock's pins switch twice in every clock. Wires, clock tree, glitches and memories are not in it.
 pub fn clock_pj(total: &Cell, voltage_v: f64, activity: f64) -> f64 {
     let half_v2 = voltage_v * voltage_v / 2.0;
     activity * (total.input_pf * half_v2 + total.switch_pj) + 2.0 * total.clock_pf * half_v2 + total.clock_pj
@@ -183,11 +184,13 @@ pub fn clock_pj(total: &Cell, voltage_v: f64, activity: f64) -> f64 {
 
 #[test]
 fn a_small_library_reads_as_written() {
-    let text = "/* made */ library (made) { nom_voltage : 2.0; leakage_power_unit : \"1nW\"; capacitive_load_unit (1,pf);
+    let text =
+        "/* made */ library (made) { nom_voltage : 2.0; leakage_power_unit : \"1nW\"; capacitive_load_unit (1,pf);
         cell (INV) { area : 3; cell_leakage_power : 0.5; pin(A) { direction : input; capacitance : 0.25; }
           pin(Y) { direction : output; function : \"(!A)\"; internal_power() { rise_power(t) { values ( \\
             \"0.5, 9.0\", \\ \n \"0.1, 9.0\" ); } fall_power(t) { values ( \"0.3, 9.0\" ); } } } }
-        cell (FF) { area : 7; pin(CK) { clock : true; direction : input; capacitance : 0.125; } pin(D) { direction : input; capacitance : 0.5; } }
+        cell (FF) { area : 7; pin(CK) { clock : true; direction : input; capacitance : 0.125; }
+          pin(D) { direction : input; capacitance : 0.5; } }
       }";
     let library = Library::parse(text);
     assert_eq!((library.name.as_str(), library.voltage_v), ("made", 2.0));

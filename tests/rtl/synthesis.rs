@@ -1,5 +1,5 @@
-//! Yosys reads and maps every block without a warning, infers no latch, keeps memories as memories, and finds the cells, flip-flops and memory
-//! bits that docs/rtl.md tells.
+//! Yosys reads and maps every block without a warning, infers no latch, keeps memories as memories, and finds the cells, flip-flops
+//! and memory bits that docs/rtl.md tells.
 
 use std::collections::BTreeMap;
 use std::path::Path;
