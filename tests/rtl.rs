@@ -6,9 +6,12 @@
 
 #[path = "../rtl_models/tests/twins/cases.rs"]
 mod cases;
+#[path = "rtl/energy.rs"]
+mod energy;
 #[path = "rtl/extractor.rs"]
 mod extractor;
 #[path = "rtl/extractor_play.rs"]
+#[allow(dead_code)] // Some of a clock's pins are for tests/extractor.rs.
 mod extractor_play;
 #[path = "rtl/extractor_synthesis.rs"]
 mod extractor_synthesis;
@@ -17,9 +20,12 @@ mod front;
 #[path = "rtl/front_pictures.rs"]
 mod front_pictures;
 #[path = "rtl/front_reference.rs"]
+#[allow(dead_code)] // The definitions are for tests/front.rs; memories and pictures serve both.
 mod front_reference;
 #[path = "rtl/judge.rs"]
 mod judge;
+#[path = "rtl/liberty.rs"]
+mod liberty;
 #[path = "rtl/pins.rs"]
 mod pins;
 #[path = "rtl/synthesis.rs"]

@@ -1,7 +1,7 @@
 //! FAST-9/16, twin of `verilog/fx_fast.sv`. Enters: circle and centre. Leaves, three enabled clocks later: the greatest, over all arcs of
 //! nine, of the least difference to the centre, in DN.
 
-use crate::{flips, flips_of};
+use crate::{flips, flips_of_words};
 
 /// The network's registers.
 #[derive(Clone, Debug, Default)]
@@ -50,8 +50,8 @@ impl FxFast {
         self.dark = self.greatest.iter().fold(u16::MAX, |least, &value| least.min(value));
         self.centres = [centre, self.centres[0]];
         (self.least, self.greatest) = arcs(circle);
-        self.toggles += flips_of(&before.0, &self.least) + flips_of(&before.1, &self.greatest);
-        self.toggles += flips_of(&before.2, &self.centres);
+        self.toggles += flips_of_words(&before.0, &self.least) + flips_of_words(&before.1, &self.greatest);
+        self.toggles += flips_of_words(&before.2, &self.centres);
         let ends = [(before.3, self.bright), (before.4, self.dark), (before.5, self.difference)];
         self.toggles += ends.iter().map(|&(a, b)| flips(a.into(), b.into())).sum::<u64>();
     }

@@ -1,7 +1,7 @@
 //! Strict 3x3 non-maximum suppression, twin of `verilog/fx_nms.sv`. Enters: differences, with two rows of them in line buffers. Leaves, two
 //! enabled clocks later: a corner's score in DN and the nine differences around it.
 
-use crate::{flips, flips_of};
+use crate::{flips, flips_of_words};
 
 /// The window over three rows of differences and the corner on the pins.
 #[derive(Debug)]
@@ -56,13 +56,14 @@ impl<'a> FxNms<'a> {
         self.corner_valid = found;
         if found {
             let resp = [a, b, c, d, middle, e, f, g, h];
-            self.toggles += flips(self.corner_score.into(), u32::from(middle) - 1) + flips_of(&self.corner_resp, &resp);
+            self.toggles +=
+                flips(self.corner_score.into(), u32::from(middle) - 1) + flips_of_words(&self.corner_resp, &resp);
             (self.corner_score, self.corner_resp) = (middle - 1, resp);
         }
         let [older, old] = if pins.column.is_some() { self.above } else { [0; 2] };
         let next = [[b, c, older], [middle, e, old], [g, h, pins.difference]];
         for (row, next) in self.rows.iter_mut().zip(&next) {
-            self.toggles += flips_of(row, next);
+            self.toggles += flips_of_words(row, next);
             *row = *next;
         }
         let word = [self.above[1], pins.difference];

@@ -1,7 +1,7 @@
 //! Six line buffers and the 7x7 window over them, twin of `verilog/fx_window.sv`. Enters: pixels of one octave's row after the other. Leaves:
 //! the circle of radius 3, its centre, a column and 2x2 pixels.
 
-use crate::flips_of;
+use crate::flips_of_words;
 
 /// Oldest column of each of the window's rows that any block looks at.
 const OLDEST: [usize; 7] = [2, 1, 0, 0, 0, 1, 2];
@@ -30,13 +30,14 @@ pub(crate) const CIRCLE: [(usize, usize); 16] = [
 pub(crate) struct FxWindow<'a> {
     lines: &'a mut [[u16; 6]],
     older: [u16; 6],
-    rows: [[u16; 7]; 7],
+    /// Columns 0 to 6; the eighth stays 0 and makes a row one register of a vector unit.
+    rows: [[u16; 8]; 7],
     pub(crate) toggles: u64,
 }
 
 impl<'a> FxWindow<'a> {
     pub(crate) fn new(lines: &'a mut [[u16; 6]]) -> Self {
-        Self { lines, older: [0; 6], rows: [[0; 7]; 7], toggles: 0 }
+        Self { lines, older: [0; 6], rows: [[0; 8]; 7], toggles: 0 }
     }
 
     pub(crate) fn circle(&self) -> [u16; 16] {
@@ -68,10 +69,10 @@ impl<'a> FxWindow<'a> {
         let column = [a, b, c, d, e, f, pixel];
         for ((row, &entering), &oldest) in self.rows.iter_mut().zip(&column).zip(&OLDEST) {
             let before = *row;
-            let [_, b, c, d, e, f, g] = before;
-            *row = [b, c, d, e, f, g, entering];
+            let [_, b, c, d, e, f, g, _] = before;
+            *row = [b, c, d, e, f, g, entering, 0];
             row[..oldest].fill(0);
-            self.toggles += flips_of(&before, row);
+            self.toggles += flips_of_words(&before, row);
         }
         if let Some(address) = read {
             self.older = self.lines[address];

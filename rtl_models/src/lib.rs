@@ -79,3 +79,17 @@ fn flips_of<T: Copy + Into<u32>, const N: usize>(before: &[T; N], after: &[T; N]
     }
     sum.into()
 }
+
+/// The same for 16-bit registers, in lanes of their width.
+#[inline(always)]
+fn flips_of_words<const N: usize>(before: &[u16; N], after: &[u16; N]) -> u64 {
+    let mut sum = 0;
+    for index in 0..N {
+        let differing = before[index] ^ after[index];
+        let pairs = differing - ((differing >> 1) & 0x5555);
+        let fours = (pairs & 0x3333) + ((pairs >> 2) & 0x3333);
+        let eights = (fours + (fours >> 4)) & 0x0F0F;
+        sum += (eights + (eights >> 8)) & 0x1F;
+    }
+    sum.into()
+}

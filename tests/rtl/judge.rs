@@ -32,13 +32,19 @@ impl Pin<'_> {
         }
     }
 
-    fn bytes(&self) -> usize {
+    /// Width of the port.
+    pub fn bits(&self) -> u32 {
         match self {
-            Pin::Narrow(_, bits, _) | Pin::Wide(_, bits, _) => usize::try_from(bits.div_ceil(8)).unwrap(),
+            Pin::Narrow(_, bits, _) | Pin::Wide(_, bits, _) => *bits,
         }
     }
 
-    fn write(&self, record: &mut Vec<u8>) {
+    fn bytes(&self) -> usize {
+        usize::try_from(self.bits().div_ceil(8)).unwrap()
+    }
+
+    /// Puts the value behind a record.
+    pub fn write(&self, record: &mut Vec<u8>) {
         match self {
             Pin::Narrow(name, bits, value) => {
                 assert!(value >> bits == 0, "{name} has {bits} bits, not {value}");
