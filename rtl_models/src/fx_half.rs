@@ -1,5 +1,5 @@
-//! Half-scale pixels and their row buffer, twin of `verilog/fx_half.sv`. Enters: 2x2 pixels of an octave. Leaves: pixels of the next octave's
-//! row, (a + b + c + d + 2) >> 2.
+//! Half-scale pixels and their row buffer, twin of `verilog/fx_half.sv`. Enters: 2x2 pixels of an octave. Leaves: pixels of the
+//! next octave's row, (a + b + c + d + 2) >> 2.
 
 /// The row buffer and the pixel that it has read. It has no registers of its own.
 #[derive(Debug)]

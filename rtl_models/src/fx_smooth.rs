@@ -1,5 +1,5 @@
-//! The 7x7 triangle (1 2 3 4 3 2 1)^2 / 256, twin of `verilog/fx_smooth.sv`. Enters: columns of seven pixels. Leaves: smoothed pixels in DN,
-//! rounded half up.
+//! The 7x7 triangle (1 2 3 4 3 2 1)^2 / 256, twin of `verilog/fx_smooth.sv`. Enters: columns of seven pixels. Leaves: smoothed
+//! pixels in DN, rounded half up.
 
 use crate::{flips, flips_of};
 
