@@ -1,5 +1,6 @@
-//! The clocked extractor is the functional one: the same features in the same order, the clock of each, the same losses, waits and thresholds, over random
-//! hardware, settings, pictures, gaps and takers. And the pattern's tables are those of the published rule.
+//! The clocked extractor is the functional one: the same features in the same order, the clock of each, the same losses, waits
+//! and thresholds, over random hardware, settings, pictures, gaps and takers. And the pattern's tables are those of the published
+//! rule.
 
 #![allow(clippy::unwrap_used)]
 

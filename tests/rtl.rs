@@ -9,6 +9,7 @@ mod cases;
 #[path = "rtl/extractor.rs"]
 mod extractor;
 #[path = "rtl/extractor_play.rs"]
+#[allow(dead_code)] // Some of a clock's pins are for tests/extractor.rs.
 mod extractor_play;
 #[path = "rtl/extractor_synthesis.rs"]
 mod extractor_synthesis;

@@ -1,4 +1,5 @@
-//! What the back of the extractor is built as, borrows, takes in and gives out; constants of its clock rules. Places are pixels of an octave.
+//! What the back of the extractor is built as, borrows, takes in and gives out; constants of its clock rules. Places are pixels
+//! of an octave.
 
 use crate::fx_cells::{CellList, Corner};
 use crate::fx_dumps::Row;

@@ -1,4 +1,5 @@
-//! Queue of chosen corners before the engines, twin of `verilog/fx_fifo.sv`. Enters: candidates. Leaves: the oldest, and what the policy gave up.
+//! Queue of chosen corners before the engines, twin of `verilog/fx_fifo.sv`. Enters: candidates. Leaves: the oldest, and what the
+//! policy gave up.
 
 use crate::fx_cells::Corner;
 

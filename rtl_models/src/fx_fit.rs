@@ -1,5 +1,5 @@
-//! Sub-pixel place of a corner, twin of `verilog/fx_fit.sv`. Enters: nine arc differences. Leaves, 15 clocks later: the peak of the least-squares
-//! quadratic through them, in sixteenths of a pixel, -8 to 7.
+//! Sub-pixel place of a corner, twin of `verilog/fx_fit.sv`. Enters: nine arc differences. Leaves, 15 clocks later: the peak of
+//! the least-squares quadratic through them, in sixteenths of a pixel, -8 to 7.
 
 /// The unit's registers: slopes (six times), curvatures (three times), mixed curvature (four times), and one divider.
 #[derive(Debug, Default)]

@@ -1,5 +1,5 @@
-//! Direction of a corner by the intensity centroid of a disc, twin of `verilog/fx_orient.sv`. Enters: 27 columns of the smoothed patch. Leaves,
-//! ten clocks after the last: the angle in 1/256 of a turn, from +x towards +y.
+//! Direction of a corner by the intensity centroid of a disc, twin of `verilog/fx_orient.sv`. Enters: 27 columns of the smoothed
+//! patch. Leaves, ten clocks after the last: the angle in 1/256 of a turn, from +x towards +y.
 
 use crate::flips;
 use crate::fx_ring::{Column, SIDE};

@@ -1,6 +1,8 @@
-//! The descriptor's pairs of points, twin of `verilog/fx_pattern.sv`. Enters: a pair's number. Leaves: its two points, in pixels from the corner.
+//! The descriptor's pairs of points, twin of `verilog/fx_pattern.sv`. Enters: a pair's number. Leaves: its two points, in pixels
+//! from the corner.
 //!
-//! The tables follow from the integer rule of the published pattern, which stands outside of this crate; a test compares them with it.
+//! The tables follow from the integer rule of the published pattern, which stands outside of this crate; a test compares them
+//! with it.
 
 /// The two points of pair `pair` as (x, y); with `symmetric`, pair 8 t + b is pair b under t / 32 of a turn.
 pub fn points(symmetric: bool, pair: u8) -> [(i32, i32); 2] {

@@ -1,5 +1,5 @@
-//! Ring of smoothed rows, twin of `verilog/fx_ring.sv`. Enters: pixels, and which column to read. Leaves, two clocks later: 27 pixels of that
-//! column.
+//! Ring of smoothed rows, twin of `verilog/fx_ring.sv`. Enters: pixels, and which column to read. Leaves, two clocks later: 27
+//! pixels of that column.
 
 use crate::flips;
 use crate::fx_back::FxBackConfig;

@@ -1,6 +1,6 @@
 // Places of the descriptor's point pairs: pattern and rotator.
 //
-// index enters with index_valid; three clocks later is when their comparison may be stored: two clocks later place_valid stands with the columns and rows
+// index enters with index_valid; place_valid stands two clocks later, with the columns and rows
 // (0 .. 26) of both points and with the index. The points of the pattern are turned by sine and cosine (14 bits of fraction) and rounded half up. With SYMMETRIC the
 // pattern holds 8 pairs under 32 turns, and turning is a start index (fx_engine): there is no rotator.
 module fx_brief #(

@@ -1,5 +1,5 @@
-//! The extractor's twins equal Verilog on every pin in every clock: the back by itself, behind the front's twin, and the whole core; all policies, one to
-//! three engines, gaps, stalls, resets; descriptor bits and angles too.
+//! The extractor's twins equal Verilog on every pin in every clock: the back by itself, behind the front's twin, and the whole
+//! core; all policies, one to three engines, gaps, stalls, resets; descriptor bits and angles too.
 
 use crate::cases::Random;
 use crate::extractor_play::{Case, Clock, case_on, flags, hardware, picture, play};

@@ -1,4 +1,5 @@
-//! Plays pictures to the extractor's twin with gaps, stalls and resets. Enters: a case. Leaves: the pins of every clock, to whoever looks on.
+//! Plays pictures to the extractor's twin with gaps, stalls and resets. Enters: a case. Leaves: the pins of every clock, to
+//! whoever looks on.
 
 use crate::cases::Random;
 use rtl_models::extractor_core::{ExtractorCore, ExtractorIn, ExtractorOut, back_pins, front_config};

@@ -1,4 +1,5 @@
-//! Yosys maps the extractor's back in one run, block by block, without a warning or a latch, and finds what docs/rtl.md tells of each.
+//! Yosys maps the extractor's back in one run, block by block, without a warning or a latch, and finds what docs/rtl.md tells of
+//! each.
 
 use std::collections::BTreeMap;
 use std::path::Path;
