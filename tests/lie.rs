@@ -1,5 +1,6 @@
-//! Exponentials, logarithms and Jacobians of the tracker against 60-digit references (tests/judges/lie_reference.py) at the hard
-//! angles: 0, both sides of every seam, near pi and at pi; and long chains of rotations.
+//! Exponentials, logarithms and Jacobians of the tracker against 60-digit references (tests/judges/lie_reference.py) at
+//! the hard angles: 0, both sides of every seam, near pi and at pi; and long chains of rotations.
+#![allow(clippy::unwrap_used)] // A helper of tests may panic as the tests do.
 
 use glam::{DMat3, DQuat, DVec3};
 use sensel::pose::Pose;
@@ -61,8 +62,9 @@ fn exponentials_and_jacobians_equal_sixty_digit_references_from_zero_to_pi() {
     for case in cases() {
         let twist = case.twist();
         let pose = se3_exp(twist);
-        // Coefficients are good to 2e-14 at the worst (`mixed` above its seam) and to 1e-15 for the exponential; the doublings of Sim(3)
-        // are four products of 7 x 7 matrices, 7 roundings each: 30 * 2^-53 = 4e-15 of the largest product.
+        // Coefficients are good to 2e-14 at the worst (`mixed` above its seam) and to 1e-15 for the exponential; the
+        // doublings of Sim(3) are four products of 7 x 7 matrices, 7 roundings each: 30 * 2^-53 = 4e-15 of the largest
+        // product.
         compared += check("se3_exp", &case, &affine(pose.rotation, 1.0, pose.translation_m), &case.se3_exp, 2e-15);
         let sim = Sim3::exp(SimTwist::from_array(case.tangent));
         compared +=
@@ -127,8 +129,8 @@ fn logarithms_undo_exponentials_to_1e_12_from_zero_to_pi() {
 
 #[test]
 fn a_million_composed_rotations_stay_on_the_manifold_and_end_where_they_must() {
-    // A turn of 7 whole turns over a million steps about a skew axis ends at the identity. Each product rounds by at most 4 * 2^-53
-    // and each step's own angle by 2^-53 of it: 1e6 * 5e-16 = 5e-10 if all erred the same way.
+    // A turn of 7 whole turns over a million steps about a skew axis ends at the identity. Each product rounds by at
+    // most 4 * 2^-53 and each step's own angle by 2^-53 of it: 1e6 * 5e-16 = 5e-10 if all erred the same way.
     let axis = DVec3::new(2.0, -1.0, 2.0) / 3.0;
     let step = Pose::new(so3_exp(axis * (7.0 * std::f64::consts::TAU / 1e6)), DVec3::ZERO);
     let mut pose = Pose::IDENTITY;
@@ -168,7 +170,8 @@ fn jacobians_and_adjoints_are_the_derivatives_they_claim_to_be() {
         let (twist, sim) = (case.twist(), SimTwist::from_array(case.tangent));
         let (pose, similarity) = (se3_exp(twist), Sim3::exp(sim));
         let size = case.size();
-        // Tangents of up to 42 m and scales of up to e^2: fifth derivatives below 10 size^2, times 1e-12 / 30; rounding of 1e-15 size / 1e-3.
+        // Tangents of up to 42 m and scales of up to e^2: fifth derivatives below 10 size^2, times 1e-12 / 30; rounding
+        // of 1e-15 size / 1e-3.
         let bound = 2e-11 * size * size;
         for k in 0..7 {
             let unit = |h: f64| SimTwist::from_array(std::array::from_fn(|n| if n == k { h } else { 0.0 }));

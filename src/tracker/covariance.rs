@@ -1,9 +1,10 @@
-//! How sure a pose is. Enters: an adjusted window, or one frame's observations. Leaves: 6 x 6 covariances in the body's frame (m^2, m rad,
-//! rad^2; linear part first), and the Cramer-Rao bound of a frame's pose.
+//! How sure a pose is. Enters: an adjusted window, or one frame's observations. Leaves: 6 x 6 covariances in the body's
+//! frame (m^2, m rad, rad^2; linear part first), and the Cramer-Rao bound of a frame's pose.
 //!
-//! The covariance is of the left twist d of `exp(d) body_from_world`, so its linear part is the body's place in its own axes. Landmarks are
-//! unknowns: their uncertainty is carried into the poses through the Schur complement. Observations count as normal with the stated
-//! sigma, so for such errors the inverse information is the Cramer-Rao bound (Kay 1993, section 3.9).
+//! The covariance is of the left twist d of `exp(d) body_from_world`, so its linear part is the body's place in its own
+//! axes. Landmarks are unknowns: their uncertainty is carried into the poses through the Schur complement. Observations
+//! count as normal with the stated sigma, so for such errors the inverse information is the Cramer-Rao bound (Kay 1993,
+//! section 3.9).
 
 use std::collections::BTreeMap;
 
@@ -17,8 +18,8 @@ use crate::tracker::dense::solve_cholesky;
 use crate::tracker::refine::{Measurement, linearise};
 use crate::tracker::rig::RigCamera;
 
-/// A direction that keeps less than this share of its information after the others are known counts as not measured: a depth sigma of
-/// 1e5 times the lateral one is a point at infinity.
+/// A direction that keeps less than this share of its information after the others are known counts as not measured: a
+/// depth sigma of 1e5 times the lateral one is a point at infinity.
 pub const RANK_TOLERANCE: f64 = 1e-10;
 
 /// What an adjusted window knows.
@@ -40,8 +41,8 @@ struct Information {
     couplings: Vec<BTreeMap<usize, Coupling>>,
 }
 
-/// Covariances of an adjusted window, relative to its held poses. `None` where something is not measured: no held pose, or a pose
-/// with too few points.
+/// Covariances of an adjusted window, relative to its held poses. `None` where something is not measured: no held pose,
+/// or a pose with too few points.
 pub fn window_uncertainty(problem: &Problem<'_>) -> Option<WindowUncertainty> {
     let information = Information::of(problem);
     let n = 6 * problem.free;
@@ -146,8 +147,9 @@ impl Rows {
     }
 }
 
-/// A generalised inverse of a symmetric positive semi-definite matrix, and its rank: the inverse over the directions that are measured
-/// (chosen by greatest pivot), zero elsewhere. The Schur complement is the same for every generalised inverse.
+/// A generalised inverse of a symmetric positive semi-definite matrix, and its rank: the inverse over the directions
+/// that are measured (chosen by greatest pivot), zero elsewhere. The Schur complement is the same for every generalised
+/// inverse.
 pub(crate) fn generalised_inverse(matrix: &Matrix3<f64>) -> (Matrix3<f64>, usize) {
     let mut swept = *matrix;
     let mut taken = [false; 3];
@@ -175,9 +177,9 @@ pub(crate) fn generalised_inverse(matrix: &Matrix3<f64>) -> (Matrix3<f64>, usize
     (-swept, 3)
 }
 
-/// The information of one frame's pose from its observations at the stated sigmas. Each measurement names its landmark, so that two
-/// cameras' sights of one landmark share its error; `landmark_covariance` gives that error in m^2 in the world's axes (`None`: known
-/// exactly). Landmarks count as independent of each other.
+/// The information of one frame's pose from its observations at the stated sigmas. Each measurement names its landmark,
+/// so that two cameras' sights of one landmark share its error; `landmark_covariance` gives that error in m^2 in the
+/// world's axes (`None`: known exactly). Landmarks count as independent of each other.
 pub fn frame_information(
     cameras: &[RigCamera],
     body_from_world: &Pose,
@@ -233,8 +235,8 @@ pub fn inverse(information: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     Some(covariance)
 }
 
-/// The position's standard deviation per axis in metres: the mean over the three axes, which is what white position noise of this
-/// covariance leaves in `jitter_d2_m`.
+/// The position's standard deviation per axis in metres: the mean over the three axes, which is what white position
+/// noise of this covariance leaves in `jitter_d2_m`.
 pub fn position_sigma_m(covariance: &Matrix6<f64>) -> f64 {
     ((covariance[(0, 0)] + covariance[(1, 1)] + covariance[(2, 2)]) / 3.0).sqrt()
 }

@@ -1,9 +1,11 @@
-//! Where a second picture was taken relative to a first: the start of a mono map. Enters: pairs of bearings of any lens. Leaves: the motion up
-//! to scale, the model that explains the pairs, and points in units of the baseline; or why no map can start.
+//! Where a second picture was taken relative to a first: the start of a mono map. Enters: pairs of bearings of any
+//! lens. Leaves: the motion up to scale, the model that explains the pairs, and points in units of the baseline; or why
+//! no map can start.
 //!
-//! Three models compete: general motion (five points), a plane (four), turning on the spot (two). Each is searched by keyed RANSAC, refined, and
-//! judged by Torr's geometric information criterion (1998, "An assessment of information criteria for motion model selection"), which charges
-//! a model for its freedom. Angles are radians; equal input and key give equal bits.
+//! Three models compete: general motion (five points), a plane (four), turning on the spot (two). Each is searched by
+//! keyed RANSAC, refined, and judged by Torr's geometric information criterion (1998, "An assessment of information
+//! criteria for motion model selection"), which charges a model for its freedom. Angles are radians; equal input and
+//! key give equal bits.
 
 pub mod five_point;
 pub mod homography;
@@ -83,13 +85,15 @@ pub enum Refusal {
 pub const PAIRS_MIN: usize = 8;
 /// 95 % quantiles of chi2 with one and two degrees of freedom: gates of general motion, and of plane and rotation.
 const GATES: [f64; 3] = [3.841, 5.991, 5.991];
-/// Gates of a refinement's rounds over the final one: a sample's model is off by several sigmas, and a narrow gate would keep it there.
+/// Gates of a refinement's rounds over the final one: a sample's model is off by several sigmas, and a narrow gate
+/// would keep it there.
 const WIDENING: [f64; 4] = [16.0, 4.0, 1.0, 1.0];
 /// Models that are refined: the sample of least cost is not always the one that leads to the least cost.
 const REFINED: usize = 5;
 /// What a pair costs that disagrees: the gate of general motion, and what its three dimensions are charged.
 const OUTLIER_COST: f64 = 8.0;
-/// A motion whose pairs miss by so much more in sigmas squared is refuted: the 99.9 % quantile of chi2 with one degree of freedom.
+/// A motion whose pairs miss by so much more in sigmas squared is refuted: the 99.9 % quantile of chi2 with one degree
+/// of freedom.
 const CLEARLY_WORSE: f64 = 10.8;
 /// A motion that leaves this share of the best one's points before both cameras explains the plane as well.
 const ALTERNATIVE_SHARE: f64 = 0.9;
@@ -100,37 +104,11 @@ pub fn two_view(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<TwoView
         return None;
     }
     let unit = 1.0 / (search.sigma_rad * search.sigma_rad);
-    let kernel = |gate: f64| move |distance2: f64| if distance2 * unit <= gate { 1.0 } else { 0.0 };
-    let least = |models: Vec<DMat3>, distance2: fn(&DMat3, &Pair) -> f64, gate: f64| {
-        let cost = |model: &DMat3| pairs.iter().map(|pair| lesser(distance2(model, pair) * unit, gate)).sum::<f64>();
-        models
-            .into_iter()
-            .map(|model| (cost(&model), model))
-            .reduce(|a, b| if b.0 < a.0 { b } else { a })
-            .map(|best| best.1)
-    };
     let general = general(pairs, search, key.with(0));
-    let plane = sampled::<4, DMat3>(
-        pairs,
-        (search, key.with(1), GATES[1]),
-        |s| homography::through(&s.map(|p| p.first), &s.map(|p| p.second)).into_iter().collect(),
-        from_homography,
-    );
-    let refined = |h: DMat3, wide: &f64| models::refined_homography(h, pairs, kernel(wide * GATES[1])).unwrap_or(h);
-    let plane = plane.into_iter().map(|h| WIDENING.iter().fold(h, refined)).collect();
-    let plane = least(plane, from_homography, GATES[1]);
-    let rotation = sampled::<2, DMat3>(
-        pairs,
-        (search, key.with(2), GATES[2]),
-        |s| models::rotation_through(s).into_iter().collect(),
-        from_rotation,
-    );
-    let refined = |r: DMat3, wide: &f64| models::refined_rotation(r, pairs, kernel(wide * GATES[2]));
-    let rotation = rotation.into_iter().map(|r| WIDENING.iter().fold(r, refined)).collect();
-    let rotation = least(rotation, from_rotation, GATES[2]);
+    let (plane, rotation) = (plane(pairs, search, key.with(1)), rotation(pairs, search, key.with(2)));
     let n = f64_from_usize(pairs.len());
-    // lambda_1 = ln 4 a dimension of the manifold, lambda_2 = ln 4n a parameter. A pair that disagrees costs the same under every model, else
-    // outliers would vote for the model that binds them least.
+    // lambda_1 = ln 4 a dimension of the manifold, lambda_2 = ln 4n a parameter. A pair that disagrees costs the same
+    // under every model, else outliers would vote for the model that binds them least.
     let criterion = |distances2: Option<Vec<f64>>, (manifold, parameters): (f64, f64)| {
         distances2.map_or(f64::INFINITY, |distances2| {
             let bound = libm::log(4.0) * manifold;
@@ -214,6 +192,47 @@ fn general(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<Pose> {
     refined.reduce(|a, b| if b.0 < a.0 { b } else { a }).map(|best| best.1)
 }
 
+/// The homography of least truncated cost among refined samples.
+fn plane(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<DMat3> {
+    let found = sampled::<4, DMat3>(
+        pairs,
+        (search, key, GATES[1]),
+        |s| homography::through(&s.map(|p| p.first), &s.map(|p| p.second)).into_iter().collect(),
+        from_homography,
+    );
+    let unit = 1.0 / (search.sigma_rad * search.sigma_rad);
+    let refined = |h: DMat3, wide: &f64| {
+        let weight = |distance2: f64| if distance2 * unit <= wide * GATES[1] { 1.0 } else { 0.0 };
+        models::refined_homography(h, pairs, weight).unwrap_or(h)
+    };
+    least(found.into_iter().map(|h| WIDENING.iter().fold(h, refined)), pairs, (from_homography, unit, GATES[1]))
+}
+
+/// The rotation of least truncated cost among refined samples.
+fn rotation(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<DMat3> {
+    let found = sampled::<2, DMat3>(
+        pairs,
+        (search, key, GATES[2]),
+        |s| models::rotation_through(s).into_iter().collect(),
+        from_rotation,
+    );
+    let unit = 1.0 / (search.sigma_rad * search.sigma_rad);
+    let refined = |r: DMat3, wide: &f64| {
+        models::refined_rotation(r, pairs, |distance2| if distance2 * unit <= wide * GATES[2] { 1.0 } else { 0.0 })
+    };
+    least(found.into_iter().map(|r| WIDENING.iter().fold(r, refined)), pairs, (from_rotation, unit, GATES[2]))
+}
+
+/// The first of those with the least truncated cost.
+fn least(
+    models: impl Iterator<Item = DMat3>,
+    pairs: &[Pair],
+    (distance2, unit, gate): (fn(&DMat3, &Pair) -> f64, f64, f64),
+) -> Option<DMat3> {
+    let cost = |model: &DMat3| pairs.iter().map(|pair| lesser(distance2(model, pair) * unit, gate)).sum::<f64>();
+    models.map(|model| (cost(&model), model)).reduce(|a, b| if b.0 < a.0 { b } else { a }).map(|best| best.1)
+}
+
 /// The four motions of an essential matrix (Horn 1990, "Recovering baseline and orientation from essential matrix").
 pub fn motions(e: &DMat3) -> [Pose; 4] {
     let square = *e * e.transpose();
@@ -246,8 +265,8 @@ fn before_both(motions: &[Pose], pairs: &[Pair]) -> (Pose, usize, Option<(Pose, 
     best
 }
 
-/// The motions that explain a homography, the better one first. Both are refined by the epipolar distance over all pairs: few scenes are all
-/// plane, and what stands off it tells the two apart.
+/// The motions that explain a homography, the better one first. Both are refined by the epipolar distance over all
+/// pairs: few scenes are all plane, and what stands off it tells the two apart.
 fn plane_motions(h: &DMat3, (pairs, agreeing): (&[Pair], &[Pair]), unit: f64) -> (Pose, Option<Pose>) {
     let before =
         |normal: DVec3| 2 * agreeing.iter().filter(|pair| normal.dot(pair.first) > 0.0).count() > agreeing.len();
@@ -270,7 +289,8 @@ fn plane_motions(h: &DMat3, (pairs, agreeing): (&[Pair], &[Pair]), unit: f64) ->
     let (better, other) = if second.1 < first.1 { (second, first) } else { (first, second) };
     let same = better.0.inverse().then(&other.0).angle_rad() < 1e-3
         && better.0.translation_m.dot(other.0.translation_m) > 1.0 - 1e-5;
-    // False pairs fall into either motion's gate by chance, one in twenty; each then costs a gate less. Four sigmas of their difference.
+    // False pairs fall into either motion's gate by chance, one in twenty; each then costs a gate less. Four sigmas of
+    // their difference.
     let chance = 4.0 * GATES[0] * (0.1 * f64_from_usize(pairs.len() - agreeing.len())).sqrt();
     (better.0, (!same && other.1 < better.1 + CLEARLY_WORSE + chance).then_some(other.0))
 }
@@ -305,8 +325,8 @@ fn assembled(
     TwoView { model, second_from_first, alternative, agrees, points, parallax_rad, criteria }
 }
 
-/// Models of least truncated cost among those that samples of `N` pairs give (MSAC, Torr and Zisserman 2000): the best last, before it those that
-/// it outdid.
+/// Models of least truncated cost among those that samples of `N` pairs give (MSAC, Torr and Zisserman 2000): the best
+/// last, before it those that it outdid.
 fn sampled<const N: usize, M: Copy>(
     pairs: &[Pair],
     (search, key, gate): (&Search, DrawKey, f64),
@@ -341,7 +361,8 @@ fn sampled<const N: usize, M: Copy>(
     best.split_off(best.len().saturating_sub(REFINED)).into_iter().map(|(model, _)| model).collect()
 }
 
-/// Samples after which one was free of outliers with the wanted probability, and not fewer than 100: a clean sample may still be a poor one.
+/// Samples after which one was free of outliers with the wanted probability, and not fewer than 100: a clean sample may
+/// still be a poor one.
 fn samples_needed(share: f64, size: usize, search: &Search) -> u32 {
     let good = (0..size).fold(1.0, |product, _| product * share);
     let needed = libm::log(1.0 - search.confidence) / libm::log1p(-lesser(good, 1.0 - 1e-9));

@@ -1,8 +1,9 @@
 //! Rotations, rigid motions and similarities as vectors: exp, log, adjoints and Jacobians of SO(3), SE(3) and Sim(3).
 //!
-//! Enter and leave: radians, metres and logarithms of scale. Everything is smooth from 0 over pi; a logarithm's angle is 0..=pi. Tangents
-//! are ordered linear, angular, scale. With `J` the left Jacobian, `exp(x + d) = exp(J(x) d) exp(x)` to first order; the right one
-//! is the same of `-x`: `exp(x + d) = exp(x) exp(J(-x) d)` (Solà et al. 2018, "A micro Lie theory").
+//! Enter and leave: radians, metres and logarithms of scale. Everything is smooth from 0 over pi; a logarithm's angle
+//! is 0..=pi. Tangents are ordered linear, angular, scale. With `J` the left Jacobian, `exp(x + d) = exp(J(x) d)
+//! exp(x)` to first order; the right one is the same of `-x`: `exp(x + d) = exp(x) exp(J(-x) d)` (Solà et al. 2018, "A
+//! micro Lie theory").
 
 mod coefficients;
 mod se3;

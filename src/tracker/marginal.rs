@@ -1,10 +1,11 @@
-//! What poses and landmarks that leave a window still say about those that stay: the marginalisation prior. Enters: a window and what leaves.
-//! Leaves: a prior on poses, in sigmas, by metres and radians.
+//! What poses and landmarks that leave a window still say about those that stay: the marginalisation prior. Enters: a
+//! window and what leaves. Leaves: a prior on poses, in sigmas, by metres and radians.
 //!
-//! Observations of leaving landmarks are linearised once; landmarks, then poses, are eliminated by the Schur complement, and its square root is kept.
-//! Directions that nothing measured (the gauge above all) are found by pivoting and left free. Derivatives of a pose in a prior are taken
-//! at its first estimate for good (first-estimates Jacobians, Huang, Mourikis and Roumeliotis 2010): were they taken anew, the sum of factors
-//! would measure the gauge, and the filter would be too sure of itself.
+//! Observations of leaving landmarks are linearised once; landmarks, then poses, are eliminated by the Schur
+//! complement, and its square root is kept. Directions that nothing measured (the gauge above all) are found by
+//! pivoting and left free. Derivatives of a pose in a prior are taken at its first estimate for good (first-estimates
+//! Jacobians, Huang, Mourikis and Roumeliotis 2010): were they taken anew, the sum of factors would measure the gauge,
+//! and the filter would be too sure of itself.
 
 use std::collections::BTreeMap;
 
@@ -38,9 +39,9 @@ struct Dense {
     scale: Vec<f64>,
 }
 
-/// The prior that free poses and points leave behind. All observations of leaving points are used up: the caller drops those points
-/// from the problem, and the leaving poses with all their other observations (which are lost, never counted twice). An earlier prior is
-/// used up too. `None` where nothing is left to say.
+/// The prior that free poses and points leave behind. All observations of leaving points are used up: the caller drops
+/// those points from the problem, and the leaving poses with all their other observations (which are lost, never
+/// counted twice). An earlier prior is used up too. `None` where nothing is left to say.
 pub fn marginalise(
     problem: &Problem<'_>,
     (pose_leaves, point_leaves): (&[bool], &[bool]),
@@ -110,7 +111,8 @@ impl Prior {
         self.errors(poses).iter().map(|error| error * error).sum()
     }
 
-    /// Adds information and right side to the normal equations of the first `side.len() / 6` poses (row-major, lower half at least).
+    /// Adds information and right side to the normal equations of the first `side.len() / 6` poses (row-major, lower
+    /// half at least).
     pub fn add_to(&self, poses: &[Pose], matrix: &mut [f64], side: &mut [f64]) {
         let n = side.len();
         let places: Vec<usize> =
@@ -218,7 +220,8 @@ impl Dense {
     }
 }
 
-/// Derivatives of an observation at the first estimates, and its error as seen from there, both by the square root of Huber's weight.
+/// Derivatives of an observation at the first estimates, and its error as seen from there, both by the square root of
+/// Huber's weight.
 fn linearised(problem: &Problem<'_>, at: &[Pose], number: usize) -> Option<(usize, Rows, Vector2<f64>)> {
     let o = &problem.observations[number];
     let (pose, point_m) = (index(o.pose), problem.points_m[index(o.point)]);
@@ -234,8 +237,8 @@ fn linearised(problem: &Problem<'_>, at: &[Pose], number: usize) -> Option<(usiz
     Some((pose, rows, error))
 }
 
-/// The gauge at a set of poses: six directions (three shifts and three turns of the world), each over six unknowns a pose, along which no
-/// picture changes.
+/// The gauge at a set of poses: six directions (three shifts and three turns of the world), each over six unknowns a
+/// pose, along which no picture changes.
 pub fn gauge(poses: &[Pose]) -> Vec<Vec<f64>> {
     let direction = |k: usize| {
         let by_pose = poses.iter().flat_map(move |pose| {

@@ -47,8 +47,9 @@ fn roots(coefficients: &[f64]) -> Vec<f64> {
     found
 }
 
-/// All real roots of any degree, in rising order; a double root that only touches zero may be missing, or be found twice. Roots beyond 1 are
-/// sought as reciprocals of the reversed polynomial's, so that every bracket lies within 0..1 and none is far from its root.
+/// All real roots of any degree, in rising order; a double root that only touches zero may be missing, or be found
+/// twice. Roots beyond 1 are sought as reciprocals of the reversed polynomial's, so that every bracket lies within 0..1
+/// and none is far from its root.
 pub fn real_roots(coefficients: &[f64]) -> Vec<f64> {
     let greatest = coefficients.iter().fold(0.0, |most, c| greater(most, c.abs()));
     if !(greatest > 0.0 && greatest.is_finite()) {

@@ -1,10 +1,11 @@
 //! Poses from measured motions between them: a pose graph over keyframes, rigid or with scale, for closing loops.
 //!
-//! Enter: similarities `world_from_body` (rigid poses have scale 1) and edges with their information. Leave: the poses that the edges agree on
-//! best, by Levenberg-Marquardt over a sparse block Cholesky factor. Metres, radians, logarithms of scale. The order of nodes and edges fixes
-//! every sum, so equal input gives equal bytes.
+//! Enter: similarities `world_from_body` (rigid poses have scale 1) and edges with their information. Leave: the poses
+//! that the edges agree on best, by Levenberg-Marquardt over a sparse block Cholesky factor. Metres, radians,
+//! logarithms of scale. The order of nodes and edges fixes every sum, so equal input gives equal bytes.
 //!
-//! Error of an edge: `log(from_to^-1 world_from^-1 world_to)`; poses move on their right, `world_from_body exp(d)` (Strasdat 2012, section 5).
+//! Error of an edge: `log(from_to^-1 world_from^-1 world_to)`; poses move on their right, `world_from_body exp(d)`
+//! (Strasdat 2012, section 5).
 
 mod blocks;
 
@@ -20,8 +21,8 @@ pub enum Kernel {
     Full,
     /// Huber's, linear beyond so many sigmas.
     Huber(f64),
-    /// Switchable: beyond `phi` in sigmas squared, an edge's pull fades to nothing (dynamic covariance scaling, Agarwal et al. 2013, as the
-    /// kernel that MacTavish and Barfoot 2015 give for it). For loops, of which one may be false.
+    /// Switchable: beyond `phi` in sigmas squared, an edge's pull fades to nothing (dynamic covariance scaling, Agarwal
+    /// et al. 2013, as the kernel that MacTavish and Barfoot 2015 give for it). For loops, of which one may be false.
     Switchable(f64),
 }
 
@@ -50,7 +51,8 @@ pub struct Edge {
     pub to: u32,
     /// `from_body_from_to_body`.
     pub from_to: Sim3,
-    /// Inverse covariance of the error: linear in 1/m^2, angular in 1/rad^2, scale. In a rigid graph the last row and column are not read.
+    /// Inverse covariance of the error: linear in 1/m^2, angular in 1/rad^2, scale. In a rigid graph the last row and
+    /// column are not read.
     pub information: Matrix7,
     /// What happens to it where it does not fit.
     pub kernel: Kernel,
@@ -121,16 +123,18 @@ impl PoseGraph {
         self.edges.iter().zip(self.errors2()).map(|(edge, error2)| edge.kernel.at(error2).1).collect()
     }
 
-    /// Moves the free nodes to the least cost with every switchable edge trusted first and then doubted step by step (graduated
-    /// non-convexity, Yang et al. 2020): drift that stands between a true loop and its kernel's threshold is taken out before the threshold counts.
-    /// The outcome's cost before is that of the last, full doubt.
+    /// Moves the free nodes to the least cost with every switchable edge trusted first and then doubted step by step
+    /// (graduated non-convexity, Yang et al. 2020): drift that stands between a true loop and its kernel's threshold is
+    /// taken out before the threshold counts. The outcome's cost before is that of the last, full doubt.
     pub fn solve_graduated(&mut self, iterations_max: u32) -> Outcome {
         let wanted: Vec<Kernel> = self.edges.iter().map(|edge| edge.kernel).collect();
         let excess = |(edge, error2): (&Edge, f64)| match edge.kernel {
             Kernel::Switchable(phi) => error2 / phi,
             Kernel::Full | Kernel::Huber(_) => 1.0,
         };
-        let mut factor = self.edges.iter().zip(self.errors2()).map(excess).fold(1.0, crate::num::greater);
+        let worst = self.edges.iter().zip(self.errors2()).map(excess).fold(1.0, crate::num::greater);
+        // An edge that is off by more than a million sigmas is not worth more rounds.
+        let mut factor = crate::num::lesser(worst, 1e12);
         while factor > 1.0 {
             for (edge, kernel) in self.edges.iter_mut().zip(&wanted) {
                 if let Kernel::Switchable(phi) = kernel {

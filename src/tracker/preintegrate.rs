@@ -1,9 +1,11 @@
-//! What an IMU says between two frames, gathered once: preintegration on SO(3) (Forster et al. 2017, "On-manifold preintegration for real-time
-//! visual-inertial odometry"). Enters: readings (rad/s, m/s^2, s) and a guess of their biases. Leaves: rotation, velocity and position steps with
-//! covariance and first-order dependence on the biases, residuals and their derivatives for an adjustment.
+//! What an IMU says between two frames, gathered once: preintegration on SO(3) (Forster et al. 2017, "On-manifold
+//! preintegration for real-time visual-inertial odometry"). Enters: readings (rad/s, m/s^2, s) and a guess of their
+//! biases. Leaves: rotation, velocity and position steps with covariance and first-order dependence on the biases,
+//! residuals and their derivatives for an adjustment.
 //!
-//! Each interval between readings takes their mean and turns forces by the rotation at its middle, so the error falls with the square of the
-//! interval. All frames are the IMU's own; `world_from_imu = world_from_body * body_from_imu` carries a pose here.
+//! Each interval between readings takes their mean and turns forces by the rotation at its middle, so the error falls
+//! with the square of the interval. All frames are the IMU's own; `world_from_imu = world_from_body * body_from_imu`
+//! carries a pose here.
 
 pub mod align;
 
@@ -250,8 +252,8 @@ impl Preintegrated {
         (back * to.world_from_imu.rotation, back * gained, back * way)
     }
 
-    /// Derivatives of the residual by the earlier and the later state: a pose moves on its right (`exp` of a twist in the IMU's axes), velocity
-    /// and biases by addition.
+    /// Derivatives of the residual by the earlier and the later state: a pose moves on its right (`exp` of a twist in
+    /// the IMU's axes), velocity and biases by addition.
     pub fn jacobians(&self, (from, to): (&State, &State), gravity_m_per_s2: DVec3) -> (StateJacobian, StateJacobian) {
         let residual = self.residual((from, to), gravity_m_per_s2);
         let miss = DVec3::new(residual[0], residual[1], residual[2]);

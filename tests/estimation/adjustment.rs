@@ -193,8 +193,9 @@ fn the_frame_bound_is_what_the_pose_fit_scatters_by() {
             let step = Vector6::from(se3_log(&found.then(&truth.inverse())).to_array());
             mean += (step.dot(&(whitener * step))) / f64_from_usize(trials);
         }
-        // Normalised squared errors have mean 6 and variance 12: a mean of 600 scatters by 0.14, four of that 0.57. The fit weighs all
-        // places alike, Huber's kernel costs 5 %, and unequal landmark errors some more: at most 10 % together, always above the bound.
+        // Normalised squared errors have mean 6 and variance 12: a mean of 600 scatters by 0.14, four of that 0.57. The
+        // fit weighs all places alike, Huber's kernel costs 5 %, and unequal landmark errors some more: at most 10 %
+        // together, always above the bound.
         assert!(mean > 6.0 - 0.57 && mean < 6.6 + 0.6, "seed {seed}, uncertain {uncertain}: {mean}");
         assert!(position_sigma_m(&bound) > 1e-4 && position_sigma_m(&bound) < 3e-3, "{}", position_sigma_m(&bound));
     }

@@ -115,7 +115,8 @@ fn loops_take_the_drift_out_and_false_ones_are_switched_off() {
         graph.solve_graduated(100);
         lied_to.solve_graduated(100);
         let (honest_m, lied_m) = (ate_m(&graph, &truth), ate_m(&lied_to, &truth));
-        // One round ends where it began; what is left is its own bend: 4 mrad * sqrt(60 / 4) over 4 m is 6 cm, and three times that at the worst.
+        // One round ends where it began; what is left is its own bend: 4 mrad * sqrt(60 / 4) over 4 m is 6 cm, and
+        // three times that at the worst.
         assert!(honest_m < 0.19, "seed {seed}: {honest_m} m after, {before_m} m before");
         (sum_before_m, sum_after_m) = (sum_before_m + before_m, sum_after_m + honest_m);
         assert!((lied_m - honest_m).abs() < 0.002, "seed {seed}: {lied_m} m with lies, {honest_m} m without");
@@ -138,7 +139,8 @@ fn drifting_scale_of_a_mono_map_is_brought_back() {
     assert!(outcome.converged, "{outcome:?}");
     let after_m = ate_m(&graph, &truth);
     assert!(before_m > 0.2 && after_m < 0.5 * before_m, "{before_m} m before, {after_m} m after");
-    // Loops demand equal units on both rounds: the drift of one round is shared out and what is left is the walk within a round.
+    // Loops demand equal units on both rounds: the drift of one round is shared out and what is left is the walk within
+    // a round.
     assert!((graph.nodes[119].scale / graph.nodes[59].scale - 1.0).abs() < 0.02, "{}", graph.nodes[119].scale);
 }
 

@@ -73,8 +73,9 @@ fn worst(rate_hz: f64) -> [f64; 3] {
 #[test]
 fn a_second_of_readings_gives_the_splines_step_with_an_error_that_falls_with_the_square_of_the_interval() {
     let (coarse, fine, finest) = (worst(200.0), worst(400.0), worst(800.0));
-    // Trapezoids of 5 ms: dt^2 / 12 times the change of the rate's slope (15 rad/s^2 at each end) is 6e-5 rad, and rate times slope over the second
-    // adds 4e-5; gravity turned by that for a second is 1e-3 m/s, and half of it in metres; the force's own trapezoids add 1e-4.
+    // Trapezoids of 5 ms: dt^2 / 12 times the change of the rate's slope (15 rad/s^2 at each end) is 6e-5 rad, and rate
+    // times slope over the second adds 4e-5; gravity turned by that for a second is 1e-3 m/s, and half of it in metres;
+    // the force's own trapezoids add 1e-4.
     for (part, bound) in [1e-4, 1.1e-3, 6e-4].into_iter().enumerate() {
         assert!(coarse[part] < bound, "part {part} at 200 Hz: {:e}", coarse[part]);
         assert!(fine[part] < 0.26 * coarse[part] && finest[part] < 0.26 * fine[part], "{coarse:?} {fine:?} {finest:?}");
@@ -166,7 +167,8 @@ fn the_covariance_is_what_noisy_readings_scatter_by() {
         sum += miss.dot(&(inverse * miss));
     }
     let mean = sum / f64_from_usize(trials);
-    // Mean 9, variance 18 over 400 trials: 0.21, four of that. Means of neighbours take the ends' readings half: 1 % of 100 intervals.
+    // Mean 9, variance 18 over 400 trials: 0.21, four of that. Means of neighbours take the ends' readings half: 1 % of
+    // 100 intervals.
     assert!((mean - 9.0).abs() < 0.95, "{mean}");
 }
 
@@ -215,8 +217,9 @@ fn a_mono_map_is_brought_to_metres_and_upright() {
         for unit_m in [0.1, 1.0, 7.0] {
             let frames = mono_map(&motion, (unit_m, map_from_world), &camera_from_imu, place_noise);
             let found = align(&frames, &steps, &camera_from_imu, GRAVITY_M_PER_S2).unwrap();
-            // Without noise: the interval's error of 2e-5 rad and 1e-4 m/s against swings of 1 m/s. With it: a millimetre and a milliradian a
-            // frame over steps of 0.2 s are 7 mm/s of 1 m/s over 19 steps, and a walk of the accelerometer's bias of 1 mm/s^2.
+            // Without noise: the interval's error of 2e-5 rad and 1e-4 m/s against swings of 1 m/s. With it: a
+            // millimetre and a milliradian a frame over steps of 0.2 s are 7 mm/s of 1 m/s over 19 steps, and a walk of
+            // the accelerometer's bias of 1 mm/s^2.
             let ratio = found.scale_m / unit_m;
             assert!((ratio - 1.0).abs() < scale_bound, "unit {unit_m}: {ratio}, sigma {}", found.scale_sigma);
             let tilt_deg = found.gravity_m_per_s2.angle_between(map_from_world.direction(GRAVITY)).to_degrees();

@@ -66,7 +66,8 @@ fn five_pairs_give_the_essential_matrix_that_made_them() {
                 *e * e.transpose() * *e - *e * (0.5 * (0..3).map(|k| (e.transpose() * *e).col(k)[k]).sum::<f64>());
             let worst = (trace_law.to_cols_array()).iter().fold(0.0_f64, |most, x| most.max(x.abs()));
             let epipolar = (0..5).map(|k| second[k].dot(*e * first[k]).abs()).fold(0.0, f64::max);
-            // The null space is orthonormal: the five pairs hold to rounding; the cubic laws to what polishing leaves, 1e-7 of a matrix of norm 1, times 3.
+            // The null space is orthonormal: the five pairs hold to rounding; the cubic laws to what polishing leaves,
+            // 1e-7 of a matrix of norm 1, times 3.
             assert!(epipolar < 1e-12, "seed {seed} case {case}: {epipolar:e}");
             assert!(worst < 1e-5, "seed {seed} case {case}: not essential by {worst:e}");
         }
@@ -106,7 +107,8 @@ fn a_homography_gives_back_the_motion_before_its_plane() {
             let found = Pose::new(rotation, t.normalize());
             degrees(&found, &truth) + (found.translation_m - truth.translation_m.normalize()).length()
         });
-        // Four points spread over a metre: a condition of some 1e4; the eigenvalues of H^T H cost half of the digits where they are near 1.
+        // Four points spread over a metre: a condition of some 1e4; the eigenvalues of H^T H cost half of the digits
+        // where they are near 1.
         assert!(best.fold(f64::INFINITY, f64::min) < 1e-4, "case {case}");
         tried += 1;
     }
@@ -176,7 +178,8 @@ fn turning_on_the_spot_is_called_a_rotation_and_starts_no_map() {
             let truth = Pose::new(so3_exp(DVec3::new(0.3, 0.9, -0.3).normalize() * turn), DVec3::ZERO);
             let view = solved(seed, (&cloud(DrawKey::root(seed).with(9), 150, false), &truth), 0.3);
             assert_eq!(view.model, Model::Rotation, "seed {seed}, {turn} rad: {:?}", view.criteria);
-            // 0.13 degrees a pair and axis over sqrt(105): 0.013 aside, and over the bearings' lever of 0.4 about the axis: 0.03. Five times that.
+            // 0.13 degrees a pair and axis over sqrt(105): 0.013 aside, and over the bearings' lever of 0.4 about the
+            // axis: 0.03. Five times that.
             assert!(degrees(&view.second_from_first, &truth) < 0.17, "seed {seed}");
             assert_eq!(view.check(50, 0.01), Err(Refusal::PureRotation));
             tried += 1;

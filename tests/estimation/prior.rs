@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use sensel::draw::DrawKey;
-use sensel::num::{f64_from_usize, u32_from, u64_from};
+use sensel::num::{f64_from_usize, index, u32_from, u64_from};
 use sensel::pose::Pose;
 use sensel::tracker::adjust::{Observation, Problem};
 use sensel::tracker::lie::{Twist, se3_exp};
@@ -53,18 +53,14 @@ fn window(cameras: &[RigCamera], seed: u64, noise_px: f64) -> Problem<'_> {
 fn leaves(problem: &Problem<'_>) -> (Vec<bool>, Vec<bool>) {
     let poses = (0..problem.free).map(|pose| pose < 2).collect();
     let mut points = vec![false; problem.points_m.len()];
-    problem
-        .observations
-        .iter()
-        .filter(|o| o.pose < 2 && o.point % 3 != 0)
-        .for_each(|o| points[o.point as usize] = true);
+    problem.observations.iter().filter(|o| o.pose < 2 && o.point % 3 != 0).for_each(|o| points[index(o.point)] = true);
     (poses, points)
 }
 
 /// What stays of a problem, renumbered.
 fn remainder<'a>(problem: &Problem<'a>, points: &[bool]) -> Problem<'a> {
     let mut rest = problem.clone();
-    rest.observations.retain(|o| o.pose >= 2 && !points[o.point as usize]);
+    rest.observations.retain(|o| o.pose >= 2 && !points[index(o.point)]);
     rest.observations.iter_mut().for_each(|o| o.pose -= 2);
     rest.poses.drain(..2);
     rest.free -= 2;
@@ -134,7 +130,7 @@ fn first_estimates_keep_the_gauge_free_over_a_second_marginalisation() {
     assert!(share < 1e-12, "with first estimates the gauge has a share of {share:e}");
     // Without them the same factors would measure it: the prior taken as if it had been made at today's poses.
     let mut moved = prior.clone();
-    moved.poses.iter_mut().for_each(|(pose, first)| *first = rest.poses[*pose as usize]);
+    moved.poses.iter_mut().for_each(|(pose, first)| *first = rest.poses[index(*pose)]);
     let inconsistent = marginalise(&rest, (&pose_leaves, &point_leaves), Some(&moved)).unwrap();
     let wrong = gauge_share(&inconsistent.clone().renumbered(|pose| pose - 1), &rest.poses[1..]);
     assert!(wrong > 1e3 * share && inconsistent.rank() > 12, "{wrong:e}, rank {}", inconsistent.rank());
@@ -146,9 +142,10 @@ fn a_window_under_its_prior_answers_like_the_window_that_still_has_all() {
     let mut tried = 0;
     for seed in 1..=5 {
         let mut whole = window(&cameras, seed, 0.5);
-        // Points that stay are not seen by the leaving poses: nothing is lost, so both answers are the same up to linearisation.
+        // Points that stay are not seen by the leaving poses: nothing is lost, so both answers are the same up to
+        // linearisation.
         let (poses, points) = leaves(&whole);
-        whole.observations.retain(|o| o.pose >= 2 || points[o.point as usize]);
+        whole.observations.retain(|o| o.pose >= 2 || points[index(o.point)]);
         for _ in 0..20 {
             whole.solve(30);
         }
@@ -167,8 +164,9 @@ fn a_window_under_its_prior_answers_like_the_window_that_still_has_all() {
         }
         let relative = |poses: &[Pose]| apart(&truth[3].then(&truth[0].inverse()), &poses[3].then(&poses[0].inverse()));
         let (with, without) = (relative(&rest.poses), relative(&blind));
-        // The optimum of the whole is where the prior was made, so the rest must stay there: steps of 1e-6 by the stopping rule (gain 1e-5
-        // of the cost of some 500 is 0.1 sigma of a millimetre at most; 20 rounds go well below).
+        // The optimum of the whole is where the prior was made, so the rest must stay there: steps of 1e-6 by the
+        // stopping rule (gain 1e-5 of the cost of some 500 is 0.1 sigma of a millimetre at most; 20 rounds go well
+        // below).
         assert!(with < 2e-5, "seed {seed}: moved by {with:e} from the whole window's answer");
         assert!(without > 5.0 * with, "seed {seed}: the prior must have mattered: {without:e} without, {with:e} with");
         tried += 1;
@@ -185,8 +183,8 @@ fn missing_rank_is_handled_pose_without_points_points_at_infinity_and_single_sig
     problem.points_m[2] = DVec3::new(0.05, 0.1, 1.0) * 1e9;
     let far_m = problem.points_m[2];
     for o in problem.observations.iter_mut().filter(|o| o.point == 2) {
-        let in_body_m = problem.poses[o.pose as usize].point(far_m);
-        o.place_px = cameras[o.camera.0 as usize].project_with_jacobian(in_body_m).unwrap().0;
+        let in_body_m = problem.poses[index(o.pose)].point(far_m);
+        o.place_px = cameras[index(o.camera.0)].project_with_jacobian(in_body_m).unwrap().0;
     }
     let (poses, mut points) = leaves(&problem);
     (points[1], points[2]) = (true, true);

@@ -1,6 +1,6 @@
-//! Essential matrices from five pairs of bearings (Nistér 2004, "An efficient solution to the five-point relative pose problem"; the tenth-degree
-//! polynomial by elimination as there, its roots by bracketing). Enters: unit vectors of two cameras. Leaves: up to ten
-//! matrices E with `second . E first = 0`.
+//! Essential matrices from five pairs of bearings (Nistér 2004, "An efficient solution to the five-point relative pose
+//! problem"; the tenth-degree polynomial by elimination as there, its roots by bracketing). Enters: unit vectors of two
+//! cameras. Leaves: up to ten matrices E with `second . E first = 0`.
 
 use glam::{DMat3, DVec3};
 
@@ -60,7 +60,8 @@ pub fn solve(first: &[DVec3; 5], second: &[DVec3; 5]) -> Vec<DMat3> {
     real_roots(&tenth).into_iter().filter_map(essential).collect()
 }
 
-/// Gauss-Newton on the ten laws: near double roots the polynomial loses half of its digits. `None` where they do not come to hold.
+/// Gauss-Newton on the ten laws: near double roots the polynomial loses half of its digits. `None` where they do not
+/// come to hold.
 fn polished(laws: &[[f64; 20]; 10], start: [f64; 3]) -> Option<[f64; 3]> {
     let mut at = start;
     for step in 0..=POLISHING_STEPS {

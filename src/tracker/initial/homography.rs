@@ -1,4 +1,5 @@
-//! Homographies between bearings of two cameras, `second ~ H first`. Enters: pairs of unit vectors. Leaves: H, and the motions that explain it.
+//! Homographies between bearings of two cameras, `second ~ H first`. Enters: pairs of unit vectors. Leaves: H, and the
+//! motions that explain it.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -35,7 +36,8 @@ fn rows(first: DVec3, second: DVec3) -> [[f64; 9]; 2] {
     })
 }
 
-/// Scaled so that the middle singular value is 1 and the determinant positive, as `R + t n^T / d` has them for a plane before both cameras.
+/// Scaled so that the middle singular value is 1 and the determinant positive, as `R + t n^T / d` has them for a plane
+/// before both cameras.
 fn normalised(h: DMat3) -> Option<DMat3> {
     let [_, (middle, _), _] = spread(&h);
     if !(middle > 1e-12) {
@@ -52,8 +54,8 @@ fn spread(h: &DMat3) -> [(f64, DVec3); 3] {
     symmetric_eigen::<3>(rows).map(|(value, vector)| (value, DVec3::from_array(vector)))
 }
 
-/// Motions `(R, t / d, n)` with `H = R + t n^T / d`, n the plane's normal in the first camera (Ma, Soatto et al. 2004, "An invitation to 3-D
-/// vision", section 5.3.3). Empty for a pure rotation, which has no plane.
+/// Motions `(R, t / d, n)` with `H = R + t n^T / d`, n the plane's normal in the first camera (Ma, Soatto et al. 2004,
+/// "An invitation to 3-D vision", section 5.3.3). Empty for a pure rotation, which has no plane.
 pub fn motions(h: &DMat3) -> Vec<(DQuat, DVec3, DVec3)> {
     let [(low, v3), (_, v2), (high, v1)] = spread(h);
     let gap = high - low;

@@ -1,9 +1,10 @@
-//! Small linear algebra of two views. Enters: rows. Leaves: null spaces and eigenvectors. Plain loops in one order: bits do not depend on the target.
+//! Small linear algebra of two views. Enters: rows. Leaves: null spaces and eigenvectors. Plain loops in one order:
+//! bits do not depend on the target.
 
 use glam::{DMat3, DVec3};
 
-/// An orthonormal basis of what `ROWS` rows of nine numbers leave free, by elimination with full pivoting; `None` where the rows depend
-/// on each other to within 1e-10.
+/// An orthonormal basis of what `ROWS` rows of nine numbers leave free, by elimination with full pivoting; `None` where
+/// the rows depend on each other to within 1e-10.
 pub fn null_space<const ROWS: usize>(mut rows: [[f64; 9]; ROWS]) -> Option<Vec<[f64; 9]>> {
     let mut columns: [usize; 9] = std::array::from_fn(|k| k);
     let mut greatest = 0.0;

@@ -1,5 +1,6 @@
-//! The three ways two views can hang together, and how far a pair of bearings is from each: general motion (essential matrix), a plane
-//! (homography), and turning on the spot. Enters: unit vectors. Leaves: squared distances in rad^2, refined models.
+//! The three ways two views can hang together, and how far a pair of bearings is from each: general motion (essential
+//! matrix), a plane (homography), and turning on the spot. Enters: unit vectors. Leaves: squared distances in rad^2,
+//! refined models.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -19,7 +20,8 @@ pub struct Pair {
     pub second: DVec3,
 }
 
-/// Squared distance of a pair from an essential matrix, by Sampson's approximation on the sphere; one direction in four is measured.
+/// Squared distance of a pair from an essential matrix, by Sampson's approximation on the sphere; one direction in four
+/// is measured.
 pub fn from_essential(e: &DMat3, pair: &Pair) -> f64 {
     let (miss, steep2) = sampson(e, pair);
     // At an epipole both gradients vanish, and any pair fits.
@@ -98,7 +100,8 @@ pub fn refined_rotation(start: DMat3, pairs: &[Pair], weight: impl Fn(f64) -> f6
     DMat3::from_quat(rotation)
 }
 
-/// Least squares of a homography over weighted pairs: the algebraic fit, each pair weighted by its kernel. `None` where none fits.
+/// Least squares of a homography over weighted pairs: the algebraic fit, each pair weighted by its kernel. `None` where
+/// none fits.
 pub fn refined_homography(start: DMat3, pairs: &[Pair], weight: impl Fn(f64) -> f64) -> Option<DMat3> {
     let mut h = start;
     for _ in 0..4 {
@@ -117,8 +120,8 @@ pub fn essential(second_from_first: &Pose) -> DMat3 {
     skew(second_from_first.translation_m.normalize_or_zero()) * DMat3::from_quat(second_from_first.rotation)
 }
 
-/// Least squares of a motion (rotation, and direction of translation) over pairs under a kernel that gives cost and weight of a squared distance:
-/// Gauss-Newton of Sampson's distance, its divisor held within a step.
+/// Least squares of a motion (rotation, and direction of translation) over pairs under a kernel that gives cost and
+/// weight of a squared distance: Gauss-Newton of Sampson's distance, its divisor held within a step.
 pub fn refined_motion(start: &Pose, pairs: &[Pair], kernel: impl Fn(f64) -> (f64, f64)) -> Pose {
     let mut motion = Pose::new(start.rotation, start.translation_m.normalize_or_zero());
     let (mut best, mut worse) = ((motion, f64::INFINITY), 0);

@@ -1,10 +1,10 @@
 //! The scalar functions of an angle that all Jacobians are made of. Enters: the squared angle in rad^2. Leaves: numbers.
 //!
-//! Below [`SERIES_ANGLE_RAD_MAX`] they are Taylor series, whose first dropped term is under 2^-53 of the first; above it the closed
-//! forms, which cancel least where the angle is greatest.
+//! Below [`SERIES_ANGLE_RAD_MAX`] they are Taylor series, whose first dropped term is under 2^-53 of the first; above
+//! it the closed forms, which cancel least where the angle is greatest.
 
-/// The seam between series and closed forms, in radians. Just above it the worst closed form, `(2a - 3 sin a + a cos a) / 2 a^5`,
-/// keeps 0.016 of terms of 2.5, so its relative error is 160 times 2^-53 = 2e-14, falling with a^-5.
+/// The seam between series and closed forms, in radians. Just above it the worst closed form, `(2a - 3 sin a + a cos a)
+/// / 2 a^5`, keeps 0.016 of terms of 2.5, so its relative error is 160 times 2^-53 = 2e-14, falling with a^-5.
 pub const SERIES_ANGLE_RAD_MAX: f64 = 1.0;
 
 /// Terms of a series: at the seam the first dropped one is below 1 / (17! / 6), 2e-14 of 2^-53 and less.
@@ -55,7 +55,8 @@ pub(super) fn mixed(angle2: f64) -> f64 {
 /// `(1 - (a / 2) cot(a / 2)) / a^2`, finite up to a full turn.
 pub(super) fn cotangent(angle2: f64) -> f64 {
     if in_series(angle2) {
-        // |B_2k| / (2k)! for k = 1..10; each is 1 / (4 pi^2) of the one before, so the first dropped one is 1e-16 of the first.
+        // |B_2k| / (2k)! for k = 1..10; each is 1 / (4 pi^2) of the one before, so the first dropped one is 1e-16 of
+        // the first.
         const C: [f64; 10] = [
             1.0 / 12.0,
             1.0 / 720.0,
@@ -100,8 +101,8 @@ mod tests {
             for step in 1..2_000_u32 {
                 let gap = f64::from(step) * 1e-7;
                 let (left, right) = (function(1.0 - gap), function(1.0 + gap));
-                // The functions bend by less than 0.01 of their value over 1 rad^4, so their middle is the value at the seam to 0.01
-                // gap^2 < 4e-10 * gap; 2e-14 is the closed form's stated error, taken twice.
+                // The functions bend by less than 0.01 of their value over 1 rad^4, so their middle is the value at the
+                // seam to 0.01 gap^2 < 4e-10 * gap; 2e-14 is the closed form's stated error, taken twice.
                 let middle = 0.5 * (left + right);
                 let at = function(1.0);
                 assert!(

@@ -1,8 +1,9 @@
-//! Similarities `x -> s R x + t`: exp, log, adjoint and Jacobians of Sim(3), for maps whose scale drifts. Enters: tangents in metres, radians
-//! and the logarithm of scale. Leaves: the same.
+//! Similarities `x -> s R x + t`: exp, log, adjoint and Jacobians of Sim(3), for maps whose scale drifts. Enters:
+//! tangents in metres, radians and the logarithm of scale. Leaves: the same.
 //!
-//! With `z = sigma + i angle`, translation and linear tangent are linked by `V = (exp z - 1) / z` of the matrix (Strasdat 2012, "Local
-//! accuracy and global consistency", equations 3.15 to 3.17; his coefficients cancel near 0, these do not).
+//! With `z = sigma + i angle`, translation and linear tangent are linked by `V = (exp z - 1) / z` of the matrix
+//! (Strasdat 2012, "Local accuracy and global consistency", equations 3.15 to 3.17; his coefficients cancel near 0,
+//! these do not).
 
 use glam::{DMat3, DQuat, DVec3};
 use nalgebra::SMatrix;
@@ -105,7 +106,8 @@ impl Sim3 {
     /// Tangent of the similarity, with an angle of 0..=pi.
     pub fn log(&self) -> SimTwist {
         let (angular_rad, log_scale) = (so3_log(self.rotation), libm::log(self.scale));
-        // The eigenvalues of the matrix are (exp z - 1) / z; for angles up to pi none is near 0, so the inverse is well conditioned.
+        // The eigenvalues of the matrix are (exp z - 1) / z; for angles up to pi none is near 0, so the inverse is well
+        // conditioned.
         let linear_m = link(angular_rad, log_scale).inverse() * self.translation_m;
         SimTwist { linear_m, angular_rad, log_scale }
     }
@@ -125,8 +127,8 @@ impl Sim3 {
         })
     }
 
-    /// `exp(x + d) = exp(J d) exp(x)` to first order. The sum of `ad(x)^k / (k + 1)!`, taken where it converges at once and doubled from there:
-    /// `J(2 x) = (1 + adjoint(exp x)) / 2 J(x)`.
+    /// `exp(x + d) = exp(J d) exp(x)` to first order. The sum of `ad(x)^k / (k + 1)!`, taken where it converges at once
+    /// and doubled from there: `J(2 x) = (1 + adjoint(exp x)) / 2 J(x)`.
     pub fn left_jacobian(tangent: SimTwist) -> Matrix7 {
         let size = tangent.angular_rad.length() + tangent.log_scale.abs();
         let (mut halvings, mut factor) = (0, 1.0);
@@ -181,7 +183,8 @@ fn link(w: DVec3, sigma: f64) -> DMat3 {
     let angle2 = w.length_squared();
     let a = if sigma == 0.0 { 1.0 } else { libm::expm1(sigma) / sigma };
     let (b, c) = if in_series(angle2) {
-        // B = sum (-1)^k a^2k / (2k + 1)! m(2k + 1), C the same with 2k + 2; m(n) is the mean of s^n exp(sigma s) over s in 0..1.
+        // B = sum (-1)^k a^2k / (2k + 1)! m(2k + 1), C the same with 2k + 2; m(n) is the mean of s^n exp(sigma s) over
+        // s in 0..1.
         let (mut b, mut c, mut factor) = (0.0, 0.0, 1.0);
         for k in 0..9_u32 {
             b += factor * moment(2 * k + 1, sigma);

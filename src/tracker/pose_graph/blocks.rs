@@ -1,8 +1,8 @@
-//! A sparse symmetric system of 7 x 7 blocks and its Cholesky factor. Enters: which nodes are coupled, then blocks and right sides.
-//! Leaves: the steps of all nodes.
+//! A sparse symmetric system of 7 x 7 blocks and its Cholesky factor. Enters: which nodes are coupled, then blocks and
+//! right sides. Leaves: the steps of all nodes.
 //!
-//! Nodes are eliminated by least degree (ties: the lower number), so a chain with few loops fills with few blocks. A node that stands
-//! still takes no part.
+//! Nodes are eliminated by least degree (ties: the lower number), so a chain with few loops fills with few blocks. A
+//! node that stands still takes no part.
 
 use std::collections::BTreeSet;
 
@@ -107,7 +107,8 @@ impl BlockSystem {
         self.columns.iter_mut().for_each(|column| column.diagonal[(6, 6)] += 1.0);
     }
 
-    /// Steps of all nodes (zero for held ones) under a damping relative to the diagonal; `None` where the system is not positive definite.
+    /// Steps of all nodes (zero for held ones) under a damping relative to the diagonal; `None` where the system is not
+    /// positive definite.
     pub fn solve(&self, damping: f64) -> Option<Vec<Vector7>> {
         let (mut columns, mut x) = (self.columns.clone(), self.sides.clone());
         for column in &mut columns {

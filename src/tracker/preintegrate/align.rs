@@ -1,8 +1,9 @@
-//! Gravity, scale, velocities and the gyroscope's bias of a mono map from preintegrated readings. Enters: poses whose lengths are in an unknown
-//! unit. Leaves: the unit in metres, and where down is.
+//! Gravity, scale, velocities and the gyroscope's bias of a mono map from preintegrated readings. Enters: poses whose
+//! lengths are in an unknown unit. Leaves: the unit in metres, and where down is.
 //!
-//! Linear least squares as Qin, Li and Shen (2018, "VINS-Mono", section V-B) have it: the bias from rotations, then velocities, gravity and scale
-//! together, then again with gravity's length known. The accelerometer's bias is left out: over some seconds it cannot be told from a tilt.
+//! Linear least squares as Qin, Li and Shen (2018, "VINS-Mono", section V-B) have it: the bias from rotations, then
+//! velocities, gravity and scale together, then again with gravity's length known. The accelerometer's bias is left
+//! out: over some seconds it cannot be told from a tilt.
 
 use glam::{DMat3, DVec3};
 
