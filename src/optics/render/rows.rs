@@ -3,7 +3,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::filter::{Ellipses, Steps, Surfaces, ellipses};
+use super::filter::{Steps, Surfaces, ellipses};
 use super::pattern::{self, Place, Seeds};
 use super::tiles::{Parts, Tile};
 use crate::draw::{DrawKey, mix};
@@ -13,7 +13,8 @@ use crate::optics::motion::Timeline;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors, add3};
 use crate::scene::light::{BANDS, Bands};
-use crate::scene::texture::Footprint;
+use crate::scene::lit::{Met, by_band};
+use crate::scene::texture::Footprints;
 use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline_through};
 use crate::simd::Kernel;
 
@@ -211,6 +212,7 @@ impl Rows<'_> {
         let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
         let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
         // No closure: it would not be compiled for the kernel's own level.
+        let met = self.scene.met(&hits);
         let mut footprints = None;
         if self.scene.has_textures() {
             let right = pose.turned(sub(&pixels.corners[1], &pixels.corners[0]));
@@ -227,68 +229,43 @@ impl Rows<'_> {
                 pixel_m: pixels.spread * hits.t,
                 off_centre: [place.x - half, place.y - half, place.t - half],
             };
-            footprints = Some(ellipses(&self.surfaces(&hits, pixels), &steps, self.pass.shares));
+            footprints =
+                Some(ellipses(&Surfaces { normal: met.normal(), slopes: met.slopes() }, &steps, self.pass.shares));
         }
         let levels = &self.lamp_levels[stratum];
-        let mut lux = self.shade(&hits, &packet, footprints.as_ref(), pixels, levels);
-        if has_gloss {
+        let mut lux = self.shade(&hits, &met, &packet, footprints.as_ref(), pixels, levels);
+        if has_gloss && met.has_gloss(self.pass.follows_gloss) {
             self.reflect(number, &hits, &packet, pixels, levels, &mut lux);
         }
-        let mut photons = Floats::splat(0.0);
+        let [r, g, b, n] = by_band(&lux);
+        let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
+        let mut left = Floats::splat(0.0);
         for lane in 0..LANES {
-            let [r, g, b, n] = lux[lane];
-            let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux.map(|per_lux| per_lux.0[lane]);
-            photons.0[lane] =
-                (r * per_r + g * per_g + b * per_b + n * per_n) * self.camera.roll_off_at(bearing[2].0[lane]);
+            left.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
         }
-        photons
-    }
-
-    /// Planes and textures of what was hit.
-    #[inline(always)]
-    fn surfaces(&self, hits: &Hits, pixels: &Pixels) -> Surfaces {
-        let zero = Floats::splat(0.0);
-        let mut surfaces = Surfaces { normal: [zero; 3], slopes: [[zero; 3]; 2] };
-        for &lane in &pixels.seen.0[..pixels.seen.1] {
-            if hits.triangle[lane] == MISS {
-                continue;
-            }
-            let (normal, slopes) = self.scene.surface(hits.triangle[lane]);
-            for axis in 0..3 {
-                surfaces.normal[axis].0[lane] = normal[axis];
-                surfaces.slopes[0][axis].0[lane] = slopes[0][axis];
-                surfaces.slopes[1][axis].0[lane] = slopes[1][axis];
-            }
-        }
-        surfaces
+        (r * per_r + g * per_g + b * per_b + n * per_n) * left
     }
 
     #[inline(always)]
     fn shade(
         &self,
         hits: &Hits,
+        met: &Met,
         packet: &Packet,
-        footprints: Option<&Ellipses>,
+        footprints: Option<&Footprints>,
         pixels: &Pixels,
         lamp_levels: &[f32; ROWS],
     ) -> [Bands; LANES] {
-        let mut lux = [[0.0; BANDS]; LANES];
-        // A list whose length only the run knows: unrolled sixteen times, shading outgrows the instruction cache.
+        let mut levels = [0.0; LANES];
+        for lane in 0..LANES {
+            levels[lane] = lamp_levels[lane / COLUMNS];
+        }
+        let mut lux = self.scene.exitances_lux(hits, met, &packet.direction, footprints, &levels);
         for &lane in &pixels.seen.0[..pixels.seen.1] {
-            let [x, y, z] = packet.direction;
-            let direction = [x.0[lane], y.0[lane], z.0[lane]];
-            lux[lane] = if hits.triangle[lane] == MISS {
-                self.scene.sky_lux(direction)
-            } else {
-                let footprint = footprints.map_or(Footprint::POINT, |footprints| footprints.lane(lane));
-                self.scene.exitance_lux(
-                    hits.triangle[lane],
-                    [hits.u.0[lane], hits.v.0[lane]],
-                    direction,
-                    &footprint,
-                    lamp_levels[lane / COLUMNS],
-                )
-            };
+            if hits.triangle[lane] == MISS {
+                let [x, y, z] = packet.direction;
+                lux[lane] = self.scene.sky_lux([x.0[lane], y.0[lane], z.0[lane]]);
+            }
         }
         lux
     }
