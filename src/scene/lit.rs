@@ -6,9 +6,12 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 mod gloss;
+mod packet;
 mod slopes;
 
 pub use gloss::{BOUNCES_MAX, Facet};
+use packet::Face;
+pub use packet::{Met, by_band};
 
 use glam::DVec3;
 
@@ -16,7 +19,7 @@ use super::bake::rays::{Aims, aimed_light, bounce_rays};
 use super::bake::{Bake, BakeSettings};
 use super::flicker::Flicker;
 use super::light::{BANDS, Bands, Illuminant, luminance};
-use super::mesh::{Gloss, dot};
+use super::mesh::{Gloss, Material, dot};
 use super::texture::Footprint;
 use super::{Scene, samples::ShadeTriangle};
 use crate::error::Error;
@@ -40,6 +43,24 @@ pub struct ExitanceBounds {
     pub emitted: [f64; BANDS],
 }
 
+/// What shading needs of a material, in one cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Paint {
+    base_colour: Bands,
+    /// Lux-equivalents of its own light.
+    glow_lux: Bands,
+    /// `UNTEXTURED` without one.
+    texture: u32,
+    double_sided: bool,
+    /// Whether its own light flickers.
+    flickers: bool,
+    /// Whether it keeps an image: by gloss, and as a mirror.
+    glossy: [bool; 2],
+}
+
+const UNTEXTURED: u32 = u32::MAX;
+
 /// A scene under light.
 #[derive(Clone, Debug)]
 pub struct LitScene {
@@ -49,8 +70,8 @@ pub struct LitScene {
     irradiance_lux: Vec<Bands>,
     /// The same of light that flickers, at its mean; empty where none does.
     flickering_lux: Vec<Bands>,
-    /// Lux-equivalents of each material's own light.
-    emission_lux: Vec<Bands>,
+    /// What shading needs of each material.
+    paints: Vec<Paint>,
     /// How lamps flicker; none: not at all.
     flicker: Option<Flicker>,
     /// Exitance in lux-equivalents over radiance in the scene's own units.
@@ -60,8 +81,9 @@ pub struct LitScene {
     illuminance_lux: f64,
     /// Whether the bake followed light over surfaces.
     bounces: bool,
-    /// Texels for a metre in the world along u and v, a triangle; empty without textures.
-    slopes: Vec<[[f32; 3]; 2]>,
+    /// What a ray needs of each triangle.
+    faces: Vec<Face>,
+    has_textures: bool,
     /// What of each material keeps an image.
     gloss: Vec<Option<Gloss>>,
 }
@@ -166,6 +188,15 @@ impl LitScene {
     fn scaled(scene: Scene, bake: &Bake, lux_per_unit: f64, illuminant: Illuminant) -> Self {
         let scaled = |value: Bands, factor: f64| value.map(|band| f32_nearest(f64::from(band) * factor));
         let pi = std::f64::consts::PI;
+        let paint = |(number, material): (u32, &Material)| Paint {
+            base_colour: material.base_colour,
+            glow_lux: scaled(material.emission, pi * lux_per_unit),
+            texture: material.texture.unwrap_or(UNTEXTURED),
+            double_sided: material.double_sided,
+            flickers: scene.flickers(number),
+            glossy: [material.gloss().is_some(), material.gloss().is_some() && gloss::is_exact_mirror(material)],
+        };
+        let paints: Vec<Paint> = (0_u32..).zip(&scene.mesh.materials).map(paint).collect();
         Self {
             illuminant,
             irradiance_lux: bake.irradiance.iter().map(|&light| scaled(light, lux_per_unit)).collect(),
@@ -174,9 +205,10 @@ impl LitScene {
             lux_per_radiance: pi * lux_per_unit,
             illuminance_lux: 0.0,
             bounces: bake.bounces,
-            emission_lux: scene.mesh.materials.iter().map(|m| scaled(m.emission, pi * lux_per_unit)).collect(),
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
-            slopes: slopes::of(&scene.mesh),
+            faces: packet::faces(&scene.mesh, &scene.layout, &slopes::of(&scene.mesh), &paints),
+            paints,
+            has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
             gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
             scene,
         }
@@ -251,42 +283,52 @@ impl LitScene {
     ) -> Bands {
         let shade = &self.scene.layout.triangles[index(triangle)];
         let back = dot(shade.normal, direction) > 0.0;
-        let material = &self.scene.mesh.materials[index(shade.material)];
-        if back && !material.double_sided {
+        let paint = &self.paints[index(shade.material)];
+        if back && !paint.double_sided {
             return [0.0; BANDS];
         }
+        let irradiance = self.irradiance_of(shade.around(u, v), back, lamp_level);
+        let albedo = self.albedo(shade, paint, [u, v], footprint);
+        let glow_level = if paint.flickers { lamp_level } else { 1.0 };
+        let mut light = [0.0; BANDS];
+        for band in 0..BANDS {
+            light[band] = irradiance[band] * albedo[band] + paint.glow_lux[band] * glow_level;
+        }
+        light
+    }
+
+    /// Lux-equivalents that reach one side of a surface between three samples.
+    #[inline(always)]
+    fn irradiance_of(&self, around: [(usize, f32); 3], back: bool, lamp_level: f32) -> Bands {
         let mut irradiance = [0.0_f32; BANDS];
-        for (sample, weight) in shade.around(u, v) {
+        for (sample, weight) in around {
             let light = self.irradiance_lux[2 * sample + usize::from(back)];
             for band in 0..BANDS {
                 irradiance[band] += light[band] * weight;
             }
-            if let Some(light) = self.flickering_lux.get(2 * sample + usize::from(back)) {
+        }
+        if !self.flickering_lux.is_empty() {
+            for (sample, weight) in around {
+                let light = self.flickering_lux[2 * sample + usize::from(back)];
                 for band in 0..BANDS {
                     irradiance[band] += light[band] * (weight * lamp_level);
                 }
             }
         }
-        let albedo = self.albedo(shade, [u, v], footprint);
-        let glow = &self.emission_lux[index(shade.material)];
-        let glow_level = if self.scene.flickers(shade.material) { lamp_level } else { 1.0 };
-        let mut light = [0.0; BANDS];
-        for band in 0..BANDS {
-            light[band] = irradiance[band] * albedo[band] + glow[band] * glow_level;
-        }
-        light
+        irradiance
     }
 
     /// Reflectance at a point, averaged over the footprint.
     #[inline(always)]
-    fn albedo(&self, shade: &ShadeTriangle, [u, v]: [f32; 2], footprint: &Footprint) -> Bands {
-        let material = &self.scene.mesh.materials[index(shade.material)];
-        let Some(texture) = material.texture else { return material.base_colour };
+    fn albedo(&self, shade: &ShadeTriangle, paint: &Paint, [u, v]: [f32; 2], footprint: &Footprint) -> Bands {
+        if paint.texture == UNTEXTURED {
+            return paint.base_colour;
+        }
         let [a, b, c] = shade.uv;
         let w = 1.0 - u - v;
         let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
-        let colour = self.scene.mesh.textures[index(texture)].over(uv, footprint);
-        let mut albedo = material.base_colour;
+        let colour = self.scene.mesh.textures[index(paint.texture)].over(uv, footprint);
+        let mut albedo = paint.base_colour;
         for band in 0..BANDS {
             albedo[band] *= colour[band];
         }
@@ -320,7 +362,7 @@ impl LitScene {
         for shade in &self.scene.layout.triangles {
             let range = &ranges[index(shade.material)];
             let glow_level = if self.scene.flickers(shade.material) { levels[1] } else { 1.0 };
-            let glow = self.emission_lux[index(shade.material)].map(|glow| f64::from(glow) * glow_level);
+            let glow = self.paints[index(shade.material)].glow_lux.map(|glow| f64::from(glow) * glow_level);
             for (back, sample) in sides_of(shade) {
                 let light = self.irradiance_lux[2 * sample + back];
                 let flickering = self.flickering_lux.get(2 * sample + back).copied().unwrap_or([0.0; BANDS]);

@@ -4,8 +4,13 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+mod lookups;
+
+pub use lookups::Lookups;
+
+use super::lanes::Floats;
 use super::light::{BANDS, Bands};
-use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated};
+use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated, u32_truncated_f32};
 
 /// What lies beyond the edge of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,8 +28,12 @@ pub enum Wrap {
 struct Level {
     width: u32,
     height: u32,
-    /// Linear red, green, blue and near infrared, row-major, the top row first; 65,535 is 1.
-    texels: Vec<[u16; 4]>,
+    /// The two as they are multiplied with.
+    size: [f32; 2],
+    /// Linear red, green, blue and near infrared, row-major, the top row first; 65,535 is 1. Around the picture stands a rim of one
+    /// texel, of what lies beyond its edge: so the four texels around any place are two pairs of neighbours. Flat, because a compiler
+    /// turns a pair into two loads only where it is eight numbers in a row.
+    texels: Vec<u16>,
 }
 
 /// A picture with its mip chain.
@@ -68,6 +77,35 @@ impl Footprint {
     }
 }
 
+/// Footprints by lane of a packet.
+#[derive(Clone, Debug)]
+pub struct Footprints {
+    /// As `Footprint::shift_texels`.
+    pub shift_texels: [Floats; 2],
+    /// As `Footprint::step_texels`.
+    pub step_texels: [Floats; 2],
+    /// As `Footprint::taps`: whole numbers.
+    pub taps: Floats,
+    /// As `Footprint::area_texels2`.
+    pub area_texels2: Floats,
+    /// As `Footprint::snap`.
+    pub snap: Floats,
+}
+
+impl Footprints {
+    /// One lane's.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Footprint {
+        Footprint {
+            shift_texels: [self.shift_texels[0].0[lane], self.shift_texels[1].0[lane]],
+            step_texels: [self.step_texels[0].0[lane], self.step_texels[1].0[lane]],
+            taps: u32_truncated_f32(self.taps.0[lane]),
+            area_texels2: self.area_texels2.0[lane],
+            snap: self.snap.0[lane],
+        }
+    }
+}
+
 /// IEC 61966-2-1: the linear light of an 8-bit sRGB code, from 0 to 1.
 pub fn linear_from_srgb(code: u8) -> f64 {
     linear_from_srgb_share(f64::from(code) / 255.0)
@@ -88,9 +126,11 @@ impl Texture {
             .map(|texel| texel.map(|code| linear[usize::from(code)]))
             .map(|[r, g, b]| [r, g, b, r])
             .collect();
-        let mut levels = vec![Level { width, height, texels }];
-        while let Some(next) = levels.last().and_then(halved) {
-            levels.push(next);
+        let mut levels = Vec::new();
+        let mut plain = Some(Plain { width, height, texels });
+        while let Some(level) = plain {
+            plain = halved(&level);
+            levels.push(level.with_rim(wrap));
         }
         let per_size = [1.0 / f32_from_u32(width), 1.0 / f32_from_u32(height)];
         Self { levels, wrap, per_size }
@@ -104,7 +144,8 @@ impl Texture {
     /// Least and greatest linear value of each band over all texels. No filtered value lies outside.
     pub fn range(&self) -> [Bands; 2] {
         let mut range = [[u16::MAX; BANDS], [0; BANDS]];
-        for texel in &self.levels[0].texels {
+        // A rim repeats what is within it.
+        for texel in self.levels[0].texels.as_chunks::<BANDS>().0 {
             for band in 0..BANDS {
                 range[0][band] = range[0][band].min(texel[band]);
                 range[1][band] = range[1][band].max(texel[band]);
@@ -140,34 +181,47 @@ impl Texture {
     /// Linear colour averaged over a footprint around texture coordinates.
     #[inline(always)]
     pub fn over(&self, uv: [f32; 2], footprint: &Footprint) -> Bands {
-        let [per_width, per_height] = self.per_size;
-        let step = [footprint.step_texels[0] * per_width, footprint.step_texels[1] * per_height];
-        let back = 0.5 * (f32_from_u32(footprint.taps) - 1.0);
-        let mut at = [
-            uv[0] + footprint.shift_texels[0] * per_width - back * step[0],
-            uv[1] + footprint.shift_texels[1] * per_height - back * step[1],
-        ];
         let (fine, share) = match self.level_of(footprint.area_texels2) {
             (fine, share) if share <= footprint.snap => (fine, 0.0),
             (fine, share) if share >= 1.0 - footprint.snap => (fine + 1, 0.0),
             mixed => mixed,
         };
-        let mut sum = [0.0; 4];
-        for _ in 0..footprint.taps {
-            let mut value = self.bilinear(fine, at);
-            if share > 0.0 {
-                let coarse = self.bilinear(fine + 1, at);
-                for band in 0..4 {
-                    value[band] += (coarse[band] - value[band]) * share;
-                }
-            }
+        let mut sum = self.taps(fine, uv, footprint);
+        if share > 0.0 {
+            let coarse = self.taps(fine + 1, uv, footprint);
             for band in 0..4 {
-                sum[band] += value[band];
+                sum[band] += (coarse[band] - sum[band]) * share;
             }
-            at = [at[0] + step[0], at[1] + step[1]];
         }
         let scale = 1.0 / (ONE * f32_from_u32(footprint.taps));
         sum.map(|value| value * scale)
+    }
+
+    /// Sum of one level over the places of a footprint. All places are found at once, whether asked for or not.
+    #[inline(always)]
+    fn taps(&self, level: usize, uv: [f32; 2], footprint: &Footprint) -> Bands {
+        let level = &self.levels[level];
+        let back = 0.5 * (f32_from_u32(footprint.taps) - 1.0);
+        let mut places = [[0; TAPS]; 2];
+        let mut shares = [[0.0; TAPS]; 2];
+        for axis in 0..2 {
+            let step = footprint.step_texels[axis] * self.per_size[axis];
+            let first = uv[axis] + footprint.shift_texels[axis] * self.per_size[axis] - back * step;
+            (places[axis], shares[axis]) = places_of(first, step, level.size[axis], self.wrap[axis]);
+        }
+        let stride = level.width + 2;
+        let mut from = [0; TAPS];
+        for tap in 0..TAPS {
+            from[tap] = places[1][tap] * stride + places[0][tap];
+        }
+        let mut sum = [0.0; 4];
+        for tap in 0..index(footprint.taps).min(TAPS) {
+            let value = between(&level.texels, from[tap], stride, [shares[0][tap], shares[1][tap]]);
+            for band in 0..4 {
+                sum[band] += value[band];
+            }
+        }
+        sum
     }
 
     /// The level whose texels have at most this area, and the weight of the next: variances of mixed levels mix as their weights do,
@@ -190,12 +244,9 @@ impl Texture {
         let level = &self.levels[level];
         let (x0, x1, fx) = place(uv[0], level.width, self.wrap[0]);
         let (y0, y1, fy) = place(uv[1], level.height, self.wrap[1]);
-        let width = index(level.width);
-        let (top, bottom) = (y0 * width, y1 * width);
-        let a = floats(&level.texels[top + x0]);
-        let b = floats(&level.texels[top + x1]);
-        let c = floats(&level.texels[bottom + x0]);
-        let d = floats(&level.texels[bottom + x1]);
+        let stride = index(level.width) + 2;
+        let (top, bottom) = ((y0 + 1) * stride + 1, (y1 + 1) * stride + 1);
+        let [a, b, c, d] = [top + x0, top + x1, bottom + x0, bottom + x1].map(|at| level.texel(at));
         let mut out = [0.0; 4];
         for band in 0..4 {
             let above = a[band] + (b[band] - a[band]) * fx;
@@ -206,11 +257,99 @@ impl Texture {
     }
 }
 
-/// One load and one conversion, if it is asked for at once.
-#[inline(always)]
-fn floats(texel: &[u16; 4]) -> [f32; 4] {
-    [f32::from(texel[0]), f32::from(texel[1]), f32::from(texel[2]), f32::from(texel[3])]
+/// Places of a row at most, as a number of lanes.
+const TAPS: usize = 8;
+
+const _: () = assert!(index(TAPS_MAX) == TAPS);
+
+impl Level {
+    #[inline(always)]
+    fn texel(&self, at: usize) -> Bands {
+        let texel = &self.texels[4 * at..4 * at + 4];
+        [f32::from(texel[0]), f32::from(texel[1]), f32::from(texel[2]), f32::from(texel[3])]
+    }
+
+    /// Rows without the rim.
+    fn rows(&self) -> impl Iterator<Item = &[u16]> {
+        let width = index(self.width);
+        let rows = self.texels.chunks_exact(BANDS * (width + 2)).skip(1).take(index(self.height));
+        rows.map(move |row| &row[BANDS..BANDS * (width + 1)])
+    }
 }
+
+/// Bilinear between the four texels from one on, by the weights of the second column and row.
+#[inline(always)]
+fn between(texels: &[u16], from: u32, stride: u32, [fx, fy]: [f32; 2]) -> Bands {
+    let (from, stride) = (4 * index(from), 4 * index(stride));
+    // Places are never beyond the rim; a square that ended there would be black.
+    let Some(square) = texels.get(from..from + stride + 8) else { return [0.0; 4] };
+    let (above, below) = (floats_of_pair(square), floats_of_pair(&square[stride..]));
+    let mut pair = [0.0; 8];
+    for place in 0..8 {
+        pair[place] = above[place] + (below[place] - above[place]) * fy;
+    }
+    let mut out = [0.0; 4];
+    for band in 0..4 {
+        out[band] = pair[band] + (pair[4 + band] - pair[band]) * fx;
+    }
+    out
+}
+
+/// The first two texels.
+#[inline(always)]
+fn floats_of_pair(texels: &[u16]) -> [f32; 8] {
+    let Some(pair) = texels.first_chunk::<8>() else { return [0.0; 8] };
+    let mut out = [0.0; 8];
+    for place in 0..8 {
+        out[place] = f32::from(pair[place]);
+    }
+    out
+}
+
+/// A number to which a smaller one is added so that its whole part, rounded to the nearest, stands in the lowest bits.
+pub(in crate::scene) const TO_WHOLE: f32 = 12_582_912.0;
+
+/// Rounded to the nearest whole number, ties to even, below 2^22.
+#[inline(always)]
+fn whole(value: f32) -> f32 {
+    (value + TO_WHOLE) - TO_WHOLE
+}
+
+/// A row of places along one axis of a level with its rim: the first texel of each pair and the weight of the second, 0 to 1.
+#[inline(always)]
+fn places_of(first: f32, step: f32, size: f32, wrap: Wrap) -> ([u32; TAPS], [f32; TAPS]) {
+    let mut at = [0.0; TAPS];
+    for tap in 0..TAPS {
+        at[tap] = first + step * TAP_NUMBERS[tap];
+    }
+    match wrap {
+        Wrap::Repeat => {
+            for tap in 0..TAPS {
+                at[tap] -= whole(at[tap] - 0.5);
+            }
+        }
+        Wrap::Mirror => {
+            for tap in 0..TAPS {
+                let period = at[tap] - 2.0 * whole(at[tap] * 0.5 - 0.5);
+                at[tap] = if period > 1.0 { 2.0 - period } else { period };
+            }
+        }
+        Wrap::Clamp => {}
+    }
+    let (mut places, mut shares) = ([0; TAPS], [0.0; TAPS]);
+    for tap in 0..TAPS {
+        let at = if at[tap] > 0.0 { at[tap] } else { 0.0 };
+        let at = if at < 1.0 { at } else { 1.0 };
+        // Half a texel back to the first one's middle, and one on over the rim.
+        let place = at * size + 0.5;
+        let base = (place - 0.5) + TO_WHOLE;
+        places[tap] = base.to_bits().wrapping_sub(TO_WHOLE.to_bits());
+        shares[tap] = place - (base - TO_WHOLE);
+    }
+    (places, shares)
+}
+
+const TAP_NUMBERS: [f32; TAPS] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 #[inline(always)]
 fn scaled(texel: Bands) -> Bands {
@@ -222,9 +361,39 @@ fn quantised(value: f64) -> u16 {
     crate::num::low_u16(u32_truncated(value.round_ties_even().clamp(0.0, f64::from(u16::MAX))))
 }
 
+/// A level without its rim.
+struct Plain {
+    width: u32,
+    height: u32,
+    texels: Vec<[u16; 4]>,
+}
+
+impl Plain {
+    fn with_rim(&self, wrap: [Wrap; 2]) -> Level {
+        let Self { width, height, .. } = *self;
+        let mut texels = Vec::with_capacity(BANDS * (index(width) + 2) * (index(height) + 2));
+        for y in 0..height + 2 {
+            let row = index(within_rim(y, height, wrap[1])) * index(width);
+            texels.extend(self.texels[row + index(within_rim(0, width, wrap[0]))]);
+            texels.extend_from_slice(self.texels[row..row + index(width)].as_flattened());
+            texels.extend(self.texels[row + index(within_rim(width + 1, width, wrap[0]))]);
+        }
+        Level { width, height, size: [f32_from_u32(width), f32_from_u32(height)], texels }
+    }
+}
+
+/// The texel, of so many, that stands at a place of a row with its rim.
+fn within_rim(place: u32, count: u32, wrap: Wrap) -> u32 {
+    match (wrap, place) {
+        (Wrap::Repeat, 0) => count - 1,
+        (Wrap::Repeat, place) => (place - 1) % count,
+        (Wrap::Mirror | Wrap::Clamp, place) => place.saturating_sub(1).min(count - 1),
+    }
+}
+
 /// The next coarser level: each texel is the mean of the texels whose area it covers (odd sizes keep their last column or row
 /// by weight), or none below one texel.
-fn halved(fine: &Level) -> Option<Level> {
+fn halved(fine: &Plain) -> Option<Plain> {
     if fine.width == 1 && fine.height == 1 {
         return None;
     }
@@ -244,7 +413,7 @@ fn halved(fine: &Level) -> Option<Level> {
             texels.push(sum.map(|sum| crate::num::low_u16((sum + 2) / 4)));
         }
     }
-    Some(Level { width, height, texels })
+    Some(Plain { width, height, texels })
 }
 
 /// Two neighbouring texel indices along one axis and the weight of the second.
@@ -302,82 +471,10 @@ impl Texture {
         hasher.update(&level.width.to_le_bytes());
         hasher.update(&level.height.to_le_bytes());
         hasher.update(&u32_from(self.wrap[0] as usize * 3 + self.wrap[1] as usize).to_le_bytes());
-        let bytes: Vec<u8> = level.texels.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        let bytes: Vec<u8> = level.rows().flatten().flat_map(|value| value.to_le_bytes()).collect();
         hasher.update(&bytes);
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn checker(size: u32) -> Texture {
-        let codes: Vec<[u8; 3]> =
-            (0..size * size).map(|i| if (i % size + i / size).is_multiple_of(2) { [255; 3] } else { [0; 3] }).collect();
-        Texture::from_srgb(size, size, &codes, [Wrap::Repeat; 2])
-    }
-
-    #[test]
-    fn a_checkerboard_averages_in_light_not_in_code_values() {
-        // Half of the texels are 65,535: the mean is 32,767.5, off by at most one rounding of 1/65,535 a level (6 levels).
-        let mean = checker(64).mean()[0];
-        assert!((mean - 0.5).abs() < 7.0 / ONE, "{mean}");
-    }
-
-    #[test]
-    fn levels_mix_so_that_the_texels_area_is_the_one_asked_for() {
-        let texture = checker(64);
-        let mut tried = 0;
-        for step in 0..60_u32 {
-            let area = 1.0 + 0.37 * f32_from_u32(step * step);
-            let (level, share) = texture.level_of(area);
-            if level == 6 {
-                continue;
-            }
-            let own = f32_from_u32(1 << (2 * level));
-            // Two roundings of 2^-24 of the area and the mix.
-            assert!((own * (1.0 + 3.0 * share) / area - 1.0).abs() < 3e-7, "{area}: {level} {share}");
-            tried += 1;
-        }
-        assert!(tried > 50, "{tried}");
-        assert_eq!(texture.level_of(f32::MAX), (6, 0.0));
-    }
-
-    #[test]
-    fn a_row_of_taps_averages_along_its_direction_only() {
-        // Columns of black and white: along u the taps meet both, along v one.
-        let codes: Vec<[u8; 3]> = (0..64).map(|i| if i % 8 < 4 { [255; 3] } else { [0; 3] }).collect();
-        let texture = Texture::from_srgb(8, 8, &codes, [Wrap::Repeat; 2]);
-        let over = |step_texels| Footprint { step_texels, taps: 8, ..Footprint::POINT };
-        let at = [1.5 / 8.0, 0.5];
-        // Eight texels a step apart are every column once: their mean is half of white.
-        assert!((texture.over(at, &over([1.0, 0.0]))[0] - 0.5).abs() < 1e-6);
-        assert!((texture.over(at, &over([0.0, 1.0]))[0] - 1.0).abs() < 1e-6);
-        let moved = Footprint { shift_texels: [4.0, 0.0], ..over([0.0, 1.0]) };
-        assert!(texture.over(at, &moved)[0].abs() < 1e-6);
-    }
-
-    #[test]
-    fn texel_centres_return_the_texel_and_v_runs_downwards() {
-        let codes = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]];
-        let texture = Texture::from_srgb(2, 2, &codes, [Wrap::Clamp; 2]);
-        assert_eq!(texture.colour([0.25, 0.25], 0.0), [1.0, 0.0, 0.0, 1.0]);
-        assert_eq!(texture.colour([0.75, 0.25], 0.0), [0.0, 1.0, 0.0, 0.0]);
-        assert_eq!(texture.colour([0.25, 0.75], 0.0), [0.0, 0.0, 1.0, 0.0]);
-    }
-
-    #[test]
-    fn every_wrap_stays_within_the_picture_for_wild_coordinates() {
-        let mut tried = 0;
-        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
-            let texture = Texture::from_srgb(3, 5, &[[128; 3]; 15], [wrap; 2]);
-            let grey = texture.colour([0.5, 0.5], 0.0)[0];
-            for u in [-1e9, -7.3, -1.0, -0.0, 0.0, 0.999_999_94, 1.0, 2.5, 1e9, f32::MAX] {
-                let colour = texture.colour([u, -u], 1.5);
-                assert!((colour[0] - grey).abs() < 1e-4, "{wrap:?} at {u}: {colour:?}");
-                tried += 1;
-            }
-        }
-        assert_eq!(tried, 30);
-    }
-}
+mod tests;

@@ -11,7 +11,7 @@
 
 use crate::num::{f32_from_u32, u32_truncated_f32};
 use crate::scene::lanes::{Floats, LANES, Vectors};
-use crate::scene::texture::{Footprint, TAPS_MAX};
+use crate::scene::texture::{Footprints, TAPS_MAX};
 
 /// Surfaces that the lanes met.
 pub struct Surfaces {
@@ -67,29 +67,6 @@ fn to_middle(share: f32) -> f32 {
     1.0 - (1.0 - share * share).sqrt()
 }
 
-/// Ellipses by lane.
-pub struct Ellipses {
-    shift: [Floats; 2],
-    step: [Floats; 2],
-    taps: Floats,
-    area: Floats,
-    snap: f32,
-}
-
-impl Ellipses {
-    /// One lane's.
-    #[inline(always)]
-    pub fn lane(&self, lane: usize) -> Footprint {
-        Footprint {
-            shift_texels: [self.shift[0].0[lane], self.shift[1].0[lane]],
-            step_texels: [self.step[0].0[lane], self.step[1].0[lane]],
-            taps: u32_truncated_f32(self.taps.0[lane]),
-            area_texels2: self.area.0[lane],
-            snap: self.snap,
-        }
-    }
-}
-
 /// How one step moves a hit, in texels: the ray's end follows the surface's plane along the ray.
 #[inline(always)]
 fn moved(normal: [f32; 3], slopes: [[f32; 3]; 2], along: [f32; 2], per_cos: f32, step: [f32; 3]) -> [f32; 2] {
@@ -117,9 +94,15 @@ fn snap(share: f32) -> f32 {
 
 /// The ellipses of a packet's samples.
 #[inline(always)]
-pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Ellipses {
+pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Footprints {
     let zero = Floats::splat(0.0);
-    let mut all = Ellipses { shift: [zero; 2], step: [zero; 2], taps: zero, area: zero, snap: snap(shares.pixel) };
+    let mut all = Footprints {
+        shift_texels: [zero; 2],
+        step_texels: [zero; 2],
+        taps: zero,
+        area_texels2: zero,
+        snap: Floats::splat(snap(shares.pixel)),
+    };
     for lane in 0..LANES {
         let (share, to_pixel) = (shares.pixel, shares.to_pixel);
         let normal = lane3(&surfaces.normal, lane);
@@ -144,11 +127,11 @@ pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Ellipses
         let [x, y, t] = [0, 1, 2].map(|number: usize| steps.off_centre[number].0[lane]);
         for axis in 0..2 {
             let shift = -(to_pixel * (x * right[axis] + y * down[axis]) + to_middle * t * travel[axis]);
-            all.shift[axis].0[lane] = if shift.abs() < SHIFT_TEXELS_MAX { shift } else { 0.0 };
+            all.shift_texels[axis].0[lane] = if shift.abs() < SHIFT_TEXELS_MAX { shift } else { 0.0 };
         }
         let (step_u, step_v, taps, area) = ellipse(right, down, travel, share * share, share_t * share_t);
-        (all.step[0].0[lane], all.step[1].0[lane]) = (step_u, step_v);
-        (all.taps.0[lane], all.area.0[lane]) = (taps, area);
+        (all.step_texels[0].0[lane], all.step_texels[1].0[lane]) = (step_u, step_v);
+        (all.taps.0[lane], all.area_texels2.0[lane]) = (taps, area);
     }
     all
 }

@@ -3,13 +3,14 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::filter::{Ellipses, Shares, Steps, Surfaces, ellipses};
+use super::filter::{Shares, Steps, Surfaces, ellipses};
 use crate::optics::camera::Camera;
 use crate::optics::motion::Parabolas;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors, add3};
 use crate::scene::light::{BANDS, Bands};
-use crate::scene::texture::Footprint;
+use crate::scene::lit::{Met, by_band};
+use crate::scene::texture::Footprints;
 use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline_through};
 
 /// What all rays of a render share.
@@ -103,6 +104,7 @@ impl View<'_> {
         let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
         let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
         // No closure: it would not be compiled for the kernel's own level.
+        let met = self.scene.met(&hits);
         let mut footprints = None;
         if self.scene.has_textures() {
             let right = pose.turned(sub(&pixels.corners[1], &pixels.corners[0]));
@@ -119,67 +121,38 @@ impl View<'_> {
                 pixel_m: pixels.spread * hits.t,
                 off_centre: [aim.place[0] - half, aim.place[1] - half, aim.place[2] - half],
             };
-            footprints = Some(ellipses(&self.surfaces(&hits, pixels), &steps, aim.shares));
+            footprints = Some(ellipses(&Surfaces { normal: met.normal(), slopes: met.slopes() }, &steps, aim.shares));
         }
-        let mut lux = self.shade(&hits, &packet, footprints.as_ref(), pixels, aim.lamp_levels);
-        if has_gloss {
+        let mut lux = self.shade(&hits, &met, &packet, footprints.as_ref(), pixels, aim.lamp_levels);
+        if has_gloss && met.has_gloss(self.follows_gloss) {
             self.reflect(&hits, &packet, pixels, aim, &mut lux);
         }
-        let mut photons = Floats::splat(0.0);
+        let [r, g, b, n] = by_band(&lux);
+        let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
+        let mut left = Floats::splat(0.0);
         for lane in 0..LANES {
-            let [r, g, b, n] = lux[lane];
-            let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux.map(|per_lux| per_lux.0[lane]);
-            photons.0[lane] =
-                (r * per_r + g * per_g + b * per_b + n * per_n) * self.camera.roll_off_at(bearing[2].0[lane]);
+            left.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
         }
+        let photons = (r * per_r + g * per_g + b * per_b + n * per_n) * left;
         [photons, hits.t]
-    }
-
-    /// Planes and textures of what was hit.
-    #[inline(always)]
-    fn surfaces(&self, hits: &Hits, pixels: &Pixels) -> Surfaces {
-        let zero = Floats::splat(0.0);
-        let mut surfaces = Surfaces { normal: [zero; 3], slopes: [[zero; 3]; 2] };
-        for &lane in &pixels.seen.0[..pixels.seen.1] {
-            if hits.triangle[lane] == MISS {
-                continue;
-            }
-            let (normal, slopes) = self.scene.surface(hits.triangle[lane]);
-            for axis in 0..3 {
-                surfaces.normal[axis].0[lane] = normal[axis];
-                surfaces.slopes[0][axis].0[lane] = slopes[0][axis];
-                surfaces.slopes[1][axis].0[lane] = slopes[1][axis];
-            }
-        }
-        surfaces
     }
 
     #[inline(always)]
     fn shade(
         &self,
         hits: &Hits,
+        met: &Met,
         packet: &Packet,
-        footprints: Option<&Ellipses>,
+        footprints: Option<&Footprints>,
         pixels: &Pixels,
         lamp_levels: &[f32; LANES],
     ) -> [Bands; LANES] {
-        let mut lux = [[0.0; BANDS]; LANES];
-        // A list whose length only the run knows: unrolled sixteen times, shading outgrows the instruction cache.
+        let mut lux = self.scene.exitances_lux(hits, met, &packet.direction, footprints, lamp_levels);
         for &lane in &pixels.seen.0[..pixels.seen.1] {
-            let [x, y, z] = packet.direction;
-            let direction = [x.0[lane], y.0[lane], z.0[lane]];
-            lux[lane] = if hits.triangle[lane] == MISS {
-                self.scene.sky_lux(direction)
-            } else {
-                let footprint = footprints.map_or(Footprint::POINT, |footprints| footprints.lane(lane));
-                self.scene.exitance_lux(
-                    hits.triangle[lane],
-                    [hits.u.0[lane], hits.v.0[lane]],
-                    direction,
-                    &footprint,
-                    lamp_levels[lane],
-                )
-            };
+            if hits.triangle[lane] == MISS {
+                let [x, y, z] = packet.direction;
+                lux[lane] = self.scene.sky_lux([x.0[lane], y.0[lane], z.0[lane]]);
+            }
         }
         lux
     }

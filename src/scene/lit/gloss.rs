@@ -26,7 +26,7 @@ const MIRROR_ROUGHNESS_MAX: f32 = 0.1;
 /// From this on the greater part of a surface is a metal.
 const MIRROR_METALLIC_MIN: f32 = 0.5;
 
-fn is_exact_mirror(material: &Material) -> bool {
+pub(super) fn is_exact_mirror(material: &Material) -> bool {
     material.metallic >= MIRROR_METALLIC_MIN && material.roughness <= MIRROR_ROUGHNESS_MAX
 }
 
@@ -47,19 +47,18 @@ impl LitScene {
     /// Whether any surface keeps an image: all that gloss does, or mirrors only.
     #[inline(always)]
     pub fn has_gloss(&self, all: bool) -> bool {
-        let mut materials = self.gloss.iter().zip(&self.scene.mesh.materials);
-        materials.any(|(gloss, material)| gloss.is_some() && (all || is_exact_mirror(material)))
+        self.paints.iter().any(|paint| paint.glossy[usize::from(!all)])
     }
 
     /// The glossy surface at a hit; none where it is dull, or seen from a back that is not there. Unless `all` gloss is followed, only
     /// mirrors are, as if they were perfect.
     pub fn facet(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3], all: bool) -> Option<Facet> {
         let shade = &self.scene.layout.triangles[index(triangle)];
-        let gloss = self.gloss[index(shade.material)]?;
-        let material = &self.scene.mesh.materials[index(shade.material)];
-        if !all && !is_exact_mirror(material) {
+        if !self.paints[index(shade.material)].glossy[usize::from(!all)] {
             return None;
         }
+        let gloss = self.gloss[index(shade.material)]?;
+        let material = &self.scene.mesh.materials[index(shade.material)];
         let alpha = if all { gloss.alpha } else { 0.0 };
         let back = dot(shade.normal, direction) > 0.0;
         if back && !material.double_sided {
@@ -67,7 +66,7 @@ impl LitScene {
         }
         let mut at_normal = gloss.at_normal;
         if material.metallic > 0.0 && material.texture.is_some() {
-            let albedo = self.albedo(shade, [u, v], &Footprint::POINT);
+            let albedo = self.albedo(shade, &self.paints[index(shade.material)], [u, v], &Footprint::POINT);
             for band in 0..BANDS {
                 at_normal[band] += (albedo[band] - material.base_colour[band]) * material.metallic;
             }

@@ -35,12 +35,6 @@ fn of_triangle(mesh: &Mesh, triangle: usize) -> [[f32; 3]; 2] {
 }
 
 impl LitScene {
-    /// Unit normal of a triangle, and the texels along u and v for a metre in the world.
-    #[inline(always)]
-    pub fn surface(&self, triangle: u32) -> ([f32; 3], [[f32; 3]; 2]) {
-        (self.scene.layout.triangles[index(triangle)].normal, self.slopes[index(triangle)])
-    }
-
     /// Texels of a triangle's texture in a metre, in the mean over directions; 0 without one.
     #[inline(always)]
     pub fn texels_per_m(&self, triangle: u32) -> f32 {
@@ -50,6 +44,6 @@ impl LitScene {
     /// Whether any surface has a texture: without, nobody needs a footprint.
     #[inline(always)]
     pub fn has_textures(&self) -> bool {
-        !self.slopes.is_empty()
+        self.has_textures
     }
 }
