@@ -3,11 +3,13 @@
 //!
 //! Stereo odometry with a lasting map: landmarks are searched where constant velocity predicts them, the pose is the robust
 //! least-squares fit to the places where they are found, and at keyframes new landmarks come in and a window of keyframes is
-//! adjusted. After loss the map is searched by descriptors alone. The world is the body's frame at the first frame.
+//! adjusted. Every place counts at its row's own time. After loss the map is searched by descriptors alone; a place seen again far from
+//! where the map has it closes a loop. The world is the body's frame at the first frame.
 //! Poses are metres and unit quaternions, places pixels, times seconds. Equal input gives equal bytes.
 
 pub mod adjust;
 mod answer;
+mod close;
 pub mod covariance;
 pub mod dense;
 pub mod epipolar;
@@ -34,6 +36,7 @@ use crate::num::index;
 use crate::pose::{Pose, TimedPose};
 
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
+use close::Suspicion;
 use extend::{Growth, Unclaimed, adjust_window};
 use lie::Twist;
 use locate::{Frame, Located};
@@ -67,6 +70,7 @@ pub struct Tracker {
     lost: bool,
     frame: u64,
     start_frame: u64,
+    suspicion: Option<Suspicion>,
     last_t_s: f64,
 }
 
@@ -99,6 +103,7 @@ impl Tracker {
             lost: false,
             frame: 0,
             start_frame: 0,
+            suspicion: None,
             last_t_s: f64::NEG_INFINITY,
         })
     }
@@ -190,8 +195,10 @@ impl Tracker {
             self.correct_last_rate(step);
         }
         self.motion = Some(Motion { t_s, body_from_world, step });
+        let mut loop_closed = false;
         if keyframe {
             self.add_keyframe(t_s, views, &located, tracked_features, &mut work);
+            loop_closed = self.params.loop_closing && self.close_loop((t_s, views), &mut work);
         }
         let world_from_body = self.motion.map_or(body_from_world, |motion| motion.body_from_world).inverse();
         TrackedFrame {
@@ -204,7 +211,7 @@ impl Tracker {
             innovation_px,
             position_bound_m: located.position_bound_m,
             keyframe,
-            loop_closed: false,
+            loop_closed,
             work,
         }
     }
@@ -263,6 +270,31 @@ impl Tracker {
         self.motion = self.motion.map(|motion| Motion { body_from_world: state.body_from_world, ..motion });
         let world_from_body = state.body_from_world.inverse();
         self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + made });
+    }
+
+    /// Looks for an earlier visit of the place that the last keyframe sees, and bends the map where two keyframes agree on one.
+    fn close_loop(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> bool {
+        let Some(last) = self.map.keyframes.last().copied() else { return false };
+        let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
+        let frame = Frame { cameras, views, map, params, t_s, motion: None };
+        let key = DrawKey::root(params.seed).with(DRAWS).with(self.frame).with(2);
+        let found = close::recognise(&frame, self.frame, &last.state, key, work);
+        let Some(found) = found else { return false };
+        let before = self.suspicion.replace(found.suspicion(last.id));
+        let confirmed = before.is_some_and(|before| found.confirms(last.id, &before));
+        let params = self.params;
+        if !confirmed || !found.close(&mut self.map, views, |scale| params.inverse_sigma(scale)) {
+            return false;
+        }
+        self.suspicion = None;
+        adjust_window(&mut self.map, &self.cameras, &self.params, work);
+        if let (Some(last), Some(motion)) = (self.map.keyframes.last(), self.motion.as_mut()) {
+            motion.body_from_world = last.state.body_from_world;
+            self.unclaimed.moved_to(last.state);
+            let world_from_body = last.state.body_from_world.inverse();
+            self.last_keyframe = self.last_keyframe.map(|held| LastKeyframe { world_from_body, ..held });
+        }
+        true
     }
 
     /// Around the prediction first, then by descriptors among recent landmarks, then among all.

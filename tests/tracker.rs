@@ -2,6 +2,8 @@
 
 #[path = "tracker/hard.rs"]
 mod hard;
+#[path = "tracker/loops.rs"]
+mod loops;
 #[path = "tracker/still.rs"]
 mod still;
 #[path = "tracker/sweep.rs"]

@@ -240,8 +240,8 @@ pub struct Tracking {
     pub jitter_d2_m: Option<f64>,
     /// 95 % interval of `jitter_d2_m`, from blocks of a second of this run.
     pub jitter_d2_interval_m: Option<[f64; 2]>,
-    /// Cramer-Rao bound of the frames' positions given the map, per axis, RMS over the frames: what no unbiased estimate of a frame by itself
-    /// can stay below, at the noise that the run's own tracks show. To hold beside `jitter_d2_m`.
+    /// Cramer-Rao bound of the frames' positions given the map, per axis, RMS over the frames: what no unbiased estimate of a frame by
+    /// itself can stay below, at the noise that the run's own tracks show. To hold beside `jitter_d2_m`.
     pub jitter_bound_m: Option<f64>,
     /// RMS position error after alignment with scale.
     pub ate_sim3_m: Option<f64>,

@@ -68,8 +68,8 @@ pub fn second_difference_squares(errors: &[PoseError], step_s: f64) -> Vec<f64> 
     triples.map(|e| (vector(&e[2]) - 2.0 * vector(&e[1]) + vector(&e[0])).length_squared() / 18.0).collect()
 }
 
-/// Amplitude spectrum of the position error by Welch's method: segments with Hann's window, half overlapping, each without its mean. Empty for
-/// fewer than 64 frames, or where frames are missing.
+/// Amplitude spectrum of the position error by Welch's method: segments with Hann's window, half overlapping, each without its mean.
+/// Empty for fewer than 64 frames, or where frames are missing.
 pub fn spectrum(errors: &[PoseError], rate_hz: f64) -> Vec<SpectrumPoint> {
     let mut length = SEGMENT[1];
     while length * 2 > errors.len() {

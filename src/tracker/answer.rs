@@ -93,8 +93,8 @@ pub struct TrackedFrame {
     /// Median over the inliers of the distance in pixels between a landmark's place predicted for this frame and the place
     /// where it was found. `None` without prediction or inliers.
     pub innovation_px: Option<f64>,
-    /// Cramer-Rao bound of the position given the map: standard deviation per axis in metres of the best unbiased estimate from the inliers,
-    /// at the noise that their own errors show. `None` without a located pose.
+    /// Cramer-Rao bound of the position given the map: standard deviation per axis in metres of the best unbiased estimate from the
+    /// inliers, at the noise that their own errors show. `None` without a located pose.
     pub position_bound_m: Option<f64>,
     /// Whether the frame became a keyframe.
     pub keyframe: bool,

@@ -88,8 +88,14 @@ impl Frame<'_> {
     pub fn anywhere(&self, seen_since: u64, key: DrawKey, work: &mut Work) -> Option<Located> {
         let landmarks: Vec<usize> =
             (0..self.map.landmarks.len()).filter(|&l| self.map.landmarks[l].last_frame >= seen_since).collect();
+        let (start, support) = self.recognise(&landmarks, key, work)?;
+        self.confirm(&start, support, work)
+    }
+
+    /// The pose that some landmarks are seen from, by descriptors alone, with the number of those that agree.
+    pub fn recognise(&self, landmarks: &[usize], key: DrawKey, work: &mut Work) -> Option<(Moving, u32)> {
         let found: Vec<Found> =
-            (0..self.views.len()).flat_map(|camera| self.look_alikes(camera, &landmarks, work)).collect();
+            (0..self.views.len()).flat_map(|camera| self.look_alikes(camera, landmarks, work)).collect();
         let measurements = self.measurements(&found);
         let bearing = |found: &Found| self.views[index(found.camera.0)].sights[found.sight].bearing;
         let bearings: Vec<DVec3> = found.iter().map(bearing).collect();
@@ -105,7 +111,14 @@ impl Frame<'_> {
         let agreed = found.iter().zip(&consensus.agrees).filter(|(_, agrees)| **agrees).map(|(found, _)| *found);
         let start = Moving::resting(consensus.body_from_world);
         let (state, inliers) = self.settle(&start, agreed.collect(), work)?;
-        self.confirm(&state, u32_from(inliers.len()), work)
+        Some((state, u32_from(inliers.len())))
+    }
+
+    /// Sights of some landmarks around where a pose predicts them, and the pose that they agree on.
+    pub fn revisit(&self, state: &Moving, landmarks: &[usize], work: &mut Work) -> Option<(Moving, Vec<Found>)> {
+        let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
+        let (found, _) = self.search_among(landmarks.iter().copied(), state, SECOND_RADIUS_PX, rule, work);
+        self.settle(state, found, work)
     }
 
     /// Searches again closely around a pose, which must keep its support. Wrong poses lose theirs here: chance matches do
@@ -156,10 +169,22 @@ impl Frame<'_> {
 
     /// Landmarks found within a radius of where the pose predicts them, and those that it predicts on any picture.
     fn search(&self, state: &Moving, radius_px: f64, rule: Rule, work: &mut Work) -> (Vec<Found>, Vec<usize>) {
+        self.search_among(0..self.map.landmarks.len(), state, radius_px, rule, work)
+    }
+
+    fn search_among(
+        &self,
+        landmarks: impl Iterator<Item = usize>,
+        state: &Moving,
+        radius_px: f64,
+        rule: Rule,
+        work: &mut Work,
+    ) -> (Vec<Found>, Vec<usize>) {
         let rotation = DMat3::from_quat(state.body_from_world.rotation);
         let mut pairs = vec![Vec::new(); self.views.len()];
         let mut in_view = Vec::new();
-        for (number, landmark) in self.map.landmarks.iter().enumerate() {
+        for number in landmarks {
+            let landmark = &self.map.landmarks[number];
             let in_body_m = rotation * landmark.position_m + state.body_from_world.translation_m;
             let mut visible = false;
             for (camera, view) in self.views.iter().enumerate() {

@@ -4,6 +4,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::num::{f64_from_u64, index, u32_from};
+use crate::pose::Pose;
 use crate::tracker::adjust::{Observation, Problem};
 use crate::tracker::lie::Twist;
 use crate::tracker::matching::Descriptor;
@@ -62,6 +63,14 @@ impl Landmark {
     pub(crate) fn keyframe_count(&self) -> usize {
         let repeats = self.sightings.windows(2).filter(|pair| pair[0].keyframe == pair[1].keyframe).count();
         self.sightings.len() - repeats
+    }
+
+    /// Takes a sighting, unless it has one of the same keyframe and camera.
+    pub(crate) fn see(&mut self, sighting: Sighting) {
+        let place = |s: &Sighting| (s.keyframe, s.camera);
+        if let Err(at) = self.sightings.binary_search_by_key(&place(&sighting), place) {
+            self.sightings.insert(at, sighting);
+        }
     }
 
     pub(crate) fn remember(&mut self, descriptor: Descriptor) {
@@ -128,6 +137,40 @@ impl Map {
             let at_frame_m = after.row_from_frame(sighting.offset_s).inverse().point(at_row_m);
             landmark.position_m = from_world.inverse().point(at_frame_m);
         }
+    }
+
+    /// Keyframes move from poses (`world_from_body`) to others, and each landmark with the last keyframe that saw it.
+    pub fn bend(&mut self, before: &[Pose], after: &[Pose]) {
+        for landmark in &mut self.landmarks {
+            let last = landmark.sightings.last().map_or(0, |sighting| sighting.keyframe);
+            if let Ok(k) = self.keyframes.binary_search_by_key(&last, |keyframe| keyframe.id) {
+                landmark.position_m = after[k].point(before[k].inverse().point(landmark.position_m));
+            }
+        }
+        for (keyframe, after) in self.keyframes.iter_mut().zip(after) {
+            keyframe.state.body_from_world = after.inverse();
+        }
+    }
+
+    /// Puts the sightings of the first landmark of each pair into the second, and removes the first.
+    pub fn merge(&mut self, pairs: &[(usize, usize)]) {
+        let mut gone = vec![false; self.landmarks.len()];
+        for &(from, into) in pairs {
+            if gone[from] || gone[into] {
+                continue;
+            }
+            gone[from] = true;
+            for sighting in std::mem::take(&mut self.landmarks[from].sightings) {
+                self.landmarks[into].see(sighting);
+            }
+            let last_frame = self.landmarks[from].last_frame;
+            self.landmarks[into].last_frame = self.landmarks[into].last_frame.max(last_frame);
+        }
+        let mut number = 0;
+        self.landmarks.retain(|_| {
+            number += 1;
+            !gone[number - 1]
+        });
     }
 
     /// Adds a landmark with its first sightings.

@@ -41,6 +41,8 @@ pub struct TrackerParams {
     pub keyframes_max: u32,
     /// Bound of the map's memory in landmarks; at least 100.
     pub landmarks_max: u32,
+    /// Whether places seen again bend the map.
+    pub loop_closing: bool,
     /// Whether rows are taken at their own times; else a frame's rows count as simultaneous.
     pub rolling_shutter: bool,
 }
@@ -67,6 +69,7 @@ impl TrackerParams {
             recent_frames: 60,
             keyframes_max: 150,
             landmarks_max: 8_000,
+            loop_closing: true,
             rolling_shutter: true,
         }
     }

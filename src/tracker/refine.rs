@@ -74,8 +74,8 @@ pub fn linearise(
     })
 }
 
-/// Degrees of freedom of Student's t that places of corners follow: their errors have a narrow middle and long tails. Measured in a furnished
-/// room: 0.33 px by the median, 0.47 px by the mean square.
+/// Degrees of freedom of Student's t that places of corners follow: their errors have a narrow middle and long tails. Measured in a
+/// furnished room: 0.33 px by the median, 0.47 px by the mean square.
 const TAIL_FREEDOM: f64 = 4.0;
 /// Median of the squared length of a bivariate t with 4 degrees of freedom and scale 1: (1 + x / 4)^-2 = 1/2.
 const MEDIAN_TAILED2: f64 = 1.656_854;

@@ -99,9 +99,9 @@ pub struct RatePrior {
 }
 
 impl RatePrior {
-    /// After two located frames. Two poses of 0.4 mm and 0.25 mrad say a step's rate to 0.02 m/s and 0.01 rad/s, its trend to 1.5 times that;
-    /// a hand's jerk of 30 m/s^3 and 100 rad/s^3 adds 0.01 m/s and 0.03 rad/s over a frame at 30 Hz. Wider priors take the places' own noise
-    /// for motion within the frame: three times as wide doubled the error of a lively hand.
+    /// After two located frames. Two poses of 0.4 mm and 0.25 mrad say a step's rate to 0.02 m/s and 0.01 rad/s, its trend to 1.5 times
+    /// that; a hand's jerk of 30 m/s^3 and 100 rad/s^3 adds 0.01 m/s and 0.03 rad/s over a frame at 30 Hz. Wider priors take the
+    /// places' own noise for motion within the frame: three times as wide doubled the error of a lively hand.
     pub fn trend(mean: Twist) -> Self {
         Self { mean, inverse_sigma_linear: 1.0 / 0.02, inverse_sigma_angular: 1.0 / 0.04 }
     }

@@ -8,7 +8,7 @@ use sensel::pose::{Pose, TimedPose};
 use sensel::report::html::{Mark, Picture, Pictures};
 use sensel::report::record::{
     Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase, PlanRecord, SCHEMA_VERSION,
-    Scenario, StageCost, Timing, Tracking,
+    Scenario, StageCost, Timing, Tracking, TrackingEvent,
 };
 use sensel::report::{Report, trajectory_figures};
 use sensel::units::Size;
@@ -98,6 +98,10 @@ pub fn report() -> Report {
     report.set_trajectory(figures);
     report.tracking.prediction_error_m = Some(0.0061);
     report.tracking.innovation_px = Some(0.42);
+    report.tracking.jitter_bound_m = Some(0.0009);
+    report.tracking.relocalise_s = Some(0.2);
+    let event = |t_s, event: &str| TrackingEvent { t_s, event: event.to_owned() };
+    report.tracking.events = vec![event(0.0, "initialised"), event(4.0, "lost"), event(4.2, "relocalised")];
     report
 }
 

@@ -1,0 +1,174 @@
+//! Closing loops: a keyframe that sees a place again of which the map has drifted away. Enters: a keyframe's views and the map. Leaves: the
+//! map bent so that both visits agree, its doubled landmarks one.
+//!
+//! Landmarks that were not found for long are recognised by descriptors, a pose must agree with them by geometry (P3P, refinement, a second
+//! search around their places), the next keyframe must see the same offset, and a pose graph over the keyframes shares it out. The
+//! candidates are bounded, so a keyframe's time is too.
+
+use crate::draw::DrawKey;
+use crate::num::{index, u32_from};
+use crate::pose::Pose;
+use crate::tracker::Work;
+use crate::tracker::lie::Sim3;
+use crate::tracker::locate::{Found, Frame};
+use crate::tracker::map::{Map, Sighting};
+use crate::tracker::pose_graph::{Edge, Kernel, PoseGraph, information};
+use crate::tracker::sweep::Moving;
+
+/// Frames for which a landmark must not have been found to count as one of an earlier visit: five seconds at 30 Hz.
+const AWAY_FRAMES: u64 = 150;
+/// Candidates of one recognition at most: with 500 features, two cameras and four descriptors 2.4 million distances, some 5 ms.
+const CANDIDATES_MAX: usize = 600;
+/// Landmarks of an earlier visit that must agree on a pose.
+const AGREEING_MIN: u32 = 30;
+/// Cosine of the angle off the body's view within which candidates are looked for: 75 degrees allow for turns that drifted.
+const VIEW_COSINE_MIN: f64 = 0.26;
+/// Two keyframes' offsets must agree within this share of the offset and this floor (metres, radians).
+const AGREE_SHARE: f64 = 0.3;
+const AGREE_FLOOR: f64 = 0.02;
+/// Smaller offsets (metres, radians) are the adjustment's to remove: a search around predicted places still finds them.
+const OFFSET_MIN: f64 = 0.01;
+/// What a step from keyframe to keyframe may be off by, in metres and radians, and what a closed loop's may.
+const STEP_SIGMAS: [f64; 2] = [0.01, 0.005];
+const LOOP_SIGMAS: [f64; 2] = [0.005, 0.0025];
+/// Where the graph begins to doubt a loop: three times the 99 % quantile of chi2 with 6 degrees of freedom, since two keyframes agreed
+/// on it.
+const DOUBT_SIGMAS2: f64 = 50.0;
+
+/// A place seen again, before the next keyframe confirms it.
+#[derive(Clone, Copy, Debug)]
+pub struct Suspicion {
+    keyframe: u32,
+    /// Where the tracker believes to be, from where the earlier visit's landmarks say: `believed_from_seen` in the world.
+    offset: Pose,
+}
+
+/// A loop to close.
+#[derive(Clone, Debug)]
+pub struct Loop {
+    /// Earlier landmarks found in the keyframe's views.
+    found: Vec<Found>,
+    /// Pose of the body by the earlier visit's landmarks.
+    seen: Moving,
+    offset: Pose,
+}
+
+/// Looks for an earlier visit of the place that a located frame sees.
+pub fn recognise(frame: &Frame<'_>, number: u64, state: &Moving, key: DrawKey, work: &mut Work) -> Option<Loop> {
+    let candidates = candidates(frame, number, state);
+    if u32_from(candidates.len()) < AGREEING_MIN {
+        return None;
+    }
+
+    let (seen, support) = frame.recognise(&candidates, key, work)?;
+    if support < AGREEING_MIN {
+        return None;
+    }
+    let (seen, found) = frame.revisit(&seen, &candidates, work)?;
+    let offset = state.body_from_world.inverse().then(&seen.body_from_world);
+    let is_new = offset.translation_m.length() > OFFSET_MIN || offset.angle_rad() > OFFSET_MIN;
+    (u32_from(found.len()) >= AGREEING_MIN && is_new).then_some(Loop { found, seen, offset })
+}
+
+/// Landmarks of earlier visits in front of a camera, the ones nearest to its axis first.
+fn candidates(frame: &Frame<'_>, number: u64, state: &Moving) -> Vec<usize> {
+    let mut near: Vec<(f64, usize)> = Vec::new();
+    for (landmark, held) in frame.map.landmarks.iter().enumerate() {
+        if held.last_frame + AWAY_FRAMES > number {
+            continue;
+        }
+        let in_body_m = state.body_from_world.point(held.position_m);
+        let cosine = |camera: &crate::tracker::rig::RigCamera| {
+            let in_camera_m = camera.camera_from_body.point(in_body_m);
+            in_camera_m.z / crate::num::greater(in_camera_m.length(), 1e-9)
+        };
+        let best = frame.cameras.iter().map(cosine).fold(-1.0, crate::num::greater);
+        if best > VIEW_COSINE_MIN {
+            near.push((-best, landmark));
+        }
+    }
+    near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    near.truncate(CANDIDATES_MAX);
+    near.into_iter().map(|(_, landmark)| landmark).collect()
+}
+
+impl Loop {
+    /// What the next keyframe is asked to confirm.
+    pub fn suspicion(&self, keyframe: u32) -> Suspicion {
+        Suspicion { keyframe, offset: self.offset }
+    }
+
+    /// Whether an earlier keyframe, one of the last three, saw the same offset.
+    pub fn confirms(&self, keyframe: u32, before: &Suspicion) -> bool {
+        let between = before.offset.inverse().then(&self.offset);
+        let metres = AGREE_FLOOR + AGREE_SHARE * self.offset.translation_m.length();
+        let radians = AGREE_FLOOR + AGREE_SHARE * self.offset.angle_rad();
+        keyframe <= before.keyframe + 3 && between.translation_m.length() < metres && between.angle_rad() < radians
+    }
+
+    /// Bends the map: the last keyframe comes to stand where the earlier visit's landmarks see it. False where the graph doubts the
+    /// loop; the map is then as it was.
+    pub fn close(
+        &self,
+        map: &mut Map,
+        views: &[crate::tracker::rig::View],
+        inverse_sigma: impl Fn(f64) -> f64,
+    ) -> bool {
+        let Some(from) = self.earlier_keyframe(map) else { return false };
+        let last = map.keyframes.len() - 1;
+        let before: Vec<Pose> = map.keyframes.iter().map(|keyframe| keyframe.state.body_from_world.inverse()).collect();
+        let mut graph = PoseGraph::new(before.iter().copied().map(Sim3::from).collect(), false);
+        graph.held[0] = true;
+        for k in 0..last {
+            let [linear_m, angular_rad] = STEP_SIGMAS;
+            graph.add_present_edge(u32_from(k), u32_from(k + 1), information(linear_m, angular_rad, 1.0));
+        }
+        let measured = before[from].inverse().then(&self.seen.body_from_world.inverse());
+        graph.edges.push(Edge {
+            from: u32_from(from),
+            to: u32_from(last),
+            from_to: Sim3::from(measured),
+            information: information(LOOP_SIGMAS[0], LOOP_SIGMAS[1], 1.0),
+            kernel: Kernel::Switchable(DOUBT_SIGMAS2),
+        });
+        graph.solve_graduated(30);
+        if graph.weights().last().is_none_or(|&weight| weight < 0.25) {
+            return false;
+        }
+        let after: Vec<Pose> = graph.nodes.iter().map(Sim3::pose).collect();
+        map.bend(&before, &after);
+        self.fuse(map, views, inverse_sigma);
+        true
+    }
+
+    /// The keyframe that saw most of the landmarks found again; the earlier of equals.
+    fn earlier_keyframe(&self, map: &Map) -> Option<usize> {
+        let mut seen = vec![0_u32; map.keyframes.len()];
+        for sighting in self.found.iter().flat_map(|found| &map.landmarks[found.landmark].sightings) {
+            if let Ok(keyframe) = map.keyframes.binary_search_by_key(&sighting.keyframe, |k| k.id) {
+                seen[keyframe] += 1;
+            }
+        }
+        let last = seen.len().checked_sub(1)?;
+        (0..last).filter(|&k| seen[k] > 0).reduce(|best, next| if seen[next] > seen[best] { next } else { best })
+    }
+
+    /// The earlier landmarks are seen by the last keyframe too; what had taken their sights goes into them.
+    fn fuse(&self, map: &mut Map, views: &[crate::tracker::rig::View], inverse_sigma: impl Fn(f64) -> f64) {
+        let Some(keyframe) = map.keyframes.last().map(|keyframe| keyframe.id) else { return };
+        let mut doubled = Vec::new();
+        for found in &self.found {
+            let sight = &views[index(found.camera.0)].sights[found.sight];
+            let same =
+                |s: &Sighting| s.keyframe == keyframe && s.camera == found.camera && s.place_px == sight.place_px;
+            let holder = (0..map.landmarks.len()).find(|&l| map.landmarks[l].sightings.iter().any(same));
+            if let Some(holder) = holder.filter(|&holder| holder != found.landmark) {
+                doubled.push((holder, found.landmark));
+            }
+            let (camera, place_px) = (found.camera, sight.place_px);
+            let (inverse_sigma, offset_s) = (inverse_sigma(sight.scale), sight.offset_s);
+            map.landmarks[found.landmark].see(Sighting { keyframe, camera, place_px, inverse_sigma, offset_s });
+        }
+        map.merge(&doubled);
+    }
+}
