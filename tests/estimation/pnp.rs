@@ -10,6 +10,7 @@ use sensel::tracker::p3p;
 use sensel::tracker::ransac::{Search, search};
 use sensel::tracker::refine::{Measurement, UNSEEN_SIGMAS2, errors2, refine};
 use sensel::tracker::rig::RigCamera;
+use sensel::tracker::sweep::Moving;
 use sensel::units::CameraIndex;
 
 use super::{apart, normals, uniform};
@@ -36,6 +37,7 @@ fn measured(in_body_m: &[DVec3], truth: &Pose) -> (Vec<Measurement>, Vec<DVec3>)
             point_in_world_m: truth.inverse().point(*point),
             place_px,
             inverse_sigma: 2.0,
+            offset_s: 0.0,
         };
         (m, cameras[0].calibration.lens.unproject(place_px).unwrap())
     };
@@ -58,10 +60,10 @@ fn points_on_a_line_give_no_sample_a_bounded_step_and_no_bound() {
         assert!(search(&cameras(), (&measurements, &bearings), DrawKey::root(seed), LIMITS).is_none(), "seed {seed}");
         // The turn about the line is free. From beside the truth the fit must bring the places home and stay near.
         let start = se3_exp(Twist::from_array([0.02, -0.01, 0.01, 0.01, 0.02, -0.01])).then(&truth);
-        let (found, _) = refine(&cameras(), &measurements, &start, 30);
+        let (found, _) = refine(&cameras(), &measurements, &Moving::resting(start), None, 30);
         let worst = errors2(&cameras(), &measurements, &found).into_iter().fold(0.0, f64::max);
         // 0.01 sigmas: the floor of 1e-6 that holds the free turn bends the rest by less.
-        assert!(worst < 1e-4 && apart(&found, &truth) < 0.5, "seed {seed}: {worst}, {}", apart(&found, &truth));
+        assert!(worst < 1e-4 && apart(&found.body_from_world, &truth) < 0.5, "seed {seed}: {worst}, {}", apart(&found.body_from_world, &truth));
         let numbered: Vec<(u32, Measurement)> =
             measurements.iter().map(|m| (u32::try_from(tried).unwrap(), *m)).collect();
         assert!(
@@ -106,7 +108,7 @@ fn points_at_infinity_fix_the_turn_and_leave_the_place() {
         let far: Vec<DVec3> = near.iter().map(|point| *point * 1e9).collect();
         let (measurements, _) = measured(&far, &truth);
         let start = se3_exp(Twist::from_array([0.0, 0.0, 0.0, 0.01, 0.02, -0.01])).then(&truth);
-        let (found, _) = refine(&cameras(), &measurements, &start, 30);
+        let (found, _) = refine(&cameras(), &measurements, &Moving::resting(start), None, 30);
         let turn = found.inverse().then(&truth).angle_rad();
         assert!(found.translation_m.is_finite() && turn < 1e-9, "seed {seed}: {turn:e} rad");
         let numbered: Vec<(u32, Measurement)> = measurements.iter().zip(0..).map(|(m, n)| (n, *m)).collect();
@@ -117,7 +119,7 @@ fn points_at_infinity_fix_the_turn_and_leave_the_place() {
         let (some, _) = measured(&near[..8], &truth);
         let mixed: Vec<Measurement> = measurements.iter().chain(&some).copied().collect();
         let (found, _) = refine(&cameras(), &mixed, &start, 30);
-        assert!(apart(&found, &truth) < 1e-6, "seed {seed}: {}", apart(&found, &truth));
+        assert!(apart(&found.body_from_world, &truth) < 1e-6, "seed {seed}: {}", apart(&found.body_from_world, &truth));
         tried += 1;
     }
     assert_eq!(tried, 20);
