@@ -63,7 +63,11 @@ fn points_on_a_line_give_no_sample_a_bounded_step_and_no_bound() {
         let (found, _) = refine(&cameras(), &measurements, &Moving::resting(start), None, 30);
         let worst = errors2(&cameras(), &measurements, &found).into_iter().fold(0.0, f64::max);
         // 0.01 sigmas: the floor of 1e-6 that holds the free turn bends the rest by less.
-        assert!(worst < 1e-4 && apart(&found.body_from_world, &truth) < 0.5, "seed {seed}: {worst}, {}", apart(&found.body_from_world, &truth));
+        assert!(
+            worst < 1e-4 && apart(&found.body_from_world, &truth) < 0.5,
+            "seed {seed}: {worst}, {}",
+            apart(&found.body_from_world, &truth)
+        );
         let numbered: Vec<(u32, Measurement)> =
             measurements.iter().map(|m| (u32::try_from(tried).unwrap(), *m)).collect();
         assert!(

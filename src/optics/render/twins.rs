@@ -87,7 +87,7 @@ mod tests {
         // Claims that are right, the same for all, and false by a factor of 10 either way.
         for kind in 0..3_u64 {
             let key = DrawKey::root(31).with(kind);
-            let true_variance = |at: u64| if at % 50 == 0 { 400.0 } else { 4.0 };
+            let true_variance = |at: u64| -> f64 { if at % 50 == 0 { 400.0 } else { 4.0 } };
             let claim = |at: u64| match kind {
                 0 => true_variance(at),
                 1 => 10.0,
