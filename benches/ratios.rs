@@ -3,9 +3,8 @@
 //!
 //!     SENSEL_JUDGE_PYTHON=path/to/python cargo bench --bench ratios [-- PEER ...]
 //!
-//! Peers are those of benches/peers/sensor_speed.py: `numpy32`, `numpy`, `galsim`; and `embree`, the row of rays. Without names:
-//! `numpy32` and
-//! `embree`.
+//! Peers are those of benches/peers/sensor_speed.py: `numpy32`, `numpy`, `galsim`; `embree`, the row of rays; `opencv`, the rows of
+//! features. Without names: `numpy32`, `embree` and `opencv`.
 
 #![allow(missing_docs)]
 
@@ -16,6 +15,8 @@ mod compare;
 mod rays;
 #[path = "embree/row.rs"]
 mod embree;
+#[path = "features/row.rs"]
+mod features;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -46,15 +47,25 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     if let Some(place) = arguments.iter().position(|argument| argument == CHILD) {
         let (work, level) = (&arguments[place + 1], &arguments[place + 2]);
-        println!("{}", if work == embree::WORK { embree::ours_s(level) } else { ours_ns_per_px(work, level) });
+        let is_of_features = features::WORKS.iter().any(|(name, _)| name == work);
+        let time = match work.as_str() {
+            embree::WORK => embree::ours_s(level),
+            work if is_of_features => features::ours_ns_per_px(work, level),
+            work => ours_ns_per_px(work, level),
+        };
+        println!("{time}");
         return ExitCode::SUCCESS;
     }
     let named: Vec<&str> = arguments.iter().map(String::as_str).filter(|argument| !argument.starts_with('-')).collect();
-    let peers = if named.is_empty() { vec!["numpy32", embree::PEER] } else { named };
+    let peers = if named.is_empty() { vec!["numpy32", embree::PEER, features::PEER] } else { named };
     let mut failed = false;
     let (rays, peers): (Vec<&str>, Vec<&str>) = peers.iter().partition(|&&peer| peer == embree::PEER);
     if !rays.is_empty() {
         failed |= !embree::rows();
+    }
+    let (of_features, peers): (Vec<&str>, Vec<&str>) = peers.iter().partition(|&&peer| peer == features::PEER);
+    if !of_features.is_empty() {
+        failed |= !features::rows();
     }
     for (scene, photons_max) in SCENES {
         for level in LEVELS.into_iter().filter(|&level| level <= simd::level()) {

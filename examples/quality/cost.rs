@@ -1,4 +1,4 @@
-//! What a setting costs at VGA: memory from its words, energy from its counted events, gates from Yosys.
+//! What a setting costs at VGA: memory from its words, energy from its counted events. Gates stand in docs/rtl.md.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -15,13 +15,9 @@ use crate::settings::{Method, Setting};
 
 const VGA: Size = Size { width_px: 640, height_px: 480 };
 
-/// Cells without memories of `extractor_core` for 640 columns with four places a cell, by Yosys 0.23 (the command is in docs/rtl.md).
-const GATES: &[(&str, u32)] = &[];
-
 /// What one setting costs.
 pub struct Cost {
     name: &'static str,
-    gates: Option<u32>,
     memory_bits: u64,
     /// Of a VGA frame.
     pub energy_nj: f64,
@@ -30,7 +26,7 @@ pub struct Cost {
 
 impl Cost {
     pub fn json(&self) -> serde_json::Value {
-        serde_json::json!({"name": self.name, "gates": self.gates, "memory_bits": self.memory_bits,
+        serde_json::json!({"name": self.name, "memory_bits": self.memory_bits,
             "energy_pj_per_frame": 1e3 * self.energy_nj, "features": self.features})
     }
 }
@@ -42,9 +38,8 @@ pub fn of(setting: &Setting) -> Option<Cost> {
     let features = extract(&frame(), 10, params, &mut events).expect("VGA is large enough").len();
     let technology = Technology::by_name("65nm").expect("it comes with the program");
     let energy = |event: &Event| f64_from_u64(events.count(*event)) * technology.event(*event).energy_pj;
-    let gates = GATES.iter().find(|(name, _)| *name == setting.name).map(|(_, gates)| *gates);
     let energy_nj = 1e-3 * Event::ALL.iter().map(energy).sum::<f64>();
-    Some(Cost { name: setting.name, gates, memory_bits: memory_bits(params), energy_nj, features })
+    Some(Cost { name: setting.name, memory_bits: memory_bits(params), energy_nj, features })
 }
 
 /// A ramp with a bar of its own contrast in each tile of 37 x 29 pixels, under noise: some 1000 corners.
@@ -81,13 +76,9 @@ fn memory_bits(params: &ExtractorParams) -> u64 {
 }
 
 pub fn print(costs: &[Cost]) {
-    println!(
-        "\n| extractor | gates | memory bits | nJ a VGA frame of {} features |\n|---|---|---|---|",
-        costs[0].features
-    );
+    println!("\n| extractor | memory bits | features of a VGA frame | nJ a frame |\n|---|---|---|---|");
     for cost in costs {
-        let gates = cost.gates.map_or("as the default".to_owned(), |gates| gates.to_string());
-        println!("| {} | {gates} | {} | {:.0} |", cost.name, cost.memory_bits, cost.energy_nj);
+        println!("| {} | {} | {} | {:.0} |", cost.name, cost.memory_bits, cost.features, cost.energy_nj);
     }
 }
 
