@@ -73,7 +73,7 @@ fn identical_pictures_give_identical_poses() {
 #[test]
 fn plateaus_of_two_bits_are_tracked() {
     let mut world = World::usual(44);
-    world.hardship.flipped = 0.16;
+    world.hardship.flipped = 0.1;
     let statuses = run(&world, 60, |_, input| {
         for feature in input.features.iter_mut().flatten() {
             let whole = |place_q4: u16| (place_q4 + 8) / 16 * 16;

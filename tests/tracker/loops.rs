@@ -1,6 +1,6 @@
 //! Places seen again.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::trajectory_figures;
 use sensel::tracker::lie::so3_exp;
@@ -27,7 +27,7 @@ fn lapping(t_s: f64) -> Pose {
     let turn = std::f64::consts::TAU * t_s / LAP_S;
     let place_m = DVec3::new(3.0 * libm::sin(turn), 0.0, -3.0 * libm::cos(turn));
     let ahead = so3_exp(DVec3::Y * (0.5 * std::f64::consts::PI - turn));
-    Pose::new((ahead * DQuat::IDENTITY).normalize(), place_m)
+    Pose::new(ahead, place_m)
 }
 
 /// ATE in metres over the poses as they were given out, closed loops, and landmarks held at the end.
@@ -51,8 +51,8 @@ fn lap(world: &World, loop_closing: bool, frames: u64) -> (f64, u32, usize) {
             println!("frame {number}: loop closed");
         }
     }
-    let se3 = trajectory_figures(&truth, &estimate).unwrap().se3.unwrap();
-    let kept = trajectory_figures(&truth, &tracker.keyframes()).unwrap().se3.unwrap();
+    let se3 = trajectory_figures(&truth, &estimate).expect("poses").se3.expect("a path that is no line");
+    let kept = trajectory_figures(&truth, &tracker.keyframes()).expect("poses").se3.expect("a path that is no line");
     println!(
         "seed {}: loops {closed}, frames {:.4} m, keyframes {:.4} m, {}",
         world.seed,
@@ -65,14 +65,13 @@ fn lap(world: &World, loop_closing: bool, frames: u64) -> (f64, u32, usize) {
 
 #[test]
 fn a_second_lap_closes_the_loop_and_straightens_the_map() {
-    for seed in [51] {
-        let world = hall(seed);
-        let (open_m, none, _) = lap(&world, false, 400);
-        let (closed_m, closed, landmarks) = lap(&world, true, 400);
-        assert_eq!(none, 0);
-        assert!(closed >= 1, "seed {seed}: no loop was closed");
-        // Measured: 0.29 m of 0.44 m. The wrong focal length goes on bending the path after each closing, so the rest stays.
-        assert!(closed_m < 0.8 * open_m, "seed {seed}: {closed_m} m closed, {open_m} m open");
-        assert!(landmarks <= 8_000);
-    }
+    let seed = 51;
+    let world = hall(seed);
+    let (open_m, none, _) = lap(&world, false, 400);
+    let (closed_m, closed, landmarks) = lap(&world, true, 400);
+    assert_eq!(none, 0);
+    assert!(closed >= 1, "seed {seed}: no loop was closed");
+    // Measured: 0.29 m of 0.44 m. The wrong focal length goes on bending the path after each closing, so the rest stays.
+    assert!(closed_m < 0.8 * open_m, "seed {seed}: {closed_m} m closed, {open_m} m open");
+    assert!(landmarks <= 8_000);
 }

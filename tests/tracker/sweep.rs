@@ -18,8 +18,8 @@ fn figures(world: &World, row_time_s: f64, corrected: bool, frames: u64) -> (f64
         estimate.extend(answer.world_from_body.map(timed));
         tracked += u64::from(answer.world_from_body.is_some());
     }
-    let se3 = trajectory_figures(&truth, &estimate).unwrap().se3.unwrap();
-    (se3.ate_m, se3.jitter_d2_m.unwrap(), tracked)
+    let se3 = trajectory_figures(&truth, &estimate).expect("poses").se3.expect("a path that is no line");
+    (se3.ate_m, se3.jitter_d2_m.expect("even frames"), tracked)
 }
 
 /// 33 us a row: 15.8 ms from the first row to the last, in which this hand moves 11 mm and turns 2 degrees, 12 px. Issue 6 allows 1.5
