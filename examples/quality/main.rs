@@ -125,7 +125,7 @@ fn report(rows: &[Row], out: &Path, pictures: usize) {
             "matching": all.matching, "views": views}),
         );
     }
-    let costs: Vec<_> = SETTINGS[..columns - 1].iter().filter_map(|setting| cost::of(setting)).collect();
+    let costs: Vec<_> = SETTINGS[..columns - 1].iter().filter_map(cost::of).collect();
     cost::print(&costs);
     let all = serde_json::json!({"pictures": pictures, "extractors": json, "costs": costs.iter().map(cost::Cost::json).collect::<Vec<_>>()});
     let text = serde_json::to_string_pretty(&all).expect("a JSON value has a text");
