@@ -1,12 +1,12 @@
 //! Render variance over photon variance in the furnished room, for docs/sampling.md: `cargo bench --bench sampling`.
 //!
 //! Enters: the default scenario at VGA, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-.
-//! Leaves: a Markdown table, and with `--svg FILE` its picture. Truth is a render of 2,048 samples with another key, and tells by its own
-//! mean which pixels are below saturation. "error" is over all of them; "sensor" is what is left of it where no pixel shows more than
-//! saturation; "off lamps" is over pixels without a saturated one beside them. "seeds" is half the mean square difference of two renders
-//! with different keys, which has no part of the bias (as "sensor"); "own" is what the render says of itself.
-//! `--quick` renders 320 x 240 pixels; `--reference N` takes another number of samples for the truth, `--only NAME` one motion, `--most N` fewer rows, `--worst` lists the
-//! pixels with the most error; `--reflections N` and `--gloss` follow reflections.
+//! Leaves: a Markdown table, and with `--svg FILE` its picture. Truth is a render of 2,048 samples with another key, and tells by
+//! its own mean which pixels are below saturation. "error" is over all of them; "sensor" is what is left of it where no pixel shows
+//! more than saturation; "off lamps" is over pixels without a saturated one beside them. "seeds" is half the mean square difference
+//! of two renders with different keys, which has no part of the bias (as "sensor"); "own" is what the render says of itself.
+//! `--quick` renders 320 x 240 pixels; `--reference N` takes another number of samples for the truth, `--only NAME` one motion,
+//! `--most N` fewer rows, `--worst` lists the pixels with the most error; `--reflections N` and `--gloss` follow reflections.
 
 use std::fmt::Write as _;
 
@@ -160,7 +160,8 @@ impl Case<'_> {
         [samples, errors[0], errors[1], errors[2], seeds, self.bias(&both, truth), own, apart / all]
     }
 
-    /// The pixels with the most error, each with its share of the mean ratio, and how much of it the worst tenths of a percent have.
+    /// The pixels with the most error, each with its share of the mean ratio, and how much of it the worst tenths of a percent
+    /// have.
     fn print_worst(&self, photons: &Plane<f32>, truth: &Truth) {
         let mut errors: Vec<(f64, usize)> = Vec::new();
         for (at, &mean) in truth.photons.values().iter().enumerate().filter(|(at, _)| truth.counted[*at]) {

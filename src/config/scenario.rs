@@ -64,7 +64,7 @@ sections! {
         /// Rays are sent where they tell most, until the mean of render variance is at most so many times photon variance, 0.001 to 1000; in
         /// place of `samples_per_pixel`.
         render_tolerance: Option<f64>,
-        /// Rays a pixel at most, with a render tolerance, 4 to 4096. Below 20 none has more than the first 4.
+        /// Rays a pixel at most, with a render tolerance, besides its first 2 (a tolerance of 1 or more) or 4; 16 to 4096.
         samples_max: u32,
         /// "stratified": every ray has its own instant. "subframes": still pictures are averaged, as others do; a reference.
         sampling: String,

@@ -1,9 +1,9 @@
 //! Photons. Enters: a lit scene, a camera, its motion, an exposure span for each row. Leaves: mean photons of every pixel.
 //!
-//! Every ray has its own place in the pixel and its own instant, and a look-up averages over what its sample stands for (`filter`). A first
-//! batch of even samples (`rows`, `pattern`, `halves`) shows where a picture needs more. Those pixels have nets of their own that follow their
-//! motion (`refine`, `shear`), as fine as brings the picture's mean error to its target (`spend`), and a few have two, to tell that error
-//! (`twins`).
+//! Every ray has its own place in the pixel and its own instant, and a look-up averages over what its sample stands for (`filter`).
+//! A first batch of even samples (`rows`, `pattern`, `halves`) shows where a picture needs more. Those pixels have nets of their
+//! own that follow their motion (`refine`, `shear`), as fine as brings the picture's mean error to its target (`spend`), and a few
+//! have two, to tell that error (`twins`).
 
 mod filter;
 mod halves;
@@ -36,9 +36,9 @@ use spend::Estimate;
 pub struct Exposure {
     /// Mean photons of each pixel, all bands by their weights.
     pub photons: Plane<f32>,
-    /// Mean over lit pixels below saturation of (estimated variance of the pixel's mean) / (its photon variance), both in electrons: render
-    /// noise over photon noise. It comes from what halves of the samples differ by. Infinite for one sample, which says nothing about
-    /// its own error; 0 without such a pixel.
+    /// Mean over lit pixels below saturation of (estimated variance of the pixel's mean) / (its photon variance), both in
+    /// electrons: render noise over photon noise. It comes from what halves of the samples differ by. Infinite for one sample,
+    /// which says nothing about its own error; 0 without such a pixel.
     pub render_variance_ratio: f64,
     /// Rays that were traced from the camera.
     pub rays: u64,
@@ -54,13 +54,13 @@ pub struct Sampling {
     /// Rays are sent until the mean of render variance is at most so many times photon variance, both in electrons; 0: every
     /// pixel has as many.
     pub tolerance: f64,
-    /// Still pictures that are averaged, at the middles of equal parts of the exposure: how others merge sub-frames, and a reference; 0 for
-    /// rays that each have their own instant.
+    /// Still pictures that are averaged, at the middles of equal parts of the exposure: how others merge sub-frames, and a
+    /// reference; 0 for rays that each have their own instant.
     pub subframes: u32,
     /// Reflections that a ray follows, up to `BOUNCES_MAX`; 0: every surface is dull.
     pub reflections: u32,
-    /// Whether it follows them at gloss and glaze too, and not only at mirrors. Highlights of bright lamps in rough gloss are found by
-    /// chance alone, so they cost far more samples than anything else.
+    /// Whether it follows them at gloss and glaze too, and not only at mirrors. Highlights of bright lamps in rough gloss are found
+    /// by chance alone, so they cost far more samples than anything else.
     pub follows_gloss: bool,
     /// Electrons of a photon: photon variance in electrons is this times the photons, render variance its square.
     pub electrons_per_photon: f64,
@@ -91,10 +91,12 @@ impl Sampling {
     }
 }
 
-/// Samples of every pixel before it is known which need more.
-const FIRST_BATCH: u32 = 4;
-/// From so many on, a fixed number of samples of a picture that moves follows each pixel's own motion. Fewer lose more by rays that lie
-/// apart in time than they gain.
+/// Samples of every pixel before it is known which need more: few, or so few that only a loose target is served by them.
+const FIRST_BATCH: [u32; 2] = [4, 2];
+/// Tolerance from which on a target is loose.
+const LOOSE: f64 = 1.0;
+/// From so many on, a fixed number of samples of a picture that moves follows each pixel's own motion. Fewer lose more by rays that
+/// lie apart in time than they gain.
 const ALONG_MOTION_FROM: u32 = 32;
 /// Passes that bring a picture to its target at most: each begins where the estimates of the one before lead.
 const PASSES_MAX: usize = 12;
@@ -139,7 +141,7 @@ fn along_motion(picture: &Picture, samples: u32) -> Exposure {
     let seen = picture.even(1);
     let share = Some(refine::share(samples));
     let rule = Rule { samples, least_gain: None, saturation_photons, share };
-    let mut nets: Vec<Growing> = (0..seen.len()).map(|at| Growing { at, net: Net::NEW }).collect();
+    let mut nets: Vec<Growing> = (0..seen.len()).map(|at| Growing { at, net: Net::new(0.0) }).collect();
     picture.grow(&mut nets, &seen, &rule);
     let of = |growing: &Growing| Estimate {
         photons: growing.net.photons,
@@ -155,10 +157,10 @@ fn along_motion(picture: &Picture, samples: u32) -> Exposure {
 fn to_target(picture: &Picture) -> Exposure {
     let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
     let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
-    let first = FIRST_BATCH.min(samples_max);
+    let first = FIRST_BATCH[usize::from(picture.sampling.tolerance >= LOOSE)];
+    let width = index(picture.view.camera.size.width_px);
     let seen = picture.even(first);
-    let mut estimates =
-        spend::first_estimates(&seen, index(picture.view.camera.size.width_px), first, saturation_photons);
+    let mut estimates = spend::first_estimates(&seen, width, first, saturation_photons);
     let mut rule = Rule { samples: FIRST, least_gain: None, saturation_photons, share: None };
     let mut nets: Vec<Growing> = Vec::new();
     for _ in 0..PASSES_MAX {
@@ -170,7 +172,7 @@ fn to_target(picture: &Picture) -> Exposure {
         for (at, estimate) in estimates.iter_mut().enumerate() {
             if !estimate.is_refined && estimate.may_count(saturation_photons) && estimate.gain() >= least {
                 estimate.is_refined = true;
-                nets.push(Growing { at, net: Net::NEW });
+                nets.push(Growing { at, net: Net::new(spend::hidden(&seen, width, at)) });
             }
         }
         picture.grow(&mut nets, &seen, &rule);

@@ -1,11 +1,11 @@
-//! What one sample stands for on a surface. Enters: how a ray's hit moves across a pixel and over the exposure. Leaves: the ellipse of
-//! texels that a look-up averages over.
+//! What one sample stands for on a surface. Enters: how a ray's hit moves across a pixel and over the exposure. Leaves: the ellipse
+//! of texels that a look-up averages over.
 //!
-//! A sample of N stands for a share f = 1 / sqrt(N) of the pixel's width, of its height and of the motion over the exposure. Its look-up
-//! is moved towards the middle of all three by the factor c = sqrt(1 - f^2), so that the spread of the samples' places and that of their
-//! filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is rounded by f / 8 at
-//! most, within f / 2 of a pixel beside the pixel's own rim: its square falls as 1 / N^1.5, as the variance of samples at an edge does.
-//! Wider shares (2 / sqrt(N)) were measured: half the variance, and a bias of several times that.
+//! A sample of N stands for a share f = 1 / sqrt(N) of the pixel's width, of its height and of the motion over the exposure. Its
+//! look-up is moved towards the middle of all three by the factor c = sqrt(1 - f^2), so that the spread of the samples' places and
+//! that of their filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is
+//! rounded by f / 8 at most, within f / 2 of a pixel beside the pixel's own rim: its square falls as 1 / N^1.5, as the variance of
+//! samples at an edge does. Wider shares (2 / sqrt(N)) were measured: half the variance, and a bias of several times that.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
@@ -33,8 +33,8 @@ pub struct Steps {
     pub off_centre: [Floats; 3],
 }
 
-/// Motion over the exposure beyond this many pixels is not filtered as a whole, because a look-up has so many taps only: the share of it
-/// that a sample stands for falls as the motion grows.
+/// Motion over the exposure beyond this many pixels is not filtered as a whole, because a look-up has so many taps only: the share
+/// of it that a sample stands for falls as the motion grows.
 const TRAVEL_PX_MAX: f32 = 5.0;
 
 /// Cosines below this count as this: a surface seen edge-on has no end.
@@ -84,8 +84,8 @@ fn lane3(vectors: &Vectors, lane: usize) -> [f32; 3] {
     [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
 }
 
-/// How near to a mip level one level serves. The wrong one's variance is off by 1.2 of this at most in units of the look-up's own, which is
-/// share^2 of the pixel's: under 4 % of the pixel's at any number of samples, and one level is half of a look-up's cost.
+/// How near to a mip level one level serves. The wrong one's variance is off by 1.2 of this at most in units of the look-up's own,
+/// which is share^2 of the pixel's: under 4 % of the pixel's at any number of samples, and one level is half of a look-up's cost.
 #[inline(always)]
 fn snap(share: f32) -> f32 {
     let wanted = 1.0 / (32.0 * share * share);
@@ -136,9 +136,9 @@ pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Footprin
     all
 }
 
-/// Taps along the longer axis and the texels' area of the mip level, so that the variances of the look-up (mip, then taps) are those of
-/// boxes along the three steps. A box of width w has variance w^2 / 12. A mip level of texels s wide, looked up bilinearly, has
-/// (s^2 - 1) / 4 more than the picture itself, and K taps d apart add d^2 (K^2 - 1) / 12.
+/// Taps along the longer axis and the texels' area of the mip level, so that the variances of the look-up (mip, then taps) are
+/// those of boxes along the three steps. A box of width w has variance w^2 / 12. A mip level of texels s wide, looked up
+/// bilinearly, has (s^2 - 1) / 4 more than the picture itself, and K taps d apart add d^2 (K^2 - 1) / 12.
 #[inline(always)]
 fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share2_t: f32) -> (f32, f32, f32, f32) {
     let uu = share2 * (right[0] * right[0] + down[0] * down[0]) + share2_t * travel[0] * travel[0];

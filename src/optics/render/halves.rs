@@ -1,10 +1,10 @@
-//! What even samples tell of their own error. Enters: a pixel's samples in their order. Leaves: their mean, how far its halves are apart, and
-//! the error of a whole picture of the same number of samples for each pixel.
+//! What even samples tell of their own error. Enters: a pixel's samples in their order. Leaves: their mean, how far its halves are
+//! apart, and the error of a whole picture of the same number of samples for each pixel.
 //!
-//! Two blocks of n samples, A and B, are alike and together are the 2n samples of a finer net, so exactly var(n) - var(2n) = E(A - B)^2 /
-//! 4: what halves differ by is the variance that doubling took away. Doubling multiplies the variance by some r (1/2 for random samples,
-//! 0.35 to 0.4 at edges, less for what is smooth), so what is left after it is r / (1 - r) of that. The render takes r from its own
-//! pixels: what halves differ by over what quarters do.
+//! Two blocks of n samples, A and B, are alike and together are the 2n samples of a finer net, so exactly var(n) - var(2n) = E(A -
+//! B)^2 / 4: what halves differ by is the variance that doubling took away. Doubling multiplies the variance by some r (1/2 for
+//! random samples, 0.35 to 0.4 at edges, less for what is smooth), so what is left after it is r / (1 - r) of that. The render
+//! takes r from its own pixels: what halves differ by over what quarters do.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 

@@ -203,7 +203,7 @@ impl<'a> Picture<'a> {
                     let samples_of_net = estimates[at].samples - first;
                     let rule =
                         Rule { samples: samples_of_net, least_gain: None, saturation_photons: f32::INFINITY, share };
-                    let mut net = Net::NEW;
+                    let mut net = Net::new(0.0);
                     self.pixel(at, OF_NET | OF_TWIN).grow(&mut net, self.nearest_m(seen, at), &rule, &mut desk);
                     (*photons, *samples) = (net.photons, net.samples);
                 } else {

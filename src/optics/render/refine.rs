@@ -1,10 +1,11 @@
-//! One pixel at a time, in packets of sixteen of its samples. Enters: a pixel's samples so far and when to stop. Leaves: more of them, and about
-//! the variance of their mean.
+//! One pixel at a time, in packets of sixteen of its samples. Enters: a pixel's samples so far and when to stop. Leaves: more of
+//! them, and about the variance of their mean.
 //!
-//! A pixel's samples are those of one scrambled net over the points of the surface that it passes (`shear`), doubled until they are enough: each
-//! doubling keeps what is there. The variance at an edge in two dimensions falls as 1 / n^1.5, and as 1 / n^2 where the edge is
-//! upright or level, as most of the strong ones are. Cells that are cut where neighbours differ resolve a slanting edge better,
-//! and were tried: they break the net, so that upright edges and thin lines came out worse, and what no sample met was never cut.
+//! A pixel's samples are those of one scrambled net over the points of the surface that it passes (`shear`), doubled until they are
+//! enough: each doubling keeps what is there. The variance at an edge in two dimensions falls as 1 / n^1.5, and as 1 / n^2 where
+//! the edge is upright or level, as most of the strong ones are. Cells that are cut where neighbours differ resolve a slanting edge
+//! better, and were tried: they break the net, so that upright edges and thin lines came out worse, and what no sample met was
+//! never cut.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
@@ -14,7 +15,7 @@ use super::pattern::{scrambled, sobol_reversed, unit};
 use super::rows::{COLUMNS, ROWS};
 use super::shear::sheared;
 use super::shot::{Aim, Pixels, View, bilinear};
-use super::spend::may_count;
+use super::spend::{may_count, ratio};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
 use crate::optics::motion::{Parabolas, Timeline};
@@ -48,7 +49,7 @@ impl Rule {
         let Some(least) = self.least_gain else { return false };
         let variance = net.variance();
         let counts = may_count(net.photons, variance, self.saturation_photons);
-        !counts || variance < least * net.photons * f32_from_u32(net.samples)
+        !counts || ratio(net.photons, variance) < least * f32_from_u32(net.samples)
     }
 }
 
@@ -63,22 +64,28 @@ pub struct Net {
     contrast: f32,
     /// Variance that the last doubling took away.
     taken: f32,
+    /// What one sample may miss of the pixel, as a variance: it falls as the cube of the samples.
+    hidden: f32,
 }
 
 impl Net {
-    /// Before any sample.
-    pub const NEW: Self = Self { photons: 0.0, samples: 0, contrast: 0.0, taken: 0.0 };
+    /// Before any sample, with what one may miss.
+    pub const fn new(hidden: f32) -> Self {
+        Self { photons: 0.0, samples: 0, contrast: 0.0, taken: 0.0, hidden }
+    }
 
-    /// About the variance of the mean. Halves that happen to agree are half of the judgement: the other half is what the contrast within the
-    /// pixel leaves of edges.
+    /// About the variance of the mean. Halves that happen to agree are half of the judgement: the other half is what the contrast
+    /// within the pixel leaves of edges. What none of the samples met comes on top: slits of the sky are tens of times as bright as
+    /// what is beside them, and a thirtieth of a pixel of it is more than all photon noise.
     pub fn variance(&self) -> f32 {
         let share = f32_from_u32(FIRST) / f32_from_u32(self.samples.max(FIRST));
-        0.5 * (self.contrast * share * share.sqrt() + LEFT_TYPICAL * self.taken)
+        let n = f32_from_u32(self.samples.max(1));
+        0.5 * (self.contrast * share * share.sqrt() + LEFT_TYPICAL * self.taken) + self.hidden / (n * n * n)
     }
 }
 
-/// An edge of contrast d that crosses 4 by 4 cells of area a parts a pair of neighbours in each column or row, 5 in the mean, and a net
-/// leaves d^2 / 600 (slanting) to d^2 / 1,600 (upright): about a^2 / 12 for each pair.
+/// An edge of contrast d that crosses 4 by 4 cells of area a parts a pair of neighbours in each column or row, 5 in the mean, and a
+/// net leaves d^2 / 600 (slanting) to d^2 / 1,600 (upright): about a^2 / 12 for each pair.
 const PER_PAIR: f32 = 1.0 / (12.0 * 256.0);
 
 fn contrast(cells: &[[f32; CELLS]; CELLS]) -> f32 {
@@ -156,8 +163,8 @@ impl Pixel<'_> {
             halves[index(2 * number / FIRST)] += photons * (2.0 / f32_from_u32(FIRST));
         });
         let apart = halves[1] - halves[0];
-        *net =
-            Net { photons: f32_nearest(mean), samples: FIRST, contrast: contrast(&cells), taken: 0.25 * apart * apart };
+        (net.photons, net.samples) = (f32_nearest(mean), FIRST);
+        (net.contrast, net.taken) = (contrast(&cells), 0.25 * apart * apart);
     }
 
     /// Mean photons of even samples, as those of a tile but with a pattern of their own.

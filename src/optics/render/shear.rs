@@ -1,15 +1,17 @@
-//! Where samples lie if the picture moves. Enters: three even numbers and how far a pixel goes over the exposure. Leaves: a place in the
-//! pixel and an instant such that the first two numbers alone say which point of the surface is met.
+//! Where samples lie if the picture moves. Enters: three even numbers and how far a pixel goes over the exposure. Leaves: a place
+//! in the pixel and an instant such that the first two numbers alone say which point of the surface is met.
 //!
-//! A point of a surface that a pixel passes by at v pixels an exposure is met by all samples of equal u = (x + v_x t, y + v_y t), so an
-//! edge that cuts the cube of (x, y, t) in a plane is a line in u. Even x, y and t give u_x the density of a box of width 1 convolved
-//! with one of |v_x|: a trapezoid, whose quantile is a root. Given u_x the time is even between two bounds, so u_y is again such a sum, and
-//! given both the time is even. The map keeps the measure whatever v is: a wrong one costs variance and biases nothing.
+//! A point of a surface that a pixel passes by at v pixels an exposure is met by all samples of equal u = (x + v_x t, y + v_y t),
+//! so an edge that cuts the cube of (x, y, t) in a plane is a line in u. Even x, y and t give u_x the density of a box of width 1
+//! convolved with one of |v_x|: a trapezoid, whose quantile is a root. Given u_x the time is even between two bounds, so u_y is
+//! again such a sum, and given both the time is even. The map keeps the measure whatever v is: a wrong one costs variance and
+//! biases nothing.
 
 /// Motion below this many pixels an exposure is none: the bounds of time would lose their digits.
 const LEAST_PX: f32 = 1e-3;
 
-/// The place with even distribution of the sum of an even number of 0..1 and one of 0..`width`, and the bounds of the second one's share.
+/// The place with even distribution of the sum of an even number of 0..1 and one of 0..`width`, and the bounds of the second one's
+/// share.
 fn sum_of_boxes(p: f32, width: f32) -> (f32, [f32; 2]) {
     if width < LEAST_PX {
         return (p, [0.0, 1.0]);

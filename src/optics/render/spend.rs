@@ -1,9 +1,9 @@
-//! Where rays take most away. Enters: what each pixel's samples leave of its variance. Leaves: the gain a ray below which none is sent, so that
-//! the picture's mean meets its target.
+//! Where rays take most away. Enters: what each pixel's samples leave of its variance. Leaves: the gain a ray below which none is
+//! sent, so that the picture's mean meets its target.
 //!
-//! A pixel of variance V, P photons and n samples loses about a V / n by a ray where V falls as 1 / n^a, so the sum of V / P over the
-//! pixels is least for as many rays where all have the same V / (P n): those above a level are sampled until they reach it. (Neyman
-//! 1934, for strata whose error falls as 1 / n^2 and more.)
+//! A pixel of variance V, P photons and n samples loses about a V / n by a ray where V falls as 1 / n^a, so the sum of V / P over
+//! the pixels is least for as many rays where all have the same V / (P n): those above a level are sampled until they reach it.
+//! (Neyman 1934, for strata whose error falls as 1 / n^2 and more.)
 
 use super::halves::{LEFT_TYPICAL, Seen};
 use super::refine::FIRST;
@@ -35,12 +35,12 @@ impl Estimate {
 
     /// Variance over photons.
     pub fn ratio(&self) -> f32 {
-        self.variance / self.photons
+        ratio(self.photons, self.variance)
     }
 
-    /// About what one more sample takes away of the variance over the photons. The first sixteen of a net of its own replace a pixel's
-    /// few and leave an eighth or less; a doubling costs as many as there are and leaves a third: per sample the former gain as much as a
-    /// doubling of 12.
+    /// About what one more sample takes away of the variance over the photons. The first sixteen of a net of its own replace a
+    /// pixel's few and leave an eighth or less; a doubling costs as many as there are and leaves a third: per sample the former
+    /// gain as much as a doubling of 12.
     pub fn gain(&self) -> f32 {
         self.ratio() / if self.is_refined { f32_from_u32(self.samples) } else { ALONE }
     }
@@ -76,7 +76,28 @@ const SURE_SIGMAS: f32 = 3.0;
 
 /// Whether a pixel that seems to have so many photons, with about this variance, may be lit and below saturation.
 pub fn may_count(photons: f32, variance: f32, saturation_photons: f32) -> bool {
-    photons > 0.0 && photons - SURE_SIGMAS * variance.sqrt() < saturation_photons
+    (photons > 0.0 || variance > 0.0) && photons - SURE_SIGMAS * variance.sqrt() < saturation_photons
+}
+
+/// Variance over photons. A pixel that seems dark has as many as it may have missed.
+pub fn ratio(photons: f32, variance: f32) -> f32 {
+    let sigma = variance.sqrt();
+    variance / if photons > sigma { photons } else { sigma }
+}
+
+/// What n samples of a pixel may have missed, n^3 times. Between two pixels that differ by d lies an edge, anywhere over the two of
+/// them. It lies in the part of one that its n samples missed, a 1 / n of it, with probability 1 / 2n, and that part has then half
+/// of 1 / n, or (d / n)^2 / 3 in the mean square: d^2 / 6 n^3 in all.
+pub fn hidden(seen: &[Seen], width: usize, at: usize) -> f32 {
+    let (x, y, height) = (at % width, at / width, seen.len() / width);
+    let mut most = 0.0_f32;
+    for row in y.saturating_sub(1)..(y + 2).min(height) {
+        for column in x.saturating_sub(1)..(x + 2).min(width) {
+            let apart = seen[row * width + column].photons - seen[at].photons;
+            most = if apart * apart > most { apart * apart } else { most };
+        }
+    }
+    most * (1.0 / 6.0)
 }
 
 /// Samples that a pixel without a net of its own counts as.
@@ -85,9 +106,9 @@ const ALONE: f32 = 12.0;
 /// What a pixel's difference to the mean of its neighbours says, over what their own differences do.
 const OWN: f32 = 0.5;
 
-/// Judges pixels after a first batch. Halves of two or four samples tell little of one pixel and much of all: they tell how much variance a
-/// contrast leaves. A pixel that has none because its own halves happen to agree would claim to be exact, so only its neighbours' halves
-/// count, and its contrast.
+/// Judges pixels after a first batch. Halves of two or four samples tell little of one pixel and much of all: they tell how much
+/// variance a contrast leaves. A pixel that has none because its own halves happen to agree would claim to be exact, so only its
+/// neighbours' halves count, and its contrast.
 pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_photons: f32) -> Vec<Estimate> {
     let row = |y: usize| -> Vec<(f32, f32)> { (0..width).map(|x| contrast(seen, width, [x, y])).collect() };
     let height = seen.len() / width;
@@ -211,7 +232,7 @@ mod tests {
     #[test]
     fn lamps_take_no_rays_and_their_rims_do() {
         assert!(
-            !may_count(1_000.0, 100.0, 500.0) && may_count(1_000.0, 40_000.0, 500.0) && !may_count(0.0, 1.0, 500.0)
+            !may_count(1_000.0, 100.0, 500.0) && may_count(1_000.0, 40_000.0, 500.0) && !may_count(0.0, 0.0, 500.0)
         );
     }
 }

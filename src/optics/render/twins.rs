@@ -1,10 +1,10 @@
-//! How a render knows its own error. Enters: what every pixel claims. Leaves: the mean of variance over photons, from pixels that were sampled a
-//! second time.
+//! How a render knows its own error. Enters: what every pixel claims. Leaves: the mean of variance over photons, from pixels that
+//! were sampled a second time.
 //!
-//! Whatever a pixel's own samples say of their error also decided how many of them there are, so it is too good. So a few pixels are taken a
-//! second time with samples of their own and by the same rules: half the square of what the two differ by is the variance, whoever chose.
-//! Those that claim much are taken more often, in proportion to the claim, and count so much less (Hansen and Hurwitz 1943):
-//! the claims decide how sure the answer is, and not where it lies.
+//! Whatever a pixel's own samples say of their error also decided how many of them there are, so it is too good. So a few pixels
+//! are taken a second time with samples of their own and by the same rules: half the square of what the two differ by is the
+//! variance, whoever chose. Those that claim much are taken more often, in proportion to the claim, and count so much less (Hansen
+//! and Hurwitz 1943): the claims decide how sure the answer is, and not where it lies.
 
 use super::spend::Estimate;
 use crate::draw::DrawKey;
@@ -107,8 +107,8 @@ mod tests {
             assert!(twins.len() > 200 && twins.len() < 2_400, "{}", twins.len());
             told.push(variance_ratio(&estimates, &twins, &seen, f32::INFINITY));
         }
-        // (400 + 49 * 4) / 50 over 1,000 photons. Some 400 twins of each half; where claims are right each adds a chi squared of one degree:
-        // sqrt(2 / 400) = 7 %, and some three times that where they are false.
+        // (400 + 49 * 4) / 50 over 1,000 photons. Some 400 twins of each half; where claims are right each adds a chi squared of
+        // one degree: sqrt(2 / 400) = 7 %, and some three times that where they are false.
         let expected = (400.0 + 49.0 * 4.0) / 50.0 / 1_000.0;
         for (told, sigma) in told.iter().zip([0.07, 0.2, 0.2]) {
             assert!((told / expected - 1.0).abs() < 4.0 * sigma, "{told} for {expected}");
