@@ -20,6 +20,9 @@ pub const SIDE_PX_MIN: u32 = 7;
 /// Least width and height of an octave beyond the first: in smaller ones no corner has its whole patch.
 pub const OCTAVE_SIDE_PX_MIN: u32 = 2 * PATCH_MARGIN_PX + 1;
 
+/// Features of a frame that a tracker asks for, where no target is set.
+const FEATURES_USUAL: u64 = 500;
+
 /// Which of a cell's corners count most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rank {
@@ -171,10 +174,10 @@ impl ExtractorParams {
         in_all * u64::from(self.per_cell)
     }
 
-    /// Features of a frame that a link is laid out for: the target, or one for each cell that holds a place with a whole patch.
+    /// Features of a frame that a link is laid out for: the target, or 500 as trackers ask for. A frame of more is checked when it comes.
     pub fn features_expected(&self, size: Size) -> u64 {
-        let most = self.features_max(size);
-        if self.target_features > 0 { most.min(self.target_features.into()) } else { most / u64::from(self.per_cell) }
+        let wanted = if self.target_features > 0 { self.target_features.into() } else { FEATURES_USUAL };
+        self.features_max(size).min(wanted)
     }
 
     /// Rows of smoothed pixels that are held for patches.
