@@ -61,6 +61,14 @@ impl Session {
                 report.not_measurable.insert(path.to_owned(), "features are not sent".to_owned());
             }
         }
+        let absent = [
+            ("timing.first_feature_us", report.timing.first_feature_us.is_none(), "no feature left the extractor"),
+            ("timing.last_feature_us", report.timing.last_feature_us.is_none(), "no feature left the extractor"),
+            ("features.threshold", report.features.threshold.is_none(), "the sensor extracts nothing"),
+        ];
+        for (key, _, reason) in absent.into_iter().filter(|(_, is_absent, _)| *is_absent) {
+            report.not_measurable.insert(key.to_owned(), reason.to_owned());
+        }
         self.set_costs(&mut report);
         self.set_tracking(&mut report);
         Ok(report)
