@@ -3,6 +3,7 @@
 use super::*;
 use crate::optics::camera::{Aperture, Pupil, RollOff};
 use crate::optics::lens::Lens;
+use crate::scene::light::BANDS;
 use crate::scene::{BakeSettings, Illuminant, box_room, target};
 use crate::simd::{Level, limit};
 use crate::units::Size;

@@ -87,11 +87,11 @@ mod tests {
         // Claims that are right, the same for all, and false by a factor of 10 either way.
         for kind in 0..3_u64 {
             let key = DrawKey::root(31).with(kind);
-            let true_variance = |at: u64| if at % 50 == 0 { 400.0 } else { 4.0 };
+            let true_variance = |at: u64| -> f64 { if at.is_multiple_of(50) { 400.0 } else { 4.0 } };
             let claim = |at: u64| match kind {
                 0 => true_variance(at),
                 1 => 10.0,
-                _ => true_variance(at) * if at % 3 == 0 { 10.0 } else { 0.1 },
+                _ => true_variance(at) * if at.is_multiple_of(3) { 10.0 } else { 0.1 },
             };
             let photons =
                 |at: u64, side: u64| f32_nearest(1_000.0 + true_variance(at).sqrt() * normal(key.with(side).with(at)));
@@ -99,7 +99,7 @@ mod tests {
                 photons: photons(at, 1),
                 variance: f32_nearest(claim(at)),
                 samples: 16,
-                is_refined: at % 2 == 0,
+                is_refined: at.is_multiple_of(2),
             };
             let estimates: Vec<Estimate> = (0..PIXELS).map(estimate).collect();
             let twins = choose(&estimates, f32::INFINITY, key.with(3));
