@@ -222,10 +222,10 @@ fn rays_to_a_target_come_near_it_and_say_how_near() {
             error += sum / count;
         }
         let (error, own) = (error / f64::from(pairs), own / f64::from(pairs));
-        // Two or four samples a pixel know a hard edge's error within a factor of three, the bench's room within two. A known gap: what the first
-        // batch of a pixel missed of its neighbour's edge has no part in its estimate, so the strictest target is missed by four. The word
-        // of the twins has no such part: 16 pairs of some 32 twins and 100 pixels with an edge know it and the error to 15 % each, and four
-        // standard errors of a ratio are a factor of 1.85.
+        // Two or four samples a pixel know a hard edge's error within a factor of three, the bench's room within two. A known gap:
+        // what the first batch of a pixel missed of its neighbour's edge has no part in its estimate, so the strictest target is
+        // missed by four. The word of the twins has no such part: 16 pairs of some 32 twins and 100 pixels with an edge know it and
+        // the error to 15 % each, and four standard errors of a ratio are a factor of 1.85.
         assert!(error < times * target, "{error} for {target}");
         assert!(own < 1.85 * error && error < 1.85 * own, "{own} claimed, {error} found, for {target}");
         assert!(rays > rays_before, "{rays}");
