@@ -61,8 +61,8 @@ sections! {
         threads: u32,
         /// Rays of every pixel, 1 to 4096, in place of `render_tolerance`. With sub-frames, those of each; 1 unless given.
         samples_per_pixel: Option<u32>,
-        /// Rays are sent where they tell most, until the mean of render variance is at most so many times photon variance, 0.001 to 1000; in
-        /// place of `samples_per_pixel`.
+        /// Rays are sent where they tell most, until the mean of render variance is at most so many times photon variance, 0.001 to
+        /// 1000; in place of `samples_per_pixel`.
         render_tolerance: Option<f64>,
         /// Rays a pixel at most, with a render tolerance, besides its first 2 (a tolerance of 1 or more) or 4; 16 to 4096.
         samples_max: u32,
@@ -72,7 +72,8 @@ sections! {
         subframes: u32,
         /// Reflections that a ray follows, 0 to 4; 0: every surface is dull.
         reflections: u32,
-        /// Where: "mirrors": at metals of roughness up to 0.1, exactly. "all": at gloss and glaze too, by chance; noisy under bare lamps.
+        /// Where: "mirrors": at metals of roughness up to 0.1, exactly. "all": at gloss and glaze too, by chance; noisy under bare
+        /// lamps.
         gloss: String,
         /// What all effects left out may add up to, in units of a pixel's own noise, 0 to 10.
         accuracy: f64,
