@@ -13,8 +13,7 @@ use sensel::run::{Assets, NoClock, NoFiles, NoProgress, SensorSetup, Session, Se
 
 const BOX: &str = include_str!("../../scenes/box/scene.toml");
 /// A ninth of VGA: small, with some sixty corners.
-const SMALL: [&str; 5] =
-    ["sensor.width=208", "sensor.height=160", "run.samples_per_pixel=4", "run.samples_max=4", "scene.bake=direct"];
+const SMALL: [&str; 4] = ["sensor.width=208", "sensor.height=160", "run.samples_per_pixel=4", "scene.bake=direct"];
 
 fn resolved(set: &[&str]) -> Resolved {
     let set: Vec<String> = SMALL.iter().chain(set).map(|&assignment| assignment.to_owned()).collect();
