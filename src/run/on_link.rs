@@ -38,7 +38,8 @@ impl SensorSetup {
         self.link.features_per_gap(self.size.width_px, self.bits(), self.row_period())
     }
 
-    /// The rows in whose time a frame's features left the extractor, from the clock of each; what leaves after the last row waits for it no longer than that.
+    /// The rows in whose time a frame's features left the extractor, from the clock of each; what leaves after the last row waits for it no
+    /// longer than that.
     pub fn batches(&self, out_clk: &[u64]) -> Vec<Batch> {
         let row_of = |&clk: &u64| u32::try_from(clk / self.row_clk()).unwrap_or(u32::MAX);
         by_row(out_clk.iter().map(row_of), self.size.height_px)
