@@ -111,7 +111,9 @@ fn edges(stage: &mut Stage) {
             for (number, (&sample_uv, &code)) in samples.iter().zip(&codes).enumerate() {
                 let exact = exact_code(&params, sample_uv);
                 let error = (f64::from(code) - f64::from(exact)).abs();
-                case.see(number % 3, error, 0.0, || format!("{bits} bits, {sample_uv} uV: {code} for {exact}; {params:?}"));
+                case.see(number % 3, error, 0.0, || {
+                    format!("{bits} bits, {sample_uv} uV: {code} for {exact}; {params:?}")
+                });
             }
         }
     }
@@ -146,17 +148,26 @@ fn blocks(stage: &mut Stage) {
     }
 }
 
-/// A bow of 2^b / 4 LSB turns the ramp at its end: beyond that levels would be crossed twice, so it is refused; up to it every level is
-/// crossed once, and bisection counts what a scan of all edges counts.
+/// The parabola takes 4 h (N - 3) / N^2 off the last of N steps, or 4 h (N - 1) / N^2 off the first where it hangs down. Where that is
+/// more than the step levels would be crossed twice, so the ramp is refused; up to it every level is crossed once, and bisection counts
+/// what a scan of all edges counts.
 fn bows(stage: &mut Stage) {
-    let sides = &["rises to its end", "falls at its end"];
+    let sides = &["rises throughout", "falls at an end"];
     let case = stage.case("a bowed ramp that would cross a level twice", "scan of all edges", "LSB or yes/no", sides);
     for bits in [3_u32, 5, 7] {
-        let turning = f64::from(1_u32 << bits) / 4.0;
-        for (share, sign) in [(0.0, 1.0), (0.5, 1.0), (0.999, 1.0), (0.999, -1.0), (1.3, 1.0), (1.3, -1.0), (1.9, 1.0)] {
-            let inl = sign * share * turning;
-            let params =
-                AdcParams { bits, cds: Cds::None, black_level_dn: 2, ramp_inl_lsb: inl, ramp: Ramp::Linear, ..params() };
+        let steps = f64::from(1_u32 << bits);
+        for (share, sign) in
+            [(0.0, 1.0), (0.5, 1.0), (0.999, 1.0), (0.999, -1.0), (1.001, 1.0), (1.001, -1.0), (1.9, 1.0)]
+        {
+            let inl = sign * share * steps * steps / (4.0 * (steps - if sign > 0.0 { 3.0 } else { 1.0 }));
+            let params = AdcParams {
+                bits,
+                cds: Cds::None,
+                black_level_dn: 2,
+                ramp_inl_lsb: inl,
+                ramp: Ramp::Linear,
+                ..params()
+            };
             if share > 1.0 {
                 let refused = params.check().is_err();
                 case.hold(1, refused, || format!("{bits} bits, bow {inl} LSB is accepted"));

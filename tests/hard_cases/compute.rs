@@ -17,7 +17,8 @@ pub fn run(stage: &mut Stage) {
     plateaus(stage);
 }
 
-/// Half a step of 1/512 of a turn, and a constant of the table off by half of 2^-16 in its slope: 2^-17 / 2 pi = 1.3e-6 turns.
+/// The nearest of 256 steps is within 1/512 of a turn. A constant of the table is off by half of 2^-16 in its slope, so an angle may be
+/// given to the next step where it is 2^-17 / 2 pi = 1.3e-6 turns and less beyond the half: that excess is the error.
 fn angles(stage: &mut Stage) {
     let sides = &["axes", "octant seams", "beside them", "0 / 0"];
     let case = stage.case("direction of a moment in 1/256 turns", "arctangent in double-double", "turns", sides);
@@ -31,7 +32,8 @@ fn angles(stage: &mut Stage) {
         let exact = Dd::atan2(dd(y.into()), dd(x.into())) / (PI * dd(2.0));
         let apart = (dd(found) - exact).f64();
         let error = (apart - apart.round_ties_even()).abs();
-        case.see(side, error, 1.0 / 512.0 + 1.3e-6, || format!("({x}, {y}): {found} turns"));
+        let excess = sensel::num::greater(0.0, error - 1.0 / 512.0);
+        case.see(side, excess, 1.3e-6, || format!("({x}, {y}): {found} turns"));
     };
     let sizes = [1, 2, 3, 255, 65_535, 450_685_215, i32::MAX];
     for size in sizes {
@@ -67,8 +69,7 @@ fn moments_at_the_widest_word(stage: &mut Stage) {
     let corner = Corner { x_px: u32_from(RADIUS_PX), y_px: u32_from(RADIUS_PX), score: 0 };
     let offset = |place: usize| i64::try_from(place).unwrap() - i64::try_from(RADIUS_PX).unwrap();
     let mut check = |side: usize, at: &mut dyn FnMut(i64, i64) -> u16| {
-        let values: Vec<u16> =
-            (0..side_px * side_px).map(|n| at(offset(n % side_px), offset(n / side_px))).collect();
+        let values: Vec<u16> = (0..side_px * side_px).map(|n| at(offset(n % side_px), offset(n / side_px))).collect();
         let (mut x_exact, mut y_exact) = (0_i64, 0_i64);
         for (n, &value) in values.iter().enumerate() {
             let (dx, dy) = (offset(n % side_px), offset(n / side_px));
@@ -91,11 +92,16 @@ fn moments_at_the_widest_word(stage: &mut Stage) {
     }
 }
 
-/// The least-squares quadratic of nine values solved anew, in 128 bits: f = a + b x + c y + d x^2 + e x y + g y^2 with 12 b = 2 sum x f and so
-/// on; the peak is ((e c - 2 g b), (e b - 2 d c)) / (4 d g - e^2), in sixteenths, half up, within half a pixel.
+/// The least-squares quadratic of nine values solved anew, in 128 bits: f = a + b x + c y + d x^2 + e x y + g y^2 with 12 b = 2 sum x f
+/// and so on; the peak is ((e c - 2 g b), (e b - 2 d c)) / (4 d g - e^2), in sixteenths, half up, within half a pixel.
 fn exact_peak(r: &[[i32; 3]; 3]) -> Option<(i128, i128)> {
     let sum = |weight: &dyn Fn(i128, i128) -> i128| -> i128 {
-        (0..9).map(|n| weight(n % 3 - 1, n / 3 - 1) * i128::from(r[usize::try_from(n / 3).unwrap()][usize::try_from(n % 3).unwrap()])).sum()
+        (0..9)
+            .map(|n| {
+                weight(n % 3 - 1, n / 3 - 1)
+                    * i128::from(r[usize::try_from(n / 3).unwrap()][usize::try_from(n % 3).unwrap()])
+            })
+            .sum()
     };
     let (b, c) = (2 * sum(&|x, _| x), 2 * sum(&|_, y| y));
     let (d, g) = (6 * sum(&|x, _| x * x) - 4 * sum(&|_, _| 1), 6 * sum(&|_, y| y * y) - 4 * sum(&|_, _| 1));
@@ -155,7 +161,11 @@ fn arcs(stage: &mut Stage) {
         let bound = [256, 65_536, 3][usize::try_from(number % 3).unwrap()];
         let word = |chance: &mut Chance| {
             let value = chance.below(bound);
-            if bound == 3 { [0, 32_768, u16::MAX][usize::try_from(value).unwrap()] } else { low_u16(sensel::num::low_u32(value)) }
+            if bound == 3 {
+                [0, 32_768, u16::MAX][usize::try_from(value).unwrap()]
+            } else {
+                low_u16(sensel::num::low_u32(value))
+            }
         };
         let (centre, circle) = (word(&mut chance), [(); 16].map(|()| word(&mut chance)));
         let mut exact = 0_i64;
@@ -171,20 +181,24 @@ fn arcs(stage: &mut Stage) {
             i64::from(arc_difference(circle, centre))
         };
         let side = usize::try_from(number % 3).unwrap();
-        case.see(side, f64_from_i64((found - exact).abs()), 0.0, || format!("{circle:?} about {centre}: {found} for {exact}"));
+        case.see(side, f64_from_i64((found - exact).abs()), 0.0, || {
+            format!("{circle:?} about {centre}: {found} for {exact}")
+        });
     }
 }
 
 /// A corner stands above all eight neighbours; of equal scores side by side none does. A picture of few levels is full of plateaus.
 fn plateaus(stage: &mut Stage) {
     let sides = &["corners", "suppressed equals", "flat picture"];
-    let case = stage.case("non-maximum suppression on plateaus of score", "definition, pixel by pixel", "corners", sides);
+    let case =
+        stage.case("non-maximum suppression on plateaus of score", "definition, pixel by pixel", "corners", sides);
     let mut chance = Chance::new(505);
     for number in 0..40_u32 {
         let size = Size { width_px: 40 + number, height_px: 24 };
         let levels: [u8; 3] = [10, 200, 255];
-        let values: Vec<u8> =
-            (0..size.pixel_count()).map(|_| levels[index(u32_from(usize::try_from(chance.below(3)).unwrap()))]).collect();
+        let values: Vec<u8> = (0..size.pixel_count())
+            .map(|_| levels[index(u32_from(usize::try_from(chance.below(3)).unwrap()))])
+            .collect();
         let picture = Plane::from_values(size, values);
         let found = fast9(&picture, 5);
         let score = |x: u32, y: u32| {
@@ -199,7 +213,9 @@ fn plateaus(stage: &mut Stage) {
                 }
                 let around = (0..9_u32).filter(|&n| n != 4).map(|n| score(x + n % 3 - 1, y + n / 3 - 1)).max().unwrap();
                 let listed = found.iter().any(|corner| (corner.x_px, corner.y_px) == (x, y));
-                case.hold(usize::from(own <= around), listed == (own > around), || format!("({x}, {y}) of picture {number}"));
+                case.hold(usize::from(own <= around), listed == (own > around), || {
+                    format!("({x}, {y}) of picture {number}")
+                });
             }
         }
         let flat = Plane::filled(size, levels[usize::try_from(number % 3).unwrap()]);

@@ -27,15 +27,20 @@ fn exact_crc(payload: &[u8]) -> u16 {
 /// payload with its own checksum behind it leaves nothing.
 fn checksums(stage: &mut Stage) {
     let sides = &["multiples of 8", "other lengths", "its own checksum"];
-    let case = stage.case("CRC of empty, longest, equal and random payloads", "polynomial division by bits", "bits", sides);
+    let case =
+        stage.case("CRC of empty, longest, equal and random payloads", "polynomial division by bits", "bits", sides);
     let mut chance = Chance::new(601);
     for length in (0..64).chain([1000, 1001, 65_528, 65_535]) {
         for kind in 0..4_u32 {
-            let byte = |chance: &mut Chance| [0, 0xFF, low_u8(chance.word()), low_u8(chance.word()) & 1][usize::try_from(kind).unwrap()];
+            let byte = |chance: &mut Chance| {
+                [0, 0xFF, low_u8(chance.word()), low_u8(chance.word()) & 1][usize::try_from(kind).unwrap()]
+            };
             let mut payload: Vec<u8> = (0..length).map(|_| byte(&mut chance)).collect();
             let (found, exact) = (crc16(&payload), exact_crc(&payload));
             let error = f64::from((found ^ exact).count_ones());
-            case.see(usize::from(length % 8 != 0), error, 0.0, || format!("{length} bytes of kind {kind}: {found:04x}"));
+            case.see(usize::from(length % 8 != 0), error, 0.0, || {
+                format!("{length} bytes of kind {kind}: {found:04x}")
+            });
             payload.extend(found.to_le_bytes());
             case.hold(2, crc16(&payload) == 0, || format!("{length} bytes of kind {kind}"));
         }
@@ -46,11 +51,12 @@ fn checksums(stage: &mut Stage) {
 /// table of syndromes (CSI-2, section 9.5), column by column, where the product has masks row by row.
 fn headers(stage: &mut Stage) {
     const SYNDROMES: [u8; 24] = [
-        0x07, 0x0B, 0x0D, 0x0E, 0x13, 0x15, 0x16, 0x19, 0x1A, 0x1C, 0x23, 0x25, 0x26, 0x29, 0x2A, 0x2C, 0x31, 0x32, 0x34,
-        0x38, 0x1F, 0x2F, 0x37, 0x3B,
+        0x07, 0x0B, 0x0D, 0x0E, 0x13, 0x15, 0x16, 0x19, 0x1A, 0x1C, 0x23, 0x25, 0x26, 0x29, 0x2A, 0x2C, 0x31, 0x32,
+        0x34, 0x38, 0x1F, 0x2F, 0x37, 0x3B,
     ];
     let sides = &["no flip", "one flip", "two flips"];
-    let case = stage.case("header code at all zeros, all ones and at random", "the standard's syndromes", "headers", sides);
+    let case =
+        stage.case("header code at all zeros, all ones and at random", "the standard's syndromes", "headers", sides);
     let mut chance = Chance::new(602);
     for number in 0..3000_u32 {
         let word = [0, 0xFF_FFFF, 1, 0x80_0000, chance.word() & 0xFF_FFFF][index(number)];
@@ -79,7 +85,8 @@ fn index(number: u32) -> usize {
 /// once each: 3 * 2^-53, relative.
 pub fn energy(stage: &mut Stage) {
     let name = "energy of 1e15 events of every kind";
-    let case = stage.case(name, "128-bit integers, double-double", "relative", &["one frame", "millions", "count by count"]);
+    let case =
+        stage.case(name, "128-bit integers, double-double", "relative", &["one frame", "millions", "count by count"]);
     let mut chance = Chance::new(603);
     for (number, technology) in Technology::names().flat_map(|name| [name; 40]).enumerate() {
         let technology = Technology::by_name(technology).unwrap();
@@ -99,7 +106,8 @@ pub fn energy(stage: &mut Stage) {
             exact += 2_000_000_000 * i128::from(technology.power_nw(block));
         }
         let account = EnergyAccount::of(&events, length, &technology);
-        let same = i128::try_from(account.total_aj()).unwrap() == exact && by_ones == u64::try_from(Event::ALL.len()).unwrap();
+        let same =
+            i128::try_from(account.total_aj()).unwrap() == exact && by_ones == u64::try_from(Event::ALL.len()).unwrap();
         case.hold(2, same, || format!("{} aJ for {exact}", account.total_aj()));
         let pj = whole(exact) / dd(1e6) / dd(f64::from(frames));
         let found = account.total_pj_per_frame();

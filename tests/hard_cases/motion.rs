@@ -5,7 +5,8 @@ use sensel::num::{f64_from_usize, greater};
 use sensel::pose::Pose;
 use sensel::scene::motion::{Spline, so3};
 use sensel::tracker::lie::{
-    QUATERNION_SERIES_ANGLE_RAD_MAX, SERIES_ANGLE_RAD_MAX, so3_exp, so3_left_jacobian, so3_left_jacobian_inverse, so3_log,
+    QUATERNION_SERIES_ANGLE_RAD_MAX, SERIES_ANGLE_RAD_MAX, so3_exp, so3_left_jacobian, so3_left_jacobian_inverse,
+    so3_log,
 };
 
 use crate::double_double::{Dd, Vector, dd, dot, times, vector};
@@ -92,10 +93,11 @@ fn angle(chance: &mut Chance, kind: u64, seam_rad: f64) -> f64 {
     }
 }
 
-/// The angle rounds by 2.5 * 2^-53 of itself (three products under a root), its half's sine by 2, the quotient and the product by one each: a
-/// vector part by (2.5 + 2 + 2) * 2^-53, relative, and with the normalisation 3 more; the cosine by 2 * 2^-53 and by pi / 2 of the angle's
-/// 2.5: 6 * 2^-53 and 3 more. 10 * 2^-53 of the vector part or of one holds for both. Logarithms: the length rounds by 2.5, the
-/// arctangent by 2 and passes on no more than the relative error of its first part, quotient and products by 3: 8 * 2^-53 of the angle.
+/// The angle rounds by 2.5 * 2^-53 of itself (three products under a root), its half's sine by 2, the quotient and the product by one
+/// each: a vector part by (2.5 + 2 + 2) * 2^-53, relative, and with the normalisation 3 more; the cosine by 2 * 2^-53 and by pi / 2 of
+/// the angle's 2.5: 6 * 2^-53 and 3 more. 10 * 2^-53 of the vector part or of one holds for both. Logarithms: the length rounds by 2.5,
+/// the arctangent by 2 and passes on no more than the relative error of its first part, quotient and products by 3: 8 * 2^-53 of the
+/// angle.
 fn exponentials(stage: &mut Stage, of_exp: &'static str, of_log: &'static str, (_, exp, log): Rotations) {
     let sides = &["below the seam", "above", "near pi", "tiny", "any", "at pi or zero"];
     let mut chance = Chance::new(901);
@@ -131,9 +133,9 @@ fn exponentials(stage: &mut Stage, of_exp: &'static str, of_log: &'static str, (
     }
 }
 
-/// 1 + (1 - cos a) / a^2 K + (a - sin a) / a^3 K^2, and its inverse 1 - K / 2 + (1 - a / 2 cot(a / 2)) / a^2 K^2, entry by entry. Entries are
-/// below 1 but for K / 2 (pi / 2); the closed forms just above the seam at 1 rad lose 13 roundings to cancellation (1 + 2 / 0.158 of the
-/// value, and less than that for the cotangent, 0.5 of 0.085 of 12 K^2), series 3, products and sums 6: 20 * 2^-53.
+/// 1 + (1 - cos a) / a^2 K + (a - sin a) / a^3 K^2, and its inverse 1 - K / 2 + (1 - a / 2 cot(a / 2)) / a^2 K^2, entry by entry. Entries
+/// are below 1 but for K / 2 (pi / 2); the closed forms just above the seam at 1 rad lose 13 roundings to cancellation (1 + 2 / 0.158 of
+/// the value, and less than that for the cotangent, 0.5 of 0.085 of 12 K^2), series 3, products and sums 6: 20 * 2^-53.
 fn jacobians(stage: &mut Stage) {
     let sides = &["series", "closed form", "near pi", "tiny", "any"];
     let name = "left Jacobian of rotations and its inverse";
@@ -168,7 +170,8 @@ fn jacobians(stage: &mut Stage) {
                 worst = greater(worst, exact.miss(at(&backward)));
             }
         }
-        let side = if kind < 2 { usize::from(v.length() >= SERIES_ANGLE_RAD_MAX) } else { usize::try_from(kind).unwrap() };
+        let side =
+            if kind < 2 { usize::from(v.length() >= SERIES_ANGLE_RAD_MAX) } else { usize::try_from(kind).unwrap() };
         case.see(side, worst, 20.0 * ROUND, || format!("{v}"));
     }
 }
@@ -184,9 +187,10 @@ fn cumulative(u: Dd) -> [Dd; 3] {
     ]
 }
 
-/// 600 knots over 60 s, neighbours up to 174.9 degrees apart. The place within an interval is a difference of numbers up to 600 that rounded
-/// twice: 2 * 600 * 2^-53, which the rate of turn (3.06 rad a knot and less, times 2/3 and three factors) multiplies by at most 3.06;
-/// positions (up to 10 m, slopes up to 20 m a knot) the same way. Quaternions: three logarithms, exponentials and products of 30 roundings each.
+/// 600 knots over 60 s, neighbours up to 174.9 degrees apart. The place within an interval is a difference of numbers up to 600 that
+/// rounded twice: 2 * 600 * 2^-53, which the rate of turn (3.06 rad a knot and less, times 2/3 and three factors) multiplies by at most
+/// 3.06; positions (up to 10 m, slopes up to 20 m a knot) the same way. Quaternions: three logarithms, exponentials and products of 30
+/// roundings each.
 fn spline(stage: &mut Stage) {
     let sides = &["turns up to 174.9 degrees", "small turns", "at knots"];
     let name = "spline of 60 s between knots, at knots, near half turns";

@@ -1,9 +1,9 @@
 //! Hard cases of lenses, roll-off and point spread, against their published formulas in double-double. Enters: bearings, pixels.
 
 use glam::{DVec2, DVec3};
+use sensel::num::{f64_from_usize, greater};
 use sensel::optics::lens::{DoubleSphere, Eucm, Intrinsics, Kb4, Lens, Mapping, Radtan};
 use sensel::optics::{Aperture, Camera, Psf, Pupil, RollOff};
-use sensel::num::{f64_from_usize, greater};
 use sensel::pose::Pose;
 use sensel::units::Size;
 
@@ -161,8 +161,8 @@ fn folding(stage: &mut Stage) {
     }
 }
 
-/// Where the place lands by the exact formula is d + r of the place asked for; the bearing is right to d over the lens's slope. Rounding: the
-/// place less the principal point rounds by 2^-53 of 320 px, all else by 24 * 2^-53 of the offset.
+/// Where the place lands by the exact formula is d + r of the place asked for; the bearing is right to d over the lens's slope. Rounding:
+/// the place less the principal point rounds by 2^-53 of 320 px, all else by 24 * 2^-53 of the offset.
 fn near_the_centre(stage: &mut Stage) {
     let case = stage.case(
         "unprojection from 1e-13 to 10 px off the principal point",
@@ -192,13 +192,15 @@ fn near_the_centre(stage: &mut Stage) {
             let error = greater(exact[0].miss(place.x), exact[1].miss(place.y));
             // Radtan's iteration ends at 1e-12 of the plane and takes one more step, which squares that.
             let bound = 0.5 * f64::EPSILON * (320.0 + 24.0 * offset_px);
-            case.see(usize::from(offset_px >= 1e-6), error, bound, || format!("{place} by {:?}: {found}", lens.mapping));
+            case.see(usize::from(offset_px >= 1e-6), error, bound, || {
+                format!("{place} by {:?}: {found}", lens.mapping)
+            });
         }
     }
 }
 
-/// A camera of one pixel far off the axis: its corners' cosines are rounded to f32 (2^-24 relative), which the fourth power takes four times,
-/// and three products round: 7 * 2^-24 of the share. The bounds are those of the corners nearest to and farthest from the axis.
+/// A camera of one pixel far off the axis: its corners' cosines are rounded to f32 (2^-24 relative), which the fourth power takes four
+/// times, and three products round: 7 * 2^-24 of the share. The bounds are those of the corners nearest to and farthest from the axis.
 fn roll_off(stage: &mut Stage) {
     let sides = &["up to 60 degrees", "60 to 89.99", "beyond 90"];
     let case = stage.case("cos^4 law towards the camera's plane", "fourth power in double-double", "relative", sides);
@@ -227,8 +229,8 @@ fn roll_off(stage: &mut Stage) {
     }
 }
 
-/// 2 / pi (acos s - s sqrt(1 - s^2)): both parts are at most pi / 2 and each rounds four times: 8 * 2^-53 * (2 / pi) * (pi / 2), absolute. At
-/// the cut-off they cancel, to an error that is as small, and beyond it there is nothing.
+/// 2 / pi (acos s - s sqrt(1 - s^2)): both parts are at most pi / 2 and each rounds four times: 8 * 2^-53 * (2 / pi) * (pi / 2),
+/// absolute. At the cut-off they cancel, to an error that is as small, and beyond it there is nothing.
 fn diffraction(stage: &mut Stage) {
     let case = stage.case(
         "diffraction limit from frequency 0 to the cut-off",
@@ -288,8 +290,9 @@ fn defocus(stage: &mut Stage) {
     }
 }
 
-/// A kernel keeps the light: its values sum to 1 within their own roundings, (2 r + 1)^2 of 2^-53 of the sum of their sizes (below 2). A sigma
-/// far below a pixel leaves the middle alone: exp(-2 pi^2 s^2 f^2) falls by less than 10 s^2 over the kernel's frequencies, each axis.
+/// A kernel keeps the light: its values sum to 1 within their own roundings, (2 r + 1)^2 of 2^-53 of the sum of their sizes (below 2). A
+/// sigma far below a pixel leaves the middle alone: exp(-2 pi^2 s^2 f^2) falls by less than 10 s^2 over the kernel's frequencies, each
+/// axis.
 fn kernels(stage: &mut Stage) {
     let case = stage.case(
         "kernels of a sigma from 1e-6 to 3 pixels",

@@ -86,9 +86,9 @@ fn rarer_tails(n: u32, p: Dd, k: i64) -> [Dd; 2] {
     [below, above]
 }
 
-/// Image lag draws what stays with `pixel/thinning`. Summed, a count is off only where the uniform lies within the rounding of 60 terms of
-/// five roundings and of exp(n ln q), an argument up to 24 of two: (300 + 48) * 2^-53 = 3.9e-14. By expansion the distribution function is off
-/// by 1 / (60 n p q), as its documentation claims.
+/// Image lag draws what stays with `pixel/thinning`. Summed, a count is off only where the uniform lies within the rounding of 60 terms
+/// of five roundings and of exp(n ln q), an argument up to 24 of two: (300 + 48) * 2^-53 = 3.9e-14. By expansion the distribution
+/// function is off by 1 / (60 n p q), as its documentation claims.
 fn thinning(stage: &mut Stage) {
     let name = "binomial thinning at shares near 0, up to 1/2, and over it";
     let reference = "distribution function in double-double";
@@ -130,11 +130,12 @@ fn thinning(stage: &mut Stage) {
 
 /// Whole electrons below 2^24 are exact in f32, so what stays and what goes add up to the last bit.
 fn lag_keeps_electrons(stage: &mut Stage) {
-    let case = stage.case("image lag at shares of almost 0, 1/2 and almost 1", "electrons in, as integers", "e-", &[
-        "1e-9",
-        "1/2",
-        "1 - 1e-9",
-    ]);
+    let case = stage.case(
+        "image lag at shares of almost 0, 1/2 and almost 1",
+        "electrons in, as integers",
+        "e-",
+        &["1e-9", "1/2", "1 - 1e-9"],
+    );
     let mut chance = Chance::new(201);
     for (side, image_lag) in [1e-9, 0.5, 1.0 - 1e-9].into_iter().enumerate() {
         let lag = ImageLag::from_params(&PixelParams { image_lag, full_well_e: 1e9, ..params() }).expect("above 0");
@@ -200,7 +201,9 @@ fn full_well(stage: &mut Stage) {
         for (before_e, after_e) in before.into_iter().zip(row) {
             let expected_e = if before_e < well_e { before_e } else { well_e };
             let side = if before_e < well_e { 0 } else { 1 + usize::from(before_e > well_e) };
-            case.see(side, f64::from((after_e - expected_e).abs()), 0.0, || format!("{before_e} of {well_e}: {after_e}"));
+            case.see(side, f64::from((after_e - expected_e).abs()), 0.0, || {
+                format!("{before_e} of {well_e}: {after_e}")
+            });
         }
     }
 }
@@ -228,9 +231,9 @@ fn reset_noise(stage: &mut Stage) {
     }
 }
 
-/// What a lamp in the middle spills is all found again: with a share of 1 and no edge near nothing drains. Every pixel of the pool is filled
-/// in at most 256 sweeps, each of which rounds its charge once (half an ulp of the well) and its inflow thrice (less than another), and at the
-/// end drops less than 1/64 e- over the well in each of them.
+/// What a lamp in the middle spills is all found again: with a share of 1 and no edge near nothing drains. Every pixel of the pool is
+/// filled in at most 256 sweeps, each of which rounds its charge once (half an ulp of the well) and its inflow thrice (less than
+/// another), and at the end drops less than 1/64 e- over the well in each of them.
 fn blooming(stage: &mut Stage) {
     let sides = &["one lamp", "two lamps", "mirrored"];
     let case = stage.case("blooming of a lamp", "charge before, mirrored picture", "e-", sides);
@@ -261,7 +264,8 @@ fn blooming(stage: &mut Stage) {
 /// over traps. A trap slower than 2^-54 / t never does; others within 4.5 standard errors of the binomial count.
 fn telegraph(stage: &mut Stage) {
     let sides = &["never changes", "sometimes", "independent"];
-    let case = stage.case("telegraph noise with time constants of years to nanoseconds", "two-state law", "share", sides);
+    let case =
+        stage.case("telegraph noise with time constants of years to nanoseconds", "two-state law", "share", sides);
     let count = 60_000;
     for (side, rts_rate_hz) in [(0, 1e-12), (0, 1e-13), (1, 100.0), (1, 1e4), (2, 1e9)] {
         let params = PixelParams { rts_ppm: 1e6, rts_amplitude_uv: 100.0, rts_rate_hz, ..params() };

@@ -24,7 +24,8 @@ const RATES_HZ: [u64; 7] = [1_000, 13_500_000, 23_999_999, 48_000_000, 74_250_00
 /// 2^53 clocks once: (1 + 0.003 + 1 + 1) * 2^-53 = 3.4e-16, relative.
 fn clocks_in_seconds(stage: &mut Stage) {
     let name = "instants after up to 1e15 clocks of a rational clock";
-    let case = stage.case(name, "double-double of the rational", "relative", &["true clock", "deviating", "beyond 2^53"]);
+    let case =
+        stage.case(name, "double-double of the rational", "relative", &["true clock", "deviating", "beyond 2^53"]);
     let mut chance = Chance::new(401);
     for number in 0..6000_u64 {
         let rate_hz = RATES_HZ[usize::try_from(number % 7).unwrap()];
@@ -34,7 +35,8 @@ fn clocks_in_seconds(stage: &mut Stage) {
             ..ReadoutParams::plain(Shutter::Rolling, 1000, 1000, rate_hz, Exposure::Lines(1))
         };
         let clock = FrameClock::new(&params, CameraIndex(0), Clocks(1_000_000));
-        let count = if number % 3 == 0 { (1 << 53) + chance.below(1 << 60) } else { chance.below(1_000_000_000_000_000) };
+        let count =
+            if number % 3 == 0 { (1 << 53) + chance.below(1 << 60) } else { chance.below(1_000_000_000_000_000) };
         let found = clock.length_s(Clocks(count));
         let parts = i128::from(1_000_000_000 + ppb);
         let exact = whole(i128::from(count)) * dd(1e9) / whole(i128::from(rate_hz) * parts);
@@ -44,8 +46,8 @@ fn clocks_in_seconds(stage: &mut Stage) {
     }
 }
 
-/// The first edge at or after a pulse: the least e with e / f >= pulse, and f rational. Also frames counted by a free clock, and rows on the
-/// link's clock: integers have no error.
+/// The first edge at or after a pulse: the least e with e / f >= pulse, and f rational. Also frames counted by a free clock, and rows on
+/// the link's clock: integers have no error.
 fn triggered_frames(stage: &mut Stage) {
     let name = "frame and row starts over 1e12 clocks and more";
     let sides = &["free", "triggered", "rows on the link"];
@@ -76,7 +78,8 @@ fn triggered_frames(stage: &mut Stage) {
         let first = edge * unit >= need && (edge - 1) * unit < need;
         case.hold(1, first, || format!("frame {frame}, {period_ns} ns, {rate_hz} Hz + {ppb} ppb: {found:?}"));
         let link = LinkParams::new(2, 80_000_000 + chance.below(1_000_000_000), Mode::Frames);
-        let (hts, rows) = (1 + chance.below(100_000), chance.below(1_000_000_000_000));
+        // A run has less than 2^64 clocks of any clock.
+        let (hts, rows) = (1 + chance.below(100_000), chance.below(1_000_000_000_000) % (rate_hz * 50_000));
         let found = RowPeriod::new(Clocks(hts), rate_hz, &link).clocks(rows);
         let need = i128::from(rows) * i128::from(hts) * i128::from(link.frequency_hz);
         let (found_by, unit) = (i128::from(found.0), 4 * i128::from(rate_hz));
@@ -107,7 +110,8 @@ fn half_lines(stage: &mut Stage) {
     let size = Size { width_px: 64, height_px: 48 };
     let mut chance = Chance::new(403);
     for number in 0..4000_u64 {
-        let rate_hz = [48_000_000, 24_000_000, 64_000_000, 74_250_000, 72_000_000, 1_000_000][usize::try_from(number % 6).unwrap()];
+        let rate_hz = [48_000_000, 24_000_000, 64_000_000, 74_250_000, 72_000_000, 1_000_000]
+            [usize::try_from(number % 6).unwrap()];
         let hts = sensel::num::low_u32(100_000 + 64 * chance.below(2000));
         let lines = 1 + chance.below(900);
         // (lines + 1/2) hts / rate in units of 2^-20 us; a tie where that is an integer.

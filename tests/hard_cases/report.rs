@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 use sensel::num::{f64_from_usize, greater};
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::align::{Scale, umeyama};
+use sensel::report::spread::interval_of_rms;
 use sensel::report::trajectory_figures;
 
 use crate::double_double::{dd, dot, minus, vector};
@@ -15,14 +16,38 @@ pub fn run(stage: &mut Stage) {
     alignments(stage);
     identical(stage);
     still(stage);
+    equal_errors(stage);
 }
 
-/// Points along a line with a wiggle across it: the rotation about the line is known to the coordinates' roundings (2^-53 of their size, here up
-/// to 8 m, on both sides of the pair and in both means) over the wiggle's RMS: 64 * 2^-53 over the wiggle. Two points, one line and equal points
-/// have no alignment; evo's test lets wiggles whose square is below 2^-52 go as lines.
+/// Errors that are all equal have an interval without width. Running sums of n squares round n times by 2^-53 of n squares at most, a
+/// block of them is the difference of two, and the root halves: n^2 2^-53 / block, relative. Squares of 0 stay 0.
+fn equal_errors(stage: &mut Stage) {
+    let sides = &["1e-12 to 1e12", "zero"];
+    let case = stage.case("bootstrap interval of equal errors", "the error itself", "relative", sides);
+    let mut chance = Chance::new(1104);
+    for number in 0..20_usize {
+        let (count, block) = (300 + 10 * number, 30);
+        let square = if number % 4 == 0 { 0.0 } else { chance.decade(1e-24, 1e24) };
+        let interval = interval_of_rms(&vec![square; count], block, 3).unwrap();
+        let bound = ROUND * f64_from_usize(count * count / block);
+        for end in interval {
+            let exact = dd(square).sqrt();
+            let error = if square == 0.0 { end.abs() } else { exact.miss(end) / exact.high };
+            case.see(usize::from(square == 0.0), error, bound, || format!("{count} squares of {square}: {interval:?}"));
+        }
+    }
+}
+
+/// Points along a line of spread s = 1.16 m with a wiggle w across it. The covariance rounds by 3 (n + 4) 2^-53 s^2 (nine entries of n
+/// terms), and the rotation about the line stands in its singular values of w^2 / 2: an angle of up to twice that over w^2 / 2. That is
+/// what alignment by a covariance costs, evo's as well; it moves a point by no more than the angle times w, so what is left of the
+/// distances, twice 3 (n + 4) 2^-53 s^2 / (w / 2) and the coordinates' own roundings (64 * 2^-53 of 8 m), is what a figure sees. Two
+/// points, one line and equal points have no alignment. A proper rotation's determinant is 1 to 40 roundings.
 fn alignments(stage: &mut Stage) {
-    let sides = &["wiggle of 1e-1 to 1e-6 m", "on a line", "two points", "equal points", "mirrored"];
-    let case = stage.case("alignment of trajectories that are almost a line", "known rigid motion", "rad", sides);
+    let sides =
+        &["wiggle of 1e-1 to 1e-6 m", "on a line", "two points", "equal points", "mirrored", "distances left, m"];
+    let case =
+        stage.case("alignment of trajectories that are almost a line", "known rigid motion", "rad or yes/no", sides);
     let mut chance = Chance::new(1101);
     for number in 0..500_usize {
         let (along, other) = (chance.direction(), chance.direction());
@@ -41,10 +66,8 @@ fn alignments(stage: &mut Stage) {
                 if number % 5 == 3 { start } else { start + 0.1 * t * along + offset }
             })
             .collect();
-        let motion = Pose::new(
-            sensel::tracker::lie::so3_exp(chance.direction() * chance.between(0.0, 3.0)),
-            chance.direction(),
-        );
+        let motion =
+            Pose::new(sensel::tracker::lie::so3_exp(chance.direction() * chance.between(0.0, 3.0)), chance.direction());
         let truth: Vec<DVec3> = estimate.iter().map(|&point| motion.point(point)).collect();
         let found = umeyama(&truth, &estimate, Scale::Kept);
         match number % 5 {
@@ -59,8 +82,14 @@ fn alignments(stage: &mut Stage) {
                 let found = found.unwrap();
                 let exact = glam::DMat3::from_quat(motion.rotation);
                 let apart = (0..3).flat_map(|i| (0..3).map(move |j| (i, j)));
-                let error = apart.fold(0.0, |most, (i, j)| greater(most, (found.rotation[i][j] - exact.col(j)[i]).abs()));
-                let bound = 64.0 * ROUND * 8.0 / wiggle_m;
+                let error =
+                    apart.fold(0.0, |most, (i, j)| greater(most, (found.rotation[i][j] - exact.col(j)[i]).abs()));
+                let rounding_m2 = 2.0 * 3.0 * 44.0 * ROUND * 1.34;
+                let bound = 2.0 * rounding_m2 / (wiggle_m * wiggle_m);
+                let left = truth.iter().zip(&estimate).map(|(&y, &x)| (found.point(x) - y).length());
+                let left_m = left.fold(0.0, greater);
+                let left_bound_m = 2.0 * rounding_m2 / wiggle_m + 64.0 * ROUND * 8.0;
+                case.see(5, left_m, left_bound_m, || format!("wiggle {wiggle_m} m"));
                 case.see(if side == 4 { 0 } else { side }, error, bound, || format!("wiggle {wiggle_m} m"));
             }
         }
@@ -75,8 +104,8 @@ fn timed(positions_m: &[DVec3]) -> Vec<TimedPose> {
     positions_m.iter().enumerate().map(pose).collect()
 }
 
-/// An estimate that is the truth has no error but the rotation's rounding times the distance from the origin (9 entries of some 8 roundings, and
-/// two means of n terms): (72 + 2 n) * 2^-53 of the offset. Unaligned it has none at all.
+/// An estimate that is the truth has no error but the rotation's rounding times the distance from the origin (9 entries of some 8
+/// roundings, and two means of n terms): (72 + 2 n) * 2^-53 of the offset. Unaligned it has none at all.
 fn identical(stage: &mut Stage) {
     let sides = &["near the origin", "1e3 to 1e8 m off", "unaligned"];
     let case = stage.case("errors of an estimate that is the truth", "zero", "m", sides);
@@ -98,9 +127,9 @@ fn identical(stage: &mut Stage) {
     }
 }
 
-/// A rig at rest 1e8 m away, shaken by a millimetre (coordinates there have steps of 1.5e-8 m; the reference sees those same coordinates). The
-/// spread is a root mean square about the mean. Means of n terms round by n * 2^-53 of the offset at most, in each of three axes and both
-/// trajectories, and adds to the spread in quadrature; differences about it round once.
+/// A rig at rest 1e8 m away, shaken by a millimetre (coordinates there have steps of 1.5e-8 m; the reference sees those same
+/// coordinates). The spread is a root mean square about the mean. Means of n terms round by n * 2^-53 of the offset at most, in each of
+/// three axes and both trajectories, and adds to the spread in quadrature; differences about it round once.
 fn still(stage: &mut Stage) {
     let sides = &["offset of 1 m", "offset of 1e8 m"];
     let case = stage.case("spread of a rig at rest far from the origin", "two passes in double-double", "m", sides);
@@ -124,7 +153,9 @@ fn still(stage: &mut Stage) {
         let exact_m = square.sqrt();
         let shift_m = 1000.0 * ROUND * offset_m * 2.0 * 3.0_f64.sqrt();
         let spread_m = exact_m.f64();
-        let bound = (spread_m * spread_m + shift_m * shift_m).sqrt() - spread_m + 2.0 * ROUND * offset_m + 1000.0 * ROUND * spread_m;
+        let bound = (spread_m * spread_m + shift_m * shift_m).sqrt() - spread_m
+            + 2.0 * ROUND * offset_m
+            + 1000.0 * ROUND * spread_m;
         let found = figures.still.spread_m;
         case.see(number % 2, exact_m.miss(found), bound, || format!("offset {offset_m} m: {found} of {exact_m:?}"));
     }

@@ -104,7 +104,14 @@ fn hard_triangles(stage: &mut Stage) {
         "a ray and one hard triangle",
         "intersection in double-double",
         "m",
-        &["plain", "grazing, 1e-1 to 1e-4 rad", "1e4 m off the origin", "0.1 mm", "needle, 1e3 : 1", "zero direction components"],
+        &[
+            "plain",
+            "grazing, 1e-1 to 1e-4 rad",
+            "1e4 m off the origin",
+            "0.1 mm",
+            "needle, 1e3 : 1",
+            "zero direction components",
+        ],
     );
     let mut chance = Chance::new(801);
     for number in 0..6 * 250_usize {
@@ -135,11 +142,8 @@ fn hard_triangles(stage: &mut Stage) {
                 } else {
                     way.to_array().map(f32_nearest)
                 };
-                let origin = if side == 5 {
-                    target - 2.0 * glam::DVec3::from_array(direction.map(f64::from))
-                } else {
-                    from
-                };
+                let origin =
+                    if side == 5 { target - 2.0 * glam::DVec3::from_array(direction.map(f64::from)) } else { from };
                 (origin.to_array().map(f32_nearest), direction)
             })
             .collect();
@@ -161,7 +165,8 @@ impl CosSin for f64 {
     }
 }
 
-/// A bumpy sheet of triangles without a gap: rays at its inner edges and corners from all sides must meet something.
+/// A bumpy sheet of triangles without a gap, its rim raised to a bowl: rays from inside at its edges and corners must meet something,
+/// also where they only just pass over a ridge.
 fn shared_edges(stage: &mut Stage) {
     let sides = &["along edges", "at corners", "grazing"];
     let case = stage.case("rays at edges and corners that triangles share", "a closed sheet", "leaks", sides);
@@ -172,7 +177,9 @@ fn shared_edges(stage: &mut Stage) {
         let cells = 12_usize;
         let bumps: Vec<f64> = (0..(cells + 1) * (cells + 1)).map(|_| chance.between(-0.3, 0.3)).collect();
         let corner = |x: usize, y: usize| -> [f32; 3] {
-            [f64_from_usize(x), f64_from_usize(y), bumps[y * (cells + 1) + x]].map(|a| f32_nearest(away_m + scale * a))
+            let is_rim = x % cells == 0 || y % cells == 0;
+            let height = if is_rim { 50.0 } else { bumps[y * (cells + 1) + x] };
+            [f64_from_usize(x), f64_from_usize(y), height].map(|a| f32_nearest(away_m + scale * a))
         };
         let mut triangles = Vec::new();
         for n in 0..cells * cells {
@@ -210,8 +217,9 @@ fn shared_edges(stage: &mut Stage) {
     }
 }
 
-/// Triangles in one plane have boxes without thickness, all equal ones boxes without size; rays along an axis divide by zero. Each ray through
-/// the inside must hit at the plane's own distance, exactly: the coordinates are small dyadic numbers. Equal hits go to the lowest triangle.
+/// Triangles in one plane have boxes without thickness, all equal ones boxes without size; rays along an axis divide by zero. Each ray
+/// through the inside must hit at the plane's own distance, exactly: the coordinates are small dyadic numbers. Equal hits go to the
+/// lowest triangle.
 fn flat_boxes(stage: &mut Stage) {
     let sides = &["flat sheet", "many equal triangles", "rays in the plane"];
     let case = stage.case("trees with boxes of no thickness", "plane of dyadic coordinates", "m", sides);
@@ -249,7 +257,9 @@ fn flat_boxes(stage: &mut Stage) {
                 let mut beside = at(-3.0, y);
                 beside[axis] = 0.25;
                 let hits = traced(&bvh, &[(beside, along)]);
-                case.hold(2, hits.triangle[0] == MISS && !hits.t.0[0].is_nan(), || format!("axis {axis}: {:?}", hits.t.0[0]));
+                case.hold(2, hits.triangle[0] == MISS && !hits.t.0[0].is_nan(), || {
+                    format!("axis {axis}: {:?}", hits.t.0[0])
+                });
             }
         }
     }
@@ -296,6 +306,8 @@ fn poles(stage: &mut Stage) {
             [x * cosine - z * sine, tilt, x * sine + z * cosine].map(f32_nearest)
         };
         let (left, right) = (zonal.radiance(turned(-slip))[0], zonal.radiance(turned(slip))[0]);
-        case.see(2, (f64::from(left) / f64::from(right) - 1.0).abs(), 8.0 * ROUND, || format!("{tilt}: {left} {right}"));
+        case.see(2, (f64::from(left) / f64::from(right) - 1.0).abs(), 8.0 * ROUND, || {
+            format!("{tilt}: {left} {right}")
+        });
     }
 }

@@ -17,9 +17,15 @@ pub struct Case {
     name: &'static str,
     reference: &'static str,
     unit: &'static str,
-    sides: Vec<(&'static str, u64)>,
+    sides: Vec<Side>,
+}
+
+/// One side of its seam.
+struct Side {
+    name: &'static str,
+    samples: u64,
     /// Error and bound where their quotient was greatest.
-    worst: Option<(f64, f64)>,
+    worst: (f64, f64),
     worst_at: String,
 }
 
@@ -32,12 +38,14 @@ pub struct Stage {
 impl Case {
     /// An error of a sample on one side of the seam, with what it may be. A bound of 0 asks for equality.
     pub fn see(&mut self, side: usize, error: f64, bound: f64, at: impl FnOnce() -> String) {
-        self.sides[side].1 += 1;
         assert!(bound >= 0.0, "{}: a bound is a size", self.name);
-        if self.worst.is_none_or(|(worst, of)| share(error, bound) > share(worst, of)) {
-            self.worst = Some((error, bound));
-            self.worst_at = at();
+        let side = &mut self.sides[side];
+        let (worst, of) = side.worst;
+        if side.samples == 0 || share(error, bound) > share(worst, of) {
+            side.worst = (error, bound);
+            side.worst_at = at();
         }
+        side.samples += 1;
     }
 
     /// A yes or no: an error of 0 or 1 against a bound of 0.
@@ -45,21 +53,28 @@ impl Case {
         self.see(side, if holds { 0.0 } else { 1.0 }, 0.0, at);
     }
 
-    fn failure(&self) -> Option<String> {
-        if let Some((side, _)) = self.sides.iter().find(|side| side.1 == 0) {
-            return Some(format!("{}: no sample was tried on the side '{side}'", self.name));
-        }
-        let (error, bound) = self.worst.expect("some side was tried");
-        // False for NaN.
-        let holds = error <= bound;
-        (!holds).then(|| format!("{}: error {error:e} over {bound:e} at {}", self.name, self.worst_at))
+    fn failures(&self) -> impl Iterator<Item = String> {
+        self.sides.iter().filter_map(|side| {
+            let ((error, bound), name) = (side.worst, format!("{}, {}", self.name, side.name));
+            if side.samples == 0 {
+                return Some(format!("{name}: no sample was tried"));
+            }
+            // False for NaN.
+            let holds = error <= bound;
+            (!holds).then(|| format!("{name}: error {error:e} over {bound:e} at {}", side.worst_at))
+        })
     }
 
-    fn line(&self) -> String {
-        let sides: Vec<String> = self.sides.iter().map(|(side, count)| format!("{side} {count}")).collect();
-        let (error, bound) = self.worst.unwrap_or((f64::NAN, f64::NAN));
-        let (name, reference, unit, sides) = (self.name, self.reference, self.unit, sides.join(", "));
-        format!("| {name} | {reference} | {sides} | {} | {} | {unit} |", short(error), short(bound))
+    /// A line a side; the first says what it is.
+    fn lines(&self) -> String {
+        let mut lines = String::new();
+        for (number, side) in self.sides.iter().enumerate() {
+            let [name, reference, unit] = if number == 0 { [self.name, self.reference, self.unit] } else { [""; 3] };
+            let ((error, bound), samples) = (side.worst, side.samples);
+            let figures = format!("{samples} | {} | {} | {unit}", short(error), short(bound));
+            writeln!(lines, "| {name} | {reference} | {} | {figures} |", side.name).expect("a string takes all");
+        }
+        lines
     }
 }
 
@@ -93,20 +108,17 @@ impl Stage {
         unit: &'static str,
         sides: &[&'static str],
     ) -> &mut Case {
-        let sides = sides.iter().map(|&side| (side, 0)).collect();
-        self.cases.push(Case { name, reference, unit, sides, worst: None, worst_at: String::new() });
+        let side = |&name: &&'static str| Side { name, samples: 0, worst: (0.0, 0.0), worst_at: String::new() };
+        self.cases.push(Case { name, reference, unit, sides: sides.iter().map(side).collect() });
         self.cases.last_mut().expect("just pushed")
     }
 
     /// Prints the table, past the harness that keeps the words of tests that pass; then judges every case; then compares the page.
     pub fn judge(self) {
-        let mut lines = String::new();
-        for case in &self.cases {
-            writeln!(lines, "{}", case.line()).expect("a string takes all");
-        }
+        let lines: String = self.cases.iter().map(Case::lines).collect();
         let table = format!("\n{}, seed {SEED}\n{HEAD}{lines}", self.name);
         std::io::stdout().write_all(table.as_bytes()).expect("the table can be printed");
-        let failures: Vec<String> = self.cases.iter().filter_map(Case::failure).collect();
+        let failures: Vec<String> = self.cases.iter().flat_map(Case::failures).collect();
         assert!(failures.is_empty(), "{}", failures.join("\n"));
         compare(self.name, &format!("{HEAD}{lines}"));
     }
@@ -132,8 +144,8 @@ pub fn compare(name: &str, table: &str) {
 }
 
 const HEAD: &str = "\
-| case | reference | samples by side | error reached | bound | unit |
-|---|---|---|---:|---:|---|
+| case | reference | side | samples | error reached | bound | unit |
+|---|---|---|---:|---:|---:|---|
 ";
 
 /// The page of the hard cases.

@@ -1,4 +1,5 @@
-//! Hard cases of the tracker's algebra: flat triangles, close roots, nearly singular systems, far points. Enters: numbers with known answers.
+//! Hard cases of the tracker's algebra: flat triangles, close roots, nearly singular systems, far points. Enters: numbers with known
+//! answers.
 
 use glam::{DQuat, DVec3};
 use nalgebra::Matrix6;
@@ -36,10 +37,11 @@ fn f64_of(value: i128) -> f64 {
     whole(value).f64()
 }
 
-/// Hilbert's matrix times the multiple, and whole solutions: right sides are whole as well and below 2^53, so nothing is rounded before the
-/// solver. Condition numbers are known (Todd 1961). Cholesky's error is below 4 n^2 * 2^-53 of the condition (Higham, "Accuracy and Stability of
-/// Numerical Algorithms", theorem 10.4: n (3 n + 1) and a little). Exactly singular whole matrices, and a Hilbert matrix whose condition
-/// is beyond f64, must be refused.
+/// Hilbert's matrix times the multiple, and whole solutions: right sides are whole as well and below 2^53, so nothing is rounded before
+/// the solver. Condition numbers are known (Todd 1961). Cholesky's error is below 4 n^2 * 2^-53 of the condition (Higham, "Accuracy and
+/// Stability of Numerical Algorithms", theorem 10.4: n (3 n + 1) and a little). A last unknown that is a mean w of two others, or one of
+/// them, leaves a pivot of 0; roundings leave (n + 1) 2^-53 (1 + sum |w|)^2 of what was there, at most 4e-15 for n = 8 and a sum of 1,
+/// under the 1e-14 that refuse. A Hilbert matrix whose condition is beyond f64 must be refused as well.
 fn systems(stage: &mut Stage) {
     const CONDITIONS: [f64; 9] = [1.0, 19.3, 525.0, 1.56e4, 4.77e5, 1.5e7, 4.76e8, 1.53e10, 4.94e11];
     let sides = &["condition up to 5e11", "singular", "condition beyond 1e17"];
@@ -55,16 +57,24 @@ fn systems(stage: &mut Stage) {
             let solved = solve_cholesky(&mut matrix, &mut right);
             case.hold(0, solved, || format!("n {n} is refused"));
             let size = truth.iter().fold(1.0, |most, &x| greater(most, f64_of(x).abs()));
-            let error = truth.iter().zip(&right).fold(0.0, |most, (&x, found)| greater(most, (found - f64_of(x)).abs()));
+            let error =
+                truth.iter().zip(&right).fold(0.0, |most, (&x, found)| greater(most, (found - f64_of(x)).abs()));
             let bound = 4.0 * f64_from_usize(n * n) * ROUND * condition * f64_from_usize(n).sqrt();
             case.see(0, error / size, bound, || format!("n {n}: {right:?} for {truth:?}"));
         }
     }
     for number in 0..200_usize {
-        // Rows that are sums of others, whole numbers: rank n - 1 exactly, as Schur's complement is without a gauge.
         let n = 2 + number % 7;
-        let rows: Vec<Vec<i64>> =
-            (0..n - 1).map(|_| (0..n).map(|_| i64::try_from(chance.below(19)).unwrap() - 9).collect()).collect();
+        let mut pick = || usize::try_from(chance.below(u64::try_from(n - 1).unwrap())).unwrap();
+        let (one, other) = (pick(), pick());
+        let rows: Vec<Vec<i64>> = (0..n - 1)
+            .map(|row| {
+                let noise = |chance: &mut Chance| 2 * (i64::try_from(chance.below(3)).unwrap() - 1);
+                let mut values: Vec<i64> = (0..n - 1).map(|k| if k == row { 20 } else { noise(&mut chance) }).collect();
+                values.push((values[one] + values[other]) / 2);
+                values
+            })
+            .collect();
         let at = |i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum::<i64>();
         let mut matrix: Vec<f64> = (0..n * n).map(|k| sensel::num::f64_from_i64(at(k / n, k % n))).collect();
         let mut right = vec![1.0; n];
@@ -75,8 +85,9 @@ fn systems(stage: &mut Stage) {
     case.hold(2, !solve_cholesky(&mut matrix, &mut vec![1.0; n]), || "Hilbert's of 14 is solved".to_owned());
 }
 
-/// The inverse of Hilbert's matrix of six is whole (Choi 1983). As an information its least observable direction is 1.5e7 times less known than
-/// its best. Scaled by powers of two on rows and columns alike, to poses of millimetres beside radians. Error as of six Cholesky solutions.
+/// The inverse of Hilbert's matrix of six is whole (Choi 1983). As an information its least observable direction is 1.5e7 times less
+/// known than its best. Scaled by powers of two on rows and columns alike, to poses of millimetres beside radians. Error as of six
+/// Cholesky solutions.
 fn unobservable(stage: &mut Stage) {
     let sides = &["condition 1.5e7", "one direction without information"];
     let case = stage.case("covariance of a nearly unobservable pose", "whole inverse", "relative", sides);
@@ -89,10 +100,10 @@ fn unobservable(stage: &mut Stage) {
     };
     let mut chance = Chance::new(1002);
     for _ in 0..50 {
-        let scales: Vec<f64> = (0..6).map(|_| libm::ldexp(1.0, i32::try_from(chance.below(40)).unwrap() - 20)).collect();
+        let scales: Vec<f64> =
+            (0..6).map(|_| libm::ldexp(1.0, i32::try_from(chance.below(40)).unwrap() - 20)).collect();
         let scale = f64_of(multiple(6));
-        let information =
-            Matrix6::from_fn(|i, j| scale / f64_from_usize(i + j + 1) * scales[i] * scales[j]);
+        let information = Matrix6::from_fn(|i, j| scale / f64_from_usize(i + j + 1) * scales[i] * scales[j]);
         let found = inverse(&information);
         case.hold(0, found.is_some(), || format!("{scales:?} is refused"));
         let found = found.unwrap();
@@ -121,11 +132,12 @@ fn unobservable(stage: &mut Stage) {
 }
 
 /// Products of known factors in double-double, rounded to f64 coefficients: the polynomial that is asked about. A root is good when the
-/// polynomial there is within its own rounding: 4 n + 4 roundings of the sum of its terms' sizes (2 n of Horner's rule, the rest of the last
-/// step, an ulp of the root), evaluated in double-double. Separated roots must all be found.
+/// polynomial there is within its own rounding: 4 n + 4 roundings of the sum of its terms' sizes (2 n of Horner's rule, the rest of the
+/// last step, an ulp of the root), evaluated in double-double. Separated roots must all be found.
 fn roots(stage: &mut Stage) {
     let sides = &["separated", "1e-3 to 1e-7 apart", "1e-9 and closer", "positive roots of quartics"];
-    let case = stage.case("real roots of close and separated factors", "polynomial in double-double", "of its terms", sides);
+    let case =
+        stage.case("real roots of close and separated factors", "polynomial in double-double", "of its terms", sides);
     let mut chance = Chance::new(1003);
     for number in 0..3000_usize {
         let side = number % 4;
@@ -167,9 +179,9 @@ fn roots(stage: &mut Stage) {
     }
 }
 
-/// Flatter than 1 % (doubled area over the longest side's square) a triangle is refused. Above, the cosine laws are polished to a miss of at most
-/// 1e-6 of the longest side's square, so ranges are off by up to that over the flatness (the laws' least singular value, in ranges of about
-/// one side), and bearings by as much over the range.
+/// Flatter than 1 % (doubled area over the longest side's square) a triangle is refused. Above, the cosine laws are polished to a miss of
+/// at most 1e-6 of the longest side's square, so ranges are off by up to that over the flatness (the laws' least singular value, in
+/// ranges of about one side), and bearings by as much over the range.
 fn flat_triangles(stage: &mut Stage) {
     let sides = &["1 to 10 % flat", "1 % and flatter", "plain"];
     let case = stage.case("pose of three points nearly on a line", "bearings that were asked for", "rad", sides);
@@ -182,7 +194,8 @@ fn flat_triangles(stage: &mut Stage) {
         let across = along.cross(other).normalize();
         let middle = DVec3::new(0.0, 0.0, 3.0) + chance.direction();
         let share = chance.between(0.3, 0.7);
-        let in_camera = [middle - 0.5 * along, middle + 0.5 * along, middle + (share - 0.5) * along + flatness * across];
+        let in_camera =
+            [middle - 0.5 * along, middle + 0.5 * along, middle + (share - 0.5) * along + flatness * across];
         let truth = Pose::new(so3_exp(chance.direction() * chance.between(0.0, 3.1)), 5.0 * chance.direction());
         let points_m = in_camera.map(|point| truth.inverse().point(point));
         let poses = p3p::solve(&in_camera.map(DVec3::normalize), &points_m);
@@ -203,9 +216,9 @@ fn flat_triangles(stage: &mut Stage) {
     assert!(solved > 500, "only {solved} poses were found");
 }
 
-/// Two rays of rounded bearings at depths of 1 to 1e9 baselines, against their own nearest point along the first ray in double-double. The normal
-/// of both bearings is as short as the parallax, so its direction and length round by 4 * 2^-53 over the parallax, twice in the quotient,
-/// and the turn of the bearing by as much: 16 * 2^-53 over the parallax, relative. Beyond infinity and behind, nothing.
+/// Two rays of rounded bearings at depths of 1 to 1e9 baselines, against their own nearest point along the first ray in double-double.
+/// The normal of both bearings is as short as the parallax, so its direction and length round by 4 * 2^-53 over the parallax, twice in
+/// the quotient, and the turn of the bearing by as much: 16 * 2^-53 over the parallax, relative. Beyond infinity and behind, nothing.
 fn far_points(stage: &mut Stage) {
     let sides = &["up to 1e3 baselines", "up to 1e9", "behind", "parallel"];
     let case = stage.case("triangulation far out and behind", "nearest point in double-double", "relative", sides);
