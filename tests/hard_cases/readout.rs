@@ -97,7 +97,7 @@ fn adc() -> AdcParams {
 /// Lines of an exposure in microseconds, half to even, by integers: the f64 is m / 2^20 exactly in these cases.
 fn exact_lines(parts: i128, hts: u32, rate_hz: u64) -> i128 {
     // lines = parts / 2^20 us * rate / (1e6 hts)
-    let (above, below) = (parts * i128::from(rate_hz), 1_000_000 * i128::from(hts) << 20);
+    let (above, below) = (parts * i128::from(rate_hz), (1_000_000 * i128::from(hts)) << 20);
     let (floor, rest) = (above / below, above % below);
     floor + i128::from(2 * rest > below || (2 * rest == below && floor % 2 == 1))
 }
@@ -115,7 +115,7 @@ fn half_lines(stage: &mut Stage) {
         let hts = sensel::num::low_u32(100_000 + 64 * chance.below(2000));
         let lines = 1 + chance.below(900);
         // (lines + 1/2) hts / rate in units of 2^-20 us; a tie where that is an integer.
-        let above = (2 * i128::from(lines) + 1) * i128::from(hts) * 1_000_000 << 20;
+        let above = ((2 * i128::from(lines) + 1) * i128::from(hts) * 1_000_000) << 20;
         let below = 2 * i128::from(rate_hz);
         let is_tie = above % below == 0;
         let parts = above / below + if number % 4 == 0 { 1 } else { 0 };

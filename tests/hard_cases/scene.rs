@@ -177,7 +177,7 @@ fn shared_edges(stage: &mut Stage) {
         let cells = 12_usize;
         let bumps: Vec<f64> = (0..(cells + 1) * (cells + 1)).map(|_| chance.between(-0.3, 0.3)).collect();
         let corner = |x: usize, y: usize| -> [f32; 3] {
-            let is_rim = x % cells == 0 || y % cells == 0;
+            let is_rim = x.is_multiple_of(cells) || y.is_multiple_of(cells);
             let height = if is_rim { 50.0 } else { bumps[y * (cells + 1) + x] };
             [f64_from_usize(x), f64_from_usize(y), height].map(|a| f32_nearest(away_m + scale * a))
         };
