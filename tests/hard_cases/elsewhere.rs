@@ -144,6 +144,22 @@ pub const TESTS: &[[&str; 4]] = &[
     ["tracker", "low parallax", "tests/estimation/initial.rs", "low_parallax_keeps_its_rotation_and_starts_no_map"],
     ["tracker", "a jump in time", "tests/tracker/hard.rs", "a_jump_in_time_is_bridged_by_the_map"],
     ["tracker", "plateaus of 2 bits", "tests/tracker/hard.rs", "plateaus_of_two_bits_are_tracked"],
+    ["tracker", "a frame without features", "tests/tracker.rs", "a_frame_without_features_is_lost_and_never_a_panic"],
+    ["tracker", "all features on a line", "tests/tracker.rs", "features_on_one_line_give_finite_poses_or_none"],
+    ["tracker", "a planar scene", "tests/tracker.rs", "a_single_plane_is_enough"],
+    [
+        "tracker",
+        "dark frames, then light",
+        "tests/tracker/hard.rs",
+        "dark_frames_wait_and_the_map_starts_with_the_light",
+    ],
+    [
+        "tracker",
+        "bundle adjustment with outliers against gtsam",
+        "tests/estimation/adjustment.rs",
+        "an_adjustment_with_outliers_ends_where_gtsam_ends",
+    ],
+    ["report", "a line and a point have no alignment", "src/report/align.rs", "a_point_and_a_line_are_refused_by_name"],
 ];
 
 /// Finds every test in its file; gives back the page's lines.
