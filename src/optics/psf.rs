@@ -62,7 +62,8 @@ impl Psf {
         let phase = PI * self.defocus_um * cycles_per_um;
         let end = libm::acos(shift);
         let pupil = if phase == 0.0 {
-            2.0 / PI * (end - shift * (1.0 - shift * shift).sqrt())
+            // The factors keep the digits that 1 - s^2 loses at the cut-off.
+            2.0 / PI * (end - shift * ((1.0 - shift) * (1.0 + shift)).sqrt())
         } else {
             // An even count for Simpson's rule.
             let steps = 2 * (STEPS_MIN + u32_truncated(STEPS_A_TURN * phase / TAU));

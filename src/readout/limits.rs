@@ -32,7 +32,9 @@ pub(super) fn exposure_lines(params: &ReadoutParams) -> Result<u64, Error> {
         }
         Exposure::Lines(lines) => Ok(lines.into()),
         Exposure::Us(exposure_us) => {
-            let lines = u64_half_even(exposure_us / lines_us(1, params));
+            // One quotient of two products that are exact at a tie: a line's own length in us seldom is.
+            let lines = exposure_us * f64_from_u64(params.pixel_rate_hz) / (1e6 * f64::from(params.hts));
+            let lines = u64_half_even(lines);
             if exposure_us == 0.0 && least > 0 {
                 let shortest_us = lines_us(least.into(), params);
                 let reason =

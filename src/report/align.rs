@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use crate::num::f64_from_usize;
+use crate::num::{f64_from_usize, greater};
 use crate::report::NotMeasurable;
 
 /// A 3 x 3 matrix, by rows.
@@ -49,8 +49,9 @@ pub enum Scale {
 /// The similarity that brings `estimate_m` nearest to `truth_m` in the least-squares sense.
 ///
 /// # Errors
-/// Fewer than three pairs, or a covariance of rank below two (all positions equal or on one line), where the rotation
-/// is not determined; the test is that of evo, a singular value above the absolute `f64::EPSILON` (square metres).
+/// Fewer than three pairs, or a covariance of rank below two (all positions equal or on one line), where the rotation is not determined.
+/// The test is that of evo, a singular value above the absolute `f64::EPSILON` (square metres), and above what the covariance's own
+/// roundings leave of a line: n + 4 half-ulps of each of nine entries, of which none exceeds the product of the spreads.
 pub fn umeyama(truth_m: &[DVec3], estimate_m: &[DVec3], scale: Scale) -> Result<Similarity, NotMeasurable> {
     assert!(truth_m.len() == estimate_m.len(), "positions come in pairs");
     if truth_m.len() < 3 {
@@ -58,7 +59,9 @@ pub fn umeyama(truth_m: &[DVec3], estimate_m: &[DVec3], scale: Scale) -> Result<
     }
     let (mean_y, mean_x) = (mean(truth_m), mean(estimate_m));
     let svd = Svd::of(covariance(truth_m, mean_y, estimate_m, mean_x));
-    if svd.values.iter().filter(|value| **value > f64::EPSILON).count() < 2 {
+    let spreads2_m4 = mean_square_distance(truth_m, mean_y) * mean_square_distance(estimate_m, mean_x);
+    let rounding_m2 = 1.5 * f64::EPSILON * (f64_from_usize(truth_m.len()) + 4.0) * spreads2_m4.sqrt();
+    if svd.values.iter().filter(|value| **value > greater(f64::EPSILON, rounding_m2)).count() < 2 {
         return Err(NotMeasurable::Degenerate);
     }
     let sign = if determinant(&svd.u) * determinant(&svd.v) < 0.0 { -1.0 } else { 1.0 };
