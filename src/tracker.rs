@@ -28,6 +28,7 @@ pub mod preintegrate;
 pub mod ransac;
 pub mod refine;
 pub mod rig;
+pub mod start;
 pub mod sweep;
 
 use crate::draw::DrawKey;
@@ -37,18 +38,22 @@ use crate::pose::{Pose, TimedPose};
 
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
 use close::Suspicion;
-use extend::{Growth, Unclaimed, adjust_window};
+use extend::{Growth, Waiting, adjust_window};
 use lie::Twist;
 use locate::{Frame, Located};
 use map::{Landmark, Map};
 pub use params::TrackerParams;
 pub use rig::CameraCalibration;
 use rig::{RigCamera, View};
+use start::{Opening, Stage};
 pub use sweep::RowClock;
 use sweep::{Motion, Moving, ahead_of, between};
 
 /// The published number of the tracker's draws.
 const DRAWS: u64 = 0x7472_6163_6b65_7231;
+
+/// Keyframes whose sights without a landmark wait for a second view where no other camera gives depth: a hand that turns comes by.
+const REACH_WITHOUT_DEPTH: usize = 6;
 
 /// The last keyframe, as far as the next one depends on it.
 #[derive(Clone, Copy, Debug)]
@@ -58,18 +63,20 @@ struct LastKeyframe {
     landmarks: u32,
 }
 
-/// A stereo tracker; its structure holds any number of cameras above one.
+/// A tracker of any number of cameras.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     cameras: Vec<RigCamera>,
     params: TrackerParams,
     map: Map,
-    unclaimed: Unclaimed,
+    waiting: Waiting,
+    opening: Opening,
     motion: Option<Motion>,
     last_keyframe: Option<LastKeyframe>,
     lost: bool,
     frame: u64,
-    start_frame: u64,
+    /// The first frame, where its rows were taken as simultaneous.
+    unswept_frame: Option<u64>,
     suspicion: Option<Suspicion>,
     last_t_s: f64,
 }
@@ -78,31 +85,36 @@ impl Tracker {
     /// A tracker without a map.
     ///
     /// # Errors
-    /// Fewer than two cameras, two cameras at one place (no depth), or a parameter out of its range.
-    pub fn new(calibrations: Vec<CameraCalibration>, params: TrackerParams) -> Result<Self, Error> {
+    /// No camera, two cameras at one place (no depth), or a parameter out of its range.
+    pub fn new(mut calibrations: Vec<CameraCalibration>, params: TrackerParams) -> Result<Self, Error> {
         params.check()?;
-        if calibrations.len() < 2 {
-            return Err(Error::key("rig.cameras", calibrations.len(), "the tracker needs two cameras for depth"));
+        let place_m = |camera: &CameraCalibration| camera.body_from_camera.translation_m;
+        match &mut calibrations[..] {
+            [] => return Err(Error::key("rig.cameras", 0, "the tracker needs a camera")),
+            // In a map without a metre, an arm from the body to the camera has no length: the camera's place is the body's.
+            [only] => only.body_from_camera.translation_m = glam::DVec3::ZERO,
+            [first, rest @ ..] => {
+                let apart_m = rest.iter().map(|other| (place_m(first) - place_m(other)).length());
+                let baseline_m = apart_m.fold(0.0, crate::num::greater);
+                if !(baseline_m > 1e-3 && baseline_m.is_finite()) {
+                    let reason = "too short for depth; above 1 would do";
+                    return Err(Error::key("rig.baseline_mm", 1e3 * baseline_m, reason));
+                }
+            }
         }
-        let baseline = calibrations[0].body_from_camera.translation_m - calibrations[1].body_from_camera.translation_m;
-        if baseline.length() <= 1e-3 || !baseline.is_finite() {
-            return Err(Error::key(
-                "rig.baseline_mm",
-                1e3 * baseline.length(),
-                "too short for depth; above 1 would do",
-            ));
-        }
+        let reach = if calibrations.len() == 1 { REACH_WITHOUT_DEPTH } else { 1 };
         let cameras = calibrations.into_iter().map(RigCamera::new).collect();
         Ok(Self {
             cameras,
             params,
             map: Map::default(),
-            unclaimed: Unclaimed::default(),
+            waiting: Waiting::new(reach),
+            opening: Opening::default(),
             motion: None,
             last_keyframe: None,
             lost: false,
             frame: 0,
-            start_frame: 0,
+            unswept_frame: None,
             suspicion: None,
             last_t_s: f64::NEG_INFINITY,
         })
@@ -151,23 +163,56 @@ impl Tracker {
 
     fn start(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
         let mut work = Work::default();
-        let mut map = Map::default();
-        let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
-        let start = Moving::resting(Pose::IDENTITY);
-        let made = growth.add_keyframe(&mut map, (t_s, start), &[], &mut self.unclaimed, &mut work);
+        let made = self.start_by_depth(t_s, views, &mut work).or_else(|| self.start_by_motion(t_s, views, &mut work));
         let mut answer = unlocated(t_s, Status::Waiting, work);
-        if made < self.params.start_landmarks_min {
-            return answer;
-        }
-        self.map = map;
-        self.start_frame = self.frame;
-        self.motion = Some(Motion { t_s, body_from_world: Pose::IDENTITY, step: None });
-        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body: Pose::IDENTITY, landmarks: made });
+        let Some((state, made)) = made else { return answer };
+        let world_from_body = state.body_from_world.inverse();
+        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: made });
         answer.status = Status::Initialised;
-        answer.world_from_body = Some(Pose::IDENTITY);
+        answer.world_from_body = Some(world_from_body);
         answer.tracked_features = made;
         answer.keyframe = true;
         answer
+    }
+
+    /// A map from one frame of cameras that see the same; gives the body and the number of landmarks.
+    fn start_by_depth(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
+        if views.len() < 2 {
+            return None;
+        }
+        let mut map = Map::default();
+        let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
+        let start = Moving::resting(Pose::IDENTITY);
+        self.waiting.clear();
+        let made = growth.add_keyframe(&mut map, (t_s, start), &[], &mut self.waiting, work);
+        if made < self.params.start_landmarks_min {
+            return None;
+        }
+        self.map = map;
+        self.unswept_frame = Some(self.frame);
+        self.motion = Some(Motion { t_s, body_from_world: Pose::IDENTITY, step: None });
+        Some((start, made))
+    }
+
+    /// A map from this frame and an earlier one.
+    fn start_by_motion(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
+        let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame).with(3);
+        let stage = Stage { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
+        let begun = self.opening.take(&stage, (t_s, views), work)?;
+        let mut map = Map::default();
+        self.waiting.clear();
+        extend::begin(&mut map, (&begun, t_s, self.frame), &self.params, &mut self.waiting);
+        let state = adjust_window(&mut map, &self.cameras, &self.params, work)?;
+        let made = crate::num::u32_from(map.landmarks.len());
+        if made < self.params.start_landmarks_min {
+            return None;
+        }
+        self.opening.clear();
+        let first = Motion { t_s: begun.first_t_s, body_from_world: begun.first.body_from_world, step: None };
+        self.motion = Some(first.then(t_s, state.body_from_world));
+        self.map = map;
+        self.unswept_frame = None;
+        Some((state, made))
     }
 
     fn follow(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
@@ -220,7 +265,7 @@ impl Tracker {
     /// says how the first one moved, in turns with the map. An error of the step comes back by the share of the readout in it, a quarter at
     /// 16 ms and 30 Hz.
     fn with_swept_start(&mut self, (t_s, views): (f64, &[View]), mut located: Located, work: &mut Work) -> Located {
-        if self.frame != self.start_frame + 1 || !views.iter().any(View::sweeps) {
+        if self.unswept_frame.is_none_or(|first| self.frame != first + 1) || !views.iter().any(View::sweeps) {
             return located;
         }
         for _ in 0..3 {
@@ -240,13 +285,12 @@ impl Tracker {
         let (Some(after), Some(last)) = (step, self.last_keyframe) else { return };
         let before = self.motion.and_then(|motion| motion.step);
         let keyframe = self.map.keyframes.len() - 1;
-        if let (true, Some(first)) = (self.frame == self.start_frame + 2, before) {
+        if let (true, Some(first)) = (self.unswept_frame.is_some_and(|first| self.frame == first + 2), before) {
             self.map.set_rate(0, ahead_of(first, after));
         }
         if let (true, Some(before)) = (self.frame == last.frame + 1, before) {
             self.map.set_rate(keyframe, between(before, after));
         }
-        self.unclaimed.moved_to(self.map.keyframes[keyframe].state);
     }
 
     /// Makes the frame a keyframe: new landmarks, then adjustment, which moves the frame's pose.
@@ -261,11 +305,10 @@ impl Tracker {
         };
         let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
         let at = (t_s, located.state);
-        let made = growth.add_keyframe(&mut self.map, at, &located.inliers, &mut self.unclaimed, work);
+        let made = growth.add_keyframe(&mut self.map, at, &located.inliers, &mut self.waiting, work);
         let mut state = located.state;
         if let Some(adjusted) = adjust_window(&mut self.map, &self.cameras, &self.params, work) {
             state = adjusted;
-            self.unclaimed.moved_to(adjusted);
         }
         self.motion = self.motion.map(|motion| Motion { body_from_world: state.body_from_world, ..motion });
         let world_from_body = state.body_from_world.inverse();
@@ -290,7 +333,6 @@ impl Tracker {
         adjust_window(&mut self.map, &self.cameras, &self.params, work);
         if let (Some(last), Some(motion)) = (self.map.keyframes.last(), self.motion.as_mut()) {
             motion.body_from_world = last.state.body_from_world;
-            self.unclaimed.moved_to(last.state);
             let world_from_body = last.state.body_from_world.inverse();
             self.last_keyframe = self.last_keyframe.map(|held| LastKeyframe { world_from_body, ..held });
         }

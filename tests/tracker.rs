@@ -4,6 +4,8 @@
 mod hard;
 #[path = "tracker/loops.rs"]
 mod loops;
+#[path = "tracker/mono.rs"]
+mod mono;
 #[path = "tracker/still.rs"]
 mod still;
 #[path = "tracker/sweep.rs"]
