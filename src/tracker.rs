@@ -55,6 +55,12 @@ const DRAWS: u64 = 0x7472_6163_6b65_7231;
 /// Keyframes whose sights without a landmark wait for a second view where no other camera gives depth: a hand that turns comes by.
 const REACH_WITHOUT_DEPTH: usize = 6;
 
+/// Turns of rates and adjustment at a start from two views of moving rows.
+const SWEPT_ROUNDS: u32 = 3;
+/// A map that one camera started and lost for so many frames is given up while it has fewer keyframes than this: its start was false.
+const GIVEN_UP_FRAMES: u64 = 15;
+const YOUNG_KEYFRAMES: usize = 6;
+
 /// The last keyframe, as far as the next one depends on it.
 #[derive(Clone, Copy, Debug)]
 struct LastKeyframe {
@@ -74,6 +80,7 @@ pub struct Tracker {
     motion: Option<Motion>,
     last_keyframe: Option<LastKeyframe>,
     lost: bool,
+    last_located_frame: Option<u64>,
     frame: u64,
     /// The first frame, where its rows were taken as simultaneous.
     unswept_frame: Option<u64>,
@@ -102,17 +109,17 @@ impl Tracker {
                 }
             }
         }
-        let reach = if calibrations.len() == 1 { REACH_WITHOUT_DEPTH } else { 1 };
         let cameras = calibrations.into_iter().map(RigCamera::new).collect();
         Ok(Self {
             cameras,
             params,
             map: Map::default(),
-            waiting: Waiting::new(reach),
+            waiting: Waiting::new(1),
             opening: Opening::default(),
             motion: None,
             last_keyframe: None,
             lost: false,
+            last_located_frame: None,
             frame: 0,
             unswept_frame: None,
             suspicion: None,
@@ -168,6 +175,7 @@ impl Tracker {
         let Some((state, made)) = made else { return answer };
         let world_from_body = state.body_from_world.inverse();
         self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: made });
+        self.last_located_frame = Some(self.frame);
         answer.status = Status::Initialised;
         answer.world_from_body = Some(world_from_body);
         answer.tracked_features = made;
@@ -202,12 +210,19 @@ impl Tracker {
         let mut map = Map::default();
         self.waiting.clear();
         extend::begin(&mut map, (&begun, t_s, self.frame), &self.params, &mut self.waiting);
-        let state = adjust_window(&mut map, &self.cameras, &self.params, work)?;
+        let mut state = adjust_window(&mut map, &self.cameras, &self.params, work)?;
+        if views.iter().any(View::sweeps) {
+            for _ in 0..SWEPT_ROUNDS {
+                extend::refine_rates(&mut map, &self.cameras, &begun);
+                state = adjust_window(&mut map, &self.cameras, &self.params, work)?;
+            }
+        }
         let made = crate::num::u32_from(map.landmarks.len());
         if made < self.params.start_landmarks_min {
             return None;
         }
         self.opening.clear();
+        self.waiting.set_reach(REACH_WITHOUT_DEPTH);
         let first = Motion { t_s: begun.first_t_s, body_from_world: begun.first.body_from_world, step: None };
         self.motion = Some(first.then(t_s, state.body_from_world));
         self.map = map;
@@ -226,9 +241,15 @@ impl Tracker {
         let Some((located, status)) = found else {
             self.lost = true;
             self.motion = None;
+            let since = self.last_located_frame.map_or(0, |last| self.frame - last);
+            if self.unswept_frame.is_none() && since >= GIVEN_UP_FRAMES && self.map.keyframes.len() < YOUNG_KEYFRAMES {
+                self.map = Map::default();
+                self.lost = false;
+            }
             return TrackedFrame { predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
         };
         self.lost = false;
+        self.last_located_frame = Some(self.frame);
         let innovation_px =
             predicted.filter(|_| has_velocity).and_then(|state| self.innovation_px(views, &located, &state));
         let (inliers, tracked_features) = self.account(views, &located);
@@ -326,13 +347,17 @@ impl Tracker {
         let before = self.suspicion.replace(found.suspicion(last.id));
         let confirmed = before.is_some_and(|before| found.confirms(last.id, &before));
         let params = self.params;
-        if !confirmed || !found.close(&mut self.map, views, |scale| params.inverse_sigma(scale)) {
+        if !confirmed {
             return false;
         }
+        let has_scale = self.cameras.len() > 1;
+        let by_sigma = |scale| params.inverse_sigma(scale);
+        let Some(scale) = found.close(&mut self.map, views, (has_scale, by_sigma)) else { return false };
         self.suspicion = None;
         adjust_window(&mut self.map, &self.cameras, &self.params, work);
         if let (Some(last), Some(motion)) = (self.map.keyframes.last(), self.motion.as_mut()) {
             motion.body_from_world = last.state.body_from_world;
+            motion.step = motion.step.map(|(step, span_s)| (Twist { linear_m: step.linear_m * scale, ..step }, span_s));
             let world_from_body = last.state.body_from_world.inverse();
             self.last_keyframe = self.last_keyframe.map(|held| LastKeyframe { world_from_body, ..held });
         }

@@ -5,11 +5,12 @@
 use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::locate::Found;
-use crate::tracker::map::{Map, Sighting};
+use crate::tracker::map::{Landmark, Map, Sighting};
 use crate::tracker::matching::Rule;
+use crate::tracker::refine::{Measurement, refine};
 use crate::tracker::rig::{RigCamera, Sight, View};
 use crate::tracker::start::Begun;
-use crate::tracker::sweep::Moving;
+use crate::tracker::sweep::{Moving, RatePrior};
 use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
@@ -34,6 +35,11 @@ impl Waiting {
         Self { keyframes: Vec::new(), reach }
     }
 
+    /// Holds so many keyframes from here on.
+    pub fn set_reach(&mut self, reach: usize) {
+        self.reach = reach;
+    }
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.keyframes.clear();
@@ -41,10 +47,9 @@ impl Waiting {
 
     /// Takes a keyframe's sights; the oldest give way.
     pub fn push(&mut self, keyframe: u32, sights: Vec<Vec<Sight>>) {
-        if self.keyframes.len() >= self.reach {
-            self.keyframes.remove(0);
-        }
         self.keyframes.push(Unclaimed { keyframe, sights });
+        let spare = self.keyframes.len().saturating_sub(self.reach);
+        self.keyframes.drain(..spare);
     }
 }
 
@@ -268,6 +273,27 @@ pub fn begin(
             view.sights.iter().enumerate().filter(free).map(|(_, sight)| *sight).collect()
         };
         waiting.push(keyframe, views.iter().enumerate().map(of_view).collect());
+    }
+}
+
+/// Lets the rows of the first two keyframes say how the body moved, held by what the start knows of it.
+pub fn refine_rates(map: &mut Map, cameras: &[RigCamera], begun: &Begun) {
+    for (keyframe, mean) in [begun.first.rate, begun.second.rate].into_iter().enumerate() {
+        let held = map.keyframes[keyframe];
+        let measured = |landmark: &Landmark| {
+            let of = |s: &Sighting| Measurement {
+                camera: s.camera,
+                point_in_world_m: landmark.position_m,
+                place_px: s.place_px,
+                inverse_sigma: s.inverse_sigma,
+                offset_s: s.offset_s,
+            };
+            landmark.sightings.iter().filter(|s| s.keyframe == held.id).map(of).collect::<Vec<_>>()
+        };
+        let measurements: Vec<Measurement> = map.landmarks.iter().flat_map(measured).collect();
+        let prior = RatePrior::step(mean);
+        let (state, _) = refine(cameras, &measurements, &held.state, Some(&prior), 12);
+        map.keyframes[keyframe].state.rate = state.rate;
     }
 }
 
