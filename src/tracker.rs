@@ -28,6 +28,7 @@ pub mod preintegrate;
 pub mod ransac;
 pub mod refine;
 pub mod rig;
+mod shift;
 pub mod start;
 pub mod sweep;
 
@@ -81,6 +82,8 @@ pub struct Tracker {
     last_keyframe: Option<LastKeyframe>,
     lost: bool,
     last_located_frame: Option<u64>,
+    /// Sights that supported the last pose.
+    inliers_before: u32,
     frame: u64,
     /// The first frame, where its rows were taken as simultaneous.
     unswept_frame: Option<u64>,
@@ -120,6 +123,7 @@ impl Tracker {
             last_keyframe: None,
             lost: false,
             last_located_frame: None,
+            inliers_before: 0,
             frame: 0,
             unswept_frame: None,
             suspicion: None,
@@ -253,6 +257,7 @@ impl Tracker {
         let innovation_px =
             predicted.filter(|_| has_velocity).and_then(|state| self.innovation_px(views, &located, &state));
         let (inliers, tracked_features) = self.account(views, &located);
+        self.inliers_before = crate::num::u32_from(inliers.len());
         let keyframe = self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
         // The step that leads here is measured before the adjustment: both ends then hang on the same map.
         let body_from_world = located.state.body_from_world;
@@ -340,7 +345,7 @@ impl Tracker {
     fn close_loop(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> bool {
         let Some(last) = self.map.keyframes.last().copied() else { return false };
         let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
-        let frame = Frame { cameras, views, map, params, t_s, motion: None };
+        let frame = Frame { cameras, views, map, params, t_s, motion: None, number: self.frame, inliers_before: 0 };
         let key = DrawKey::root(params.seed).with(DRAWS).with(self.frame).with(2);
         let found = close::recognise(&frame, self.frame, &last.state, key, work);
         let Some(found) = found else { return false };
@@ -372,7 +377,8 @@ impl Tracker {
         work: &mut Work,
     ) -> Option<(Located, Status)> {
         let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
-        let frame = Frame { cameras, views, map, params, t_s, motion: self.motion };
+        let (number, inliers_before) = (self.frame, self.inliers_before);
+        let frame = Frame { cameras, views, map, params, t_s, motion: self.motion, number, inliers_before };
         if let Some(located) = predicted.and_then(|predicted| frame.near(&predicted, work)) {
             return Some((located, Status::Tracked));
         }
