@@ -189,8 +189,7 @@ fn say(recording: &Recording, course: &Course, out: &Path, shared: &Shared) {
     } else if !shared.quiet {
         outln!("trajectory: {}", out.display());
         // One camera's path has a unit of its own.
-        let (ate_m, how) =
-            if recording.cameras.len() == 1 { (scaled_m, ", scale aligned") } else { (rigid_m, "") };
+        let (ate_m, how) = if recording.cameras.len() == 1 { (scaled_m, ", scale aligned") } else { (rigid_m, "") };
         if let Some(ate_m) = ate_m {
             outln!("ATE {:.2} mm against the folder's ground truth{how}", 1e3 * ate_m);
         }

@@ -41,17 +41,13 @@ impl TumFolder {
         let truth = ["groundtruth.txt", "groundtruth.tum"].map(|name| dir.join(name)).into_iter().find(|f| f.is_file());
         let truth_text = truth.as_ref().map(|file| read_text(file, TEXT_BYTES_MAX)).transpose()?;
         let ground_truth = match (&truth, &truth_text) {
-            (Some(file), Some(text)) => Some(
-                parse_tum(text).map_err(|e| content_error(file, format!("line {}: {}", e.line, e.reason)))?,
-            ),
+            (Some(file), Some(text)) => {
+                Some(parse_tum(text).map_err(|e| content_error(file, format!("line {}: {}", e.line, e.reason)))?)
+            }
             _ => None,
         };
         let list = dir.join("rgb.txt");
-        let entries = if list.is_file() {
-            listed(dir, &list)?
-        } else {
-            by_truth(dir, truth_text.as_deref())?
-        };
+        let entries = if list.is_file() { listed(dir, &list)? } else { by_truth(dir, truth_text.as_deref())? };
         let mut frames: Vec<FrameEntry> = Vec::new();
         for entry in entries {
             match frames.last() {
@@ -103,7 +99,10 @@ fn pictures_folder(dir: &Path) -> Option<PathBuf> {
 
 fn by_truth(dir: &Path, truth: Option<&str>) -> Result<Vec<FrameEntry>, Error> {
     let (Some(folder), Some(truth)) = (pictures_folder(dir), truth) else {
-        return Err(content_error(dir, "has no rgb.txt; this, or pictures and a ground truth of as many lines, would do"));
+        return Err(content_error(
+            dir,
+            "has no rgb.txt; this, or pictures and a ground truth of as many lines, would do",
+        ));
     };
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(&folder).map_err(io_error(&folder))? {
@@ -116,7 +115,8 @@ fn by_truth(dir: &Path, truth: Option<&str>) -> Result<Vec<FrameEntry>, Error> {
     paths.sort();
     let times: Vec<u64> = lines(truth).filter_map(|(_, fields)| nanoseconds(fields[0])).collect();
     if times.len() != paths.len() {
-        let reason = format!("holds {} pictures for {} lines of ground truth; rgb.txt would do", paths.len(), times.len());
+        let reason =
+            format!("holds {} pictures for {} lines of ground truth; rgb.txt would do", paths.len(), times.len());
         return Err(content_error(&folder, reason));
     }
     Ok(times.into_iter().zip(paths).map(|(timestamp_ns, path)| FrameEntry { timestamp_ns, path }).collect())
@@ -164,7 +164,13 @@ mod tests {
         assert_eq!(opened.ground_truth.unwrap().len(), 2);
         assert_eq!(opened.lens.intrinsics.fy_px, 501.0);
         // Without the list, pictures go with the lines of the truth.
-        let dir = folder(&[("K.txt", K), ("groundtruth.tum", truth), ("images/00.png", ""), ("images/01.png", ""), ("images/02.png", "")]);
+        let dir = folder(&[
+            ("K.txt", K),
+            ("groundtruth.tum", truth),
+            ("images/00.png", ""),
+            ("images/01.png", ""),
+            ("images/02.png", ""),
+        ]);
         assert_eq!(TumFolder::open(dir.path()).unwrap().frames.len(), 2);
     }
 

@@ -250,8 +250,13 @@ impl Session {
 
     /// What befell the tracker, and the bound of its positions.
     fn set_course(&self, report: &mut Report, unit_m: f64) {
-        let bounds_m2: Vec<f64> =
-            self.notes.iter().filter_map(|note| note.position_bound_m).map(|bound| bound * unit_m).map(|bound_m| bound_m * bound_m).collect();
+        let bounds_m2: Vec<f64> = self
+            .notes
+            .iter()
+            .filter_map(|note| note.position_bound_m)
+            .map(|bound| bound * unit_m)
+            .map(|bound_m| bound_m * bound_m)
+            .collect();
         let count = f64_from_usize(bounds_m2.len());
         let bound = if bounds_m2.is_empty() {
             Err(NotMeasurable::Absent("no frame's pose follows from landmarks".to_owned()))

@@ -208,9 +208,8 @@ impl Loop {
         let keyframe = map.keyframes.last().map(|keyframe| keyframe.id);
         self.found.iter().map(move |found| {
             let sight = &views[index(found.camera.0)].sights[found.sight];
-            let same = |s: &Sighting| {
-                Some(s.keyframe) == keyframe && s.camera == found.camera && s.place_px == sight.place_px
-            };
+            let same =
+                |s: &Sighting| Some(s.keyframe) == keyframe && s.camera == found.camera && s.place_px == sight.place_px;
             let holder = (0..map.landmarks.len()).find(|&l| map.landmarks[l].sightings.iter().any(same));
             (sight, found, holder)
         })

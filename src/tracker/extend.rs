@@ -247,12 +247,7 @@ impl Growth<'_> {
 }
 
 /// Puts two views into an empty map, as two keyframes.
-pub fn begin(
-    map: &mut Map,
-    (begun, t_s, frame): (&Begun, f64, u64),
-    params: &TrackerParams,
-    waiting: &mut Waiting,
-) {
+pub fn begin(map: &mut Map, (begun, t_s, frame): (&Begun, f64, u64), params: &TrackerParams, waiting: &mut Waiting) {
     let camera = CameraIndex(u32_from(begun.camera));
     let first = map.add_keyframe(begun.first_t_s, begun.first);
     let second = map.add_keyframe(t_s, begun.second);

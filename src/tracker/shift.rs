@@ -86,7 +86,10 @@ fn peak(votes: &[u32]) -> Option<(u32, DVec2)> {
         for column in 1..side - 1 {
             let around = (row - 1..=row + 1).flat_map(|r| votes[r * side + column - 1..=r * side + column + 1].iter());
             let count: u32 = around.sum();
-            let (x, y) = (u32_from(column).abs_diff(REACH_BINS.unsigned_abs()), u32_from(row).abs_diff(REACH_BINS.unsigned_abs()));
+            let (x, y) = (
+                u32_from(column).abs_diff(REACH_BINS.unsigned_abs()),
+                u32_from(row).abs_diff(REACH_BINS.unsigned_abs()),
+            );
             let away = x * x + y * y;
             let wins = best.is_none_or(|(most, least, _)| count > most || (count == most && away < least));
             if wins {
