@@ -44,8 +44,8 @@ fn figures(answers: &[(TimedPose, TrackedFrame)]) -> (f64, usize, usize) {
     (sim3.ate_m, estimate.len(), first)
 }
 
-/// The frame's own error is that of two cameras, 0.5 mm: 0.5 px of 320 px at 1.5 m over 150 places. What the map adds is larger and depends on the
-/// start; with two cameras it is 2 mm. Five times that is the bound, of which 3 to 4 mm were measured.
+/// The frame's own error is that of two cameras, 0.5 mm: 0.5 px of 320 px at 1.5 m over 150 places. What the map adds is larger
+/// and depends on the start; with two cameras it is 2 mm. Five times that is the bound, of which 3 to 4 mm were measured.
 #[test]
 fn one_camera_in_a_lively_hand_is_tracked_up_to_scale() {
     for seed in [61, 62] {
@@ -58,8 +58,9 @@ fn one_camera_in_a_lively_hand_is_tracked_up_to_scale() {
     }
 }
 
-/// The rates of the two frames that start the map are held by a prior of 0.15 m/s, which over 8 ms is 1.2 mm of a first baseline of some
-/// 0.1 m: about 1 % of the map's shape, 15 mm at the median depth of 1.5 m. Twice that is the bound; 4 to 17 mm were measured over six seeds.
+/// The rates of the two frames that start the map are held by a prior of 0.15 m/s, which over 8 ms is 1.2 mm of a first baseline of
+/// some 0.1 m: about 1 % of the map's shape, 15 mm at the median depth of 1.5 m. Twice that is the bound;
+/// 4 to 17 mm were measured over six seeds.
 #[test]
 fn one_camera_with_a_rolling_shutter_is_tracked_up_to_scale() {
     for seed in [64, 65] {
