@@ -9,6 +9,7 @@ pub mod grey;
 pub mod input;
 pub mod picture;
 pub mod truth;
+pub mod tum;
 pub mod waves;
 
 use std::path::Path;

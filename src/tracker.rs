@@ -28,6 +28,8 @@ pub mod preintegrate;
 pub mod ransac;
 pub mod refine;
 pub mod rig;
+mod shift;
+pub mod start;
 pub mod sweep;
 
 use crate::draw::DrawKey;
@@ -37,18 +39,28 @@ use crate::pose::{Pose, TimedPose};
 
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
 use close::Suspicion;
-use extend::{Growth, Unclaimed, adjust_window};
+use extend::{Growth, Waiting, adjust_window};
 use lie::Twist;
 use locate::{Frame, Located};
 use map::{Landmark, Map};
 pub use params::TrackerParams;
 pub use rig::CameraCalibration;
 use rig::{RigCamera, View};
+use start::{Opening, Stage};
 pub use sweep::RowClock;
 use sweep::{Motion, Moving, ahead_of, between};
 
 /// The published number of the tracker's draws.
 const DRAWS: u64 = 0x7472_6163_6b65_7231;
+
+/// Keyframes whose sights without a landmark wait for a second view where no other camera gives depth: a hand that turns comes by.
+const REACH_WITHOUT_DEPTH: usize = 6;
+
+/// Turns of rates and adjustment at a start from two views of moving rows.
+const SWEPT_ROUNDS: u32 = 3;
+/// A map that one camera started and lost for so many frames is given up while it has fewer keyframes than this: its start was false.
+const GIVEN_UP_FRAMES: u64 = 15;
+const YOUNG_KEYFRAMES: usize = 6;
 
 /// The last keyframe, as far as the next one depends on it.
 #[derive(Clone, Copy, Debug)]
@@ -58,18 +70,23 @@ struct LastKeyframe {
     landmarks: u32,
 }
 
-/// A stereo tracker; its structure holds any number of cameras above one.
+/// A tracker of any number of cameras.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     cameras: Vec<RigCamera>,
     params: TrackerParams,
     map: Map,
-    unclaimed: Unclaimed,
+    waiting: Waiting,
+    opening: Opening,
     motion: Option<Motion>,
     last_keyframe: Option<LastKeyframe>,
     lost: bool,
+    last_located_frame: Option<u64>,
+    /// Sights that supported the last pose.
+    inliers_before: u32,
     frame: u64,
-    start_frame: u64,
+    /// The first frame, where its rows were taken as simultaneous.
+    unswept_frame: Option<u64>,
     suspicion: Option<Suspicion>,
     last_t_s: f64,
 }
@@ -78,31 +95,37 @@ impl Tracker {
     /// A tracker without a map.
     ///
     /// # Errors
-    /// Fewer than two cameras, two cameras at one place (no depth), or a parameter out of its range.
-    pub fn new(calibrations: Vec<CameraCalibration>, params: TrackerParams) -> Result<Self, Error> {
+    /// No camera, two cameras at one place (no depth), or a parameter out of its range.
+    pub fn new(mut calibrations: Vec<CameraCalibration>, params: TrackerParams) -> Result<Self, Error> {
         params.check()?;
-        if calibrations.len() < 2 {
-            return Err(Error::key("rig.cameras", calibrations.len(), "the tracker needs two cameras for depth"));
-        }
-        let baseline = calibrations[0].body_from_camera.translation_m - calibrations[1].body_from_camera.translation_m;
-        if baseline.length() <= 1e-3 || !baseline.is_finite() {
-            return Err(Error::key(
-                "rig.baseline_mm",
-                1e3 * baseline.length(),
-                "too short for depth; above 1 would do",
-            ));
+        let place_m = |camera: &CameraCalibration| camera.body_from_camera.translation_m;
+        match &mut calibrations[..] {
+            [] => return Err(Error::key("rig.cameras", 0, "the tracker needs a camera")),
+            // In a map without a metre, an arm from the body to the camera has no length: the camera's place is the body's.
+            [only] => only.body_from_camera.translation_m = glam::DVec3::ZERO,
+            [first, rest @ ..] => {
+                let apart_m = rest.iter().map(|other| (place_m(first) - place_m(other)).length());
+                let baseline_m = apart_m.fold(0.0, crate::num::greater);
+                if !(baseline_m > 1e-3 && baseline_m.is_finite()) {
+                    let reason = "too short for depth; above 1 would do";
+                    return Err(Error::key("rig.baseline_mm", 1e3 * baseline_m, reason));
+                }
+            }
         }
         let cameras = calibrations.into_iter().map(RigCamera::new).collect();
         Ok(Self {
             cameras,
             params,
             map: Map::default(),
-            unclaimed: Unclaimed::default(),
+            waiting: Waiting::new(1),
+            opening: Opening::default(),
             motion: None,
             last_keyframe: None,
             lost: false,
+            last_located_frame: None,
+            inliers_before: 0,
             frame: 0,
-            start_frame: 0,
+            unswept_frame: None,
             suspicion: None,
             last_t_s: f64::NEG_INFINITY,
         })
@@ -151,23 +174,64 @@ impl Tracker {
 
     fn start(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
         let mut work = Work::default();
-        let mut map = Map::default();
-        let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
-        let start = Moving::resting(Pose::IDENTITY);
-        let made = growth.add_keyframe(&mut map, (t_s, start), &[], &mut self.unclaimed, &mut work);
+        let made = self.start_by_depth(t_s, views, &mut work).or_else(|| self.start_by_motion(t_s, views, &mut work));
         let mut answer = unlocated(t_s, Status::Waiting, work);
-        if made < self.params.start_landmarks_min {
-            return answer;
-        }
-        self.map = map;
-        self.start_frame = self.frame;
-        self.motion = Some(Motion { t_s, body_from_world: Pose::IDENTITY, step: None });
-        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body: Pose::IDENTITY, landmarks: made });
+        let Some((state, made)) = made else { return answer };
+        let world_from_body = state.body_from_world.inverse();
+        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: made });
+        self.last_located_frame = Some(self.frame);
         answer.status = Status::Initialised;
-        answer.world_from_body = Some(Pose::IDENTITY);
+        answer.world_from_body = Some(world_from_body);
         answer.tracked_features = made;
         answer.keyframe = true;
         answer
+    }
+
+    /// A map from one frame of cameras that see the same; gives the body and the number of landmarks.
+    fn start_by_depth(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
+        if views.len() < 2 {
+            return None;
+        }
+        let mut map = Map::default();
+        let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
+        let start = Moving::resting(Pose::IDENTITY);
+        self.waiting.clear();
+        let made = growth.add_keyframe(&mut map, (t_s, start), &[], &mut self.waiting, work);
+        if made < self.params.start_landmarks_min {
+            return None;
+        }
+        self.map = map;
+        self.unswept_frame = Some(self.frame);
+        self.motion = Some(Motion { t_s, body_from_world: Pose::IDENTITY, step: None });
+        Some((start, made))
+    }
+
+    /// A map from this frame and an earlier one.
+    fn start_by_motion(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
+        let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame).with(3);
+        let stage = Stage { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
+        let begun = self.opening.take(&stage, (t_s, views), work)?;
+        let mut map = Map::default();
+        self.waiting.clear();
+        extend::begin(&mut map, (&begun, t_s, self.frame), &self.params, &mut self.waiting);
+        let mut state = adjust_window(&mut map, &self.cameras, &self.params, work)?;
+        if views.iter().any(View::sweeps) {
+            for _ in 0..SWEPT_ROUNDS {
+                extend::refine_rates(&mut map, &self.cameras, &begun);
+                state = adjust_window(&mut map, &self.cameras, &self.params, work)?;
+            }
+        }
+        let made = crate::num::u32_from(map.landmarks.len());
+        if made < self.params.start_landmarks_min {
+            return None;
+        }
+        self.opening.clear();
+        self.waiting.set_reach(REACH_WITHOUT_DEPTH);
+        let first = Motion { t_s: begun.first_t_s, body_from_world: begun.first.body_from_world, step: None };
+        self.motion = Some(first.then(t_s, state.body_from_world));
+        self.map = map;
+        self.unswept_frame = None;
+        Some((state, made))
     }
 
     fn follow(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
@@ -181,12 +245,19 @@ impl Tracker {
         let Some((located, status)) = found else {
             self.lost = true;
             self.motion = None;
+            let since = self.last_located_frame.map_or(0, |last| self.frame - last);
+            if self.unswept_frame.is_none() && since >= GIVEN_UP_FRAMES && self.map.keyframes.len() < YOUNG_KEYFRAMES {
+                self.map = Map::default();
+                self.lost = false;
+            }
             return TrackedFrame { predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
         };
         self.lost = false;
+        self.last_located_frame = Some(self.frame);
         let innovation_px =
             predicted.filter(|_| has_velocity).and_then(|state| self.innovation_px(views, &located, &state));
         let (inliers, tracked_features) = self.account(views, &located);
+        self.inliers_before = crate::num::u32_from(inliers.len());
         let keyframe = self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
         // The step that leads here is measured before the adjustment: both ends then hang on the same map.
         let body_from_world = located.state.body_from_world;
@@ -220,7 +291,7 @@ impl Tracker {
     /// says how the first one moved, in turns with the map. An error of the step comes back by the share of the readout in it, a quarter at
     /// 16 ms and 30 Hz.
     fn with_swept_start(&mut self, (t_s, views): (f64, &[View]), mut located: Located, work: &mut Work) -> Located {
-        if self.frame != self.start_frame + 1 || !views.iter().any(View::sweeps) {
+        if self.unswept_frame.is_none_or(|first| self.frame != first + 1) || !views.iter().any(View::sweeps) {
             return located;
         }
         for _ in 0..3 {
@@ -240,13 +311,12 @@ impl Tracker {
         let (Some(after), Some(last)) = (step, self.last_keyframe) else { return };
         let before = self.motion.and_then(|motion| motion.step);
         let keyframe = self.map.keyframes.len() - 1;
-        if let (true, Some(first)) = (self.frame == self.start_frame + 2, before) {
+        if let (true, Some(first)) = (self.unswept_frame.is_some_and(|first| self.frame == first + 2), before) {
             self.map.set_rate(0, ahead_of(first, after));
         }
         if let (true, Some(before)) = (self.frame == last.frame + 1, before) {
             self.map.set_rate(keyframe, between(before, after));
         }
-        self.unclaimed.moved_to(self.map.keyframes[keyframe].state);
     }
 
     /// Makes the frame a keyframe: new landmarks, then adjustment, which moves the frame's pose.
@@ -261,11 +331,10 @@ impl Tracker {
         };
         let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
         let at = (t_s, located.state);
-        let made = growth.add_keyframe(&mut self.map, at, &located.inliers, &mut self.unclaimed, work);
+        let made = growth.add_keyframe(&mut self.map, at, &located.inliers, &mut self.waiting, work);
         let mut state = located.state;
         if let Some(adjusted) = adjust_window(&mut self.map, &self.cameras, &self.params, work) {
             state = adjusted;
-            self.unclaimed.moved_to(adjusted);
         }
         self.motion = self.motion.map(|motion| Motion { body_from_world: state.body_from_world, ..motion });
         let world_from_body = state.body_from_world.inverse();
@@ -276,21 +345,24 @@ impl Tracker {
     fn close_loop(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> bool {
         let Some(last) = self.map.keyframes.last().copied() else { return false };
         let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
-        let frame = Frame { cameras, views, map, params, t_s, motion: None };
+        let frame = Frame { cameras, views, map, params, t_s, motion: None, number: self.frame, inliers_before: 0 };
         let key = DrawKey::root(params.seed).with(DRAWS).with(self.frame).with(2);
         let found = close::recognise(&frame, self.frame, &last.state, key, work);
         let Some(found) = found else { return false };
         let before = self.suspicion.replace(found.suspicion(last.id));
         let confirmed = before.is_some_and(|before| found.confirms(last.id, &before));
         let params = self.params;
-        if !confirmed || !found.close(&mut self.map, views, |scale| params.inverse_sigma(scale)) {
+        if !confirmed {
             return false;
         }
+        let has_scale = self.cameras.len() > 1;
+        let by_sigma = |scale| params.inverse_sigma(scale);
+        let Some(scale) = found.close(&mut self.map, views, (has_scale, by_sigma)) else { return false };
         self.suspicion = None;
         adjust_window(&mut self.map, &self.cameras, &self.params, work);
         if let (Some(last), Some(motion)) = (self.map.keyframes.last(), self.motion.as_mut()) {
             motion.body_from_world = last.state.body_from_world;
-            self.unclaimed.moved_to(last.state);
+            motion.step = motion.step.map(|(step, span_s)| (Twist { linear_m: step.linear_m * scale, ..step }, span_s));
             let world_from_body = last.state.body_from_world.inverse();
             self.last_keyframe = self.last_keyframe.map(|held| LastKeyframe { world_from_body, ..held });
         }
@@ -305,7 +377,8 @@ impl Tracker {
         work: &mut Work,
     ) -> Option<(Located, Status)> {
         let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
-        let frame = Frame { cameras, views, map, params, t_s, motion: self.motion };
+        let (number, inliers_before) = (self.frame, self.inliers_before);
+        let frame = Frame { cameras, views, map, params, t_s, motion: self.motion, number, inliers_before };
         if let Some(located) = predicted.and_then(|predicted| frame.near(&predicted, work)) {
             return Some((located, Status::Tracked));
         }

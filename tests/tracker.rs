@@ -4,6 +4,8 @@
 mod hard;
 #[path = "tracker/loops.rs"]
 mod loops;
+#[path = "tracker/mono.rs"]
+mod mono;
 #[path = "tracker/still.rs"]
 mod still;
 #[path = "tracker/sweep.rs"]
@@ -188,7 +190,7 @@ fn senseless_rigs_and_parameters_are_refused_by_name() {
         let calibrations = stereo_rig().into_iter().take(cameras).collect();
         Tracker::new(calibrations, params).map(|_| ()).unwrap_err().to_string()
     };
-    assert!(refused(1, room).contains("rig.cameras"));
+    assert!(refused(0, room).contains("rig.cameras"));
     assert!(refused(2, TrackerParams { window: 1, ..room }).contains("tracker.window"));
     assert!(refused(2, TrackerParams { place_sigma_px: f64::NAN, ..room }).contains("tracker.place_sigma_px"));
     assert!(refused(2, TrackerParams { search_radius_wide_px: 1.0, ..room }).contains("search_radius_wide_px"));

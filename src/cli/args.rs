@@ -163,7 +163,7 @@ pub struct FeaturesArguments {
 /// A recorded or simulated folder for the tracker.
 #[derive(Args, Debug)]
 pub struct TrackArguments {
-    /// An EuRoC ASL folder (with mav0 or cam0 in it).
+    /// An EuRoC ASL folder (with mav0 or cam0 in it), or one camera's: rgb.txt or images, K.txt, groundtruth.txt.
     pub folder: PathBuf,
 }
 

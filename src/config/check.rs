@@ -350,7 +350,8 @@ impl Scenario {
         let window = within("tracker.window", self.tracker.window, 2..=50, "2 to 50")?;
         // Where all rows have one time, both ways give the same.
         let rolling_shutter = self.tracker.rolling_shutter.is_on("tracker.rolling_shutter", true)?;
-        Ok(TrackerParams { window, rolling_shutter, ..TrackerParams::room(self.seed) })
+        let loop_closing = self.tracker.loop_closing.is_on("tracker.loop_closing", true)?;
+        Ok(TrackerParams { window, rolling_shutter, loop_closing, ..TrackerParams::room(self.seed) })
     }
 }
 

@@ -140,6 +140,8 @@ sections! {
         /// Whether each place counts at its row's own time: true or "auto" wherever the packets give rows times of their own, or false:
         /// a frame's rows count as simultaneous, as others take them.
         rolling_shutter: Switch,
+        /// Whether places seen again bend the map: true or "auto", or false.
+        loop_closing: Switch,
     }
     /// Constants of energy.
     Energy {

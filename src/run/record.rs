@@ -213,10 +213,17 @@ impl Session {
         report.features.median_found = median(&found);
         report.features.median_tracked = median(&tracked);
         report.features.min_tracked = self.notes.iter().map(|note| note.tracked).min();
-        let estimate = self.estimate();
+        let mut estimate = self.estimate();
         report.tracking.tracked_fraction = f64_from_usize(estimate.len()) / frames;
+        let mut predicted: Vec<TimedPose> = self.notes.iter().filter_map(|note| note.predicted).collect();
+        // The path of one camera has no metre of its own: every figure is of the path brought to metres by the alignment with scale.
+        let unit_m = self.unit_m(&estimate);
+        if let Some(unit_m) = unit_m {
+            for pose in estimate.iter_mut().chain(&mut predicted) {
+                pose.world_from_body.translation_m *= unit_m;
+            }
+        }
         let figures = trajectory_figures(&self.truth(), &estimate);
-        let predicted: Vec<TimedPose> = self.notes.iter().filter_map(|note| note.predicted).collect();
         let prediction = figures.as_ref().map_err(Clone::clone).and_then(|figures| {
             let aligned = figures.se3.as_ref().map_err(Clone::clone)?;
             prediction_error_m(&self.truth(), &predicted, &aligned.alignment)
@@ -227,13 +234,29 @@ impl Session {
             .ok_or_else(|| NotMeasurable::Absent("no landmark was predicted into a frame and found again".to_owned()));
         report.tracking.innovation_px = report.figure("tracking.innovation_px", innovation);
         report.set_trajectory(figures);
-        self.set_course(report);
+        if let Some(found) = report.tracking.scale_sim3.as_mut() {
+            *found *= unit_m.unwrap_or(1.0);
+        }
+        self.set_course(report, unit_m.unwrap_or(1.0));
+    }
+
+    /// Metres in the unit of a map that one camera made; `None` where the map has metres, or where nothing can be aligned.
+    fn unit_m(&self, estimate: &[TimedPose]) -> Option<f64> {
+        if self.setup.cameras.len() > 1 {
+            return None;
+        }
+        trajectory_figures(&self.truth(), estimate).ok()?.sim3.ok().map(|aligned| aligned.alignment.scale)
     }
 
     /// What befell the tracker, and the bound of its positions.
-    fn set_course(&self, report: &mut Report) {
-        let bounds_m2: Vec<f64> =
-            self.notes.iter().filter_map(|note| note.position_bound_m).map(|bound_m| bound_m * bound_m).collect();
+    fn set_course(&self, report: &mut Report, unit_m: f64) {
+        let bounds_m2: Vec<f64> = self
+            .notes
+            .iter()
+            .filter_map(|note| note.position_bound_m)
+            .map(|bound| bound * unit_m)
+            .map(|bound_m| bound_m * bound_m)
+            .collect();
         let count = f64_from_usize(bounds_m2.len());
         let bound = if bounds_m2.is_empty() {
             Err(NotMeasurable::Absent("no frame's pose follows from landmarks".to_owned()))

@@ -88,7 +88,7 @@ pub(super) struct Totals {
 /// A run in progress.
 pub struct Session {
     pub(super) setup: Setup,
-    tracker: Option<Tracker>,
+    tracker: Tracker,
     /// Each camera's extractor, on the sensor or, where pictures alone are sent, on the host.
     pub(super) extractors: Vec<Extractor>,
     /// Photons to codes, at the gain in effect.
@@ -123,13 +123,8 @@ impl Session {
     /// # Errors
     /// A calibration that the tracker refuses.
     pub fn new(setup: Setup) -> Result<Self, Error> {
-        // A single camera has no scale of its own: its packets are made and decoded, and nothing is tracked.
-        let tracker = if setup.cameras.len() == 2 {
-            let made = Tracker::new(setup.calibration(), setup.tracker);
-            Some(made.map_err(|error| setup.resolved.tree.locate(error))?)
-        } else {
-            None
-        };
+        let made = Tracker::new(setup.calibration(), setup.tracker);
+        let tracker = made.map_err(|error| setup.resolved.tree.locate(error))?;
         let charge_before_e = setup.cameras.iter().map(|_| None).collect();
         let gain = setup.exposure.gain(FrameIndex(0));
         let chain = setup.chain(gain);
@@ -196,7 +191,7 @@ impl Session {
             extracted.iter_mut().zip(&host.input.features).for_each(|(one, found)| one.features.clone_from(found));
         }
         self.totals.stage_s[4] += lap.next_s();
-        let tracked = self.tracker.as_mut().map(|tracker| tracker.track(&host.input));
+        let tracked = Some(self.tracker.track(&host.input));
         self.totals.stage_s[5] += lap.next_s();
 
         let t_s = frame_time_s(&schedules[0], frame);

@@ -11,8 +11,9 @@ use crate::pose::Pose;
 use crate::tracker::Work;
 use crate::tracker::lie::Sim3;
 use crate::tracker::locate::{Found, Frame};
-use crate::tracker::map::{Map, Sighting};
+use crate::tracker::map::{Landmark, Map, Sighting};
 use crate::tracker::pose_graph::{Edge, Kernel, PoseGraph, information};
+use crate::tracker::rig::{Sight, View};
 use crate::tracker::sweep::Moving;
 
 /// Frames for which a landmark must not have been found to count as one of an earlier visit: five seconds at 30 Hz.
@@ -31,6 +32,18 @@ const OFFSET_MIN: f64 = 0.01;
 /// What a step from keyframe to keyframe may be off by, in metres and radians, and what a closed loop's may.
 const STEP_SIGMAS: [f64; 2] = [0.01, 0.005];
 const LOOP_SIGMAS: [f64; 2] = [0.005, 0.0025];
+/// How far the logarithm of a map's scale may drift in a step, and how well a loop knows it: 30 depths, each to a tenth. Read only where
+/// the map has no scale of its own.
+const STEP_LOG_SCALE: f64 = 0.01;
+const LOOP_LOG_SCALE: f64 = 0.02;
+/// Offsets beyond these (metres, radians) and these shares of the way and the turns since are no drift. A lens that is 1.5 % wrong, the
+/// worst calibration in the tests, drifts by 2.3 % of the way and 1.4 % of the turns.
+const DRIFT_FLOORS: [f64; 2] = [0.1, 0.05];
+const DRIFT_SHARES: [f64; 2] = [0.025, 0.025];
+/// Without a scale of its own a map drifts farther.
+const DRIFT_FACTOR_WITHOUT_SCALE: f64 = 2.0;
+/// Sights that must have a depth from both visits.
+const RATIOS_MIN: usize = 10;
 /// Where the graph begins to doubt a loop: three times the 99 % quantile of chi2 with 6 degrees of freedom, since two keyframes agreed
 /// on it.
 const DOUBT_SIGMAS2: f64 = 50.0;
@@ -106,39 +119,100 @@ impl Loop {
         keyframe <= before.keyframe + 3 && between.translation_m.length() < metres && between.angle_rad() < radians
     }
 
-    /// Bends the map: the last keyframe comes to stand where the earlier visit's landmarks see it. False where the graph doubts the
-    /// loop; the map is then as it was.
+    /// Bends the map: the last keyframe comes to stand where the earlier visit's landmarks see it, in their unit of length where a map has
+    /// none of its own. Gives what the last keyframe's lengths are multiplied by; `None` where the graph doubts the loop, and the map
+    /// is then as it was.
     pub fn close(
         &self,
         map: &mut Map,
-        views: &[crate::tracker::rig::View],
-        inverse_sigma: impl Fn(f64) -> f64,
-    ) -> bool {
-        let Some(from) = self.earlier_keyframe(map) else { return false };
+        views: &[View],
+        (has_scale, inverse_sigma): (bool, impl Fn(f64) -> f64),
+    ) -> Option<f64> {
+        let from = self.earlier_keyframe(map)?;
         let last = map.keyframes.len() - 1;
+        if !self.is_credible(map, from, has_scale) || self.stands_on_both(map, from) {
+            return None;
+        }
+        let scale = if has_scale { 1.0 } else { self.scale(map, views)? };
         let before: Vec<Pose> = map.keyframes.iter().map(|keyframe| keyframe.state.body_from_world.inverse()).collect();
-        let mut graph = PoseGraph::new(before.iter().copied().map(Sim3::from).collect(), false);
+        let mut graph = PoseGraph::new(before.iter().copied().map(Sim3::from).collect(), !has_scale);
         graph.held[0] = true;
         for k in 0..last {
             let [linear_m, angular_rad] = STEP_SIGMAS;
-            graph.add_present_edge(u32_from(k), u32_from(k + 1), information(linear_m, angular_rad, 1.0));
+            graph.add_present_edge(u32_from(k), u32_from(k + 1), information(linear_m, angular_rad, STEP_LOG_SCALE));
         }
         let measured = before[from].inverse().then(&self.seen.body_from_world.inverse());
         graph.edges.push(Edge {
             from: u32_from(from),
             to: u32_from(last),
-            from_to: Sim3::from(measured),
-            information: information(LOOP_SIGMAS[0], LOOP_SIGMAS[1], 1.0),
+            from_to: Sim3 { scale, ..Sim3::from(measured) },
+            information: information(LOOP_SIGMAS[0], LOOP_SIGMAS[1], LOOP_LOG_SCALE),
             kernel: Kernel::Switchable(DOUBT_SIGMAS2),
         });
         graph.solve_graduated(30);
         if graph.weights().last().is_none_or(|&weight| weight < 0.25) {
-            return false;
+            return None;
         }
-        let after: Vec<Pose> = graph.nodes.iter().map(Sim3::pose).collect();
-        map.bend(&before, &after);
+        map.bend(&before, &graph.nodes);
         self.fuse(map, views, inverse_sigma);
-        true
+        graph.nodes.last().map(|node| node.scale)
+    }
+
+    /// Whether the way since the earlier visit may have drifted by the offset. What is farther off is another place that looks alike.
+    fn is_credible(&self, map: &Map, from: usize, has_scale: bool) -> bool {
+        let (mut path_m, mut turn_rad) = (0.0, 0.0);
+        for pair in map.keyframes[from..].windows(2) {
+            let step = pair[0].state.body_from_world.then(&pair[1].state.body_from_world.inverse());
+            path_m += step.translation_m.length();
+            turn_rad += step.angle_rad();
+        }
+        let share = if has_scale { 1.0 } else { DRIFT_FACTOR_WITHOUT_SCALE };
+        self.offset.translation_m.length() <= DRIFT_FLOORS[0] + share * DRIFT_SHARES[0] * path_m
+            && self.offset.angle_rad() <= DRIFT_FLOORS[1] + DRIFT_SHARES[1] * turn_rad
+    }
+
+    /// Whether the last keyframe is held by landmarks of the earlier visit's time as well as by others: then nothing has drifted since,
+    /// and what was recognised is another place that looks alike.
+    fn stands_on_both(&self, map: &Map, from: usize) -> bool {
+        let (Some(last), earlier) = (map.keyframes.last(), map.keyframes[from].id) else { return false };
+        let is_old = |landmark: &&Landmark| {
+            landmark.born_keyframe <= earlier && landmark.sightings.last().is_some_and(|seen| seen.keyframe == last.id)
+        };
+        2 * map.landmarks.iter().filter(is_old).count() >= self.found.len()
+    }
+
+    /// Length of the present's unit in that of the earlier visit: the median ratio of the depths that both have for the same sights.
+    /// `None` where too few sights have both.
+    fn scale(&self, map: &Map, views: &[View]) -> Option<f64> {
+        let keyframe = map.keyframes.last()?;
+        let mut ratios: Vec<f64> = Vec::new();
+        for (_, found, holder) in self.holders(map, views) {
+            let depth_m = |state: &Moving, landmark: usize| {
+                state.body_from_world.point(map.landmarks[landmark].position_m).length()
+            };
+            if let Some(holder) = holder.filter(|&holder| holder != found.landmark) {
+                ratios.push(depth_m(&self.seen, found.landmark) / depth_m(&keyframe.state, holder));
+            }
+        }
+        ratios.sort_by(f64::total_cmp);
+        let median = ratios.get(ratios.len() / 2).copied();
+        median.filter(|ratio| ratios.len() >= RATIOS_MIN && ratio.is_finite() && *ratio > 0.0)
+    }
+
+    /// The sights of the earlier landmarks, and which landmark has taken each of them by now.
+    fn holders<'a>(
+        &'a self,
+        map: &'a Map,
+        views: &'a [View],
+    ) -> impl Iterator<Item = (&'a Sight, &'a Found, Option<usize>)> + 'a {
+        let keyframe = map.keyframes.last().map(|keyframe| keyframe.id);
+        self.found.iter().map(move |found| {
+            let sight = &views[index(found.camera.0)].sights[found.sight];
+            let same =
+                |s: &Sighting| Some(s.keyframe) == keyframe && s.camera == found.camera && s.place_px == sight.place_px;
+            let holder = (0..map.landmarks.len()).find(|&l| map.landmarks[l].sightings.iter().any(same));
+            (sight, found, holder)
+        })
     }
 
     /// The keyframe that saw most of the landmarks found again; the earlier of equals.
@@ -154,20 +228,18 @@ impl Loop {
     }
 
     /// The earlier landmarks are seen by the last keyframe too; what had taken their sights goes into them.
-    fn fuse(&self, map: &mut Map, views: &[crate::tracker::rig::View], inverse_sigma: impl Fn(f64) -> f64) {
+    fn fuse(&self, map: &mut Map, views: &[View], inverse_sigma: impl Fn(f64) -> f64) {
         let Some(keyframe) = map.keyframes.last().map(|keyframe| keyframe.id) else { return };
         let mut doubled = Vec::new();
-        for found in &self.found {
-            let sight = &views[index(found.camera.0)].sights[found.sight];
-            let same =
-                |s: &Sighting| s.keyframe == keyframe && s.camera == found.camera && s.place_px == sight.place_px;
-            let holder = (0..map.landmarks.len()).find(|&l| map.landmarks[l].sightings.iter().any(same));
-            if let Some(holder) = holder.filter(|&holder| holder != found.landmark) {
-                doubled.push((holder, found.landmark));
-            }
+        let mut seen = Vec::new();
+        for (sight, found, holder) in self.holders(map, views) {
+            doubled.extend(holder.filter(|&holder| holder != found.landmark).map(|holder| (holder, found.landmark)));
             let (camera, place_px) = (found.camera, sight.place_px);
             let (inverse_sigma, offset_s) = (inverse_sigma(sight.scale), sight.offset_s);
-            map.landmarks[found.landmark].see(Sighting { keyframe, camera, place_px, inverse_sigma, offset_s });
+            seen.push((found.landmark, Sighting { keyframe, camera, place_px, inverse_sigma, offset_s }));
+        }
+        for (landmark, sighting) in seen {
+            map.landmarks[landmark].see(sighting);
         }
         map.merge(&doubled);
     }

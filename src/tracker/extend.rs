@@ -5,25 +5,51 @@
 use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::locate::Found;
-use crate::tracker::map::{Map, Sighting};
+use crate::tracker::map::{Landmark, Map, Sighting};
 use crate::tracker::matching::Rule;
+use crate::tracker::refine::{Measurement, refine};
 use crate::tracker::rig::{RigCamera, Sight, View};
-use crate::tracker::sweep::Moving;
+use crate::tracker::start::Begun;
+use crate::tracker::sweep::{Moving, RatePrior};
 use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
-/// Sights of the last keyframe that no landmark claims, by camera; a later view may give them depth.
-#[derive(Clone, Debug, Default)]
-pub struct Unclaimed {
+/// Sights of a keyframe that no landmark claims, by camera; a later view may give them depth.
+#[derive(Clone, Debug)]
+struct Unclaimed {
     keyframe: u32,
-    state: Option<Moving>,
     sights: Vec<Vec<Sight>>,
 }
 
-impl Unclaimed {
-    /// The keyframe's pose was adjusted.
-    pub fn moved_to(&mut self, state: Moving) {
-        self.state = Some(state);
+/// Sights without a landmark, of the last keyframes, the newest last.
+#[derive(Clone, Debug)]
+pub struct Waiting {
+    keyframes: Vec<Unclaimed>,
+    /// Keyframes held.
+    reach: usize,
+}
+
+impl Waiting {
+    /// Holds none yet, and never more than `reach` keyframes'.
+    pub fn new(reach: usize) -> Self {
+        Self { keyframes: Vec::new(), reach }
+    }
+
+    /// Holds so many keyframes from here on.
+    pub fn set_reach(&mut self, reach: usize) {
+        self.reach = reach;
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.keyframes.clear();
+    }
+
+    /// Takes a keyframe's sights; the oldest give way.
+    pub fn push(&mut self, keyframe: u32, sights: Vec<Vec<Sight>>) {
+        self.keyframes.push(Unclaimed { keyframe, sights });
+        let spare = self.keyframes.len().saturating_sub(self.reach);
+        self.keyframes.drain(..spare);
     }
 }
 
@@ -64,7 +90,7 @@ impl Growth<'_> {
         map: &mut Map,
         (t_s, state): (f64, Moving),
         inliers: &[Found],
-        unclaimed: &mut Unclaimed,
+        waiting: &mut Waiting,
         work: &mut Work,
     ) -> u32 {
         let keyframe = map.add_keyframe(t_s, state);
@@ -83,12 +109,14 @@ impl Growth<'_> {
             .collect();
         let before = map.landmarks.len();
         self.add_stereo_points(map, (keyframe, &state), &mut claimed, work);
-        self.add_motion_points(map, (keyframe, &state), &mut claimed, unclaimed, work);
+        for earlier in waiting.keyframes.iter_mut().rev() {
+            self.add_motion_points(map, (keyframe, &state), &mut claimed, earlier, work);
+        }
         let free = |(view, claimed): (&View, &Vec<bool>)| -> Vec<Sight> {
             view.sights.iter().zip(claimed).filter(|(_, claimed)| !**claimed).map(|(sight, _)| *sight).collect()
         };
         let sights = self.views.iter().zip(&claimed).map(free).collect();
-        *unclaimed = Unclaimed { keyframe, state: Some(state), sights };
+        waiting.push(keyframe, sights);
         u32_from(map.landmarks.len() - before)
     }
 
@@ -152,16 +180,17 @@ impl Growth<'_> {
         f64::from(agreeing) >= AGREEING_SHARE_MIN * f64::from(neighbours)
     }
 
-    /// Points that one camera sees now and saw at the last keyframe.
+    /// Points that one camera sees now and saw at an earlier keyframe.
     fn add_motion_points(
         &self,
         map: &mut Map,
         (keyframe, state): (u32, &Moving),
         claimed: &mut [Vec<bool>],
-        earlier: &Unclaimed,
+        earlier: &mut Unclaimed,
         work: &mut Work,
     ) {
-        let Some(earlier_state) = earlier.state else { return };
+        let Ok(held) = map.keyframes.binary_search_by_key(&earlier.keyframe, |keyframe| keyframe.id) else { return };
+        let earlier_state = map.keyframes[held].state;
         for (camera, claimed) in claimed.iter_mut().enumerate() {
             let rig = &self.cameras[camera];
             let now_from_earlier = rig
@@ -180,8 +209,9 @@ impl Growth<'_> {
                 &mut work.descriptors_compared,
             );
             let camera_index = CameraIndex(u32_from(camera));
+            let mut taken = free;
             for (i, j) in pairs {
-                let (first, second) = (&first[i], &second[j]);
+                let (number, first, second) = (i, &first[i], &second[j]);
                 let rays = [Ray::new(rig, &earlier_state, first), Ray::new(rig, state, second)];
                 let Some(Fix { point_m, .. }) = self.accepted(&rays, PARALLAX_RAD_MIN) else { continue };
                 let sightings = vec![
@@ -189,8 +219,13 @@ impl Growth<'_> {
                     self.sighting(keyframe, camera_index, second),
                 ];
                 map.add_landmark(point_m, second.descriptor, sightings, self.frame);
-                claimed[j] = true;
+                (claimed[j], taken[number]) = (true, true);
             }
+            let mut number = 0;
+            earlier.sights[camera].retain(|_| {
+                number += 1;
+                !taken[number - 1]
+            });
         }
     }
 
@@ -208,6 +243,52 @@ impl Growth<'_> {
     fn sighting(&self, keyframe: u32, camera: CameraIndex, sight: &Sight) -> Sighting {
         let inverse_sigma = self.params.inverse_sigma(sight.scale);
         Sighting { keyframe, camera, place_px: sight.place_px, inverse_sigma, offset_s: sight.offset_s }
+    }
+}
+
+/// Puts two views into an empty map, as two keyframes.
+pub fn begin(map: &mut Map, (begun, t_s, frame): (&Begun, f64, u64), params: &TrackerParams, waiting: &mut Waiting) {
+    let camera = CameraIndex(u32_from(begun.camera));
+    let first = map.add_keyframe(begun.first_t_s, begun.first);
+    let second = map.add_keyframe(t_s, begun.second);
+    let sides = [(first, &begun.first_views), (second, &begun.second_views)];
+    for &(i, j, point_m) in &begun.points {
+        let sighting = |(keyframe, views): (u32, &Vec<View>), sight: usize| {
+            let sight = &views[begun.camera].sights[sight];
+            let inverse_sigma = params.inverse_sigma(sight.scale);
+            Sighting { keyframe, camera, place_px: sight.place_px, inverse_sigma, offset_s: sight.offset_s }
+        };
+        let descriptor = begun.second_views[begun.camera].sights[j].descriptor;
+        map.add_landmark(point_m, descriptor, vec![sighting(sides[0], i), sighting(sides[1], j)], frame);
+    }
+    for (keyframe, views) in sides {
+        let is_used = |sight: usize| begun.points.iter().any(|p| (if keyframe == first { p.0 } else { p.1 }) == sight);
+        let of_view = |(number, view): (usize, &View)| -> Vec<Sight> {
+            let free = |(sight, _): &(usize, &Sight)| number != begun.camera || !is_used(*sight);
+            view.sights.iter().enumerate().filter(free).map(|(_, sight)| *sight).collect()
+        };
+        waiting.push(keyframe, views.iter().enumerate().map(of_view).collect());
+    }
+}
+
+/// Lets the rows of the first two keyframes say how the body moved, held by what the start knows of it.
+pub fn refine_rates(map: &mut Map, cameras: &[RigCamera], begun: &Begun) {
+    for (keyframe, mean) in [begun.first.rate, begun.second.rate].into_iter().enumerate() {
+        let held = map.keyframes[keyframe];
+        let measured = |landmark: &Landmark| {
+            let of = |s: &Sighting| Measurement {
+                camera: s.camera,
+                point_in_world_m: landmark.position_m,
+                place_px: s.place_px,
+                inverse_sigma: s.inverse_sigma,
+                offset_s: s.offset_s,
+            };
+            landmark.sightings.iter().filter(|s| s.keyframe == held.id).map(of).collect::<Vec<_>>()
+        };
+        let measurements: Vec<Measurement> = map.landmarks.iter().flat_map(measured).collect();
+        let prior = RatePrior::step(mean);
+        let (state, _) = refine(cameras, &measurements, &held.state, Some(&prior), 12);
+        map.keyframes[keyframe].state.rate = state.rate;
     }
 }
 

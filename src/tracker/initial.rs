@@ -141,6 +141,14 @@ pub fn two_view(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<TwoView
     Some(assembled(model, (second_from_first, alternative), (pairs, agrees), criteria))
 }
 
+/// The turn that explains most pairs, `second_from_first`; `None` where there are too few.
+pub fn turn(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<DQuat> {
+    if pairs.len() < PAIRS_MIN {
+        return None;
+    }
+    rotation(pairs, search, key).map(|turn| DQuat::from_mat3(&turn).normalize())
+}
+
 impl TwoView {
     /// Whether a map can start from these views.
     ///

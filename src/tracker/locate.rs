@@ -10,6 +10,7 @@ use crate::tracker::matching::{Best, Rule, one_to_one};
 use crate::tracker::ransac::{Search, search};
 use crate::tracker::refine::{Measurement, errors2, position_bound_m, refine};
 use crate::tracker::rig::{RigCamera, View};
+use crate::tracker::shift;
 use crate::tracker::sweep::{Motion, Moving, RatePrior};
 use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
@@ -52,8 +53,16 @@ pub struct Frame<'a> {
     pub t_s: f64,
     /// The frames before, unless lost.
     pub motion: Option<Motion>,
+    /// Its number.
+    pub number: u64,
+    /// Sights that supported the pose of the frame before.
+    pub inliers_before: u32,
 }
 
+/// Radius of the search around a prediction that the picture has turned: a bin of the vote, and what it leaves of translation and roll.
+const NARROW_PX: f64 = 6.0;
+/// That search must find one in so many of the sights that the last frame found.
+const NARROW_SHARE: u32 = 2;
 /// Radius of the second search, around places predicted by the refined pose.
 const SECOND_RADIUS_PX: f64 = 4.0;
 /// Squared error in sigmas up to which a found landmark supports the pose: the 99 % quantile of chi2 with 2.
@@ -74,10 +83,15 @@ impl Frame<'_> {
     pub fn near(&self, predicted: &Moving, work: &mut Work) -> Option<Located> {
         let params = self.params;
         let rule = Rule { distance_max: params.distance_bits_max, ratio_max: 0.85 };
-        for radius_px in [params.search_radius_px, params.search_radius_wide_px] {
-            let (found, _) = self.search(predicted, radius_px, rule, work);
-            let Some((state, inliers)) = self.settle(predicted, found, work) else { continue };
-            if let Some(located) = self.confirm(&state, u32_from(inliers.len()), work) {
+        // Texture that repeats within the radius pulls a whole frame one period aside: the search stays near what most landmarks vote for.
+        let turned = shift::turned(self, predicted, work).map(|turned| (turned, NARROW_PX));
+        let usual = [params.search_radius_px, params.search_radius_wide_px].map(|radius_px| (*predicted, radius_px));
+        for (predicted, radius_px) in turned.into_iter().chain(usual) {
+            let (found, _) = self.search(&predicted, radius_px, rule, work);
+            let Some((state, inliers)) = self.settle(&predicted, found, work) else { continue };
+            let Some(located) = self.confirm(&state, u32_from(inliers.len()), work) else { continue };
+            let enough = NARROW_SHARE * u32_from(located.inliers.len()) >= self.inliers_before;
+            if enough || radius_px > NARROW_PX {
                 return Some(located);
             }
         }

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use crate::num::{f64_from_u64, index, u32_from};
 use crate::pose::Pose;
 use crate::tracker::adjust::{Observation, Problem};
-use crate::tracker::lie::Twist;
+use crate::tracker::lie::{Sim3, Twist};
 use crate::tracker::matching::Descriptor;
 use crate::tracker::rig::RigCamera;
 use crate::tracker::sweep::Moving;
@@ -139,8 +139,8 @@ impl Map {
         }
     }
 
-    /// Keyframes move from poses (`world_from_body`) to others, and each landmark with the last keyframe that saw it.
-    pub fn bend(&mut self, before: &[Pose], after: &[Pose]) {
+    /// Keyframes move from poses (`world_from_body`) to others, and each landmark with the last keyframe that saw it, in its unit.
+    pub fn bend(&mut self, before: &[Pose], after: &[Sim3]) {
         for landmark in &mut self.landmarks {
             let last = landmark.sightings.last().map_or(0, |sighting| sighting.keyframe);
             if let Ok(k) = self.keyframes.binary_search_by_key(&last, |keyframe| keyframe.id) {
@@ -148,7 +148,8 @@ impl Map {
             }
         }
         for (keyframe, after) in self.keyframes.iter_mut().zip(after) {
-            keyframe.state.body_from_world = after.inverse();
+            keyframe.state.body_from_world = after.pose().inverse();
+            keyframe.state.rate.linear_m *= after.scale;
         }
     }
 

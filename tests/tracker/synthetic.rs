@@ -79,6 +79,14 @@ pub fn stereo_rig() -> Vec<CameraCalibration> {
     ]
 }
 
+/// The first of these cameras alone, at the body's place.
+pub fn mono_rig() -> Vec<CameraCalibration> {
+    let mut rig = stereo_rig();
+    rig.truncate(1);
+    rig[0].body_from_camera.translation_m = DVec3::ZERO;
+    rig
+}
+
 /// The same places of the cameras, with fisheyes of TUM-VI's shape that see some 120 degrees off the axis in the picture's corners.
 pub fn fisheye_rig() -> Vec<CameraCalibration> {
     let coefficients = [0.003_482_389_4, 0.000_715_034_8, -0.002_053_236_1, 0.000_202_936_7];

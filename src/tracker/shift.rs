@@ -1,0 +1,102 @@
+//! How far a prediction is turned away from the picture: a vote. Enters: a frame, its predicted pose, the landmarks of the frame before.
+//! Leaves: the prediction, turned so that most of them lie where they are seen.
+//!
+//! A prediction's error is mostly one of rotation, which shifts a whole picture alike. Texture that repeats offers a landmark
+//! several equal partners: the true ones agree on the shift, the false ones do not, since a period in the scene is many periods on the
+//! picture, by depth and slant. So the shift is voted on before single partners are chosen.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use crate::num::{index, u32_from, u64_from};
+use crate::pose::Pose;
+use crate::tracker::Work;
+use crate::tracker::lie::{Twist, se3_exp};
+use crate::tracker::locate::Frame;
+use crate::tracker::sweep::Moving;
+
+/// Edge of a bin of shifts, and bins on each side of none.
+const BIN_PX: f64 = 2.0;
+const REACH_BINS: i32 = 16;
+const SIDE_BINS: i32 = 2 * REACH_BINS + 1;
+/// Fewer votes than this in a bin and its neighbours, or a smaller share of all than one in so many, tell nothing.
+const VOTES_MIN: u32 = 20;
+const VOTES_SHARE: u32 = 4;
+
+/// The prediction turned by the shift that most landmarks of the frame before vote for; `None` where the vote is not clear.
+pub fn turned(frame: &Frame<'_>, predicted: &Moving, work: &mut Work) -> Option<Moving> {
+    let rotation = DMat3::from_quat(predicted.body_from_world.rotation);
+    let recent: Vec<usize> =
+        (0..frame.map.landmarks.len()).filter(|&l| frame.map.landmarks[l].last_frame + 1 >= frame.number).collect();
+    let mut best: Option<(u32, usize, DVec2)> = None;
+    for (camera, view) in frame.views.iter().enumerate() {
+        let mut votes = vec![0_u32; index(u32::try_from(SIDE_BINS * SIDE_BINS).unwrap_or(0))];
+        let mut cast = 0;
+        for &number in &recent {
+            let landmark = &frame.map.landmarks[number];
+            let in_body_m = rotation * landmark.position_m + predicted.body_from_world.translation_m;
+            work.projections += 1;
+            let Some(place_px) = view.project(&frame.cameras[camera], in_body_m, predicted) else { continue };
+            let near = view.near(place_px, BIN_PX * f64::from(REACH_BINS));
+            let distances = near.map(|sight| (landmark.distance(&view.sights[sight].descriptor), sight));
+            let distances: Vec<(u32, usize)> = distances.collect();
+            work.descriptors_compared += u64_from(distances.len() * landmark.descriptors.len());
+            let Some(least) = distances.iter().map(|(distance, _)| *distance).min() else { continue };
+            if least > frame.params.distance_bits_max {
+                continue;
+            }
+            cast += 1;
+            // Equals to within noise vote alike.
+            for &(_, sight) in distances.iter().filter(|(distance, _)| *distance <= least + EQUAL_BITS) {
+                let shift_px = view.sights[sight].place_px - place_px;
+                if let Some(bin) = bin(shift_px) {
+                    votes[bin] += 1;
+                }
+            }
+        }
+        let Some((count, shift_px)) = peak(&votes) else { continue };
+        if count >= VOTES_MIN && VOTES_SHARE * count >= cast && best.is_none_or(|(most, ..)| count > most) {
+            best = Some((count, camera, shift_px));
+        }
+    }
+    let (_, camera, shift_px) = best?;
+    let camera = &frame.cameras[camera];
+    // A turn about the camera's y moves the picture along x, one about its x along y.
+    let angles = DVec3::new(-shift_px.y, shift_px.x, 0.0) / camera.focal_px;
+    let turn = Pose::new(se3_exp(Twist { linear_m: DVec3::ZERO, angular_rad: angles }).rotation, DVec3::ZERO);
+    let in_body = camera.calibration.body_from_camera.then(&turn).then(&camera.camera_from_body);
+    Some(Moving { body_from_world: in_body.then(&predicted.body_from_world), ..*predicted })
+}
+
+/// Descriptors whose distances differ by no more than this are equally good: two standard deviations of 256 bits at one in twelve.
+const EQUAL_BITS: u32 = 9;
+
+fn bin(shift_px: DVec2) -> Option<usize> {
+    let of = |value_px: f64| {
+        let bin = crate::num::i64_half_even(value_px / BIN_PX) + i64::from(REACH_BINS);
+        u32::try_from(bin).ok().filter(|&bin| bin < SIDE_BINS.unsigned_abs())
+    };
+    Some(index(of(shift_px.y)? * SIDE_BINS.unsigned_abs() + of(shift_px.x)?))
+}
+
+/// The place with most votes within a bin around it, and their number; nearer to no shift of equals.
+fn peak(votes: &[u32]) -> Option<(u32, DVec2)> {
+    let side = index(SIDE_BINS.unsigned_abs());
+    let mut best: Option<(u32, u32, DVec2)> = None;
+    for row in 1..side - 1 {
+        for column in 1..side - 1 {
+            let around = (row - 1..=row + 1).flat_map(|r| votes[r * side + column - 1..=r * side + column + 1].iter());
+            let count: u32 = around.sum();
+            let (x, y) = (
+                u32_from(column).abs_diff(REACH_BINS.unsigned_abs()),
+                u32_from(row).abs_diff(REACH_BINS.unsigned_abs()),
+            );
+            let away = x * x + y * y;
+            let wins = best.is_none_or(|(most, least, _)| count > most || (count == most && away < least));
+            if wins {
+                let centre = |k: usize| BIN_PX * (f64::from(u32_from(k)) - f64::from(REACH_BINS));
+                best = Some((count, away, DVec2::new(centre(column), centre(row))));
+            }
+        }
+    }
+    best.map(|(count, _, shift_px)| (count, shift_px))
+}

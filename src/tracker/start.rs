@@ -1,0 +1,283 @@
+//! How a map starts without depth from one instant: two pictures of a moving body. Enters: the views of frame after frame. Leaves: a map of
+//! two keyframes, or nothing yet.
+//!
+//! A frame is held against an opening one: pairs by descriptors alone, the motion by [`two_view`]. One camera knows no metre: the
+//! unit of its map is such that the median depth of the first points is [`MONO_DEPTH_M`]. Of several cameras without common sights the
+//! turn of their arms tells the length: each other camera's pairs must stand on the planes that the whole rig's motion spans, an equation
+//! linear in the scale (Pless, "Using many cameras as one", CVPR 2003).
+
+use glam::DVec3;
+
+use crate::draw::DrawKey;
+use crate::num::{greater, lesser, u64_from};
+use crate::pose::Pose;
+use crate::tracker::initial::{Pair, Search, TwoView, turn, two_view};
+use crate::tracker::lie::{Twist, so3_log};
+use crate::tracker::matching::{Best, Rule};
+use crate::tracker::rig::{RigCamera, Sight, View};
+use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
+use crate::tracker::{TrackerParams, Work};
+
+/// Median depth of the first points of a map without a metre, in its unit. The tracker's lengths are those of a room, so this is one's.
+pub const MONO_DEPTH_M: f64 = 2.0;
+/// Least median angle between the rays of the first points: half a pixel of 320 px leaves 5 % of a depth at 0.04.
+const PARALLAX_RAD_MIN: f64 = 0.04;
+/// Pairs that the opening picture must keep, as a multiple of the landmarks that a start needs.
+const PAIRS_FACTOR: usize = 2;
+/// A start needs at least one of so many pairs as a point.
+const POINTS_SHARE: usize = 2;
+/// The rig's scale must be known to this share.
+const SCALE_SIGMA_MAX: f64 = 0.05;
+/// Before a body that moves is known to, a turn between neighbouring frames explains its pairs to so many sigmas only.
+const TURN_SIGMAS: f64 = 4.0;
+
+/// A frame as the start needs it.
+#[derive(Clone, Debug)]
+struct Shot {
+    frame: u64,
+    t_s: f64,
+    views: Vec<View>,
+    /// The body's turn a second, where rows have times of their own.
+    rate: Option<Twist>,
+}
+
+/// What the frames so far leave for a start.
+#[derive(Clone, Debug, Default)]
+pub struct Opening {
+    first: Option<Shot>,
+    last: Option<Shot>,
+}
+
+/// Two views that a map can start from.
+#[derive(Clone, Debug)]
+pub struct Begun {
+    /// Time of the opening frame in seconds.
+    pub first_t_s: f64,
+    /// Its views, sights straight.
+    pub first_views: Vec<View>,
+    /// How the body moved when the opening frame was taken; the world is its frame.
+    pub first: Moving,
+    /// The same of this frame.
+    pub second: Moving,
+    /// Views of this frame, sights straight.
+    pub second_views: Vec<View>,
+    /// Camera that gave the points.
+    pub camera: usize,
+    /// Sight in the opening view, sight in this one, point in the world in metres.
+    pub points: Vec<(usize, usize, DVec3)>,
+}
+
+/// The surroundings of a start.
+pub struct Stage<'a> {
+    /// The rig.
+    pub cameras: &'a [RigCamera],
+    /// The tracker's parameters.
+    pub params: &'a TrackerParams,
+    /// Number of the frame.
+    pub frame: u64,
+    /// Key of the frame's draws.
+    pub key: DrawKey,
+}
+
+impl Opening {
+    /// Takes a frame; gives two views where a map can start from them.
+    pub fn take(&mut self, stage: &Stage<'_>, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<Begun> {
+        let mut shot = Shot { frame: stage.frame, t_s, views: views.to_vec(), rate: None };
+        let sweeps = views.iter().any(View::sweeps);
+        if let Some(last) = self.last.as_ref().filter(|_| sweeps) {
+            shot.rate = stage.turn_rate(last, &shot, work);
+            let opens = |first: &&mut Shot| first.frame == last.frame && first.rate.is_none();
+            if let Some(first) = self.first.as_mut().filter(opens) {
+                first.rate = shot.rate;
+            }
+        }
+        let begun = match &self.first {
+            Some(first) if first.t_s < t_s => stage.hold(first, &shot, work),
+            _ => Err(()),
+        };
+        if begun.is_err() {
+            self.first = Some(shot.clone());
+        }
+        self.last = sweeps.then_some(shot);
+        begun.ok().flatten()
+    }
+
+    /// Forgets all frames.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
+
+impl Stage<'_> {
+    /// Two frames against each other: a start, none yet, or an opening that has too little in common with the present.
+    fn hold(&self, first: &Shot, second: &Shot, work: &mut Work) -> Result<Option<Begun>, ()> {
+        let (first_views, second_views) = (self.straight(first), self.straight(second));
+        let numbers: Vec<Vec<(usize, usize)>> =
+            first_views.iter().zip(&second_views).map(|(a, b)| self.look_alikes(&a.sights, &b.sights, work)).collect();
+        let best = (0..numbers.len()).fold(0, |best, k| if numbers[k].len() > numbers[best].len() { k } else { best });
+        let least = crate::num::index(self.params.start_landmarks_min);
+        if numbers[best].len() < PAIRS_FACTOR * least {
+            return Err(());
+        }
+        let pairs = |camera: usize| -> Vec<Pair> {
+            let (a, b) = (&first_views[camera].sights, &second_views[camera].sights);
+            numbers[camera].iter().map(|&(i, j)| Pair { first: a[i].straight, second: b[j].straight }).collect()
+        };
+        let own = pairs(best);
+        let Some(found) = two_view(&own, &self.search(best, 1.0), self.key) else { return Ok(None) };
+        let points_min = least.max(own.len() / POINTS_SHARE);
+        if found.check(points_min, PARALLAX_RAD_MIN).is_err() {
+            return Ok(None);
+        }
+        let scale = if self.cameras.len() == 1 {
+            median_depth(&found).map(|depth| MONO_DEPTH_M / depth)
+        } else {
+            let others: Vec<(usize, Vec<Pair>)> =
+                (0..numbers.len()).filter(|&camera| camera != best).map(|camera| (camera, pairs(camera))).collect();
+            self.rig_scale(best, &found.second_from_first, &others)
+        };
+        let Some(scale) = scale else { return Ok(None) };
+        let mounting = self.cameras[best].calibration.body_from_camera;
+        let moved = Pose { translation_m: found.second_from_first.translation_m * scale, ..found.second_from_first };
+        let second_from_first = mounting.then(&moved).then(&mounting.inverse());
+        let mean = mean_rate(&Pose::IDENTITY, &second_from_first, second.t_s - first.t_s);
+        let moving = |body_from_world: Pose, shot: &Shot| Moving {
+            body_from_world,
+            rate: shot.rate.map_or(AT_REST, |rate| Twist { linear_m: mean.linear_m, ..rate }),
+        };
+        let placed = |(&(i, j), point): (&(usize, usize), &Option<DVec3>)| {
+            point.map(|point_m| (i, j, mounting.point(point_m * scale)))
+        };
+        let points = numbers[best].iter().zip(&found.points).filter_map(placed).collect();
+        let (first_state, second_state) = (moving(Pose::IDENTITY, first), moving(second_from_first, second));
+        Ok(Some(Begun {
+            first_t_s: first.t_s,
+            first_views,
+            first: first_state,
+            second: second_state,
+            second_views,
+            camera: best,
+            points,
+        }))
+    }
+
+    fn search(&self, camera: usize, widening: f64) -> Search {
+        let sigma_rad = widening * self.params.place_sigma_px / self.cameras[camera].focal_px;
+        Search { sigma_rad, samples_max: self.params.samples_max, confidence: 0.999 }
+    }
+
+    /// A shot's views with their sights at the frame's time.
+    fn straight(&self, shot: &Shot) -> Vec<View> {
+        let mut views = shot.views.clone();
+        if let Some(rate) = shot.rate {
+            let state = Moving { body_from_world: Pose::IDENTITY, rate };
+            views.iter_mut().zip(self.cameras).for_each(|(view, camera)| view.straighten(camera, &state));
+        }
+        views
+    }
+
+    /// How fast the body turns between neighbouring frames, by the camera that has most to say.
+    fn turn_rate(&self, before: &Shot, now: &Shot, work: &mut Work) -> Option<Twist> {
+        let mut most: Option<(usize, Vec<Pair>)> = None;
+        for (camera, (a, b)) in before.views.iter().zip(&now.views).enumerate() {
+            let numbers = self.look_alikes(&a.sights, &b.sights, work);
+            let pair = |&(i, j): &(usize, usize)| Pair { first: a.sights[i].bearing, second: b.sights[j].bearing };
+            if most.as_ref().is_none_or(|(_, held)| numbers.len() > held.len()) {
+                most = Some((camera, numbers.iter().map(pair).collect()));
+            }
+        }
+        let (camera, pairs) = most?;
+        let now_from_before = turn(&pairs, &self.search(camera, TURN_SIGMAS), self.key.with(3))?;
+        let axis_rad = self.cameras[camera].calibration.body_from_camera.direction(so3_log(now_from_before));
+        Some(Twist { linear_m: DVec3::ZERO, angular_rad: axis_rad / (now.t_s - before.t_s) })
+    }
+
+    /// Sights that resemble each other most, and clearly more than any third.
+    fn look_alikes(&self, first: &[Sight], second: &[Sight], work: &mut Work) -> Vec<(usize, usize)> {
+        let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
+        let (mut forward, mut backward) = (vec![Best::NONE; first.len()], vec![Best::NONE; second.len()]);
+        for (i, a) in first.iter().enumerate() {
+            for (j, b) in second.iter().enumerate() {
+                let distance = a.descriptor.distance(&b.descriptor);
+                forward[i].offer(j, distance);
+                backward[j].offer(i, distance);
+            }
+        }
+        work.descriptors_compared += u64_from(first.len() * second.len());
+        let mutual = |(i, best): (usize, &Best)| {
+            let j = best.accepted(rule)?;
+            (backward[j].number == i && backward[j].accepted(rule).is_some()).then_some((i, j))
+        };
+        forward.iter().enumerate().filter_map(mutual).collect()
+    }
+
+    /// Length in metres of one camera's unit baseline, from the other cameras' pairs; `None` where they do not tell it.
+    fn rig_scale(&self, reference: usize, motion: &Pose, others: &[(usize, Vec<Pair>)]) -> Option<f64> {
+        let of = |camera: usize| self.cameras[camera].calibration.body_from_camera;
+        let turn = (of(reference).rotation * motion.rotation * of(reference).rotation.conjugate()).normalize();
+        let mut lines: Vec<Line> = Vec::new();
+        for (camera, pairs) in others {
+            let own = of(*camera);
+            let to_camera = |v: DVec3| own.rotation.conjugate() * v;
+            let arm_m = of(reference).translation_m - own.translation_m;
+            let by_scale = to_camera(of(reference).direction(motion.translation_m));
+            let rest_m = to_camera(arm_m - turn * arm_m);
+            let sigma_rad = self.search(*camera, 1.0).sigma_rad;
+            lines.extend(pairs.iter().map(|pair| {
+                let turned = to_camera(turn * own.direction(pair.first));
+                let plane = turned.cross(pair.second);
+                Line { slope: by_scale.dot(plane), rest_m: rest_m.dot(plane), by_scale, held_m: rest_m, sigma_rad }
+            }));
+        }
+        common_root(&lines, crate::num::index(self.params.start_landmarks_min))
+    }
+}
+
+/// A pair's distance from its epipolar plane, `scale * slope + rest_m`, for a translation of `scale * by_scale + held_m`.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    slope: f64,
+    rest_m: f64,
+    by_scale: DVec3,
+    held_m: DVec3,
+    sigma_rad: f64,
+}
+
+impl Line {
+    /// Noise of the distance at a scale.
+    fn sigma_m(&self, scale: f64) -> f64 {
+        greater((self.by_scale * scale + self.held_m).length(), 1e-9) * self.sigma_rad * std::f64::consts::SQRT_2
+    }
+}
+
+/// The scale that most lines agree on, refined; `None` where few agree, or where they agree on too wide a range.
+fn common_root(lines: &[Line], agreeing_min: usize) -> Option<f64> {
+    const GATE_SIGMAS2: f64 = 9.0;
+    let error2 = |line: &Line, scale: f64| {
+        let error = (scale * line.slope + line.rest_m) / line.sigma_m(scale);
+        error * error
+    };
+    let cost = |scale: f64| lines.iter().map(|line| lesser(error2(line, scale), GATE_SIGMAS2)).sum::<f64>();
+    let roots = lines.iter().map(|line| -line.rest_m / line.slope).filter(|root| root.is_finite() && *root > 0.0);
+    let (mut scale, _) = roots.map(|root| (root, cost(root))).reduce(|a, b| if b.1 < a.1 { b } else { a })?;
+    let (mut information, mut agreeing) = (0.0, 0);
+    for _ in 0..5 {
+        let mut side = 0.0;
+        (information, agreeing) = (0.0, 0);
+        for line in lines.iter().filter(|line| error2(line, scale) <= GATE_SIGMAS2) {
+            let weight = 1.0 / (line.sigma_m(scale) * line.sigma_m(scale));
+            information += weight * line.slope * line.slope;
+            side -= weight * line.slope * line.rest_m;
+            agreeing += 1;
+        }
+        scale = side / information;
+    }
+    let is_known = scale > 0.0 && scale * SCALE_SIGMA_MAX * information.sqrt() >= 1.0;
+    (is_known && agreeing >= agreeing_min && 2 * agreeing >= lines.len()).then_some(scale)
+}
+
+fn median_depth(found: &TwoView) -> Option<f64> {
+    let mut depths: Vec<f64> = found.points.iter().flatten().map(|point| point.length()).collect();
+    depths.sort_by(f64::total_cmp);
+    depths.get(depths.len() / 2).copied().filter(|depth| depth.is_finite() && *depth > 0.0)
+}
