@@ -278,7 +278,12 @@ impl Map {
                 && if on_probation { !(rarely_found && landmark.predicted >= 4) } else { !seen_once }
         });
         if self.landmarks.len() > landmarks_max {
-            let value = |landmark: &Landmark| (landmark.keyframe_count(), landmark.last_frame, landmark.id);
+            // What the window works with stays, however young; of the rest what many keyframes know is worth most.
+            let window_from = self.keyframes.len().checked_sub(window).map_or(0, |first| self.keyframes[first].id);
+            let value = |landmark: &Landmark| {
+                let is_at_work = landmark.sightings.last().is_some_and(|last| last.keyframe >= window_from);
+                (is_at_work, landmark.keyframe_count(), landmark.last_frame, landmark.id)
+            };
             let mut values: Vec<_> = self.landmarks.iter().map(value).collect();
             values.sort_unstable();
             let least = values[values.len() - landmarks_max];

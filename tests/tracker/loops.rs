@@ -75,3 +75,26 @@ fn a_second_lap_closes_the_loop_and_straightens_the_map() {
     assert!(closed_m < 0.8 * open_m, "seed {seed}: {closed_m} m closed, {open_m} m open");
     assert!(landmarks <= 8_000);
 }
+
+/// With room for 600 landmarks a lap of 10 s through a hall of 2,200 fills the map several times over. What is dropped must be what is far
+/// away: each frame still rests on a quarter of the 250 or so landmarks that it rests on with room for all.
+#[test]
+fn a_full_map_takes_in_what_is_new() {
+    let world = hall(61);
+    let least_of = |landmarks_max: u32| {
+        let params = TrackerParams { landmarks_max, loop_closing: false, ..TrackerParams::room(world.seed) };
+        let mut tracker = Tracker::new(world.cameras.clone(), params).expect("a valid rig");
+        let mut least = u32::MAX;
+        for number in 0..300 {
+            let answer = tracker.track(&world.frame(number, &lapping(time_s(number))));
+            assert!(answer.world_from_body.is_some(), "frame {number} is lost with room for {landmarks_max}");
+            least = least.min(answer.tracked_features);
+        }
+        (least, tracker.landmarks().len())
+    };
+    let (roomy, held) = least_of(8_000);
+    let (tight, kept) = least_of(600);
+    println!("{roomy} features at least with {held} landmarks, {tight} with {kept}");
+    assert!(held > 1_500, "{held} landmarks do not fill the map");
+    assert!(kept <= 600 && 4 * tight >= roomy, "{tight} features of {roomy}, {kept} landmarks");
+}
