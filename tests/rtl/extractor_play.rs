@@ -224,6 +224,7 @@ pub fn widest() -> FxBackConfig {
         pix_bits: 16,
         octaves: 4,
         harris: true,
+        cell_log2: 6,
         per_cell: 4,
         ring_log2: 7,
         engines: 4,
