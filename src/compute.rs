@@ -4,7 +4,8 @@
 //! rows, strict non-maximum suppression keeps the peaks, and each cell of a grid keeps its best. Rows of cells go through a
 //! queue to a few engines, which read a corner's patch of the smoothed picture and give it a sub-pixel place, an orientation
 //! and a rotated BRIEF descriptor. Integers only. Pictures are worked on as a whole; `stream` says what happens when, and
-//! what is lost. On the rung `clocked` the hardware's twin does the same instead, by clocks. `docs/extractor.md` is the specification, and this its example:
+//! what is lost. On the rung `clocked` the hardware's twin does the same instead, by clocks. `docs/extractor.md` is the specification,
+//! and this its example:
 //!
 //! ```
 //! use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams};

@@ -44,7 +44,10 @@ impl Files {
 
     /// Features of each view, as many as asked for at most, for each list of numbers.
     pub fn features(&self, python: &str, counts: &[Vec<usize>]) -> Vec<Vec<Features>> {
-        let job = |(count, (file, size)): (&usize, &(PathBuf, Size))| json!({"file": file.to_string_lossy(), "width": size.width_px, "height": size.height_px, "features": count});
+        let job = |(count, (file, size)): (&usize, &(PathBuf, Size))| {
+            let (file, width, height) = (file.to_string_lossy(), size.width_px, size.height_px);
+            json!({"file": file, "width": width, "height": height, "features": count})
+        };
         let jobs: Vec<Value> = counts.iter().flat_map(|counts| counts.iter().zip(&self.views).map(job)).collect();
         let (list, answers) = (self.out.join("views.json"), self.out.join("orb.json"));
         std::fs::write(&list, Value::from(jobs).to_string()).expect("the output folder takes files");

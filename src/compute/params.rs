@@ -87,7 +87,8 @@ pub struct ExtractorParams {
 }
 
 impl ExtractorParams {
-    /// One octave of 8 bits, a threshold that rises where a frame has more than some 500 corners, up to four corners for 16 x 16 pixels, whole descriptors: what a scenario has that says nothing else.
+    /// One octave of 8 bits, a threshold that rises where a frame has more than some 500 corners, up to four corners for 16 x 16
+    /// pixels, whole descriptors: what a scenario has that says nothing else.
     pub const USUAL: Self = Self {
         threshold: 20,
         target_features: 500,
