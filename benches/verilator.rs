@@ -1,5 +1,7 @@
-//! The digital half of a VGA sensor and the front of its extractor for one frame: the twins that skip clocks against Verilator, in
-//! one run. Prints one JSON row for each Verilator and mode; a missing Verilator or pins that differ are a failed run.
+//! The digital half of a VGA sensor, the front of its extractor and the whole extractor for one frame: the twins that skip clocks against
+//! Verilator, in one run. Prints one JSON row for each Verilator and mode; a missing Verilator or pins that differ are a failed run.
+//!
+//!     cargo bench --bench verilator [-- readout|front|extractor ...]
 //!
 //! 640 columns of 10 bits, 480 rows; a line is settle 2, 16 reset steps, settle 2 with the transfer, 1024 steps, and the blank that one
 //! bit-serial lane needs. Stimulus is worked out outside of both timers; both run on one thread, without waveforms. The twin gives
@@ -9,6 +11,8 @@
 //! on the timed frame in the fastest. `SENSEL_VERILATOR` names another Verilator beside the one in PATH.
 #![allow(clippy::unwrap_used)] // A bench fails by panicking.
 
+#[path = "verilator/extractor.rs"]
+mod extractor;
 #[path = "verilator/front.rs"]
 mod front;
 #[path = "../tests/rtl/verilate.rs"]
@@ -139,12 +143,17 @@ fn compare(verilator: &str, latch_mode: bool) {
 
 fn main() {
     let other = std::env::var("SENSEL_VERILATOR").ok();
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
+    let wanted = |work: &str| arguments.is_empty() || arguments.iter().any(|argument| argument == work);
     for verilator in std::iter::once("verilator").chain(other.as_deref()) {
-        for latch_mode in [true, false] {
+        for latch_mode in [true, false].into_iter().filter(|_| wanted("readout")) {
             compare(verilator, latch_mode);
         }
-        for octaves in [1, 3] {
+        for octaves in [1, 3].into_iter().filter(|_| wanted("front")) {
             front::compare(verilator, octaves);
+        }
+        for (octaves, threshold) in [(1, 20), (1, 100), (3, 20)].into_iter().filter(|_| wanted("extractor")) {
+            extractor::compare(verilator, octaves, threshold);
         }
     }
 }

@@ -4,7 +4,8 @@
 //! rows, strict non-maximum suppression keeps the peaks, and each cell of a grid keeps its best. Rows of cells go through a
 //! queue to a few engines, which read a corner's patch of the smoothed picture and give it a sub-pixel place, an orientation
 //! and a rotated BRIEF descriptor. Integers only. Pictures are worked on as a whole; `stream` says what happens when, and
-//! what is lost. `docs/extractor.md` is the specification, and this its example:
+//! what is lost. On the rung `clocked` the hardware's twin does the same instead, by clocks. `docs/extractor.md` is the specification,
+//! and this its example:
 //!
 //! ```
 //! use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams};
@@ -32,6 +33,7 @@
 mod back;
 mod brief;
 mod cells;
+mod clocked;
 mod describe;
 mod fast;
 mod half;
@@ -82,6 +84,7 @@ use describe::describe_every;
 
 use crate::error::Error;
 use crate::events::Events;
+use crate::fidelity::Rung;
 use crate::num::u64_from;
 use crate::plane::Plane;
 use crate::units::Size;
@@ -161,23 +164,35 @@ pub struct Extracted {
     pub end_clk: u64,
 }
 
+/// Frames in which a threshold settles: from 20 to 65,534 by eighths takes 71.
+const SETTLE_FRAMES: u32 = 80;
+
 /// The extractor of one camera, frame after frame. Only its threshold lasts from one to the next.
 #[derive(Clone, Debug)]
 pub struct Extractor {
     params: ExtractorParams,
     threshold: u16,
+    rung: Rung,
 }
 
 impl Extractor {
     /// Ready for the first frame.
     pub fn new(params: &ExtractorParams) -> Self {
-        Self { params: *params, threshold: params.threshold }
+        Self { params: *params, threshold: params.threshold, rung: Rung::Sampled }
+    }
+
+    /// The same extractor on another rung: as functions over whole pictures, or as the hardware's twin, clock by clock. Both give the
+    /// same.
+    #[must_use]
+    pub fn on_rung(self, rung: Rung) -> Self {
+        Self { rung, ..self }
     }
 
     /// Features of a frame of codes of so many bits behind colour filters whose pattern repeats after `pattern_px` (columns, rows).
     ///
     /// # Errors
-    /// A picture that the window does not fit into or that is too large, or codes that have more bits.
+    /// A picture that the window does not fit into or that is too large, codes that have more bits, or a target that the clocked form's
+    /// register does not hold.
     pub fn frame(
         &mut self,
         codes: &Plane<u16>,
@@ -192,29 +207,61 @@ impl Extractor {
         let codes = grey.as_ref().unwrap_or(codes);
         let io = (pixels, records);
         let mut extracted = if self.params.pipeline_bits == 8 {
-            self.of_words(to_words::<u8>(codes, bits, 8), io, events)
+            self.of_words(to_words::<u8>(codes, bits, 8), io, events)?
         } else {
-            self.of_words(to_words::<u16>(codes, bits, self.params.pipeline_bits), io, events)
+            self.of_words(to_words::<u16>(codes, bits, self.params.pipeline_bits), io, events)?
         };
         luma::place_in_mosaic(&mut extracted.features, pattern_px);
         Ok(extracted)
     }
 
-    fn of_words<W: Word>(
+    /// What a picture that stands still gives once the threshold has settled, or after `SETTLE_FRAMES` where it does not: every pixel is
+    /// there, and records are taken at once.
+    ///
+    /// # Errors
+    /// As `frame`.
+    pub fn settled(mut self, codes: &Plane<u16>, bits: u32) -> Result<Extracted, Error> {
+        let mut frame = || self.frame(codes, bits, (1, 1), (&mut AtOnce, &mut AlwaysReady), &mut Events::default());
+        let mut found = frame()?;
+        for _ in 1..SETTLE_FRAMES {
+            let next = frame()?;
+            if next.threshold == found.threshold {
+                break;
+            }
+            found = next;
+        }
+        Ok(found)
+    }
+
+    fn of_words<W: Word + rtl_models::fx_front_rows::Word>(
         &mut self,
         picture: Plane<W>,
-        (pixels, records): (&mut dyn Pixels, &mut dyn Records),
+        io: (&mut dyn Pixels, &mut dyn Records),
         events: &mut Events,
-    ) -> Extracted {
-        let (size, threshold) = (picture.size(), self.threshold);
-        let mut sequence = Sequence::new(&self.params, size, threshold);
+    ) -> Result<Extracted, Error> {
+        let size = picture.size();
+        let (extracted, next) = match self.rung {
+            Rung::Expected | Rung::Sampled => self.functional(picture, io),
+            Rung::Clocked | Rung::Rtl => clocked::frame(&self.params, self.threshold, &picture, io)?,
+        };
+        self.threshold = next;
+        work::count(&self.params, size, &extracted.counts, u64_from(extracted.features.len()), events);
+        Ok(extracted)
+    }
+
+    /// What a frame gives, and the threshold of the next.
+    fn functional<W: Word>(
+        &self,
+        picture: Plane<W>,
+        (pixels, records): (&mut dyn Pixels, &mut dyn Records),
+    ) -> (Extracted, u16) {
+        let threshold = self.threshold;
+        let mut sequence = Sequence::new(&self.params, picture.size(), threshold);
         let end_clk = sequence.frame(picture, pixels, records);
         sequence.finish(records);
-        self.threshold = sequence.threshold();
         let (counts, left) = (sequence.counts(), sequence.take());
-        work::count(&self.params, size, &counts, u64_from(left.len()), events);
         let (features, out_clk) = left.iter().map(|record| (record.feature, record.out_clk)).unzip();
-        Extracted { features, out_clk, counts, threshold, end_clk }
+        (Extracted { features, out_clk, counts, threshold, end_clk }, sequence.threshold())
     }
 }
 

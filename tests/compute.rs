@@ -410,24 +410,34 @@ fn the_threshold_follows_its_target_from_frame_to_frame() {
         listed.iter().filter(|feature| has_patch(feature.pixel(), 320, 240)).count() as u64
     };
     let target = corners(60);
-    for first in [2, 200] {
-        let params = ExtractorParams { target_features: target as u32, threshold: first, ..MANY };
-        let mut extractor = Extractor::new(&params);
-        let (mut last, mut thresholds) = (0, vec![first]);
+    let params = ExtractorParams { target_features: target as u32, threshold: 2, ..MANY };
+    let mut extractor = Extractor::new(&params);
+    let mut thresholds = vec![2];
+    let mut show = |codes: &Plane<u16>| {
+        let mut last = 0;
         for _ in 0..60 {
             let io = (&mut AtOnce as &mut dyn Pixels, &mut AlwaysReady as &mut dyn Records);
-            let frame = extractor.frame(&codes, 16, (1, 1), io, &mut Events::default()).unwrap();
+            let frame = extractor.frame(codes, 16, (1, 1), io, &mut Events::default()).unwrap();
             assert_eq!(frame.threshold, *thresholds.last().unwrap());
             last = frame.counts.corners;
             thresholds.push(params.next_threshold(frame.threshold, last));
         }
-        assert!(last >= target - target / 8 && last <= target + target / 8, "{last} of {target}: {thresholds:?}");
-    }
-    assert_eq!(MANY.next_threshold(10, 1_000_000), 10);
-    let adaptive = ExtractorParams { target_features: 100, ..MANY };
+        (last, *thresholds.last().unwrap())
+    };
+    let near = |corners: u64| corners >= target - target / 8 && corners <= target + target / 8;
+    // Up to the target, down to where it began before a blank wall, and up again: as `settled` finds it.
+    let (settled, threshold) = show(&codes);
+    assert!(near(settled), "{settled} of {target}");
+    assert_eq!(show(&Plane::filled(codes.size(), 7)), (0, 2));
+    assert_eq!(show(&codes), (settled, threshold));
+    let at_rest = Extractor::new(&params).settled(&codes, 16).unwrap();
+    assert_eq!((at_rest.counts.corners, at_rest.threshold), (settled, threshold));
+    let fixed = ExtractorParams { target_features: 0, ..MANY };
+    assert_eq!(fixed.next_threshold(10, 1_000_000), 10);
+    let adaptive = ExtractorParams { target_features: 100, threshold: 2, ..MANY };
     assert_eq!(
-        [(1, 0), (2, 0), (33, 0), (20, 1000), (250, 1000)].map(|(t, n)| adaptive.next_threshold(t, n)),
-        [1, 1, 31, 22, 254]
+        [(2, 0), (3, 0), (33, 0), (20, 1000), (250, 1000)].map(|(t, n)| adaptive.next_threshold(t, n)),
+        [2, 2, 31, 22, 254]
     );
 }
 

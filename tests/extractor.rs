@@ -1,6 +1,6 @@
-//! The clocked extractor is the functional one: the same features in the same order, the clock of each, the same losses, waits
-//! and thresholds, over random hardware, settings, pictures, gaps and takers. And the pattern's tables are those of the published
-//! rule.
+//! The clocked extractor, tick by tick and by rows, is the functional one: the same features in the same order, the clock of each,
+//! the same losses, waits and thresholds, over random hardware, settings, pictures, gaps and takers. And the pattern's tables are those
+//! of the published rule.
 
 #![allow(clippy::unwrap_used)]
 
@@ -10,122 +10,15 @@ mod cases;
 #[path = "rtl/extractor_play.rs"]
 #[allow(dead_code)]
 mod extractor_play;
+#[path = "rtl/extractor_forms.rs"]
+mod extractor_forms;
 
 use cases::Random;
-use extractor_play::{Case, Takes, Times, case_on, hardware, picture, play};
-use rtl_models::fx_back::{FxBackConfig, FxCounts, Policy, engine_clocks, points};
+use extractor_forms::{Told, compare};
+use extractor_play::{Takes, case_on, hardware, picture, play};
+use rtl_models::fx_back::{FxBackConfig, engine_clocks, points};
 use sensel::compute::blocks::{ENGINE_FIXED_CLK, START_GAP_CLK, symmetric_pattern};
-use sensel::compute::{
-    Counts, ExtractorParams, Feature, Overflow, Pattern, Pixels, Rank, Records, Sequence, Word, pattern,
-};
-use sensel::plane::Plane;
-use sensel::units::Size;
-
-/// The functional form's settings of a case.
-fn params(case: &Case) -> ExtractorParams {
-    let (config, settings) = (&case.config, &case.settings);
-    let params = ExtractorParams {
-        threshold: settings.threshold,
-        target_features: settings.target.into(),
-        pipeline_bits: config.pix_bits,
-        octaves: config.octaves,
-        cell_px: 1 << config.cell_log2,
-        per_cell: config.per_cell,
-        rank: if config.harris { Rank::Harris } else { Rank::Fast },
-        subpixel: config.subpixel,
-        angle_bits: settings.angle_bits,
-        descriptor_bits: config.desc_bits,
-        pattern: if config.symmetric { Pattern::Symmetric } else { Pattern::Gaussian },
-        engines: config.engines,
-        fifo_depth: config.fifo_depth,
-        overflow: match settings.policy {
-            Policy::Stall => Overflow::Stall,
-            Policy::DropNewest => Overflow::DropNewest,
-            Policy::DropWeakest => Overflow::DropWeakest,
-        },
-    };
-    assert_eq!(1 << config.ring_log2, params.ring_rows(), "the functional form's ring");
-    params.checked().unwrap()
-}
-
-struct Clocked(Times);
-
-impl Pixels for Clocked {
-    fn offered(&mut self, _: u32, _: u32, clk: u64) -> u64 {
-        (clk..).find(|&clk| self.0.offered(clk)).unwrap()
-    }
-}
-
-impl Records for Clocked {
-    fn taken(&mut self, clk: u64) -> u64 {
-        (clk..).find(|&clk| self.0.taken(clk)).unwrap()
-    }
-}
-
-/// What both forms say of a case.
-#[derive(Debug, Default, PartialEq)]
-struct Told {
-    /// Features, the parity of their frame, the clock in which they left.
-    features: Vec<(Feature, bool, u64)>,
-    corners: u64,
-    without_patch: u64,
-    unselected: u64,
-    dropped: u64,
-    late: u64,
-    stalled: u64,
-    not_ready: u64,
-    threshold: u16,
-}
-
-fn functional<W: Word>(case: &Case, pictures: &[Vec<u16>]) -> (Told, u64) {
-    let (params, mut pixels, mut records) = (params(case), Clocked(case.times), Clocked(case.times));
-    let size = Size { width_px: case.config.width, height_px: case.config.height };
-    let mut sequence = Sequence::<W>::new(&params, size, params.threshold);
-    let mut end_clk = 0;
-    let mut told = Told::default();
-    let mut take = |sequence: &mut Sequence<W>| {
-        let taken = sequence.take();
-        told.features.extend(taken.iter().map(|record| (record.feature, record.frame % 2 == 1, record.out_clk)));
-    };
-    let mut counts = Counts::default();
-    for picture in pictures {
-        let words = picture.iter().map(|&word| W::low(word.into())).collect();
-        end_clk = sequence.frame(Plane::from_values(size, words), &mut pixels, &mut records);
-        counts = sequence.counts();
-        take(&mut sequence);
-    }
-    sequence.finish(&mut records);
-    take(&mut sequence);
-    let Counts { dropped, late, .. } = sequence.counts();
-    let Counts { corners, without_patch, unselected, stalled_clk, not_ready_clk, .. } = counts;
-    // The clocked count is of all corners.
-    told.corners = corners + without_patch;
-    (told.without_patch, told.unselected, told.dropped, told.late) = (without_patch, unselected, dropped, late);
-    (told.stalled, told.not_ready) = (stalled_clk, not_ready_clk);
-    told.threshold = sequence.threshold();
-    (told, end_clk)
-}
-
-/// The clocked form's story, with waits as they stand in clock `end_clk`.
-fn clocked(case: &Case, pictures: &[Vec<u16>], end_clk: u64) -> Told {
-    let mut told = Told::default();
-    let mut next = pictures.iter();
-    let make = |_: &mut Random| next.next().or(pictures.first()).unwrap().clone();
-    let (last, _) = play(case, &mut Random(0), make, |clock| {
-        if let Some(record) = clock.left {
-            let rtl_models::fx_back::Record { x_q4, y_q4, score, angle, octave, frame, descriptor } = record;
-            told.features.push((Feature { x_q4, y_q4, score, angle, octave, descriptor }, frame, clock.clk));
-        }
-        if clock.clk == end_clk {
-            (told.stalled, told.not_ready) = (clock.counts.stalled.into(), clock.not_ready.into());
-        }
-    });
-    let FxCounts { corners, without_patch, unselected, dropped, late, features, .. } = last.back.counts;
-    assert_eq!(usize::try_from(features).unwrap(), told.features.len(), "the count of features");
-    (told.corners, told.without_patch, told.unselected) = (corners.into(), without_patch.into(), unselected.into());
-    (told.dropped, told.late, told.threshold) = (dropped.into(), late.into(), last.back.threshold);
-    told
-}
+use sensel::compute::pattern;
 
 /// Any hardware that both forms know.
 fn any_hardware(random: &mut Random) -> FxBackConfig {
@@ -159,14 +52,7 @@ fn the_clocked_extractor_gives_the_functional_ones_features_in_its_clocks() {
         let mut case = case_on(built, number, 3, &mut random);
         (case.resets, case.settings.angle_bits) = (0, case.settings.angle_bits.max(3));
         let pictures: Vec<Vec<u16>> = (0..case.frames).map(|_| picture(&mut random, &case.config)).collect();
-        let eight = case.config.pix_bits == 8;
-        let (expected, end_clk) =
-            if eight { functional::<u8>(&case, &pictures) } else { functional::<u16>(&case, &pictures) };
-        let found = clocked(&case, &pictures, end_clk);
-        for (place, (found, expected)) in found.features.iter().zip(&expected.features).enumerate() {
-            assert_eq!(found, expected, "seed {SEED}, case {number}, feature {place}: {case:?}");
-        }
-        assert_eq!(found, expected, "seed {SEED}, case {number}: {case:?}");
+        let found = compare(&case, &pictures, &format!("seed {SEED}, case {number}"));
         met.features.extend(found.features);
         met.corners += found.corners;
         met.unselected += found.unselected;

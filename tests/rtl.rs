@@ -8,6 +8,8 @@
 mod cases;
 #[path = "rtl/extractor.rs"]
 mod extractor;
+#[path = "rtl/extractor_forms.rs"]
+mod extractor_forms;
 #[path = "rtl/extractor_play.rs"]
 #[allow(dead_code)] // Some of a clock's pins are for tests/extractor.rs.
 mod extractor_play;
@@ -30,6 +32,8 @@ mod csi2_cases;
 mod judge;
 #[path = "rtl/liberty.rs"]
 mod liberty;
+#[path = "rtl/photographs.rs"]
+mod photographs;
 #[path = "rtl/pins.rs"]
 mod pins;
 #[path = "rtl/synthesis.rs"]

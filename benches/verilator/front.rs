@@ -13,8 +13,8 @@ use sensel::simd::{Kernel, dispatch};
 use crate::verilate::{Build, version};
 use crate::{median, root, verilator_frame};
 
-const WIDTH: u32 = 640;
-const HEIGHT: u32 = 480;
+pub const WIDTH: u32 = 640;
+pub const HEIGHT: u32 = 480;
 const THRESHOLD: u16 = 20;
 /// Pins that are hashed, in this order; the nine differences follow as three words.
 const PINS: &[&str] = &[
@@ -88,7 +88,7 @@ impl Kernel for WholeFrame<'_, '_> {
 }
 
 /// Overlapping squares of any grey under noise of 3 bits: near 2,000 corners.
-fn picture() -> Vec<u8> {
+pub fn picture() -> Vec<u8> {
     let square = |index: u64| {
         let word = mix(index);
         let part = |shift: u32, range: u64| u32::try_from((word >> shift) % range).unwrap();

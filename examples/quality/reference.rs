@@ -5,7 +5,7 @@
 //! read between pixels.
 
 use sensel::compute::blocks::{arc_difference_at, offset_q4, responses};
-use sensel::compute::{Corner, ExtractorParams, PATCH_MARGIN_PX, STEPS_PER_PX, fast9, pattern, to_bits};
+use sensel::compute::{Corner, Extractor, ExtractorParams, PATCH_MARGIN_PX, STEPS_PER_PX, fast9, pattern, to_bits};
 use sensel::num::{f64_from_usize, index};
 use sensel::plane::Plane;
 
@@ -27,7 +27,9 @@ pub fn features(codes: &Codes, params: &ExtractorParams) -> Features {
     let margin = PATCH_MARGIN_PX;
     let inside = |place: u32, side: u32| place >= margin && place + margin < side;
     let mut cells: std::collections::BTreeMap<(u32, u32), Vec<Corner>> = std::collections::BTreeMap::new();
-    for corner in fast9(&words, params.threshold << (BITS - 8)) {
+    let fine = ExtractorParams { pipeline_bits: BITS, threshold: params.threshold << (BITS - 8), ..*params };
+    let settled = Extractor::new(&fine).settled(&codes.plane, codes.bits).expect("views are large enough");
+    for corner in fast9(&words, settled.threshold) {
         if inside(corner.x_px, size.width_px) && inside(corner.y_px, size.height_px) {
             cells.entry((corner.y_px / params.cell_px, corner.x_px / params.cell_px)).or_default().push(corner);
         }

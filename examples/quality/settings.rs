@@ -1,7 +1,6 @@
 //! What is compared: our extractor at several word lengths, and the same method in floating point.
 
-use sensel::compute::{ExtractorParams, Feature, Pattern, Rank, extract};
-use sensel::events::Events;
+use sensel::compute::{Extractor, ExtractorParams, Feature, Pattern, Rank};
 
 use crate::reference;
 use crate::score::Features;
@@ -21,8 +20,8 @@ pub struct Setting {
     pub method: Method,
 }
 
-/// Scenarios' default but for the threshold: at 20 most cells of these pictures are full, and the grid chooses more than strength does.
-const USUAL: ExtractorParams = ExtractorParams { threshold: 40, ..ExtractorParams::USUAL };
+/// Scenarios' default, its 500 corners of a VGA frame being 180 of a view's 384 x 288 pixels.
+const USUAL: ExtractorParams = ExtractorParams { target_features: 180, ..ExtractorParams::USUAL };
 
 macro_rules! fixed {
     ($($name:literal $(, $field:ident = $value:expr)*;)+) => {
@@ -33,11 +32,14 @@ macro_rules! fixed {
 
 /// The study's rows; the first one is the default.
 pub const SETTINGS: &[Setting] = fixed! {
-    "8-bit words, 256-bit descriptor, threshold 40";
-    "threshold 20", threshold = 20;
+    "8-bit words, 256-bit descriptor, 500 corners a VGA frame";
+    "1,000 corners", target_features = 360;
+    "300 corners", target_features = 108;
+    "threshold 20", target_features = 0;
+    "threshold 40", threshold = 40, target_features = 0;
     "symmetric pattern", pattern = Pattern::Symmetric;
-    "10-bit words", pipeline_bits = 10, threshold = 160;
-    "12-bit words", pipeline_bits = 12, threshold = 640;
+    "10-bit words", pipeline_bits = 10, threshold = 80;
+    "12-bit words", pipeline_bits = 12, threshold = 320;
     "192-bit descriptor", descriptor_bits = 192;
     "128-bit descriptor", descriptor_bits = 128;
     "64-bit descriptor", descriptor_bits = 64;
@@ -53,14 +55,12 @@ pub const SETTINGS: &[Setting] = fixed! {
 };
 
 impl Method {
-    /// The default.
-    pub const USUAL: Self = Self::Fixed(USUAL);
-
+    /// Features of a picture that stands still, once the threshold has settled.
     pub fn features(&self, codes: &Codes) -> Features {
         match self {
             Self::Fixed(params) => {
-                let found = extract(&codes.plane, codes.bits, params, &mut Events::default());
-                found.expect("views are large enough").iter().map(place).collect()
+                let found = Extractor::new(params).settled(&codes.plane, codes.bits);
+                found.expect("views are large enough").features.iter().map(place).collect()
             }
             Self::Float => reference::features(codes, &USUAL),
         }

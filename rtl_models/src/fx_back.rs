@@ -23,6 +23,9 @@ pub use crate::fx_back_pins::{
     PATCH_MARGIN_PX, START_GAP_CLK, engine_clocks,
 };
 
+#[path = "fx_back_events.rs"]
+mod events;
+
 /// A corner that is loaded: its engine, and clocks since the one after its start.
 #[derive(Clone, Copy, Debug)]
 struct Load {
@@ -94,7 +97,7 @@ impl<'a> FxBack<'a> {
         back
     }
 
-    fn reset(&mut self, threshold: u16) {
+    pub(crate) fn reset(&mut self, threshold: u16) {
         self.cells.reset();
         self.dumps.reset();
         self.fifo.reset();
@@ -125,12 +128,6 @@ impl<'a> FxBack<'a> {
     /// Counts as they stand.
     pub fn counts(&self) -> &FxCounts {
         &self.counts
-    }
-
-    /// Whether nothing is on its way: no list is walked or waits for its dump, no corner waits, no engine runs.
-    pub fn is_idle(&self) -> bool {
-        let engines = self.idle.iter().take(self.engines.len()).all(|&idle| idle);
-        engines && self.fifo.used() == 0 && !self.cells.active() && self.dumps.load(false).is_none()
     }
 
     /// Bits that flipped.
@@ -164,13 +161,18 @@ impl<'a> FxBack<'a> {
         self.out(pins)
     }
 
-    fn decide(&self, pins: &FxBackIn) -> Decisions {
-        let policy = pins.settings.policy;
+    /// Whether the queue's head starts in this clock, or is late.
+    fn head_leaves(&self, policy: Policy) -> (bool, bool) {
         let head = self.fifo.head();
         let age_max = (1 << self.config.ring_log2) - 14;
         let age = head.and_then(|head| self.dumps.age(head.octave.into(), head.row_number));
         let late = policy != Policy::Stall && age.is_some_and(|age| age >= age_max);
-        let start = head.is_some() && !late && self.load.is_none() && self.idle[self.next_engine];
+        (head.is_some() && !late && self.load.is_none() && self.idle[self.next_engine], late)
+    }
+
+    fn decide(&self, pins: &FxBackIn) -> Decisions {
+        let policy = pins.settings.policy;
+        let (start, late) = self.head_leaves(policy);
         let take = self.fifo.room(policy, start || late);
         let push = self.cells.entry().filter(|_| take).map(|corner| {
             let walked = self.dumps.walked();
@@ -202,7 +204,7 @@ impl<'a> FxBack<'a> {
         }
     }
 
-    fn step(&mut self, pins: &FxBackIn) {
+    pub(crate) fn step(&mut self, pins: &FxBackIn) {
         let decided = self.decide(pins);
         let put = pins.corner.filter(|corner| self.has_patch(pins.octave, corner));
         self.count(pins, &decided, put.is_some());
@@ -238,6 +240,10 @@ impl<'a> FxBack<'a> {
         self.cells.tick(put.map(|corner| (pins.octave, corner)), walk, decided.take);
     }
 
+    fn engine_config(&self) -> EngineConfig {
+        EngineConfig { desc_bits: self.config.desc_bits, symmetric: self.config.symmetric }
+    }
+
     fn has_patch(&self, octave: usize, corner: &Corner) -> bool {
         let inside = |place: u16, side: u32| {
             u32::from(place) >= PATCH_MARGIN_PX && u32::from(place) + PATCH_MARGIN_PX < side >> octave
@@ -262,7 +268,7 @@ impl<'a> FxBack<'a> {
         if pins.frame_end {
             let in_frame = taken.wrapping_sub(self.taken_before);
             self.taken_before = taken;
-            self.adapted = adapt(self.adapted, in_frame, pins.settings.target.into(), self.config.pix_bits);
+            self.adapted = adapt(self.adapted, in_frame, &pins.settings, self.config.pix_bits);
         }
     }
 
@@ -276,7 +282,7 @@ impl<'a> FxBack<'a> {
             Record { x_q4, y_q4, score: corner.score, angle, octave, frame, descriptor: [0; 32] }
         });
         let column = self.ring.column().zip(self.load).map(|(column, load)| (load.columns, column));
-        let build = EngineConfig { desc_bits: self.config.desc_bits, symmetric: self.config.symmetric };
+        let build = self.engine_config();
         for (index, engine) in self.engines.iter_mut().enumerate() {
             let mine = self.load.is_some_and(|load| load.engine == index);
             let taken = decided.out_take && self.turn == index;
@@ -307,12 +313,13 @@ impl<'a> FxBack<'a> {
 }
 
 /// The threshold after a frame of `found` corners with a patch.
-fn adapt(threshold: u16, found: u32, target: u32, bits: u32) -> u16 {
+fn adapt(threshold: u16, found: u32, settings: &FxSettings, bits: u32) -> u16 {
+    let (least, target) = (settings.threshold, u32::from(settings.target));
     if found > target + (target >> 3) {
         let top = u16::try_from((1_u32 << bits) - 2).expect("at most 16 bits");
         threshold.saturating_add((threshold >> 3).max(1)).min(top)
-    } else if found < target - (target >> 3) && threshold > 1 {
-        threshold - (threshold >> 4).max(1)
+    } else if found < target - (target >> 3) && threshold > least {
+        (threshold - (threshold >> 4).max(1)).max(least)
     } else {
         threshold
     }

@@ -113,7 +113,7 @@ pub struct FxBackMemory<'a> {
 /// Settings that hold still while pictures run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FxSettings {
-    /// Threshold, or where it begins with a target.
+    /// Threshold; with a target where it begins, and the least.
     pub threshold: u16,
     /// What happens when the queue is full.
     pub policy: Policy,

@@ -137,6 +137,22 @@ impl<'a> FxCells<'a> {
         self.active && (self.walk.columns == 0 || (self.walk.columns == 1 && self.steps(take)))
     }
 
+    /// Whether a clock without a corner changes anything, the queue taking an entry or not.
+    pub(crate) fn moves(&self, take: bool) -> bool {
+        self.held.is_some() || self.last(take) || self.steps(take) || (take && self.entry().is_some())
+    }
+
+    /// Puts a corner into its list, as two clocks do; whether one falls off it. Nothing walks that bank.
+    pub(crate) fn insert(&mut self, octave: usize, corner: Corner) -> bool {
+        let list = self.list_of(octave, &corner);
+        self.lists[list].insert(corner, self.places)
+    }
+
+    fn list_of(&self, octave: usize, corner: &Corner) -> usize {
+        let bank = usize::from(corner.y_px >> self.cell_log2 & 1);
+        self.list(octave, bank, usize::from(corner.x_px >> self.cell_log2))
+    }
+
     /// The newcomer of the clock before pushes a corner off its list.
     pub fn lost(&self) -> bool {
         self.held.is_some_and(|(list, _)| usize::from(self.lists[list].used) == self.places)
@@ -148,10 +164,7 @@ impl<'a> FxCells<'a> {
         if let Some((list, corner)) = self.held.take() {
             self.lists[list].insert(corner, self.places);
         }
-        self.held = put.map(|(octave, corner)| {
-            let bank = usize::from(corner.y_px >> self.cell_log2 & 1);
-            (self.list(octave, bank, usize::from(corner.x_px >> self.cell_log2)), corner)
-        });
+        self.held = put.map(|(octave, corner)| (self.list_of(octave, &corner), corner));
         if let Some(walk) = load {
             (self.active, self.walk, self.column, self.index) = (true, walk, 0, 0);
             return;

@@ -130,6 +130,20 @@ impl Engine {
         }
     }
 
+    /// Clocks until the record waits; none where no descriptor is under way.
+    pub(crate) fn clocks_to_done(&self, config: EngineConfig) -> Option<u32> {
+        let (picked, placed, read) = (self.picked.is_some(), self.places.is_some(), self.pixels.is_some());
+        let left = |index: u8| config.desc_bits - u32::from(index) + 3;
+        let in_flight = || if picked { Some(3) } else { placed.then_some(2).or(read.then_some(1)) };
+        self.index.map(left).or_else(in_flight)
+    }
+
+    /// So many rising edges without a column, a record or its taking.
+    pub(crate) fn advance(&mut self, config: EngineConfig, clocks: u64) {
+        let left = self.clocks_to_done(config).map_or(0, u64::from);
+        (0..clocks.min(left)).for_each(|_| self.tick(config, None, None, false));
+    }
+
     fn store(&mut self, index: u8, darker: bool) {
         let byte = &mut self.record.descriptor[usize::from(index / 8)];
         let stored = *byte & !(1 << (index % 8)) | u8::from(darker) << (index % 8);

@@ -84,6 +84,13 @@ impl<'a> FxRing<'a> {
         self.toggles
     }
 
+    /// A row's pixels from a column on, as so many clocks write them.
+    pub(crate) fn write_row<T: Copy + Into<u16>>(&mut self, octave: usize, x_px: usize, row_number: u16, row: &[T]) {
+        let start = usize::from(row_number) % self.rows * self.words + self.starts[octave] + x_px;
+        let places = &mut self.pixels[start..start + row.len()];
+        places.iter_mut().zip(row).for_each(|(place, &pixel)| *place = pixel.into());
+    }
+
     /// One rising edge.
     pub fn tick(&mut self, write: Option<RingWrite>, read: Option<RingRead>) {
         self.column = self.read.take();

@@ -12,6 +12,7 @@ pub mod cds;
 pub mod csi2_packetiser;
 pub mod event_core;
 pub mod extractor_core;
+pub mod extractor_rows;
 pub mod fx_back;
 mod fx_back_pins;
 mod fx_cells;

@@ -3,7 +3,7 @@
 // Enters: the front's pins (out_octave and out_row serve all three valids), width, height and settings, which hold still while pictures run. Leaves: records in
 // the order in which their engines started, each until out_valid && out_ready; row_ok; the threshold; 32-bit counts since reset, which wrap.
 // policy: 0 stall, 1 drop newest, 2 drop weakest. target 0: threshold_now is the port threshold; else threshold_now begins there in reset and moves at frame_end,
-// by an eighth up or a sixteenth down, when the frame's corners with a patch leave target by more than an eighth.
+// by an eighth up or a sixteenth down, when the frame's corners with a patch leave target by more than an eighth; never below threshold.
 module fx_back #(
     parameter MAX_WIDTH  = 640,
     parameter PIX_BITS   = 8,
@@ -254,13 +254,14 @@ module fx_back #(
   // Counts, and the threshold that follows them.
   logic [31:0] taken_before;  // corners with a patch up to the frame before
   logic [31:0] taken_now, in_frame;
-  logic [PIX_BITS-1:0] adapted, up, down;
+  logic [PIX_BITS-1:0] adapted, up, down, lowered;
   logic [PIX_BITS:0] raised;
   localparam [PIX_BITS:0] TOP = (1 << PIX_BITS) - 2;
   assign taken_now = n_corners - n_without_patch;
   assign in_frame  = taken_now - taken_before;
   assign up        = adapted >> 3;
   assign down      = adapted >> 4;
+  assign lowered   = adapted - (down == '0 ? {{(PIX_BITS - 1) {1'b0}}, 1'b1} : down);
   assign raised    = {1'b0, adapted} + (up == '0 ? {{PIX_BITS{1'b0}}, 1'b1} : {1'b0, up});
   assign threshold_now = target == 16'd0 ? threshold : adapted;
   always_ff @(posedge clk) begin
@@ -289,7 +290,7 @@ module fx_back #(
       if (frame_end) begin
         taken_before <= taken_now;
         if (in_frame > {16'd0, target} + {19'd0, target[15:3]}) adapted <= raised > TOP ? TOP[PIX_BITS-1:0] : raised[PIX_BITS-1:0];
-        else if (in_frame < {16'd0, target} - {19'd0, target[15:3]} && adapted > 1) adapted <= adapted - (down == '0 ? {{(PIX_BITS - 1) {1'b0}}, 1'b1} : down);
+        else if (in_frame < {16'd0, target} - {19'd0, target[15:3]} && adapted > threshold) adapted <= lowered < threshold ? threshold : lowered;
       end
     end
   end

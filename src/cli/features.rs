@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sensel::compute::{ExtractorParams, Feature, every_corner, extract};
+use sensel::compute::{Extractor, ExtractorParams, Feature, every_corner};
 use sensel::config::Resolved;
 use sensel::error::Error;
-use sensel::events::Events;
+use sensel::fidelity::Rung;
 use sensel::files::grey::{self, Grey};
 use serde_json::json;
 
@@ -19,9 +19,15 @@ pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error>
     assignments.extend(arguments.threshold.map(|threshold| format!("compute.threshold={threshold}")));
     assignments.extend(arguments.detector.as_ref().map(|name| format!("compute.detector='{name}'")));
     let resolved = Resolved::from_layers("command line", "", &assignments)?;
-    let params = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
+    let located = |error| resolved.tree.locate(error);
+    let mut params = resolved.scenario.extractor().map_err(located)?;
+    let rung = resolved.scenario.fidelity().map_err(located)?.rung;
+    if arguments.threshold.is_some() {
+        // Who names a threshold wants that one.
+        params.target_features = 0;
+    }
     let picture = grey::read(&arguments.image)?;
-    let features = features(&picture, arguments, &params)?;
+    let (features, threshold) = features(&picture, arguments, &params, rung)?;
     if let (Some(full_scale), false) = (picture.full_scale, shared.quiet) {
         eprintln!("{}: linear; code 65535 stands for {full_scale}, its brightest pixel", arguments.image.display());
     }
@@ -44,7 +50,7 @@ pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error>
         let all: Vec<_> = features.iter().map(as_json).collect();
         let size = picture.codes.size();
         let listed = json!({"width": size.width_px, "height": size.height_px, "bits": picture.bits,
-            "full_scale": picture.full_scale, "threshold": params.threshold, "pipeline_bits": params.pipeline_bits,
+            "full_scale": picture.full_scale, "threshold": threshold, "pipeline_bits": params.pipeline_bits,
             "features": all});
         as_text(&format!("{}\n", listing::pretty(&listed)))
     } else if shared.out.is_some() || (arguments.csv.is_none() && arguments.draw.is_none()) {
@@ -54,13 +60,19 @@ pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error>
     }
 }
 
-/// The named detector alone lists every corner at its pixel, without cells and choice.
-fn features(picture: &Grey, arguments: &FeaturesArguments, params: &ExtractorParams) -> Result<Vec<Feature>, Error> {
+/// The named detector alone lists every corner at its pixel, without cells and choice. The threshold is the one that was used.
+fn features(
+    picture: &Grey,
+    arguments: &FeaturesArguments,
+    params: &ExtractorParams,
+    rung: Rung,
+) -> Result<(Vec<Feature>, u16), Error> {
     let found = if arguments.detector.is_some() {
         let params = ExtractorParams { subpixel: false, ..*params };
-        every_corner(&picture.codes, picture.bits, &params)
+        every_corner(&picture.codes, picture.bits, &params).map(|features| (features, params.threshold))
     } else {
-        extract(&picture.codes, picture.bits, params, &mut Events::default())
+        let extractor = Extractor::new(params).on_rung(rung);
+        extractor.settled(&picture.codes, picture.bits).map(|found| (found.features, found.threshold))
     };
     found.map_err(|error| {
         let size = picture.codes.size();

@@ -56,9 +56,9 @@ pub enum Overflow {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExtractorParams {
     /// Least difference to the arc of nine pixels, in DN of the pipeline; a corner's score is at least this. With a target, the
-    /// first frame's.
+    /// first frame's, and the least of all.
     pub threshold: u16,
-    /// Corners a frame to which the threshold adapts; 0: it stays.
+    /// Corners a frame to which the threshold adapts, from `threshold` upwards; 0: it stays.
     pub target_features: u32,
     /// Bits of the pipeline's words, 8 to 16.
     pub pipeline_bits: u32,
@@ -87,10 +87,11 @@ pub struct ExtractorParams {
 }
 
 impl ExtractorParams {
-    /// One octave of 8 bits, up to four corners for 16 x 16 pixels, whole descriptors: what a scenario has that says nothing else.
+    /// One octave of 8 bits, a threshold that rises where a frame has more than some 500 corners, up to four corners for 16 x 16
+    /// pixels, whole descriptors: what a scenario has that says nothing else.
     pub const USUAL: Self = Self {
         threshold: 20,
-        target_features: 0,
+        target_features: 500,
         pipeline_bits: 8,
         octaves: 1,
         cell_px: 16,
@@ -187,7 +188,8 @@ impl ExtractorParams {
 
     /// The threshold of the next frame after one with so many corners that had their patches.
     ///
-    /// Within an eighth of the target it stays; else it moves by an eighth of itself up or by a sixteenth down, at least by one.
+    /// Within an eighth of the target it stays; else it moves by an eighth of itself up or by a sixteenth down, at least by one, and
+    /// never below where it began.
     pub fn next_threshold(&self, threshold: u16, corners: u64) -> u16 {
         let target = u64::from(self.target_features);
         let most = (1_u32 << self.pipeline_bits) - 2;
@@ -196,8 +198,8 @@ impl ExtractorParams {
             return crate::num::low_u16(threshold);
         } else if corners > target + target / 8 {
             threshold + (threshold >> 3).max(1)
-        } else if corners < target - target / 8 {
-            threshold - (threshold >> 4).max(1).min(threshold - 1)
+        } else if corners < target - target / 8 && threshold > self.threshold.into() {
+            (threshold - (threshold >> 4).max(1)).max(self.threshold.into())
         } else {
             threshold
         };

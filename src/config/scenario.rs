@@ -82,7 +82,8 @@ sections! {
     Compute {
         /// "fast9".
         detector: String,
-        /// Least difference to the arc of nine pixels, in DN of the pipeline, 1 to 2^pipeline_bits - 1; with a target the first frame's.
+        /// Least difference to the arc of nine pixels, in DN of the pipeline, 1 to 2^pipeline_bits - 1; with a target the
+        /// first frame's, and the least.
         threshold: u16,
         /// Corners a frame to which the threshold adapts from frame to frame, 0 to 1,000,000; 0: it stays.
         target_features: u32,

@@ -12,6 +12,7 @@ use crate::effects::chain::{Capture, Chain, RowSamples, RowTimes};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
+use crate::fidelity::Rung;
 use crate::num::{f64_from_u64, f64_from_usize, index, u32_from, u64_from};
 use crate::optics::Exposure;
 use crate::plane::Plane;
@@ -128,7 +129,11 @@ impl Session {
         let charge_before_e = setup.cameras.iter().map(|_| None).collect();
         let gain = setup.exposure.gain(FrameIndex(0));
         let chain = setup.chain(gain);
-        let extractors = vec![Extractor::new(&setup.sensor.extractor); setup.cameras.len()];
+        // Where pictures alone are sent the host extracts, in software.
+        let on_sensor = setup.sensor.link.mode.sends_features();
+        let rung = if on_sensor { setup.fidelity.rung } else { Rung::Sampled };
+        let extractor = Extractor::new(&setup.sensor.extractor).on_rung(rung);
+        let extractors = vec![extractor; setup.cameras.len()];
         let delays_s = setup.sensor.row_delays_s().map_err(|error| setup.resolved.tree.locate(error))?;
         Ok(Self {
             setup,

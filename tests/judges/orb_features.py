@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """OpenCV's ORB at one level for the quality study, and scikit-image's pictures for it.
 
-    python orb_features.py pictures FOLDER           (needs scikit-image)
+    python orb_features.py pictures FOLDER chosen_on|judged_on           (needs scikit-image)
     python orb_features.py features LIST ANSWERS
 
 LIST is JSON: [{"file", "width", "height", "features"}], files of raw 8-bit pixels. ANSWERS is JSON: for each file a list of
@@ -13,13 +13,19 @@ import sys
 import cv2
 import numpy as np
 
-PICTURES = ("astronaut", "brick", "camera", "chelsea", "coffee", "coins", "gravel", "rocket")
+PICTURES = {
+    # Those on which defaults were chosen.
+    "chosen_on": ("astronaut", "brick", "camera", "chelsea", "coffee", "coins", "gravel", "rocket"),
+    # Those that were looked at only after the choice: all others of at least 384 x 288 pixels that come with the package.
+    "judged_on": ("cell", "clock", "grass", "hubble_deep_field", "immunohistochemistry", "moon", "retina", "stereo_motorcycle"),
+}
 
 
-def pictures(folder):
+def pictures(folder, chosen):
     from skimage import data
-    for name in PICTURES:
+    for name in PICTURES[chosen]:
         picture = getattr(data, name)()
+        picture = picture[0] if isinstance(picture, tuple) else picture
         grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
         cv2.imwrite(f"{folder}/{name}.png", grey)
 

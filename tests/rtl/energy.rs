@@ -131,20 +131,19 @@ fn every_block_maps_to_the_library_that_was_named() {
         );
         let total = library.total(&mapped.cells);
         let activity = match readout.get(block.name) {
-            Some(&share) => share,
-            None => front_activity(block.name, mapped.count("DFF")),
+            Some(&share) => Some(share),
+            None if block.name.starts_with("fx_") => Some(front_activity(block.name, mapped.count("DFF"))),
+            // Nobody counts what flips in the packetiser.
+            None => None,
         };
-        assert!(total.area > 0.0 && (0.0..1.0).contains(&activity), "{}: {total:?}, {activity}", block.name);
-        let energy = clock_pj(&total, library.voltage_v, activity);
-        writeln!(
-            table,
-            "| `{}` | {:.0} | {:.2} uW | {:.2} % | {energy:.1} pJ |",
-            block.name,
-            total.area,
-            total.leakage_nw / 1e3,
-            activity * 100.0
-        )
-        .unwrap();
+        let in_range = activity.is_none_or(|activity| (0.0..1.0).contains(&activity));
+        assert!(total.area > 0.0 && in_range, "{}: {total:?}, {activity:?}", block.name);
+        let switching = activity.map_or("- | -".to_owned(), |activity| {
+            let energy = clock_pj(&total, library.voltage_v, activity);
+            format!("{:.2} % | {energy:.1} pJ", activity * 100.0)
+        });
+        let (name, leakage_uw) = (block.name, total.leakage_nw / 1e3);
+        writeln!(table, "| `{name}` | {:.0} | {leakage_uw:.2} uW | {switching} |", total.area).unwrap();
     }
     println!("{table}");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl");

@@ -2,8 +2,10 @@
 //! core; all policies, one to three engines, gaps, stalls, resets; descriptor bits and angles too.
 
 use crate::cases::Random;
-use crate::extractor_play::{Case, Clock, case_on, flags, hardware, picture, play};
+use crate::extractor_forms::compare;
+use crate::extractor_play::{Case, Clock, case_on, flags, hardware, picture, play, widest};
 use crate::judge::{Judge, Pin, bit, bus};
+use crate::photographs::photographs;
 use rtl_models::extractor_core::{ExtractorIn, ExtractorOut};
 use rtl_models::fx_back::{FxBackConfig, FxBackIn, FxBackOut, FxCounts, FxSettings, Record};
 
@@ -159,11 +161,7 @@ impl Met {
 fn play_core(kind: u32, seed: u64, cases: u32) {
     let mut random = Random(seed);
     let built = hardware(kind);
-    let flags = flags(&built);
-    let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
-    let nothing = ExtractorOut { in_ready: false, back: empty_out(), not_ready: 0 };
-    let mut judge =
-        Judge::new("extractor_core", &flags, &core_in(&built, &ExtractorIn::default()), &core_out(&built, &nothing));
+    let mut judge = core_judge(&built);
     let mut met = Met::default();
     for number in 0..cases {
         let case = case_on(built, number, 3, &mut random);
@@ -186,6 +184,72 @@ fn the_core_with_three_octaves_equals_its_twin_on_every_clock() {
 #[test]
 fn the_core_with_one_engine_and_the_symmetric_pattern_equals_its_twin_on_every_clock() {
     play_core(1, 52, 12);
+}
+
+/// Plays cases of given pictures to Verilog and its twin; gives back what was met.
+fn play_given(judge: &mut Judge, case: &Case, pictures: &[Vec<u16>], met: &mut Met) {
+    let mut next = pictures.iter();
+    let make = |_: &mut Random| next.next().unwrap_or(&pictures[0]).clone();
+    let (last, _) = play(case, &mut Random(0), make, |clock| {
+        met.look(clock);
+        judge.clock(&core_in(&case.config, clock.pins), &core_out(&case.config, clock.out));
+    });
+    met.add(case, &last);
+}
+
+/// A judge of the core on this hardware.
+fn core_judge(built: &FxBackConfig) -> Judge {
+    let flags = flags(built);
+    let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
+    let nothing = ExtractorOut { in_ready: false, back: empty_out(), not_ready: 0 };
+    Judge::new("extractor_core", &flags, &core_in(built, &ExtractorIn::default()), &core_out(built, &nothing))
+}
+
+/// Two frames a case, under each policy with each way of taking records, gaps between pixels: functions over whole pictures, the twin
+/// by rows, the twin tick by tick, and Verilog.
+#[test]
+fn photographs_give_the_same_in_all_forms() {
+    const SEED: u64 = 55;
+    let mut random = Random(SEED);
+    let built = hardware(0);
+    let mut judge = core_judge(&built);
+    let photographs = photographs(built.max_width, 136);
+    let (mut met, mut features, mut upper) = (Met::default(), 0, 0);
+    for (number, pictures) in (0..12).zip(photographs.chunks(2).cycle()) {
+        let mut case = case_on(built, number, 2, &mut random);
+        (case.config.width, case.config.height, case.resets) = (built.max_width, 136, 0);
+        case.settings.angle_bits = case.settings.angle_bits.max(3);
+        let told = compare(&case, pictures, &format!("seed {SEED}, photographs {number}"));
+        features += told.features.len();
+        upper += told.features.iter().filter(|(feature, ..)| feature.octave == 2).count();
+        play_given(&mut judge, &case, pictures, &mut met);
+    }
+    println!("{} photographs, {features} features, {upper} of octave 2: {met:?}", photographs.len());
+    assert!(photographs.len() >= 16 && met.frames >= 20 && features > 500 && upper > 0);
+    assert!(met.counts.dropped > 0 && met.counts.stalled > 0 && met.waits > 0);
+    judge.finish_after(SEED, 300_000);
+}
+
+/// The most hardware there is: 16 bits, Harris, four octaves, four places, four engines, a queue of 64.
+#[test]
+fn the_widest_core_equals_its_twin_on_every_clock() {
+    const SEED: u64 = 56;
+    let mut random = Random(SEED);
+    let built = widest();
+    let mut judge = core_judge(&built);
+    let (mut met, mut octaves) = (Met::default(), [0; 4]);
+    for number in 0..2 {
+        let mut case = case_on(built, number, 1, &mut random);
+        (case.config.width, case.config.height, case.resets) = (built.max_width, 390, 0);
+        (case.settings.threshold, case.settings.angle_bits) = (3000, 8);
+        let pictures = [picture(&mut random, &case.config)];
+        let told = compare(&case, &pictures, &format!("seed {SEED}, case {number}"));
+        told.features.iter().for_each(|(feature, ..)| octaves[usize::from(feature.octave)] += 1);
+        play_given(&mut judge, &case, &pictures, &mut met);
+    }
+    println!("features by octave {octaves:?}: {met:?}");
+    assert!(octaves.iter().all(|&count| count > 0), "features by octave {octaves:?}");
+    judge.finish_after(SEED, 300_000);
 }
 
 #[test]

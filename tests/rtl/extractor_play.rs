@@ -217,6 +217,23 @@ pub fn hardware(kind: u32) -> FxBackConfig {
     }
 }
 
+/// The most hardware there is, and a picture whose fourth octave is built.
+pub fn widest() -> FxBackConfig {
+    FxBackConfig {
+        max_width: 420,
+        pix_bits: 16,
+        octaves: 4,
+        harris: true,
+        cell_log2: 6,
+        per_cell: 4,
+        ring_log2: 7,
+        engines: 4,
+        fifo_depth: 64,
+        width: 420,
+        ..hardware(3)
+    }
+}
+
 /// Verilator's flags for them.
 pub fn flags(config: &FxBackConfig) -> Vec<String> {
     let flag = |name: &str, value: u32| format!("-G{name}={value}");
