@@ -238,7 +238,7 @@ fn the_widest_core_equals_its_twin_on_every_clock() {
     let built = widest();
     let mut judge = core_judge(&built);
     let (mut met, mut octaves) = (Met::default(), [0; 4]);
-    for number in 0..2 {
+    for number in 0..1 {
         let mut case = case_on(built, number, 1, &mut random);
         (case.config.width, case.config.height, case.resets) = (built.max_width, 390, 0);
         (case.settings.threshold, case.settings.angle_bits) = (3000, 8);
@@ -249,7 +249,7 @@ fn the_widest_core_equals_its_twin_on_every_clock() {
     }
     println!("features by octave {octaves:?}: {met:?}");
     assert!(octaves.iter().all(|&count| count > 0), "features by octave {octaves:?}");
-    judge.finish_after(SEED, 300_000);
+    judge.finish_after(SEED, 150_000);
 }
 
 #[test]
