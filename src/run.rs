@@ -9,6 +9,7 @@ mod hashes;
 mod light;
 mod motion;
 mod on_link;
+pub mod probe;
 mod record;
 pub mod sensor;
 pub mod session;

@@ -98,6 +98,7 @@ impl Scenario {
             reflections,
             follows_gloss,
             accuracy,
+            render_repeat: 0,
         })
     }
 

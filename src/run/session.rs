@@ -1,7 +1,6 @@
 //! A run in progress: each step senses one frame with every camera, sends it, and lets the host track it.
 
 use super::assets::Stopwatch;
-use super::expose::expose;
 use super::extractor::ExtractorTotals;
 use super::hashes::StageHashes;
 use super::sensor::SensorSetup;
@@ -178,11 +177,31 @@ impl Session {
     /// # Errors
     /// A motion that ends before this frame, a frame that its link cannot carry.
     pub fn step(&mut self, watch: &dyn Stopwatch) -> Result<Frame, Error> {
-        let frame = FrameIndex(u32_from(self.notes.len()));
+        let mut lap = Lap::start(watch);
+        let exposures = self.expose()?;
+        self.totals.stage_s[0] += lap.next_s();
+        self.step_with(exposures, watch)
+    }
+
+    /// What each camera sees in the next frame, one exposure a slot.
+    ///
+    /// # Errors
+    /// A picture that cannot be read any more.
+    pub fn expose(&self) -> Result<Vec<Vec<Exposure>>, Error> {
+        let frame = self.next_frame();
+        let of = |(camera_index, schedule): (usize, &Schedule)| self.setup.exposures_of(frame, camera_index, schedule);
+        self.setup.exposure.schedules(frame).iter().enumerate().map(of).collect()
+    }
+
+    /// The next frame from what its cameras saw: runs that differ behind the lens alone may share it.
+    ///
+    /// # Errors
+    /// As `step`.
+    pub fn step_with(&mut self, exposures: Vec<Vec<Exposure>>, watch: &dyn Stopwatch) -> Result<Frame, Error> {
+        let frame = self.next_frame();
         let mut lap = Lap::start(watch);
         let schedules = self.setup.exposure.schedules(frame);
-        let exposures = self.render(frame, &schedules)?;
-        self.totals.stage_s[0] += lap.next_s();
+        self.count_rays(&exposures);
         let codes = self.capture(frame, &schedules, &exposures);
         self.totals.stage_s[1] += lap.next_s();
         let on_sensor = self.setup.sensor.link.mode.sends_features();
@@ -224,20 +243,16 @@ impl Session {
         self.setup.motion.world_from_body(t_s).map_err(|error| Error::Run(error.to_string()))
     }
 
-    /// What each camera sees, one exposure a slot.
-    fn render(&mut self, frame: FrameIndex, schedules: &[Schedule]) -> Result<Vec<Vec<Exposure>>, Error> {
-        let setup = &self.setup;
-        let mut exposures = Vec::with_capacity(setup.windows.len());
-        for (camera_index, (camera, schedule)) in setup.windows.iter().zip(schedules).enumerate() {
-            let slot_exposure = |slot: usize| expose(setup, camera, camera_index, schedule, frame, slot);
-            exposures.push((0..schedule.slots().len()).map(slot_exposure).collect::<Result<Vec<_>, Error>>()?);
-        }
-        let slots = f64_from_usize(schedules[0].slots().len());
+    fn next_frame(&self) -> FrameIndex {
+        FrameIndex(u32_from(self.notes.len()))
+    }
+
+    fn count_rays(&mut self, exposures: &[Vec<Exposure>]) {
+        let slots = f64_from_usize(exposures[0].len());
         for exposure in exposures.iter().flatten() {
             self.totals.rays += exposure.rays;
             self.totals.render_variance_ratio += exposure.render_variance_ratio / slots;
         }
-        Ok(exposures)
     }
 
     /// Codes of each camera: of its exposures, merged where there are several.
@@ -361,7 +376,7 @@ pub(super) fn spans(schedule: &Schedule, of_row: impl Fn(RowIndex) -> Option<Clo
 }
 
 /// Times of the window's rows, of which each is read so much later than scheduled (none where there are no numbers).
-fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize, late_s: &[f64]) -> Vec<RowTimes> {
+pub(super) fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize, late_s: &[f64]) -> Vec<RowTimes> {
     let exposures = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
     let readouts = spans(schedule, |row| schedule.row_readout_clk(frame, slot, row));
     let times = |(row, (exposure, readout)): (usize, (&Span, &Span))| {
@@ -371,7 +386,7 @@ fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize, late_s: &[f64]
     exposures.iter().zip(&readouts).enumerate().map(times).collect()
 }
 
-fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
+pub(super) fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
     let mut merged = Plane::filled(read[0].size(), 0_u16);
     for row in 0..merged.height_px() {
         let rows: Vec<&[u16]> = read.iter().map(|plane| plane.row(row)).collect();

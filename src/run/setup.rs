@@ -1,9 +1,11 @@
 //! From a resolved scenario to everything a run needs, checked before the first frame: scene under light, motion, cameras,
 //! schedule, plan, link, tracker's calibration.
 
+use std::sync::Arc;
+
 use glam::DVec2;
 
-use super::assets::{Assets, Progress};
+use super::assets::{Assets, NoProgress, Progress};
 use super::exposure::ExposureControl;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
@@ -46,6 +48,7 @@ pub struct PlanSummary {
 }
 
 /// Everything a run needs.
+#[derive(Clone)]
 pub struct Setup {
     /// The scenario as it was resolved.
     pub resolved: Resolved,
@@ -56,7 +59,7 @@ pub struct Setup {
     /// The sensor, alike for all cameras.
     pub sensor: SensorSetup,
     /// What is looked at.
-    pub world: World,
+    pub world: Arc<World>,
     /// What a person should know of it.
     pub scene_notes: Vec<String>,
     /// How the body moves.
@@ -87,7 +90,19 @@ impl Setup {
     pub fn new(resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
         let sensor = SensorSetup::new(&resolved)?;
         let tree = resolved.tree.clone();
-        Self::build(resolved, sensor, assets, progress).map_err(|error| tree.locate(error))
+        Self::build(resolved, sensor, assets, progress, None).map_err(|error| tree.locate(error))
+    }
+
+    /// The same world and run under another configuration of sensor, effects and knobs of accuracy: nothing is lit again. Scene,
+    /// motion, rig and number of frames must be this one's.
+    ///
+    /// # Errors
+    /// As `new`.
+    pub fn again(&self, resolved: Resolved, assets: &dyn Assets) -> Result<Self, Error> {
+        let sensor = SensorSetup::new(&resolved)?;
+        let tree = resolved.tree.clone();
+        let lit = Some((self.world.clone(), self.scene_notes.clone()));
+        Self::build(resolved, sensor, assets, &NoProgress, lit).map_err(|error| tree.locate(error))
     }
 
     fn build(
@@ -95,6 +110,7 @@ impl Setup {
         sensor: SensorSetup,
         assets: &dyn Assets,
         progress: &dyn Progress,
+        lit: Option<(Arc<World>, Vec<String>)>,
     ) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let (fidelity, frames) = (scenario.fidelity()?, scenario.frames()?);
@@ -110,7 +126,10 @@ impl Setup {
         let exposed_from_s = first_exposure_s(&sensor, windows.len());
         let span_of = |frames: u32| Span { start_s: exposed_from_s, ..span_of_run(&sensor, windows.len(), frames) };
         let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
-        let (world, scene_notes) = World::new(scenario, &demand, assets, progress)?;
+        let (world, scene_notes) = match lit {
+            Some(lit) => lit,
+            None => World::new(scenario, &demand, assets, progress).map(|(world, notes)| (Arc::new(world), notes))?,
+        };
 
         let exposures_s = exposure_bounds_s(&sensor.schedule);
         let light = world.photon_bounds(&windows, exposures_s);
