@@ -14,6 +14,7 @@ pub mod figures;
 #[cfg(feature = "cli")]
 pub mod html;
 mod json;
+pub mod ladder_record;
 pub mod ordered;
 pub mod record;
 pub mod spread;

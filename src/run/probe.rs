@@ -62,8 +62,7 @@ impl Setup {
         let mut events = Events::default();
         let mut read = Vec::with_capacity(photons.len());
         for (slot, photons) in photons.iter().enumerate() {
-            let captured =
-                chain.capture(photons, capture(place, slot), &row_times(&schedule, place.frame, slot, &[]));
+            let captured = chain.capture(photons, capture(place, slot), &row_times(&schedule, place.frame, slot, &[]));
             events.merge(&captured.events);
             read.push(captured.codes);
         }

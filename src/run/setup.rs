@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::assets::{Assets, NoProgress, Progress};
+use super::assets::{Assets, NoFiles, NoProgress, Progress};
 use super::exposure::ExposureControl;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
@@ -93,16 +93,15 @@ impl Setup {
         Self::build(resolved, sensor, assets, progress, None).map_err(|error| tree.locate(error))
     }
 
-    /// The same world and run under another configuration of sensor, effects and knobs of accuracy: nothing is lit again. Scene,
+    /// The same world and run under another configuration of sensor, effects and knobs of accuracy: nothing is lit or read again. Scene,
     /// motion, rig and number of frames must be this one's.
     ///
     /// # Errors
     /// As `new`.
-    pub fn again(&self, resolved: Resolved, assets: &dyn Assets) -> Result<Self, Error> {
+    pub fn again(&self, resolved: Resolved) -> Result<Self, Error> {
         let sensor = SensorSetup::new(&resolved)?;
         let tree = resolved.tree.clone();
-        let lit = Some((self.world.clone(), self.scene_notes.clone()));
-        Self::build(resolved, sensor, assets, &NoProgress, lit).map_err(|error| tree.locate(error))
+        Self::build(resolved, sensor, &NoFiles, &NoProgress, Some(self)).map_err(|error| tree.locate(error))
     }
 
     fn build(
@@ -110,7 +109,7 @@ impl Setup {
         sensor: SensorSetup,
         assets: &dyn Assets,
         progress: &dyn Progress,
-        lit: Option<(Arc<World>, Vec<String>)>,
+        kept: Option<&Self>,
     ) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let (fidelity, frames) = (scenario.fidelity()?, scenario.frames()?);
@@ -119,15 +118,18 @@ impl Setup {
         let exposure = ExposureControl::new(&sensor, cameras.len())?;
         let tracker = scenario.tracker_params()?;
         let imu = scenario.imu()?;
-        let placed = placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)?;
-        let (motion, motion_notes) = (placed.motion, placed.notes);
+        let (motion, motion_notes) = match kept {
+            Some(kept) => (kept.motion.clone(), kept.motion_notes.clone()),
+            None => placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)
+                .map(|placed| (placed.motion, placed.notes))?,
+        };
         let start =
             motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
         let exposed_from_s = first_exposure_s(&sensor, windows.len());
         let span_of = |frames: u32| Span { start_s: exposed_from_s, ..span_of_run(&sensor, windows.len(), frames) };
         let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
-        let (world, scene_notes) = match lit {
-            Some(lit) => lit,
+        let (world, scene_notes) = match kept {
+            Some(kept) => (kept.world.clone(), kept.scene_notes.clone()),
             None => World::new(scenario, &demand, assets, progress).map(|(world, notes)| (Arc::new(world), notes))?,
         };
 
