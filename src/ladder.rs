@@ -18,10 +18,12 @@ mod pictures;
 mod poses;
 mod reference;
 mod rows;
+mod study;
 
 pub use choice::{Choice, Goal, choose};
 pub use clocks::{Clocks, Cost};
 pub use errors::{Match, feature_f1};
 pub use knobs::{EffectsKnob, Rays, Setting};
-pub use measure::{Bench, Options};
+pub use measure::{Bench, Options, study_key};
 pub use rows::ladder;
+pub use study::{Verdict, judge};

@@ -11,6 +11,8 @@ mod motion;
 mod on_link;
 pub mod probe;
 mod record;
+mod row_check;
+mod rows;
 pub mod sensor;
 pub mod session;
 pub mod setup;

@@ -50,7 +50,7 @@ pub struct Choice {
 }
 
 /// Frames that a pilot looks at.
-const PILOT_FRAMES: u32 = 4;
+const PILOT_FRAMES: u32 = 3;
 /// Times that each setting is timed.
 const PILOT_REPEATS: u32 = 2;
 /// Step of a tolerance: time goes as its root, so the best lies within a seventh of what is found.

@@ -4,11 +4,39 @@
 use super::clocks::Clocks;
 use super::errors::Judge;
 use super::knobs::Setting;
+use crate::config::Resolved;
+use crate::config::scenario::Run;
 use crate::error::Error;
+use crate::fidelity::Rung;
 use crate::num::u32_from;
+use crate::report::ladder_record::LADDER_VERSION;
 use crate::run::probe::Place;
 use crate::run::{Progress, Setup};
 use crate::units::FrameIndex;
+
+/// Names what a ladder holds for: the scenario and the program, whatever its knobs of accuracy, frames and threads are.
+pub fn study_key(resolved: &Resolved) -> String {
+    let mut scenario = resolved.scenario.clone();
+    let rung = Rung::Sampled.name().to_owned();
+    scenario.run = Run {
+        frames: 0,
+        rung,
+        effects: String::new(),
+        threads: 0,
+        samples_per_pixel: None,
+        render_tolerance: None,
+        samples_max: 0,
+        sampling: String::new(),
+        subframes: 0,
+        reflections: 0,
+        gloss: String::new(),
+        accuracy: 0.0,
+    };
+    scenario.tracker.window = 0;
+    let text = toml::to_string(&scenario).expect("every field has a TOML form");
+    let named = format!("ladder {LADDER_VERSION} of {} for\n{text}", env!("CARGO_PKG_VERSION"));
+    blake3::hash(named.as_bytes()).to_hex().to_string()
+}
 
 /// How much is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]

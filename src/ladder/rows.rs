@@ -2,6 +2,7 @@
 //! tables, pictures and pages are made from.
 
 use super::clocks::Cost;
+use super::errors::CodeError;
 use super::front::front;
 use super::knobs::{EffectsKnob, Rays, Setting};
 use super::measure::{Bench, Options};
@@ -10,8 +11,10 @@ use super::poses::{LATER_STAGES, Poses, frames_of, poses_of};
 use super::reference::{Reference, reference};
 use crate::error::Error;
 use crate::fidelity::Rung;
+use crate::num::{f64_from_usize, low_u16, u32_truncated_f32};
 use crate::report::Ordered;
 use crate::report::ladder_record::{LADDER_VERSION, LadderRecord, LadderRow, ReferenceRecord};
+use crate::run::Setup;
 use crate::scene::lit::BOUNCES_MAX;
 
 /// A knob other than the scenario's own is run for its poses where it takes at most this share of the scenario's rays: a rule of counts,
@@ -41,7 +44,7 @@ struct Draft {
 /// # Errors
 /// A reference that cannot judge the finest accuracy; whatever stops a run.
 pub fn ladder(bench: &Bench<'_>, options: Options, name: &str, threads: u32) -> Result<LadderRecord, Error> {
-    let own = Setting::of(&bench.setup.resolved.scenario);
+    let own = Setting { rung: Rung::Sampled, ..Setting::of(&bench.setup.resolved.scenario) };
     let places = bench.places(options.frames);
     let reference = reference(bench, &places, options.finest)?;
     let rendered = render_all(bench, &reference, &render_settings(bench, &own), options.repeats)?;
@@ -61,8 +64,10 @@ pub fn ladder(bench: &Bench<'_>, options: Options, name: &str, threads: u32) -> 
     for draft in &drafts {
         rows.push(measured.row(draft, poses_for(&draft.setting), own_later, reference_ms)?);
     }
+    let mut others = measured.other_rungs()?;
+    others.iter_mut().for_each(|row| row.time_ratio = ratio(row.ms_per_frame, reference_ms));
     let place = rows.iter().position(|row| row.knob != "reference" && row.knob != "rung").unwrap_or(rows.len());
-    rows.splice(place..place, measured.other_rungs());
+    rows.splice(place..place, others);
     Ok(measured.record(name, threads, rows))
 }
 
@@ -242,7 +247,7 @@ impl Measured<'_> {
             ms_per_frame: total.work_ms,
             wall_ms_per_frame: total.wall_ms,
             stages,
-            time_ratio: total.work_ms / reference_ms,
+            time_ratio: ratio(total.work_ms, reference_ms),
             rms_dn: Some(outcome.codes.rms_dn()),
             max_dn: Some(f64::from(outcome.codes.max_dn)),
             photon_noise_ratio: judged.then_some(error),
@@ -281,21 +286,59 @@ impl Measured<'_> {
         }
     }
 
-    /// Rungs that no picture of this run can be compared by.
-    fn other_rungs(&self) -> Vec<LadderRow> {
+    /// Rungs that have no codes of their own here.
+    fn other_rungs(&self) -> Result<Vec<LadderRow>, Error> {
         let rtl = "not measured: a frame of SystemVerilog takes minutes under Verilator; tests hold it equal to `clocked` on every clock";
-        vec![LadderRow {
-            rung: Rung::Rtl.name().to_owned(),
+        let empty = |rung: Rung, note: String| LadderRow {
+            rung: rung.name().to_owned(),
             knob: "rung".to_owned(),
-            value: Rung::Rtl.name().to_owned(),
-            note: Some(rtl.to_owned()),
+            value: rung.name().to_owned(),
+            note: Some(note),
             ..LadderRow::default()
-        }]
+        };
+        let setting = Setting { rung: Rung::Expected, ..self.own.clone() };
+        let expected = match self.bench.setup_of(&setting) {
+            Ok(setup) => self.expected_row(&setting, &setup),
+            Err(error) => empty(Rung::Expected, format!("not measured: {error}")),
+        };
+        Ok(vec![expected, empty(Rung::Rtl, rtl.to_owned())])
+    }
+
+    /// Means of codes against the reference's codes: what differs is the sensor's own noise, which means do not have.
+    fn expected_row(&self, setting: &Setting, setup: &Setup) -> LadderRow {
+        let (chain, rendered) = (setup.first_chain(), self.rendered_as(setting));
+        let (mut codes, mut sensor) = (CodeError::default(), Cost::default());
+        let pictures = f64_from_usize(rendered.photons.len());
+        for (photons, judged) in rendered.photons.iter().zip(&self.reference.judged) {
+            let (expected, cost) = self.bench.clocks.time(|| setup.expected_at(&chain, judged.place, &photons[0]));
+            let mean = expected.mean_dn.map(|mean_dn| low_u16(u32_truncated_f32(mean_dn + 0.5)));
+            codes.add(&mean, &judged.codes);
+            sensor = sensor.and(cost.times(f64::from(self.bench.cameras()) / pictures));
+        }
+        let total = rendered.cost.and(sensor);
+        let error = mean_square(&rendered.errors).sqrt();
+        LadderRow {
+            rung: Rung::Expected.name().to_owned(),
+            knob: "rung".to_owned(),
+            value: Rung::Expected.name().to_owned(),
+            ms_per_frame: total.work_ms,
+            wall_ms_per_frame: total.wall_ms,
+            stages: [("render", rendered.cost.work_ms), ("sensor", sensor.work_ms)].into_iter().collect(),
+            rms_dn: Some(codes.rms_dn()),
+            max_dn: Some(f64::from(codes.max_dn)),
+            photon_noise_ratio: (error >= self.options.finest).then_some(error),
+            rays_per_pixel: Some(rendered.rays_per_pixel),
+            settings: setting.assignments(&self.bench.setup.resolved.scenario),
+            note: Some(
+                "ends at the image; in DN its means differ from drawn codes by the sensor's own noise".to_owned(),
+            ),
+            ..LadderRow::default()
+        }
     }
 
     fn record(&self, name: &str, threads: u32, rows: Vec<LadderRow>) -> LadderRecord {
         let (setup, reference) = (&self.bench.setup, &self.reference);
-        let all = self.bench.pixels() * crate::num::f64_from_usize(reference.judged.len());
+        let all = self.bench.pixels() * f64_from_usize(reference.judged.len());
         LadderRecord {
             ladder_version: LADDER_VERSION,
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -323,4 +366,9 @@ fn stages(costs: &[Cost; 3], later: &[Cost; LATER_STAGES.len()]) -> (Ordered<f64
     let all: Vec<Cost> = costs.iter().chain(later).copied().collect();
     let total = all.iter().fold(Cost::default(), |sum, &cost| sum.and(cost));
     (names.zip(&all).map(|(name, cost)| (name, cost.work_ms)).collect(), total)
+}
+
+/// Of times; 0 where no clock runs.
+fn ratio(ms: f64, reference_ms: f64) -> f64 {
+    if reference_ms > 0.0 { ms / reference_ms } else { 0.0 }
 }

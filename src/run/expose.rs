@@ -1,6 +1,6 @@
 //! One exposure of one camera. Enters: a run's setup, a camera, the times of a frame. Leaves: mean photons of the window.
 
-use super::session::spans;
+use super::rows::spans;
 use super::setup::Setup;
 use crate::draw::DrawKey;
 use crate::error::Error;

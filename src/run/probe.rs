@@ -3,10 +3,11 @@
 //! stands where it starts.
 
 use super::expose::expose;
-use super::session::{extract_one, merge_planes, row_times};
+use super::rows::{merge_planes, row_times};
+use super::session::extract_one;
 use super::setup::Setup;
 use crate::compute::{Extractor, Feature};
-use crate::effects::chain::{Capture, Chain, RowSamples};
+use crate::effects::chain::{Capture, Chain, Expected, RowSamples};
 use crate::error::Error;
 use crate::events::Events;
 use crate::num::u32_from;
@@ -69,6 +70,12 @@ impl Setup {
         let merge = self.sensor.merge_of(&schedule).filter(|_| read.len() > 1);
         let codes = merge.map_or_else(|| read[0].clone(), |merge| merge_planes(&merge, &read));
         Sensed { codes, events }
+    }
+
+    /// Mean and variance of the codes of a picture, of a setup on the rung `expected`.
+    pub fn expected_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>) -> Expected {
+        let schedule = self.schedule_at(place);
+        chain.expected(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]))
     }
 
     /// Samples of all rows of a picture at the converters' inputs, of the first slot and reading.

@@ -17,7 +17,7 @@ use crate::effects::plan::{self, Kept, Omitted, Plan};
 use crate::effects::regions;
 use crate::effects::{self, Parameters};
 use crate::error::Error;
-use crate::fidelity::Fidelity;
+use crate::fidelity::{Fidelity, Rung};
 use crate::num::{f64_from_usize, greater, lesser, u32_from};
 use crate::optics::Camera;
 use crate::optics::lens::Lens;
@@ -155,7 +155,7 @@ impl Setup {
             cost_ns_per_px: plan.cost_ns_per_px,
             signal_e: [light.photons_min * efficiency, light.photons_max * efficiency],
         };
-        Ok(Self {
+        let setup = Self {
             resolved,
             fidelity,
             frames,
@@ -171,7 +171,11 @@ impl Setup {
             plan: summary,
             chosen,
             tracker,
-        })
+        };
+        if setup.fidelity.rung == Rung::Expected {
+            setup.first_chain().check_expected()?;
+        }
+        Ok(setup)
     }
 
     /// Photons to codes, at a gain of the ramp.
