@@ -11,6 +11,7 @@ use sensel::error::Error;
 use sensel::files::input::InputFolders;
 use sensel::ladder::{Bench, Clocks, EffectsKnob, Goal, Rays, Setting, choose, judge};
 use sensel::run::{Assets, NoProgress, Setup, Stopwatch};
+use sensel::scene::images::PictureBytes;
 
 const SCENES: [&str; 5] = ["bathroom", "bathroom_night", "hall", "street", "photo_box"];
 const ACCURACIES: [f64; 2] = [0.5, 1.0];

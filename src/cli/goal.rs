@@ -22,10 +22,11 @@ pub fn of(verb: &RunVerbArguments, shared: &Shared) -> Result<Option<Goal>, Erro
         (None, Some(time)) => Goal::Time(milliseconds(time)?),
     };
     for assignment in &shared.set {
-        let key = assignment.split('=').next().unwrap_or_default().trim();
+        let (key, value) = assignment.split_once('=').unwrap_or((assignment, ""));
+        let key = key.trim();
         if DECIDED.contains(&key) || key == "run.reflections" {
             let reason = "is what --accuracy and --time-budget decide; one of the two would do";
-            return Err(Error::key(key, assignment, reason));
+            return Err(Error::key(key, value.trim(), reason));
         }
     }
     if verb.run.rung.as_deref().is_some_and(|rung| rung != "sampled") {

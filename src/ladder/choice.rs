@@ -61,8 +61,8 @@ const MARGIN: f64 = 1.05;
 const STEPS_MAX: usize = 12;
 /// With a time as goal, errors below this are not told apart.
 const FINEST_FOR_TIME: f64 = 0.5;
-/// Tolerances that `run.render_tolerance` takes.
-const TOLERANCES: [f64; 2] = [0.001, 1000.0];
+/// The least that `run.render_tolerance` takes, and beyond what no target spares a ray any more: the first batch serves it.
+const TOLERANCES: [f64; 2] = [0.001, 16.0];
 
 struct Pilot<'a> {
     bench: &'a Bench<'a>,
