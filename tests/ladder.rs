@@ -2,9 +2,11 @@
 //! closed form against draws. Small box rooms, so that the whole file takes seconds.
 
 // Counts of a test are small; its reference mathematics need not be the same on all machines.
-#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::disallowed_methods)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 mod common;
+
+use std::sync::LazyLock;
 
 use common::{Scratch, sensel};
 use sensel::config::Resolved;
@@ -31,9 +33,13 @@ const WALK: &str = r#"
     height = 96
 "#;
 
+/// The room, lit once for all tests.
+static ROOM: LazyLock<Setup> =
+    LazyLock::new(|| Setup::new(Resolved::from_layers("test", WALK, &[]).unwrap(), &NoFiles, &NoProgress).unwrap());
+
 fn setup(more: &[&str]) -> Setup {
     let more: Vec<String> = more.iter().map(|&assignment| assignment.to_owned()).collect();
-    Setup::new(Resolved::from_layers("test", WALK, &more).unwrap(), &NoFiles, &NoProgress).unwrap()
+    ROOM.again(Resolved::from_layers("test", WALK, &more).unwrap()).unwrap()
 }
 
 fn bench(more: &[&str]) -> Bench<'static> {
@@ -164,7 +170,7 @@ fn means_and_variances_in_closed_form_are_those_of_drawn_frames() {
     ];
     for more in cases {
         let with = |rung: &str| {
-            let mut all = vec!["run.effects=all", "sensor.width=64", "sensor.height=48", "rig.baseline_mm=0.0"];
+            let mut all = vec!["run.effects=all", "sensor.width=64", "sensor.height=48"];
             let rung = format!("run.rung={rung}");
             all.extend(more);
             all.push(&rung);
@@ -230,7 +236,7 @@ fn what_has_no_closed_form_is_refused_by_name() {
             .map(str::to_owned)
             .collect();
         let resolved = Resolved::from_layers("test", WALK, &more).unwrap();
-        let error = Setup::new(resolved, &NoFiles, &NoProgress).err().unwrap_or_else(|| panic!("{key} was taken"));
+        let error = ROOM.again(resolved).err().unwrap_or_else(|| panic!("{key} was taken"));
         assert!(error.exit_code() == 2 && error.to_string().contains(word), "{key}: {error}");
     }
 }

@@ -4,7 +4,8 @@
 //! the sum of (2 j - 1) P_j. Edges further than `REACH` sigmas below count fully, those above not at all. Where sigma is above
 //! `SMOOTH_LSB` and both ends are further than that, the sums are level / LSB - 1/2 and sigma^2 / LSB^2 + 1/12: what quantisation adds to
 //! them has the Fourier coefficients exp(-2 pi^2 sigma^2 / LSB^2) (Widrow and Kollar, "Quantization Noise", 2008), below 1e-19 there.
-//! Only ramps of equal steps whose comparators are alike: others have no such sums in closed form.
+//! The difference of two counts is clipped as a normal: up to 0.1 LSB off beside an end. Only ramps of equal steps whose
+//! comparators are alike: others have no such sums in closed form.
 
 use super::convert::Converter;
 use super::{Cds, Sample};
@@ -55,7 +56,8 @@ impl Converter {
     fn count_moments(&self, sample: Sample, level: NoisyLevel) -> Moments {
         let lsb_uv = self.params.lsb_uv();
         let pedestal_uv = f64_from_i64(self.level_nv(0.0)) / 1000.0;
-        let mean = (level.mean_uv + pedestal_uv) / lsb_uv;
+        // Levels and edges are whole nanovolts: a level is at or above an edge from half a nanovolt below it on.
+        let mean = (level.mean_uv + pedestal_uv + 0.0005) / lsb_uv;
         count_moments(mean, level.variance_uv2.sqrt() / lsb_uv, self.steps(sample))
     }
 }
@@ -137,9 +139,10 @@ mod tests {
         draws.iter().map(|&z| f32_nearest(level.mean_uv + sigma_uv * f64::from(z))).collect()
     }
 
-    /// 5 standard errors of mean and variance: 5 sigma / 200 and, for tails up to a normal's, 5 sqrt(2) / 200 of the variance; beside
-    /// an end the code is nearly two-valued, so the fourth moment of the draws themselves tells its error. Digital codes that clip
-    /// are taken as normal: off by 0.03 LSB there, where rounding no longer averages out. 300 checks: a false alarm in 2,000 runs.
+    /// 5 standard errors of mean and variance; beside an end a code is nearly two-valued, so the draws' own fourth moment tells the
+    /// variance's. Digital codes that clip are taken as normal, which whole numbers are not: where two codes share evenly beside an
+    /// end a clipped normal is off by 0.04 LSB in the mean and 0.06 in the variance; 0.1 is allowed there. No level stands on an
+    /// edge, which f32 cannot say. 240 checks: a false alarm in 7,000 runs.
     #[test]
     fn the_moments_are_those_of_converted_draws_on_every_side_of_their_seams() {
         let lsb_uv = paper_adc().lsb_uv();
@@ -147,7 +150,7 @@ mod tests {
         for cds in [Cds::Analog, Cds::Digital] {
             let converter = Converter::new(&AdcParams { cds, ..paper_adc() });
             for sigma_lsb in [0.0, 0.2, 0.7, 1.49, 1.51, 6.0] {
-                for level_lsb in [-70.0, -64.0, -60.0, 0.0, 0.3, 100.5, 940.0, 955.0, 958.9, 1000.0] {
+                for level_lsb in [-70.3, -63.7, -59.7, 0.3, 0.6, 100.4, 940.3, 955.4, 958.7, 1000.3] {
                     let sigma_uv = sigma_lsb * lsb_uv;
                     let signal = NoisyLevel { mean_uv: level_lsb * lsb_uv, variance_uv2: sigma_uv * sigma_uv };
                     let reset = NoisyLevel { mean_uv: 0.0, variance_uv2: 0.5 * sigma_uv * sigma_uv };
@@ -160,7 +163,8 @@ mod tests {
                         codes.iter().map(|&code| libm::pow(f64::from(code) - mean, power.into())).sum::<f64>() / count
                     };
                     let (variance, fourth) = (moment(2), moment(4));
-                    let rounding = if cds == Cds::Digital { 0.03 } else { 1e-6 };
+                    let beside_end = cds == Cds::Digital && !(1.0..930.0).contains(&level_lsb);
+                    let rounding = if beside_end { 0.1 } else { 1e-6 };
                     let (mean_se, variance_se) =
                         ((variance / count).sqrt(), ((fourth - variance * variance).abs() / count).sqrt());
                     let words =

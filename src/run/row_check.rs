@@ -84,8 +84,9 @@ mod tests {
     use crate::units::{CameraIndex, FrameIndex};
 
     fn setup(more: &[&str]) -> Setup {
-        let small = "seed = 5\n[scene]\ngenerator = \"box\"\n[motion]\noffset_m = [0.0, 1.5, 0.3]\n[run]\nsamples_per_pixel = 1\n\
-            [rig]\nbaseline_mm = 0.0\n[sensor]\nwidth = 64\nheight = 48\n";
+        // A target needs no light to be baked.
+        let small = "seed = 5\n[scene]\ntarget = \"flat\"\n[run]\nsamples_per_pixel = 1\n[rig]\nbaseline_mm = 0.0\n[sensor]\n\
+            width = 64\nheight = 48\n";
         let more: Vec<String> = more.iter().map(|&assignment| assignment.to_owned()).collect();
         let resolved = Resolved::from_layers("test", small, &more).unwrap();
         Setup::new(resolved, &NoFiles, &NoProgress).unwrap()

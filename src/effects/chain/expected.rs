@@ -73,7 +73,7 @@ impl Chain {
             Err(Error::key("run.rung", "expected", reason))
         };
         let reading = &self.readings[0];
-        let all = self.gathering.iter().chain(reading.effects());
+        let all = self.gathering.iter().map(AsRef::as_ref).chain(reading.effects());
         for effect in all {
             let name = effect.name();
             if !STANDING.contains(&name) && !DRAWN.contains(&name) {
@@ -133,15 +133,15 @@ impl Chain {
         for effect in &self.gathering {
             self.expect(effect.as_ref(), at, buffers, &mut row);
         }
-        let sensed = |effect: &&Box<dyn Effect>| effect.domain() == crate::effect::Domain::SensedElectrons;
+        let sensed = |effect: &&dyn Effect| effect.domain() == crate::effect::Domain::SensedElectrons;
         for effect in self.readings[0].effects().filter(sensed) {
-            self.expect(effect.as_ref(), at, buffers, &mut row);
+            self.expect(effect, at, buffers, &mut row);
         }
         let gain = pixel.conversion_gain_uv_per_e;
         row.mean.iter_mut().for_each(|mean| *mean *= gain);
         row.variance.iter_mut().for_each(|variance| *variance *= gain * gain);
         for effect in self.readings[0].effects().filter(|effect| !sensed(effect)) {
-            self.expect(effect.as_ref(), at, buffers, &mut row);
+            self.expect(effect, at, buffers, &mut row);
         }
         row
     }

@@ -50,8 +50,8 @@ impl Reading {
     }
 
     /// Effects on sensed electrons and on microvolts, in physical order.
-    pub fn effects(&self) -> impl Iterator<Item = &Box<dyn Effect>> {
-        self.effects.iter()
+    pub fn effects(&self) -> impl Iterator<Item = &dyn Effect> {
+        self.effects.iter().map(AsRef::as_ref)
     }
 
     /// What makes codes of samples.
