@@ -128,7 +128,7 @@ pub struct LadderArguments {
     #[arg(long, value_name = "N", default_value_t = 60)]
     pub pose_frames: u32,
     /// Finest error that is told apart, in units of photon noise, 0.1 to 10; what is finer is not shown.
-    #[arg(long, value_name = "ERROR", default_value_t = 0.25)]
+    #[arg(long, value_name = "ERROR", default_value_t = 0.5)]
     pub finest: f64,
     /// Times that each setting is timed; the least counts, 1 to 20.
     #[arg(long, default_value_t = 2)]
