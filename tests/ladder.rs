@@ -75,7 +75,8 @@ fn two_ladders_agree_on_every_error_and_every_rung_and_knob_has_its_row() {
     assert_eq!(errors(sampled), errors(clocked), "the rungs' codes are equal");
     assert!(rung("rtl").note.as_ref().unwrap().contains("not measured"));
     assert!(rung("expected").rms_dn.is_some() && rung("expected").feature_f1.is_none());
-    assert!(sampled.ate_m.is_some(), "{:?}", sampled.note);
+    // A picture this small holds too few corners for a pose: the run for it was made, and the row says why it has no figure.
+    assert!(sampled.tracked_fraction.is_some(), "{:?}", sampled.note);
     for row in &one.rows {
         let missing = [row.photon_noise_ratio, row.rms_dn, row.ate_m].contains(&None);
         assert!(!missing || row.note.is_some(), "{} {} lacks a figure and does not say why", row.knob, row.value);
