@@ -14,9 +14,13 @@ macro_rules! outln {
 
 mod args;
 mod characterize;
+mod clocks;
 mod draw;
+mod expected;
 mod features;
+mod goal;
 mod interrupt;
+mod ladder;
 mod listing;
 mod output;
 mod place;
@@ -71,7 +75,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Presets) => listing::presets(shared),
         Some(Verb::Schema) => listing::schema(),
         Some(Verb::Config(own)) => listing::config(own, shared),
-        Some(Verb::Ladder(_)) => later("ladder"),
+        Some(Verb::Ladder(own)) => ladder::main(own, shared),
         Some(Verb::Characterize(own)) => characterize::main(own, shared),
         Some(Verb::Sweep(_)) => later("sweep"),
     }
@@ -82,6 +86,6 @@ fn later(verb: &'static str) -> Result<(), Error> {
     Err(Error::Unknown {
         what: "verb of this version:",
         name: verb.to_owned(),
-        known: "run, plan, timing, power, features, track, characterize, presets, schema, config (ladder and sweep come later)".to_owned(),
+        known: "run, plan, ladder, timing, power, features, track, characterize, presets, schema, config (sweep comes later)".to_owned(),
     })
 }

@@ -38,6 +38,7 @@ const EXCLUSIVE: &[&[&str]] = &[
 ];
 
 /// All layers merged: defaults < presets < scenario < `--set`.
+#[derive(Clone)]
 pub struct Resolved {
     /// The values, typed.
     pub scenario: Scenario,
@@ -72,6 +73,20 @@ impl Resolved {
         chosen.merge_exclusive(user, EXCLUSIVE);
         let scenario = typed(&chosen)?;
         Ok(Self { scenario, tree: chosen, below })
+    }
+
+    /// The same with further assignments over all layers. They may not name another preset.
+    ///
+    /// # Errors
+    /// As `from_layers`.
+    pub fn with(&self, assignments: &[String]) -> Result<Self, Error> {
+        let mut assigned = Tree::default();
+        for assignment in assignments {
+            assigned.merge(Tree::from_assignment(assignment)?);
+        }
+        let mut tree = self.tree.clone();
+        tree.merge_exclusive(assigned, EXCLUSIVE);
+        Ok(Self { scenario: typed(&tree)?, tree, below: self.below.clone() })
     }
 
     /// Whether the user gave a key another value than defaults and presets do.

@@ -44,4 +44,6 @@ pub struct Fidelity {
     pub follows_gloss: bool,
     /// Share of a pixel's own noise sigma that all effects left out may add up to (0: keep every effect that could matter).
     pub accuracy: f64,
+    /// Which of many independent renders of the same frames: 0 is the run's, others serve as its reference.
+    pub render_repeat: u32,
 }

@@ -56,6 +56,7 @@ pub mod report;
 pub mod effects;
 pub mod config;
 pub mod run;
+pub mod ladder;
 pub mod waves;
 pub mod characterize;
 #[cfg(feature = "cli")]

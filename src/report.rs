@@ -14,6 +14,9 @@ pub mod figures;
 #[cfg(feature = "cli")]
 pub mod html;
 mod json;
+#[cfg(feature = "cli")]
+pub mod ladder_picture;
+pub mod ladder_record;
 pub mod ordered;
 pub mod record;
 pub mod spread;

@@ -30,6 +30,7 @@ const ORDER: &[&str] = &[
     "effects",
     "config",
     "run",
+    "ladder",
     "waves",
     "characterize",
     "files",

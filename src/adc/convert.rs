@@ -89,6 +89,11 @@ impl Converter {
         Self { is_clocked: rung == Rung::Clocked, ..self }
     }
 
+    /// Whether all steps are equal and nothing disturbs or delays a column.
+    pub(super) fn is_plain(&self) -> bool {
+        self.is_plain
+    }
+
     /// Where the ramp stands after `k` clocks, in nV above its bottom, undisturbed.
     pub fn edge_nv(&self, k: u32) -> i64 {
         self.edges.edge_nv(k)

@@ -66,8 +66,8 @@ pub enum Verb {
     Schema,
     /// Shows the effective configuration.
     Config(ConfigArguments),
-    /// What accuracy costs in time (comes later).
-    Ladder(LaterArguments),
+    /// What accuracy costs in time: error beside time of every rung, knob and their best combinations.
+    Ladder(LadderArguments),
     /// Measures a sensor by EMVA 1288: frames, descriptor and truth for a judge, every figure, a report.
     Characterize(CharacterizeArguments),
     /// A design space (comes later).
@@ -105,6 +105,34 @@ pub struct RunVerbArguments {
     /// Frame of the waveforms, from 0 (default: 0).
     #[arg(long, value_name = "N", requires = "waves")]
     pub wave_frame: Option<u32>,
+    /// Error of the picture in units of photon noise, at most, 0.1 to 10: a pilot on a few frames picks the cheapest settings.
+    #[arg(long, value_name = "ERROR", conflicts_with = "time_budget")]
+    pub accuracy: Option<f64>,
+    /// Wall time of a frame of the rig, at most, as in 50ms or 0.2s: a pilot on a few frames picks the most accurate settings.
+    #[arg(long, value_name = "TIME")]
+    pub time_budget: Option<String>,
+    /// Converts every Nth row once more, clock by clock, and stops at the first code that differs.
+    #[arg(long, value_name = "N")]
+    pub check_every: Option<u32>,
+}
+
+/// How much a ladder looks at.
+#[derive(Args, Debug)]
+pub struct LadderArguments {
+    /// A scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
+    pub scenario: Option<String>,
+    /// Pictures of the first camera that are judged, spread evenly over the run, 1 to 100.
+    #[arg(long, default_value_t = 3)]
+    pub frames: u32,
+    /// Frames of each run whose poses are judged; 0: none.
+    #[arg(long, value_name = "N", default_value_t = 60)]
+    pub pose_frames: u32,
+    /// Finest error that is told apart, in units of photon noise, 0.1 to 10; what is finer is not shown.
+    #[arg(long, value_name = "ERROR", default_value_t = 0.5)]
+    pub finest: f64,
+    /// Times that each setting is timed; the least counts, 1 to 20.
+    #[arg(long, default_value_t = 2)]
+    pub repeats: u32,
 }
 
 /// Waveforms.

@@ -40,3 +40,35 @@ impl Drop for Baking {
         self.0.finish_and_clear();
     }
 }
+
+/// Says on stderr which part of a study has begun: on a terminal as a bar, elsewhere a line a part.
+pub struct Study {
+    bar: ProgressBar,
+    quiet: bool,
+    last: std::sync::Mutex<&'static str>,
+}
+
+impl Study {
+    /// Nothing has begun.
+    pub fn new(quiet: bool) -> Self {
+        Self { bar: bar("study", u64::from(STEPS), quiet), quiet, last: std::sync::Mutex::new("") }
+    }
+}
+
+impl Progress for Study {
+    fn at(&self, what: &'static str, share: f64) {
+        self.bar.set_message(what);
+        self.bar.set_position(sensel::num::u64_truncated(share * f64::from(STEPS)));
+        let mut last = self.last.lock().expect("no thread panics while it holds a word");
+        if *last != what && !self.quiet && self.bar.is_hidden() {
+            eprintln!("sensel: {what}");
+        }
+        *last = what;
+    }
+}
+
+impl Drop for Study {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use sensel::error::Error;
+use sensel::fidelity::Rung;
 use sensel::files::cache::Cache;
 use sensel::files::folder::OutputFolder;
 use sensel::files::input::InputFolders;
@@ -15,23 +15,15 @@ use sensel::run::{Assets, Session, Setup, Stopwatch};
 use sensel::scene::images::PictureBytes;
 
 use super::args::{RunArguments, RunVerbArguments, Shared};
-use super::interrupt;
+use super::clocks::Wall;
 use super::output::Output;
 use super::place::{self, Located};
 use super::progress;
 use super::waves::WaveRequest;
+use super::{expected, goal, interrupt, ladder};
 
 /// Most that baked light may take of the user's disk.
 const CACHE_BYTES: u64 = 1 << 30;
-
-/// Time since the program started.
-pub struct Wall(Instant);
-
-impl Stopwatch for Wall {
-    fn now_s(&self) -> f64 {
-        self.0.elapsed().as_secs_f64()
-    }
-}
 
 /// Files of one folder, and the user's cache.
 pub struct FolderAssets {
@@ -102,16 +94,25 @@ pub fn prepare(located: Located, shared: &Shared) -> Result<Setup, Error> {
 
 /// `sensel run`.
 pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
-    let arguments = &verb.run;
-    let watch = Wall(Instant::now());
-    let located = located(arguments, shared)?;
+    let watch = Wall::start();
+    let located = located(&verb.run, shared)?;
     let name = located.name.clone();
-    let keep = Keep::parse(&arguments.keep)?;
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(&name));
+    let ends_at_image = located.resolved.scenario.run.rung == Rung::Expected.name();
+    let keep =
+        if ends_at_image { expected::check(verb).map(|()| Keep::default())? } else { Keep::parse(&verb.run.keep)? };
     let sensor = sensel::run::SensorSetup::new(&located.resolved)?;
     let waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, &located.resolved)?;
+    let goal = goal::of(verb, shared)?;
     OutputFolder::check(&target)?;
-    let setup = prepare(located, shared)?;
+    let assets = FolderAssets::new(&located.folder, shared);
+    let mut setup = prepare(located, shared)?;
+    if let Some(goal) = goal {
+        setup = goal::resolve(setup, goal, &assets, shared)?;
+    }
+    if ends_at_image {
+        return expected::main(verb, shared, &setup, &name, &target);
+    }
     let prepared_s = watch.now_s();
 
     let electrons = keep.has(Kept::Electrons);
@@ -120,26 +121,17 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     if electrons {
         session.keep_electrons();
     }
+    if let Some(every) = verb.check_every {
+        session.check_rows(every)?;
+    }
+    let wave_codes = step_all(&mut session, &mut output, waves.as_ref(), shared, &watch)?;
     let frames = session.setup().frames;
-    if let Some(waves) = &waves {
-        waves.watch(&mut session);
-    }
-    let bar = progress::bar("frames", u64::from(frames), shared.quiet);
-    let interrupted = interrupt::watch();
-    let mut wave_codes = None;
-    for _ in 0..frames {
-        if interrupted.load(Ordering::Relaxed) {
-            return Err(Error::Interrupted);
-        }
-        let frame = session.step(&watch)?;
-        output.frame(&session, &frame)?;
-        wave_codes = waves.as_ref().and_then(|waves| waves.codes_of(&frame)).or(wave_codes);
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
     let mut report = session.report(&name)?;
     report.cost.insert("prepare", per_frame(prepared_s, frames));
     report.cost.insert("write", per_frame(output.seconds(), frames));
+    if let Some(record) = ladder::kept(&session.setup().resolved, &assets) {
+        report.set_ladder(record);
+    }
     output.finish(&session, &report)?;
     if let (Some(waves), Some(codes)) = (&waves, &wave_codes) {
         waves.write_watched(&session, codes)?;
@@ -149,8 +141,39 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
         out!("{}", report.to_json()?);
     } else if !shared.quiet {
         summary(&report, &target, watch.now_s());
+        if verb.check_every.is_some() {
+            outln!("{} rows converted once more, clock by clock: all codes equal", session.rows_checked());
+        }
     }
     Ok(())
+}
+
+/// Simulates and writes every frame; the codes of the waveforms' frame, where there are any.
+fn step_all(
+    session: &mut Session,
+    output: &mut Output,
+    waves: Option<&WaveRequest>,
+    shared: &Shared,
+    watch: &Wall,
+) -> Result<Option<Vec<Vec<u16>>>, Error> {
+    if let Some(waves) = waves {
+        waves.watch(session);
+    }
+    let frames = session.setup().frames;
+    let bar = progress::bar("frames", u64::from(frames), shared.quiet);
+    let interrupted = interrupt::watch();
+    let mut wave_codes = None;
+    for _ in 0..frames {
+        if interrupted.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        let frame = session.step(watch)?;
+        output.frame(session, &frame)?;
+        wave_codes = waves.and_then(|waves| waves.codes_of(&frame)).or(wave_codes);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(wave_codes)
 }
 
 fn per_frame(seconds: f64, frames: u32) -> sensel::report::record::StageCost {

@@ -5,11 +5,13 @@
 
 mod black;
 mod electrons;
+mod expected;
 mod layout;
 mod reading;
 mod row;
 
 pub use black::BlackRows;
+pub use expected::Expected;
 use layout::Layout;
 use reading::Reading;
 use row::{RowAt, RowBuffers};
@@ -174,16 +176,8 @@ impl Chain {
     /// Codes of one exposure from the mean photons of the window, and the events of its conversion. `times` holds one entry a row
     /// of the window.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
-        assert!(times.len() == photons.height_px(), "every row has its times");
         let mut events = Events::default();
-        let shifts_dn = vec![0; self.readings.len()];
-        let array_width = self.layout.as_ref().map_or(photons.width_px(), Layout::buffer_width);
-        let columns = self.columns(capture.camera, array_width);
-        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn, columns };
-        shot.shifts_dn = self.black_shifts_dn(&shot, &mut events);
-        let array = self.has_array_effects().then(|| self.array_electrons(&shot));
-        let left_e;
-        (shot.charge_e, left_e) = array.map_or((None, None), |(charge_e, left_e)| (Some(charge_e), left_e));
+        let (shot, left_e) = self.shot(photons, capture, times, &mut events);
         let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
         let mut codes = Plane::filled(size, 0_u16);
         let width = codes.width_px();
@@ -199,6 +193,45 @@ impl Chain {
             events.merge(part);
         }
         Captured { codes, events, charge_e: left_e, black_shift_dn: shot.shifts_dn[0] }
+    }
+
+    /// Codes of some rows of an exposure, as `capture` gives them.
+    pub fn codes_of_rows(
+        &self,
+        photons: &Plane<f32>,
+        capture: Capture<'_>,
+        times: &[RowTimes],
+        rows: &[RowIndex],
+    ) -> Vec<Vec<u16>> {
+        let (shot, _) = self.shot(photons, capture, times, &mut Events::default());
+        let width = self.layout.as_ref().map_or(photons.size(), Layout::output_size).width_px;
+        let mut buffers = self.buffers(photons.width_px());
+        let mut codes_of = |row: &RowIndex| {
+            let mut codes = vec![0; crate::num::index(width)];
+            self.output_row(&shot, crate::num::index(row.0), &mut buffers, &mut codes, &mut Events::default());
+            codes
+        };
+        rows.iter().map(&mut codes_of).collect()
+    }
+
+    /// Everything that an exposure's rows share, and the electrons that stay in the array for the next frame.
+    fn shot<'a>(
+        &'a self,
+        photons: &'a Plane<f32>,
+        capture: Capture<'a>,
+        times: &'a [RowTimes],
+        events: &mut Events,
+    ) -> (Shot<'a>, Option<Plane<f32>>) {
+        assert!(times.len() == photons.height_px(), "every row has its times");
+        let shifts_dn = vec![0; self.readings.len()];
+        let array_width = self.layout.as_ref().map_or(photons.width_px(), Layout::buffer_width);
+        let columns = self.columns(capture.camera, array_width);
+        let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn, columns };
+        shot.shifts_dn = self.black_shifts_dn(&shot, events);
+        let array = self.has_array_effects().then(|| self.array_electrons(&shot));
+        let left_e;
+        (shot.charge_e, left_e) = array.map_or((None, None), |(charge_e, left_e)| (Some(charge_e), left_e));
+        (shot, left_e)
     }
 
     /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects

@@ -9,6 +9,7 @@ mod energy;
 mod features;
 mod frames;
 mod header;
+mod ladder;
 mod plan;
 mod pose_error;
 mod text;
@@ -17,6 +18,7 @@ mod timing;
 mod trajectory;
 
 use crate::plane::Plane;
+use crate::report::ladder_record::LadderRecord;
 use crate::report::record::Report;
 use text::escaped;
 
@@ -66,16 +68,33 @@ pub fn html(report: &Report, pictures: &Pictures) -> String {
         pair(&bandwidth::bandwidth(report), &timing::timing(report)),
         plan::plan(report),
         pair(&cost::cost(report), &config::hashes(report)),
+        report.ladder.as_ref().map_or_else(String::new, ladder::ladder),
         config::config(report),
         "</main>".to_owned(),
         footer(report),
     ];
+    page(&title, &body.join("\n"))
+}
+
+/// The page of a ladder alone.
+pub fn ladder_html(record: &LadderRecord) -> String {
+    let name = escaped(&record.scenario);
+    let head = format!("<header class=\"top\"><h1>{name}: what accuracy costs in time</h1></header>");
+    let foot = format!(
+        "<footer>sensel {} \u{b7} every number on this page stands in ladder.json</footer>",
+        escaped(&record.version)
+    );
+    let title = format!("{name} \u{b7} sensel ladder");
+    page(&title, &format!("{head}<main>{}</main>{foot}", ladder::ladder(record)))
+}
+
+/// Title and body, both safe already, in one file.
+fn page(title: &str, body: &str) -> String {
     let style = include_str!("html/style.css");
     let head = "<meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">";
     format!(
         "<!doctype html>\n<html lang=\"en\"><head>{head}<title>{title}</title>\n<style>\n{style}</style></head>\n\
-         <body>\n{}\n</body></html>\n",
-        body.join("\n")
+         <body>\n{body}\n</body></html>\n"
     )
 }
 

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::report::energy_record::EnergyRecord;
 use crate::report::figures::{Figure, NotMeasurable, TrajectoryFigures};
+use crate::report::ladder_record::LadderRecord;
 use crate::report::ordered::Ordered;
 use crate::report::spread::{SpectrumPoint, interval_of_rms, second_difference_squares, spectrum};
 
@@ -54,6 +55,9 @@ pub struct Report {
     pub not_measurable: BTreeMap<String, String>,
     /// The effective configuration as TOML.
     pub config: String,
+    /// What accuracy costs in time, where `sensel ladder` has measured this scenario.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ladder: Option<LadderRecord>,
 }
 
 /// What was simulated, in the words of the configuration.
@@ -375,6 +379,18 @@ impl Report {
                 None
             }
         }
+    }
+
+    /// Adds what accuracy costs in time. Rows say by themselves why they lack a figure.
+    pub fn set_ladder(&mut self, ladder: LadderRecord) {
+        let figures =
+            ["rms_dn", "max_dn", "photon_noise_ratio", "feature_f1", "ate_m", "jitter_d2_m", "tracked_fraction"];
+        for figure in figures.into_iter().chain(["energy_error", "rays_per_pixel", "note"]) {
+            let reason =
+                if figure == "note" { "nothing is missing from these rows" } else { "the row's note says why" };
+            self.not_measurable.insert(format!("ladder.rows.{figure}"), reason.to_owned());
+        }
+        self.ladder = Some(ladder);
     }
 
     /// Fills in everything that the two trajectories tell: `tracking`'s errors and each frame's error. Frames must be

@@ -1,6 +1,6 @@
 //! One exposure of one camera. Enters: a run's setup, a camera, the times of a frame. Leaves: mean photons of the window.
 
-use super::session::spans;
+use super::rows::spans;
 use super::setup::Setup;
 use crate::draw::DrawKey;
 use crate::error::Error;
@@ -39,8 +39,16 @@ pub(super) fn expose(
         follows_gloss: setup.fidelity.follows_gloss,
         electrons_per_photon: setup.sensor.electrons_per_photon(),
         saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
-        key: if slot == 0 { key } else { key.with(u64_from(slot)) },
+        key: repeated(if slot == 0 { key } else { key.with(u64_from(slot)) }, setup.fidelity.render_repeat),
     };
     let rows = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
     setup.world.expose((camera_index, camera), &rows, &pose, sampling)
+}
+
+/// Published number of repetitions in keys.
+const REPEAT_NUMBER: u64 = 0x7265_7065_6174;
+
+/// The key of a render that is made once more with chance of its own; the run's own is number 0.
+fn repeated(key: DrawKey, number: u32) -> DrawKey {
+    if number == 0 { key } else { key.with(REPEAT_NUMBER).with(number.into()) }
 }

@@ -8,6 +8,7 @@ use crate::readout::{AutoExposure, Schedule};
 use crate::units::{CameraIndex, FrameIndex};
 
 /// The exposures of a run.
+#[derive(Clone)]
 pub(super) struct ExposureControl {
     /// One a camera, with the exposure of the configuration.
     schedules: Vec<Schedule>,

@@ -44,7 +44,7 @@ impl Session {
             ..Report::default()
         };
         if report.scenario.render_variance_ratio.is_none() {
-            let reason = match self.setup.world {
+            let reason = match *self.setup.world {
                 World::Scene(_) => "one sample a pixel says nothing about its own error".to_owned(),
                 World::Images(_) => {
                     "pictures are integrated without chance, and their own noise is not known".to_owned()

@@ -1,14 +1,15 @@
 //! A run in progress: each step senses one frame with every camera, sends it, and lets the host track it.
 
 use super::assets::Stopwatch;
-use super::expose::expose;
 use super::extractor::ExtractorTotals;
 use super::hashes::StageHashes;
+use super::row_check::RowCheck;
+use super::rows::{merge_planes, row_times};
 use super::sensor::SensorSetup;
 use super::setup::Setup;
 use super::transfer::{LinkTotals, frame_time_s};
 use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
-use crate::effects::chain::{Capture, Chain, RowSamples, RowTimes};
+use crate::effects::chain::{Capture, Chain, RowSamples};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
@@ -17,9 +18,9 @@ use crate::num::{f64_from_u64, f64_from_usize, index, u32_from, u64_from};
 use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
-use crate::readout::{ClockSpan, HdrMerge, Schedule};
+use crate::readout::Schedule;
 use crate::tracker::{RowClock, Status, TrackedFrame, Tracker};
-use crate::units::{CameraIndex, FrameIndex, RowIndex, Span};
+use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// Stages whose time is measured, in the data's order.
 pub const STAGES: [&str; 6] = ["render", "sensor", "compute", "link", "host_link", "tracker"];
@@ -104,6 +105,7 @@ pub struct Session {
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
     watched: Option<Watched>,
+    row_check: Option<RowCheck>,
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
     electrons_kept: bool,
     electrons: Vec<Option<Plane<f32>>>,
@@ -122,8 +124,12 @@ impl Session {
     /// Ready for the first frame.
     ///
     /// # Errors
-    /// A calibration that the tracker refuses.
+    /// A calibration that the tracker refuses; the rung `expected`, which ends at the image.
     pub fn new(setup: Setup) -> Result<Self, Error> {
+        if setup.fidelity.rung == Rung::Expected {
+            let reason = "ends at the image: it has no features, packets or poses; sampled would do";
+            return Err(setup.resolved.tree.locate(Error::key("run.rung", "expected", reason)));
+        }
         let made = Tracker::new(setup.calibration(), setup.tracker);
         let tracker = made.map_err(|error| setup.resolved.tree.locate(error))?;
         let charge_before_e = setup.cameras.iter().map(|_| None).collect();
@@ -146,6 +152,7 @@ impl Session {
             host_clocks: Vec::new(),
             charge_before_e,
             watched: None,
+            row_check: None,
             electrons_kept: false,
             electrons: Vec::new(),
             notes: Vec::new(),
@@ -163,6 +170,20 @@ impl Session {
         self.watched = Some(Watched { frame, rows: rows.to_vec(), samples: Vec::new() });
     }
 
+    /// Converts every `every`-th row of all frames from here on once more, clock by clock: the first code that differs ends the run.
+    ///
+    /// # Errors
+    /// A run that is not on the rung `sampled`, or 0.
+    pub fn check_rows(&mut self, every: u32) -> Result<(), Error> {
+        self.row_check = Some(RowCheck::new(&self.setup, every)?);
+        Ok(())
+    }
+
+    /// Rows that were converted once more.
+    pub fn rows_checked(&self) -> u64 {
+        self.row_check.as_ref().map_or(0, |check| check.rows)
+    }
+
     /// Gives every frame from here on its electrons. They change nothing.
     pub fn keep_electrons(&mut self) {
         self.electrons_kept = true;
@@ -178,12 +199,32 @@ impl Session {
     /// # Errors
     /// A motion that ends before this frame, a frame that its link cannot carry.
     pub fn step(&mut self, watch: &dyn Stopwatch) -> Result<Frame, Error> {
-        let frame = FrameIndex(u32_from(self.notes.len()));
+        let mut lap = Lap::start(watch);
+        let exposures = self.expose()?;
+        self.totals.stage_s[0] += lap.next_s();
+        self.step_with(exposures, watch)
+    }
+
+    /// What each camera sees in the next frame, one exposure a slot.
+    ///
+    /// # Errors
+    /// A picture that cannot be read any more.
+    pub fn expose(&self) -> Result<Vec<Vec<Exposure>>, Error> {
+        let frame = self.next_frame();
+        let of = |(camera_index, schedule): (usize, &Schedule)| self.setup.exposures_of(frame, camera_index, schedule);
+        self.setup.exposure.schedules(frame).iter().enumerate().map(of).collect()
+    }
+
+    /// The next frame from what its cameras saw: runs that differ behind the lens alone may share it.
+    ///
+    /// # Errors
+    /// As `step`.
+    pub fn step_with(&mut self, exposures: Vec<Vec<Exposure>>, watch: &dyn Stopwatch) -> Result<Frame, Error> {
+        let frame = self.next_frame();
         let mut lap = Lap::start(watch);
         let schedules = self.setup.exposure.schedules(frame);
-        let exposures = self.render(frame, &schedules)?;
-        self.totals.stage_s[0] += lap.next_s();
-        let codes = self.capture(frame, &schedules, &exposures);
+        self.count_rays(&exposures);
+        let codes = self.capture(frame, &schedules, &exposures)?;
         self.totals.stage_s[1] += lap.next_s();
         let on_sensor = self.setup.sensor.link.mode.sends_features();
         let mut extracted = if on_sensor { self.extract(&codes)? } else { vec![Extracted::default(); codes.len()] };
@@ -224,27 +265,29 @@ impl Session {
         self.setup.motion.world_from_body(t_s).map_err(|error| Error::Run(error.to_string()))
     }
 
-    /// What each camera sees, one exposure a slot.
-    fn render(&mut self, frame: FrameIndex, schedules: &[Schedule]) -> Result<Vec<Vec<Exposure>>, Error> {
-        let setup = &self.setup;
-        let mut exposures = Vec::with_capacity(setup.windows.len());
-        for (camera_index, (camera, schedule)) in setup.windows.iter().zip(schedules).enumerate() {
-            let slot_exposure = |slot: usize| expose(setup, camera, camera_index, schedule, frame, slot);
-            exposures.push((0..schedule.slots().len()).map(slot_exposure).collect::<Result<Vec<_>, Error>>()?);
-        }
-        let slots = f64_from_usize(schedules[0].slots().len());
+    fn next_frame(&self) -> FrameIndex {
+        FrameIndex(u32_from(self.notes.len()))
+    }
+
+    fn count_rays(&mut self, exposures: &[Vec<Exposure>]) {
+        let slots = f64_from_usize(exposures[0].len());
         for exposure in exposures.iter().flatten() {
             self.totals.rays += exposure.rays;
             self.totals.render_variance_ratio += exposure.render_variance_ratio / slots;
         }
-        Ok(exposures)
     }
 
     /// Codes of each camera: of its exposures, merged where there are several.
-    fn capture(&mut self, frame: FrameIndex, schedules: &[Schedule], exposures: &[Vec<Exposure>]) -> Vec<Plane<u16>> {
+    fn capture(
+        &mut self,
+        frame: FrameIndex,
+        schedules: &[Schedule],
+        exposures: &[Vec<Exposure>],
+    ) -> Result<Vec<Plane<u16>>, Error> {
         let gain = self.setup.exposure.gain(frame);
         if gain.to_bits() != self.gain.to_bits() {
             (self.chain, self.gain) = (self.setup.chain(gain), gain);
+            self.row_check.iter_mut().for_each(RowCheck::forget_chain);
         }
         let sends_rows = self.setup.sensor.link.sends_codes_in(frame);
         let mut codes = Vec::with_capacity(exposures.len());
@@ -264,6 +307,10 @@ impl Session {
                     self.electrons[camera] = Some(self.chain.electrons(&exposure.photons, capture, &times));
                 }
                 let captured = self.chain.capture(&exposure.photons, capture, &times);
+                if let Some(check) = &mut self.row_check {
+                    let clocked = || self.setup.chain(gain).on_rung(Rung::Clocked);
+                    check.check(clocked, &exposure.photons, capture, &times, &captured.codes)?;
+                }
                 self.totals.events.merge(&captured.events);
                 read.push(captured.codes);
                 self.charge_before_e[camera] = captured.charge_e;
@@ -271,7 +318,7 @@ impl Session {
             let merge = self.setup.sensor.merge_of(schedule).filter(|_| read.len() > 1);
             codes.push(merge.map_or_else(|| read[0].clone(), |merge| merge_planes(&merge, &read)));
         }
-        codes
+        Ok(codes)
     }
 
     /// Features of each camera, as its extractor's rows follow those of the readout.
@@ -347,37 +394,6 @@ impl Session {
         let [photons, codes, features] = self.totals.hashes.hex();
         [photons, codes, features, blake3::hash(&self.energy().to_bytes()).to_hex().to_string()]
     }
-}
-
-/// A span for every row of the window; rows that are not read take the last one's that is.
-pub(super) fn spans(schedule: &Schedule, of_row: impl Fn(RowIndex) -> Option<ClockSpan>) -> Vec<Span> {
-    let window = schedule.geometry().window();
-    let mut spans: Vec<Span> = Vec::new();
-    for row in window.y_px..window.y_px + window.height_px {
-        let span = of_row(RowIndex(row)).map(|span| schedule.span(span)).or_else(|| spans.last().copied());
-        spans.push(span.expect("the window's first row is read"));
-    }
-    spans
-}
-
-/// Times of the window's rows, of which each is read so much later than scheduled (none where there are no numbers).
-fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize, late_s: &[f64]) -> Vec<RowTimes> {
-    let exposures = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
-    let readouts = spans(schedule, |row| schedule.row_readout_clk(frame, slot, row));
-    let times = |(row, (exposure, readout)): (usize, (&Span, &Span))| {
-        let readout_s = readout.start_s + late_s.get(row).copied().unwrap_or(0.0);
-        RowTimes { exposure_s: exposure.length_s(), storage_s: readout_s - exposure.end_s, readout_s }
-    };
-    exposures.iter().zip(&readouts).enumerate().map(times).collect()
-}
-
-fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
-    let mut merged = Plane::filled(read[0].size(), 0_u16);
-    for row in 0..merged.height_px() {
-        let rows: Vec<&[u16]> = read.iter().map(|plane| plane.row(row)).collect();
-        merge.merge_row(&rows, merged.row_mut(row));
-    }
-    merged
 }
 
 /// `indices` are the places of the host's features in the sensor's list.

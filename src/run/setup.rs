@@ -1,9 +1,11 @@
 //! From a resolved scenario to everything a run needs, checked before the first frame: scene under light, motion, cameras,
 //! schedule, plan, link, tracker's calibration.
 
+use std::sync::Arc;
+
 use glam::DVec2;
 
-use super::assets::{Assets, Progress};
+use super::assets::{Assets, NoFiles, NoProgress, Progress};
 use super::exposure::ExposureControl;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
@@ -15,7 +17,7 @@ use crate::effects::plan::{self, Kept, Omitted, Plan};
 use crate::effects::regions;
 use crate::effects::{self, Parameters};
 use crate::error::Error;
-use crate::fidelity::Fidelity;
+use crate::fidelity::{Fidelity, Rung};
 use crate::num::{f64_from_usize, greater, lesser, u32_from};
 use crate::optics::Camera;
 use crate::optics::lens::Lens;
@@ -46,6 +48,7 @@ pub struct PlanSummary {
 }
 
 /// Everything a run needs.
+#[derive(Clone)]
 pub struct Setup {
     /// The scenario as it was resolved.
     pub resolved: Resolved,
@@ -56,7 +59,7 @@ pub struct Setup {
     /// The sensor, alike for all cameras.
     pub sensor: SensorSetup,
     /// What is looked at.
-    pub world: World,
+    pub world: Arc<World>,
     /// What a person should know of it.
     pub scene_notes: Vec<String>,
     /// How the body moves.
@@ -87,7 +90,18 @@ impl Setup {
     pub fn new(resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
         let sensor = SensorSetup::new(&resolved)?;
         let tree = resolved.tree.clone();
-        Self::build(resolved, sensor, assets, progress).map_err(|error| tree.locate(error))
+        Self::build(resolved, sensor, assets, progress, None).map_err(|error| tree.locate(error))
+    }
+
+    /// The same world and run under another configuration of sensor, effects and knobs of accuracy: nothing is lit or read again. Scene,
+    /// motion, rig and number of frames must be this one's.
+    ///
+    /// # Errors
+    /// As `new`.
+    pub fn again(&self, resolved: Resolved) -> Result<Self, Error> {
+        let sensor = SensorSetup::new(&resolved)?;
+        let tree = resolved.tree.clone();
+        Self::build(resolved, sensor, &NoFiles, &NoProgress, Some(self)).map_err(|error| tree.locate(error))
     }
 
     fn build(
@@ -95,6 +109,7 @@ impl Setup {
         sensor: SensorSetup,
         assets: &dyn Assets,
         progress: &dyn Progress,
+        kept: Option<&Self>,
     ) -> Result<Self, Error> {
         let scenario = &resolved.scenario;
         let (fidelity, frames) = (scenario.fidelity()?, scenario.frames()?);
@@ -103,14 +118,20 @@ impl Setup {
         let exposure = ExposureControl::new(&sensor, cameras.len())?;
         let tracker = scenario.tracker_params()?;
         let imu = scenario.imu()?;
-        let placed = placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)?;
-        let (motion, motion_notes) = (placed.motion, placed.notes);
+        let (motion, motion_notes) = match kept {
+            Some(kept) => (kept.motion.clone(), kept.motion_notes.clone()),
+            None => placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)
+                .map(|placed| (placed.motion, placed.notes))?,
+        };
         let start =
             motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
         let exposed_from_s = first_exposure_s(&sensor, windows.len());
         let span_of = |frames: u32| Span { start_s: exposed_from_s, ..span_of_run(&sensor, windows.len(), frames) };
         let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
-        let (world, scene_notes) = World::new(scenario, &demand, assets, progress)?;
+        let (world, scene_notes) = match kept {
+            Some(kept) => (kept.world.clone(), kept.scene_notes.clone()),
+            None => World::new(scenario, &demand, assets, progress).map(|(world, notes)| (Arc::new(world), notes))?,
+        };
 
         let exposures_s = exposure_bounds_s(&sensor.schedule);
         let light = world.photon_bounds(&windows, exposures_s);
@@ -134,7 +155,7 @@ impl Setup {
             cost_ns_per_px: plan.cost_ns_per_px,
             signal_e: [light.photons_min * efficiency, light.photons_max * efficiency],
         };
-        Ok(Self {
+        let setup = Self {
             resolved,
             fidelity,
             frames,
@@ -150,7 +171,11 @@ impl Setup {
             plan: summary,
             chosen,
             tracker,
-        })
+        };
+        if setup.fidelity.rung == Rung::Expected {
+            setup.first_chain().check_expected()?;
+        }
+        Ok(setup)
     }
 
     /// Photons to codes, at a gain of the ramp.

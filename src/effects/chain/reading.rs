@@ -49,6 +49,16 @@ impl Reading {
         }
     }
 
+    /// Effects on sensed electrons and on microvolts, in physical order.
+    pub fn effects(&self) -> impl Iterator<Item = &dyn Effect> {
+        self.effects.iter().map(AsRef::as_ref)
+    }
+
+    /// What makes codes of samples.
+    pub fn converter(&self) -> &Converter {
+        &self.converter
+    }
+
     /// The same with its converters on another rung.
     pub fn on_rung(self, rung: Rung) -> Self {
         Self { converter: self.converter.at(rung), ..self }

@@ -1,0 +1,87 @@
+//! `sensel run --rung expected`: mean codes of every frame, and with `--keep variance` their variance. No features, packets or poses: the
+//! rung ends at the image.
+
+use std::path::Path;
+
+use sensel::error::Error;
+use sensel::files::folder::OutputFolder;
+use sensel::files::picture::write_grey_16;
+use sensel::num::{low_u16, u32_truncated_f32};
+use sensel::picture::{Channel, to_exr};
+use sensel::plane::Plane;
+use sensel::run::Setup;
+use sensel::run::probe::Place;
+use sensel::units::FrameIndex;
+use serde_json::json;
+
+use super::args::{RunVerbArguments, Shared};
+use super::{listing, place, progress};
+
+/// What `--keep` may add.
+const VARIANCE: &str = "variance";
+
+/// Refuses what this rung has nothing to keep of.
+pub fn check(verb: &RunVerbArguments) -> Result<(), Error> {
+    let unknown = verb.run.keep.iter().find(|word| *word != VARIANCE);
+    if let Some(word) = unknown {
+        let known = format!("{VARIANCE} (the rung expected ends at the image)");
+        return Err(Error::Unknown { what: "stage to keep", name: word.clone(), known });
+    }
+    if verb.check_every.is_some() || verb.waves.waves.is_some() {
+        let reason = "the rung expected converts nothing; without --check-every and --waves, or sampled, would do";
+        return Err(Error::key("run.rung", "expected", reason));
+    }
+    Ok(())
+}
+
+/// Writes mean codes (rounded as 16-bit PNG, exact as EXR) and, where asked for, variances.
+pub fn main(verb: &RunVerbArguments, shared: &Shared, setup: &Setup, name: &str, target: &Path) -> Result<(), Error> {
+    let folder = OutputFolder::create(target)?;
+    let keeps_variance = verb.run.keep.iter().any(|word| word == VARIANCE);
+    let chain = setup.first_chain();
+    let bar = progress::bar("frames", u64::from(setup.frames), shared.quiet);
+    for camera in 0..setup.cameras.len() {
+        let path = folder.path().join(format!("expected/cam{camera}"));
+        std::fs::create_dir_all(&path).map_err(|source| place::io(&path, source))?;
+    }
+    for frame in 0..setup.frames {
+        for camera in 0..setup.cameras.len() {
+            let at = Place { frame: FrameIndex(frame), camera };
+            let exposure = setup.exposures_at(at)?.swap_remove(0);
+            let expected = setup.expected_at(&chain, at, &exposure.photons);
+            let file = |kind: &str, ending: &str| {
+                folder.path().join(format!("expected/cam{camera}/{frame:06}_{kind}.{ending}"))
+            };
+            // Halves up: a mean is no code, and ties mean nothing.
+            let rounded = expected.mean_dn.map(|mean_dn| low_u16(u32_truncated_f32(mean_dn + 0.5)));
+            write_grey_16(&file("mean", "png"), &rounded)?;
+            write_exr(&file("mean", "exr"), expected.mean_dn)?;
+            if keeps_variance {
+                write_exr(&file(VARIANCE, "exr"), expected.variance_dn2)?;
+            }
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let config = folder.path().join("config.toml");
+    std::fs::write(&config, setup.resolved.canonical_text()).map_err(|source| place::io(&config, source))?;
+    let record = json!({"scenario": name, "rung": "expected", "frames": setup.frames, "cameras": setup.cameras.len(),
+        "config_hash": setup.resolved.hash(), "seed": setup.resolved.scenario.seed, "unit": "DN", "variance": keeps_variance,
+        "absent": "features, packets and poses: the rung expected ends at the image"});
+    let file = folder.path().join("expected.json");
+    std::fs::write(&file, listing::pretty(&record)).map_err(|source| place::io(&file, source))?;
+    folder.commit()?;
+    if shared.json {
+        listing::print_json(&record);
+    } else if !shared.quiet {
+        outln!("{name}: mean codes of {} frames of {} camera(s)", setup.frames, setup.cameras.len());
+        outln!("no features, packets or poses: the rung expected ends at the image");
+        outln!("pictures: {}", target.join("expected").display());
+    }
+    Ok(())
+}
+
+fn write_exr(path: &Path, plane: Plane<f32>) -> Result<(), Error> {
+    let bytes = to_exr(&[Channel { name: "Y".to_owned(), plane }])?;
+    std::fs::write(path, bytes).map_err(|source| place::io(path, source))
+}

@@ -1,0 +1,131 @@
+//! `sensel ladder`: what accuracy costs in time, as a table, JSON, a picture and a page.
+
+use std::path::Path;
+
+use sensel::config::Resolved;
+use sensel::error::Error;
+use sensel::files::folder::OutputFolder;
+use sensel::ladder::{Bench, Clocks, Options, ladder, study_key};
+use sensel::report::html::ladder_html;
+use sensel::report::ladder_picture::svg;
+use sensel::report::ladder_record::{LadderRecord, LadderRow};
+use sensel::run::Assets;
+
+use super::args::{LadderArguments, Shared};
+use super::clocks::{Wall, Work};
+use super::progress::Study;
+use super::run::FolderAssets;
+use super::{place, run};
+
+/// `sensel ladder`.
+pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
+    let options = options(arguments)?;
+    let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
+    let name = located.name.clone();
+    let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-ladder")));
+    OutputFolder::check(&target)?;
+    let assets = FolderAssets::new(&located.folder, shared);
+    let setup = run::prepare(located, shared)?;
+    let key = study_key(&setup.resolved);
+    let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);
+    let (wall, work, progress) = (Wall::start(), Work::start(), Study::new(shared.quiet));
+    let bench = Bench { setup, clocks: Clocks { wall: &wall, work: &work }, progress: &progress };
+    let record = ladder(&bench, options, &name, threads)?;
+    drop(progress);
+    let json = serde_json::to_string_pretty(&record).map_err(|error| Error::Run(format!("ladder.json: {error}")))?;
+    assets.store(&key, json.as_bytes());
+    let folder = OutputFolder::create(&target)?;
+    let write = |file: &str, text: &str| {
+        let path = folder.path().join(file);
+        std::fs::write(&path, text).map_err(|source| place::io(&path, source))
+    };
+    write("ladder.json", &format!("{json}\n"))?;
+    write("ladder.html", &ladder_html(&record))?;
+    if let Some(picture) = svg(&record) {
+        write("ladder.svg", &picture)?;
+    }
+    folder.commit()?;
+    if shared.json {
+        outln!("{json}");
+    } else if !shared.quiet {
+        table(&record);
+        outln!("page: {}", target.join("ladder.html").display());
+    }
+    Ok(())
+}
+
+fn options(arguments: &LadderArguments) -> Result<Options, Error> {
+    let within = |key: &str, value: u32, least: u32, most: u32| {
+        if (least..=most).contains(&value) {
+            Ok(value)
+        } else {
+            Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
+        }
+    };
+    if !(0.1..=10.0).contains(&arguments.finest) {
+        return Err(Error::key("--finest", arguments.finest, "out of range; 0.1 to 10 would do"));
+    }
+    Ok(Options {
+        frames: within("--frames", arguments.frames, 1, 100)?,
+        pose_frames: within("--pose-frames", arguments.pose_frames, 0, 1_000_000)?,
+        finest: arguments.finest,
+        repeats: within("--repeats", arguments.repeats, 1, 20)?,
+    })
+}
+
+/// The ladder of a scenario, if it was measured before.
+pub fn kept(resolved: &Resolved, assets: &dyn Assets) -> Option<LadderRecord> {
+    serde_json::from_slice(&assets.load(&study_key(resolved))?).ok()
+}
+
+fn table(record: &LadderRecord) {
+    let reference = &record.reference;
+    outln!(
+        "{}: frames {:?}, reference of {:.1} rays a pixel, standard error {:.3} of photon noise; {:.1} % saturated",
+        record.scenario,
+        record.frames,
+        reference.rays_per_pixel,
+        reference.standard_error,
+        100.0 * reference.saturated_share
+    );
+    outln!(
+        "  {:<9} {:<18} {:<44} {:>9} {:>8} {:>7} {:>7} {:>6} {:>6} {:>8} {:>8} {:>9}",
+        "rung",
+        "knob",
+        "value",
+        "ms",
+        "of ref",
+        "error",
+        "rms DN",
+        "max DN",
+        "F1",
+        "ATE mm",
+        "d2 mm",
+        "energy"
+    );
+    record.rows.iter().for_each(line);
+    outln!("error: in units of photon noise; -: not measured, or finer than {}", reference.finest);
+}
+
+fn line(row: &LadderRow) {
+    let figure = |value: Option<f64>, factor: f64, places: usize| {
+        value.map_or("-".to_owned(), |value| format!("{:.places$}", factor * value))
+    };
+    let timed = (row.ms_per_frame > 0.0).then_some(row.ms_per_frame);
+    outln!(
+        "  {:<9} {:<18} {:<44} {:>9} {:>8} {:>7} {:>7} {:>6} {:>6} {:>8} {:>8} {:>9}{}",
+        row.rung,
+        row.knob,
+        row.value,
+        figure(timed, 1.0, 1),
+        figure(timed.map(|_| row.time_ratio), 1.0, 4),
+        figure(row.photon_noise_ratio, 1.0, 3),
+        figure(row.rms_dn, 1.0, 2),
+        figure(row.max_dn, 1.0, 0),
+        figure(row.feature_f1, 1.0, 3),
+        figure(row.ate_m, 1e3, 2),
+        figure(row.jitter_d2_m, 1e3, 2),
+        row.energy_error.map_or("-".to_owned(), |share| format!("{:+.3} %", 100.0 * share)),
+        if row.on_front { "  front" } else { "" }
+    );
+}

@@ -1,0 +1,29 @@
+//! What accuracy costs in time. Enters: a scenario under its light, and clocks. Leaves: error beside time of every rung and knob, the
+//! front of their combinations, and the cheapest setting that an accuracy or a time allows.
+//!
+//! Errors are functions of the configuration alone: all loops end by counts, never by a clock. Times are processor time (all threads) and
+//! wall time, the least of repetitions that take turns over the settings, so that a busy minute does not fall on one of them. The
+//! definitions of the figures stand in `report::ladder_record` and docs/ladder.md.
+//!
+//! Render and effects part company at the photons: a combination's error is the root of the sum of the two squares, its time the sum
+//! of its stages'. Codes, features and energy of every row on the front are measured as such.
+
+mod choice;
+mod clocks;
+mod errors;
+mod front;
+mod knobs;
+mod measure;
+mod pictures;
+mod poses;
+mod reference;
+mod rows;
+mod study;
+
+pub use choice::{Choice, Goal, choose};
+pub use clocks::{Clocks, Cost};
+pub use errors::{Match, feature_f1};
+pub use knobs::{EffectsKnob, Rays, Setting};
+pub use measure::{Bench, Options, study_key};
+pub use rows::ladder;
+pub use study::{Verdict, judge};

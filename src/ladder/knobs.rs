@@ -1,0 +1,131 @@
+//! The knobs that trade accuracy for time, as one setting. Enters: a scenario, or a place in a grid. Leaves: assignments that make a
+//! configuration of it, so that a setting is exactly what a person could write.
+
+use crate::config::Scenario;
+use crate::fidelity::Rung;
+
+/// How many rays, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rays {
+    /// So many in every pixel.
+    Fixed(u32),
+    /// As few as bring render variance to so many times photon variance, at most so many a pixel.
+    Tolerance {
+        /// The target of the mean.
+        tolerance: f64,
+        /// Rays a pixel at most.
+        most: u32,
+    },
+    /// The mean of so many still pictures of one ray a pixel.
+    Subframes(u32),
+}
+
+/// Which effects run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EffectsKnob {
+    /// Every one whose parameters are not zero.
+    All,
+    /// By the scenario's own words, with this tolerance.
+    Planned {
+        /// `run.effects`.
+        words: String,
+        /// `run.accuracy`, in units of a pixel's own noise.
+        tolerance: f64,
+    },
+}
+
+/// One setting of all knobs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// Rung of the chain.
+    pub rung: Rung,
+    /// Rays.
+    pub rays: Rays,
+    /// Reflections that a ray follows.
+    pub reflections: u32,
+    /// Effects.
+    pub effects: EffectsKnob,
+    /// Keyframes that the tracker refines together.
+    pub window: u32,
+}
+
+impl Setting {
+    /// What a scenario asks for.
+    pub fn of(scenario: &Scenario) -> Self {
+        let run = &scenario.run;
+        let rays = match (run.sampling.as_str(), run.samples_per_pixel, run.render_tolerance) {
+            ("subframes", _, _) => Rays::Subframes(run.subframes),
+            (_, Some(samples), _) => Rays::Fixed(samples),
+            (_, None, Some(tolerance)) => Rays::Tolerance { tolerance, most: run.samples_max },
+            (_, None, None) => Rays::Fixed(1),
+        };
+        let rung = if run.rung == Rung::Clocked.name() { Rung::Clocked } else { Rung::Sampled };
+        let effects = match run.effects.trim() {
+            "all" => EffectsKnob::All,
+            words => EffectsKnob::Planned { words: words.to_owned(), tolerance: run.accuracy },
+        };
+        Self { rung, rays, reflections: run.reflections, effects, window: scenario.tracker.window }
+    }
+
+    /// The assignments that make a configuration of it. Keys that this setting leaves without effect go back to their defaults.
+    pub fn assignments(&self, scenario: &Scenario) -> Vec<String> {
+        let mut all = vec![format!("run.rung='{}'", self.rung.name())];
+        match self.rays {
+            Rays::Fixed(samples) => {
+                all.extend(["run.sampling='stratified'".to_owned(), "run.samples_max=256".to_owned()]);
+                all.extend([format!("run.samples_per_pixel={samples}"), "run.subframes=16".to_owned()]);
+            }
+            Rays::Tolerance { tolerance, most } => {
+                all.extend(["run.sampling='stratified'".to_owned(), format!("run.samples_max={most}")]);
+                all.extend([format!("run.render_tolerance={tolerance:?}"), "run.subframes=16".to_owned()]);
+            }
+            Rays::Subframes(count) => {
+                all.extend(["run.sampling='subframes'".to_owned(), "run.samples_max=256".to_owned()]);
+                // The default tolerance stands idle beside sub-frames, and takes away a fixed number that the scenario may have.
+                all.extend(["run.render_tolerance=1.0".to_owned(), format!("run.subframes={count}")]);
+            }
+        }
+        all.push(format!("run.reflections={}", self.reflections));
+        if self.reflections == 0 {
+            all.push("run.gloss='mirrors'".to_owned());
+        }
+        match &self.effects {
+            EffectsKnob::All => all.push("run.effects='all'".to_owned()),
+            EffectsKnob::Planned { words, tolerance } => {
+                all.extend([format!("run.effects='{words}'"), format!("run.accuracy={tolerance:?}")]);
+            }
+        }
+        if self.window != scenario.tracker.window {
+            all.push(format!("tracker.window={}", self.window));
+        }
+        all
+    }
+
+    /// Whether two settings see the same photons.
+    pub fn renders_as(&self, other: &Self) -> bool {
+        self.rays == other.rays && self.reflections == other.reflections
+    }
+
+    /// For a person.
+    pub fn words(&self) -> String {
+        let effects = match &self.effects {
+            EffectsKnob::All => "all effects".to_owned(),
+            EffectsKnob::Planned { words, .. } if words == "none" => "no effects".to_owned(),
+            EffectsKnob::Planned { tolerance, .. } => format!("effects to {tolerance}"),
+        };
+        format!("{}, {} reflections, {effects}", self.rays.words(), self.reflections)
+    }
+}
+
+impl Rays {
+    /// For a person.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Fixed(1) => "1 ray a pixel".to_owned(),
+            Self::Fixed(samples) => format!("{samples} rays a pixel"),
+            Self::Tolerance { tolerance, most: 256 } => format!("render tolerance {tolerance}"),
+            Self::Tolerance { tolerance, most } => format!("render tolerance {tolerance}, up to {most}"),
+            Self::Subframes(count) => format!("{count} sub-frames"),
+        }
+    }
+}

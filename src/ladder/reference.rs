@@ -1,0 +1,180 @@
+//! What settings are measured against: every pixel converted clock by clock, all effects, sampled until its own standard error, which two
+//! independent halves tell, is at most a third of the finest accuracy that is shown. Enters: a bench. Leaves: photons in two halves,
+//! codes, features, events.
+
+use super::clocks::Cost;
+use super::errors::{Squares, Truth};
+use super::knobs::{EffectsKnob, Rays, Setting};
+use super::measure::Bench;
+use crate::compute::Feature;
+use crate::effects::chain::RowSamples;
+use crate::error::Error;
+use crate::events::Events;
+use crate::fidelity::Rung;
+use crate::num::{f32_nearest, f64_from_u64, f64_from_usize, greater, u64_from};
+use crate::plane::Plane;
+use crate::run::Setup;
+use crate::run::probe::Place;
+use crate::scene::lit::BOUNCES_MAX;
+
+/// The share of the finest accuracy that the reference's standard error may have.
+const SHARE: f64 = 1.0 / 3.0;
+/// Rays a pixel at most in one of its renders.
+const SAMPLES_MAX: u32 = 4096;
+/// Pairs of renders at most; each is made for the whole error, so that more than a few mean that a pixel's noise has no variance.
+const ROUNDS_MAX: u32 = 8;
+
+/// One judged picture.
+pub struct Judged {
+    /// Which.
+    pub place: Place,
+    /// Photons of each slot.
+    pub truths: Vec<Truth>,
+    /// Samples of the first slot with all effects.
+    pub samples: Vec<RowSamples>,
+    /// Codes, clock by clock.
+    pub codes: Plane<u16>,
+    /// Features of these codes.
+    pub features: Vec<Feature>,
+}
+
+/// The reference of a study.
+pub struct Reference {
+    /// Its setting.
+    pub setting: Setting,
+    /// One entry a picture.
+    pub judged: Vec<Judged>,
+    /// Of all pictures: events of sensor and extractor.
+    pub events: Events,
+    /// Standard error in photon noise.
+    pub standard_error: f64,
+    /// Pixels that count.
+    pub pixels: u64,
+    /// Rays a pixel.
+    pub rays_per_pixel: f64,
+    /// Per frame of the rig: render, sensor, extractor.
+    pub costs: [Cost; 3],
+}
+
+/// Renders the reference of some pictures and takes it through the sensor.
+///
+/// # Errors
+/// A standard error that stays too great, with the finest accuracy that would do.
+pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64) -> Result<Reference, Error> {
+    let own = Setting::of(&bench.setup.resolved.scenario);
+    let tolerance = (finest * SHARE) * (finest * SHARE);
+    let rays = if bench.has_rays() {
+        Rays::Tolerance { tolerance: greater(tolerance, 0.001), most: SAMPLES_MAX }
+    } else {
+        own.rays
+    };
+    let setting = Setting { rung: Rung::Clocked, rays, reflections: BOUNCES_MAX, effects: EffectsKnob::All, ..own };
+    let mut setup = bench.setup_of(&setting)?;
+    let mut halves = Halves::default();
+    let mut standard_error;
+    loop {
+        halves.add_round(bench, &mut setup, places)?;
+        let squares = halves.squares(bench);
+        standard_error = squares.mean().sqrt();
+        if standard_error <= SHARE * finest || !bench.has_rays() {
+            return judged(bench, setting, &setup, places, halves, standard_error, squares.pixels);
+        }
+        if halves.rounds == ROUNDS_MAX {
+            break;
+        }
+    }
+    let would_do = standard_error / SHARE;
+    Err(Error::Run(format!(
+        "the reference's standard error stays at {standard_error:.3} of photon noise; an accuracy of {would_do:.2} would do"
+    )))
+}
+
+/// Sums of independent renders, in two halves.
+#[derive(Default)]
+struct Halves {
+    /// By picture, slot and half.
+    sums: Vec<Vec<[Vec<f64>; 2]>>,
+    sizes: Option<crate::units::Size>,
+    rounds: u32,
+    rays: u64,
+    cost: Cost,
+}
+
+impl Halves {
+    /// One more render for each half of each picture.
+    fn add_round(&mut self, bench: &Bench<'_>, setup: &mut Setup, places: &[Place]) -> Result<(), Error> {
+        self.sums.resize_with(places.len(), Vec::new);
+        for (number, (sums, &place)) in self.sums.iter_mut().zip(places).enumerate() {
+            let share = f64_from_usize(number) / f64_from_usize(places.len());
+            bench.progress.at("reference", share);
+            for half in 0..2_u32 {
+                // Number 0 is the run's own render, which must not be its own judge.
+                setup.fidelity.render_repeat = 1 + 2 * self.rounds + half;
+                let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(place));
+                self.cost = self.cost.and(cost);
+                for (slot, exposure) in exposures?.iter().enumerate() {
+                    if sums.len() == slot {
+                        let zeros = || vec![0.0; exposure.photons.values().len()];
+                        sums.push([zeros(), zeros()]);
+                    }
+                    self.rays += exposure.rays;
+                    self.sizes = Some(exposure.photons.size());
+                    let sum = &mut sums[slot][crate::num::index(half)];
+                    sum.iter_mut().zip(exposure.photons.values()).for_each(|(sum, &one)| *sum += f64::from(one));
+                }
+            }
+        }
+        self.rounds += 1;
+        Ok(())
+    }
+
+    fn truth(&self, sums: &[Vec<f64>; 2]) -> Truth {
+        let size = self.sizes.expect("a round was rendered");
+        let rounds = f64::from(self.rounds);
+        let plane = |values: Vec<f32>| Plane::from_values(size, values);
+        let half = |sum: &Vec<f64>| plane(sum.iter().map(|sum| f32_nearest(sum / rounds)).collect());
+        let mean = sums[0].iter().zip(&sums[1]).map(|(a, b)| f32_nearest((a + b) / (2.0 * rounds))).collect();
+        Truth { halves: [half(&sums[0]), half(&sums[1])], photons: plane(mean) }
+    }
+
+    /// Of the first slot, which is the longest exposure.
+    fn squares(&self, bench: &Bench<'_>) -> Squares {
+        let judge = bench.judge();
+        let mut squares = Squares::default();
+        for slots in &self.sums {
+            squares.add(judge.standard_error(&self.truth(&slots[0])));
+        }
+        squares
+    }
+}
+
+fn judged(
+    bench: &Bench<'_>,
+    setting: Setting,
+    setup: &Setup,
+    places: &[Place],
+    halves: Halves,
+    standard_error: f64,
+    pixels: u64,
+) -> Result<Reference, Error> {
+    let chain = setup.first_chain();
+    let (mut judged, mut events) = (Vec::with_capacity(places.len()), Events::default());
+    let per_rig = f64::from(bench.cameras()) / f64_from_usize(places.len());
+    let mut costs = [halves.cost.times(per_rig), Cost::default(), Cost::default()];
+    for (slots, &place) in halves.sums.iter().zip(places) {
+        let truths: Vec<Truth> = slots.iter().map(|sums| halves.truth(sums)).collect();
+        let photons: Vec<Plane<f32>> = truths.iter().map(|truth| truth.photons.clone()).collect();
+        let (sensed, sensor) = bench.clocks.time(|| setup.sense_at(&chain, place, &photons));
+        let (found, compute) = bench.clocks.time(|| setup.features_at(&sensed.codes));
+        let (features, more) = found?;
+        events.merge(&sensed.events);
+        events.merge(&more);
+        costs[1] = costs[1].and(sensor.times(per_rig));
+        costs[2] = costs[2].and(compute.times(per_rig));
+        let samples = setup.samples_at(&chain, place, &photons[0]);
+        judged.push(Judged { place, truths, samples, codes: sensed.codes, features });
+    }
+    let slots = u64_from(judged.iter().map(|one| one.truths.len()).sum::<usize>());
+    let rays_per_pixel = f64_from_u64(halves.rays) / (bench.pixels() * f64_from_u64(slots));
+    Ok(Reference { setting, judged, events, standard_error, pixels, rays_per_pixel, costs })
+}

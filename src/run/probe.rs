@@ -1,0 +1,106 @@
+//! Single frames out of their order: what a study of accuracy looks at. Enters: a run's setup, a frame and a camera. Leaves: photons,
+//! samples, codes, features, each by the same draws as in a run. The frame before leaves no charge, and an automatic exposure
+//! stands where it starts.
+
+use super::expose::expose;
+use super::rows::{merge_planes, row_times};
+use super::session::extract_one;
+use super::setup::Setup;
+use crate::compute::{Extractor, Feature};
+use crate::effects::chain::{Capture, Chain, Expected, RowSamples};
+use crate::error::Error;
+use crate::events::Events;
+use crate::num::u32_from;
+use crate::optics::Exposure;
+use crate::plane::Plane;
+use crate::readout::Schedule;
+use crate::units::{CameraIndex, FrameIndex, RowIndex};
+
+/// Which picture of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Frame of the run.
+    pub frame: FrameIndex,
+    /// Camera of the rig, by its place.
+    pub camera: usize,
+}
+
+/// What a sensor makes of a picture.
+pub struct Sensed {
+    /// Codes as they leave the readout.
+    pub codes: Plane<u16>,
+    /// Events of its conversions.
+    pub events: Events,
+}
+
+impl Setup {
+    /// What a camera sees in a frame, one exposure a slot.
+    ///
+    /// # Errors
+    /// A picture that cannot be read any more.
+    pub fn exposures_at(&self, place: Place) -> Result<Vec<Exposure>, Error> {
+        self.exposures_of(place.frame, place.camera, &self.schedule_at(place))
+    }
+
+    pub(super) fn exposures_of(
+        &self,
+        frame: FrameIndex,
+        camera: usize,
+        schedule: &Schedule,
+    ) -> Result<Vec<Exposure>, Error> {
+        let of = |slot| expose(self, &self.windows[camera], camera, schedule, frame, slot);
+        (0..schedule.slots().len()).map(of).collect()
+    }
+
+    /// The chain from photons to codes at the gain of the run's start.
+    pub fn first_chain(&self) -> Chain {
+        self.chain(self.exposure.gain(FrameIndex(0)))
+    }
+
+    /// Codes of a picture from its photons, a plane a slot.
+    pub fn sense_at(&self, chain: &Chain, place: Place, photons: &[Plane<f32>]) -> Sensed {
+        let schedule = self.schedule_at(place);
+        let mut events = Events::default();
+        let mut read = Vec::with_capacity(photons.len());
+        for (slot, photons) in photons.iter().enumerate() {
+            let captured = chain.capture(photons, capture(place, slot), &row_times(&schedule, place.frame, slot, &[]));
+            events.merge(&captured.events);
+            read.push(captured.codes);
+        }
+        let merge = self.sensor.merge_of(&schedule).filter(|_| read.len() > 1);
+        let codes = merge.map_or_else(|| read[0].clone(), |merge| merge_planes(&merge, &read));
+        Sensed { codes, events }
+    }
+
+    /// Mean and variance of the codes of a picture, of a setup on the rung `expected`.
+    pub fn expected_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>) -> Expected {
+        let schedule = self.schedule_at(place);
+        chain.expected(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]))
+    }
+
+    /// Samples of all rows of a picture at the converters' inputs, of the first slot and reading.
+    pub fn samples_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>) -> Vec<RowSamples> {
+        let schedule = self.schedule_at(place);
+        let rows: Vec<RowIndex> = (0..self.sensor.size.height_px).map(RowIndex).collect();
+        chain.samples_of_rows(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]), &rows)
+    }
+
+    /// Features of a picture, and the events of finding them.
+    ///
+    /// # Errors
+    /// A picture that the extractor cannot take.
+    pub fn features_at(&self, codes: &Plane<u16>) -> Result<(Vec<Feature>, Events), Error> {
+        let mut extractor = Extractor::new(&self.sensor.extractor);
+        let (extracted, events) = extract_one(&self.sensor, &mut extractor, codes)?;
+        Ok((extracted.features, events))
+    }
+
+    fn schedule_at(&self, place: Place) -> Schedule {
+        self.exposure.schedules(FrameIndex(0)).swap_remove(place.camera)
+    }
+}
+
+fn capture(place: Place, slot: usize) -> Capture<'static> {
+    let camera = CameraIndex(u32_from(place.camera));
+    Capture { camera, frame: place.frame, slot: u32_from(slot), before_e: None }
+}

@@ -1,0 +1,150 @@
+//! The running check: every so many rows are converted once more on the rung above. Enters: codes of a picture, and what they were made
+//! from. Leaves: nothing, or the first difference in words. Effects draw by names, so both rungs convert the same samples.
+
+use super::setup::Setup;
+use crate::effects::chain::{Capture, Chain, RowTimes};
+use crate::error::Error;
+use crate::fidelity::Rung;
+use crate::num::{index, u32_from};
+use crate::plane::Plane;
+use crate::units::RowIndex;
+
+/// Rows that are converted once more.
+pub(super) struct RowCheck {
+    every: u32,
+    /// The chain of the rung above, at the gain in effect.
+    above: Option<Chain>,
+    pub rows: u64,
+}
+
+impl RowCheck {
+    /// Every `every`-th row of a run. There is a rung above `sampled` only.
+    ///
+    /// # Errors
+    /// A run on another rung, or 0 rows.
+    pub fn new(setup: &Setup, every: u32) -> Result<Self, Error> {
+        if every == 0 {
+            return Err(Error::key("--check-every", every, "1 (every row) or more would do"));
+        }
+        if setup.fidelity.rung != Rung::Sampled {
+            let reason = "this rung has none above it that a run can hold it to; run.rung = \"sampled\" would do";
+            return Err(Error::key("--check-every", setup.fidelity.rung.name(), reason));
+        }
+        Ok(Self { every, above: None, rows: 0 })
+    }
+
+    /// The gain has changed: the converters are others.
+    pub fn forget_chain(&mut self) {
+        self.above = None;
+    }
+
+    /// Converts rows of one exposure again.
+    ///
+    /// # Errors
+    /// The first code that differs, both ways.
+    pub fn check(
+        &mut self,
+        make_chain: impl FnOnce() -> Chain,
+        photons: &Plane<f32>,
+        capture: Capture<'_>,
+        times: &[RowTimes],
+        codes: &Plane<u16>,
+    ) -> Result<(), Error> {
+        let rows: Vec<RowIndex> = (0..u32_from(codes.height_px())).step_by(index(self.every)).map(RowIndex).collect();
+        let above = self.above.get_or_insert_with(make_chain);
+        let again = above.codes_of_rows(photons, capture, times, &rows);
+        self.rows += crate::num::u64_from(rows.len());
+        for (row, again) in rows.iter().zip(&again) {
+            if let Some(column) = first_difference(codes.row(index(row.0)), again) {
+                let (sampled, clocked) = (codes.at(column, index(row.0)), again[column]);
+                return Err(Error::Run(format!(
+                    "camera {}, frame {}, slot {}, row {}, column {column}: sampled gives code {sampled}, clocked gives {clocked}",
+                    capture.camera.0, capture.frame.0, capture.slot, row.0
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Column of the first code that differs.
+fn first_difference(codes: &[u16], again: &[u16]) -> Option<usize> {
+    assert!(codes.len() == again.len(), "both rungs read the same columns");
+    codes.iter().zip(again).position(|(one, other)| one != other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Resolved;
+    use crate::num::u64_from;
+    use crate::run::probe::Place;
+    use crate::run::rows::row_times;
+    use crate::run::{NoClock, NoFiles, NoProgress, Session};
+    use crate::units::{CameraIndex, FrameIndex};
+
+    fn setup(more: &[&str]) -> Setup {
+        // A target needs no light to be baked.
+        let small = "seed = 5\n[scene]\ntarget = \"flat\"\n[run]\nsamples_per_pixel = 1\n[rig]\nbaseline_mm = 0.0\n[sensor]\n\
+            width = 64\nheight = 48\n";
+        let more: Vec<String> = more.iter().map(|&assignment| assignment.to_owned()).collect();
+        let resolved = Resolved::from_layers("test", small, &more).unwrap();
+        Setup::new(resolved, &NoFiles, &NoProgress).unwrap()
+    }
+
+    /// A code that is put wrong in a row that is looked at is named with both answers; in a row between, it passes.
+    #[test]
+    fn a_deliberate_fault_is_found_in_every_row_that_is_looked_at_and_in_no_other() {
+        let setup = setup(&[]);
+        let place = Place { frame: FrameIndex(0), camera: 0 };
+        let photons = setup.exposures_at(place).unwrap().swap_remove(0).photons;
+        let schedule = setup.sensor.schedule.for_camera(CameraIndex(0));
+        let times = row_times(&schedule, FrameIndex(0), 0, &[]);
+        let capture = Capture::single(CameraIndex(0), FrameIndex(0));
+        let codes = setup.first_chain().capture(&photons, capture, &times).codes;
+        let clocked = || setup.first_chain().on_rung(Rung::Clocked);
+        let mut check = RowCheck::new(&setup, 5).unwrap();
+        check.check(clocked, &photons, capture, &times, &codes).unwrap();
+        assert_eq!(check.rows, 10);
+        let (mut found, mut passed) = (0, 0);
+        for row in 0..48 {
+            let column = (7 * row) % 64;
+            let mut faulty = codes.clone();
+            let right = faulty.at(column, row);
+            faulty.row_mut(row)[column] = right ^ 1;
+            match check.check(clocked, &photons, capture, &times, &faulty) {
+                Err(error) => {
+                    let words = error.to_string();
+                    let wanted =
+                        format!("row {row}, column {column}: sampled gives code {}, clocked gives {right}", right ^ 1);
+                    assert!(words.ends_with(&wanted), "{words}");
+                    assert_eq!(error.exit_code(), 1);
+                    found += 1;
+                }
+                Ok(()) => passed += 1,
+            }
+        }
+        assert_eq!((found, passed), (10, 38));
+    }
+
+    /// Converters with every kind of disturbance: where rungs could differ at all.
+    #[test]
+    fn a_run_whose_rungs_agree_passes_row_by_row() {
+        let disturbed =
+            ["sensor.adc.kickback_uv=30.0", "sensor.adc.comparator_delay_sigma_clk=2.0", "sensor.adc.ramp_inl_lsb=1.0"];
+        for more in [&[][..], &disturbed[..]] {
+            let mut session = Session::new(setup(more)).unwrap();
+            session.check_rows(7).unwrap();
+            for _ in 0..3 {
+                session.step(&NoClock).unwrap();
+            }
+            assert_eq!(session.rows_checked(), 3 * u64_from((0..48).step_by(7).count()));
+        }
+    }
+
+    #[test]
+    fn a_rung_without_one_above_it_is_refused() {
+        assert_eq!(RowCheck::new(&setup(&["run.rung=clocked"]), 1).err().unwrap().exit_code(), 2);
+        assert_eq!(RowCheck::new(&setup(&[]), 0).err().unwrap().exit_code(), 2);
+    }
+}

@@ -1,0 +1,37 @@
+//! Rows of a window: their times, and the codes that several readings make together. Enters: a schedule. Leaves: a span a row.
+
+use crate::effects::chain::RowTimes;
+use crate::plane::Plane;
+use crate::readout::{ClockSpan, HdrMerge, Schedule};
+use crate::units::{FrameIndex, RowIndex, Span};
+
+/// A span for every row of the window; rows that are not read take the last one's that is.
+pub fn spans(schedule: &Schedule, of_row: impl Fn(RowIndex) -> Option<ClockSpan>) -> Vec<Span> {
+    let window = schedule.geometry().window();
+    let mut spans: Vec<Span> = Vec::new();
+    for row in window.y_px..window.y_px + window.height_px {
+        let span = of_row(RowIndex(row)).map(|span| schedule.span(span)).or_else(|| spans.last().copied());
+        spans.push(span.expect("the window's first row is read"));
+    }
+    spans
+}
+
+/// Times of the window's rows, of which each is read so much later than scheduled (none where there are no numbers).
+pub fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize, late_s: &[f64]) -> Vec<RowTimes> {
+    let exposures = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
+    let readouts = spans(schedule, |row| schedule.row_readout_clk(frame, slot, row));
+    let times = |(row, (exposure, readout)): (usize, (&Span, &Span))| {
+        let readout_s = readout.start_s + late_s.get(row).copied().unwrap_or(0.0);
+        RowTimes { exposure_s: exposure.length_s(), storage_s: readout_s - exposure.end_s, readout_s }
+    };
+    exposures.iter().zip(&readouts).enumerate().map(times).collect()
+}
+
+pub fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
+    let mut merged = Plane::filled(read[0].size(), 0_u16);
+    for row in 0..merged.height_px() {
+        let rows: Vec<&[u16]> = read.iter().map(|plane| plane.row(row)).collect();
+        merge.merge_row(&rows, merged.row_mut(row));
+    }
+    merged
+}
