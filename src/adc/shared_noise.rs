@@ -105,9 +105,8 @@ impl Effect for SharedNoise {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        let samples = if self.sigmas.reset_uv > 0.0 { 2.0 } else { 1.0 };
-        samples * if self.shared == Shared::Column { 1.3 } else { 0.4 }
+    fn cost_case(&self) -> &'static str {
+        if self.sigmas.reset_uv > 0.0 { "both" } else { "" }
     }
 
     /// The variance of a pixel. It is shared, so an eye or a tracker sees it in stripes long before a pixel's own noise of the same

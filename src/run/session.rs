@@ -102,6 +102,8 @@ pub struct Session {
     pub(super) host_clocks: Vec<RowClock>,
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
+    /// Exposures of the frame before where nothing moves or flickers, by camera and slot, with their rows' lengths.
+    still: Vec<Vec<(Vec<u64>, Exposure)>>,
     watched: Option<Watched>,
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
     electrons_kept: bool,
@@ -145,6 +147,7 @@ impl Session {
             host_time_s: None,
             host_clocks: Vec::new(),
             charge_before_e,
+            still: Vec::new(),
             watched: None,
             electrons_kept: false,
             electrons: Vec::new(),
@@ -228,10 +231,24 @@ impl Session {
     fn render(&mut self, frame: FrameIndex, schedules: &[Schedule]) -> Result<Vec<Vec<Exposure>>, Error> {
         let setup = &self.setup;
         let mut exposures = Vec::with_capacity(setup.windows.len());
+        let mut still = Vec::new();
         for (camera_index, (camera, schedule)) in setup.windows.iter().zip(schedules).enumerate() {
-            let slot_exposure = |slot: usize| expose(setup, camera, camera_index, schedule, frame, slot);
-            exposures.push((0..schedule.slots().len()).map(slot_exposure).collect::<Result<Vec<_>, Error>>()?);
+            let known = self.still.get(camera_index);
+            let slot_exposure = |slot: usize| {
+                let lengths = row_lengths_clk(schedule, frame, slot);
+                let same = known.and_then(|slots| slots.get(slot)).filter(|(before, _)| *before == lengths);
+                match same {
+                    Some((_, seen)) => Ok((lengths, Exposure { rays: 0, ..seen.clone() })),
+                    None => expose(setup, camera, camera_index, schedule, frame, slot).map(|seen| (lengths, seen)),
+                }
+            };
+            let seen = (0..schedule.slots().len()).map(slot_exposure).collect::<Result<Vec<_>, Error>>()?;
+            if setup.is_still() {
+                still.push(seen.clone());
+            }
+            exposures.push(seen.into_iter().map(|(_, exposure)| exposure).collect::<Vec<_>>());
         }
+        self.still = still;
         let slots = f64_from_usize(schedules[0].slots().len());
         for exposure in exposures.iter().flatten() {
             self.totals.rays += exposure.rays;
@@ -393,6 +410,15 @@ fn marks(tracked: Option<&TrackedFrame>, camera: usize, indices: &[u32], feature
         }
     }
     marks
+}
+
+/// How long each row of the window is exposed, in clocks.
+fn row_lengths_clk(schedule: &Schedule, frame: FrameIndex, slot: usize) -> Vec<u64> {
+    let spans = (0..schedule.geometry().window().height_px).map(|row| {
+        let array_row = RowIndex(schedule.geometry().window().y_px + row);
+        schedule.row_exposure_clk(frame, slot, array_row)
+    });
+    spans.map(|span| span.map_or(0, |span| span.end.0 - span.start.0)).collect()
 }
 
 /// What each camera's extractor makes of its picture, and the events of that.

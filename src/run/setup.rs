@@ -5,6 +5,7 @@ use glam::DVec2;
 
 use super::assets::{Assets, Progress};
 use super::exposure::ExposureControl;
+use super::facts::Known;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
 use super::world::{Demand, World};
@@ -13,14 +14,16 @@ use crate::config::check::within;
 use crate::effects::chain::Chain;
 use crate::effects::plan::{self, Kept, Omitted, Plan};
 use crate::effects::regions;
-use crate::effects::{self, Parameters};
+use crate::effects::{self, Parameters, costs};
 use crate::error::Error;
+use crate::facts::ScenarioFacts;
 use crate::fidelity::Fidelity;
 use crate::num::{f64_from_usize, greater, lesser, u32_from};
 use crate::optics::Camera;
 use crate::optics::lens::Lens;
 use crate::pose::Pose;
 use crate::readout::{Geometry, Schedule, Shutter};
+use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::scene::motion::imu::Imu;
 use crate::tracker::{CameraCalibration, TrackerParams};
@@ -39,10 +42,41 @@ pub struct PlanSummary {
     pub sigma_e: f64,
     /// What all omissions together were allowed to reach in the tightest region, in electrons.
     pub budget_e: f64,
+    /// Share of it that they take as mean square errors, where that is most.
+    pub budget_used: f64,
     /// Predicted cost of the kept effects.
     pub cost_ns_per_px: f64,
+    /// Predicted cost of all effects that the sensor has.
+    pub cost_of_all_ns_per_px: f64,
+    /// Predicted cost of the sensor without any effect.
+    pub cost_of_none_ns_per_px: f64,
+    /// Predicted time of the sensors of one frame of the rig on one core, in milliseconds.
+    pub sensor_ms_per_frame: f64,
     /// Bounds of a pixel's mean signal that the plan was made for, in electrons.
     pub signal_e: [f64; 2],
+}
+
+impl PlanSummary {
+    fn new(plan: Plan, signal_e: [f64; 2], sensor: &SensorSetup, cameras: usize) -> Self {
+        let samples = sensor.parameters.adc.cds.samples();
+        let cost_of_none_ns_per_px = costs::without_effects_ns_per_px(samples);
+        let readings = sensor.schedule.slots().len() * if sensor.second.is_some() { 2 } else { 1 };
+        let window = sensor.schedule.geometry().window();
+        let pixels = f64::from(window.width_px) * f64::from(window.height_px) * f64_from_usize(readings * cameras);
+        Self {
+            sensor_ms_per_frame: 1e-6 * pixels * (plan.cost_ns_per_px + cost_of_none_ns_per_px),
+            kept: plan.kept,
+            omitted: plan.omitted,
+            bias_e: plan.bound.bias_e,
+            sigma_e: plan.bound.variance_e2.sqrt(),
+            budget_e: plan.budget_e,
+            budget_used: plan.budget_used,
+            cost_ns_per_px: plan.cost_ns_per_px,
+            cost_of_all_ns_per_px: plan.cost_of_all_ns_per_px,
+            cost_of_none_ns_per_px,
+            signal_e,
+        }
+    }
 }
 
 /// Everything a run needs.
@@ -71,6 +105,8 @@ pub struct Setup {
     pub windows: Vec<Camera>,
     /// Exposure and gain of each frame.
     pub(super) exposure: ExposureControl,
+    /// What was known before anything was simulated.
+    pub facts: ScenarioFacts,
     /// What the planner decided.
     pub plan: PlanSummary,
     /// Names of the effects that run, in the first reading and in the second.
@@ -125,15 +161,11 @@ impl Setup {
         let chosen = [names(&plan), chosen_second];
         let pixel = &sensor.parameters.pixel;
         let efficiency = pixel.quantum_efficiency * pixel.fill_factor;
-        let summary = PlanSummary {
-            kept: plan.kept,
-            omitted: plan.omitted,
-            bias_e: plan.bound.bias_e,
-            sigma_e: plan.bound.variance_e2.sqrt(),
-            budget_e: plan.budget_e,
-            cost_ns_per_px: plan.cost_ns_per_px,
-            signal_e: [light.photons_min * efficiency, light.photons_max * efficiency],
-        };
+        let run = span_of(frames);
+        let known = Known { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run, light, exposures_s };
+        let facts = known.facts()?;
+        let signal_e = [light.photons_min, light.photons_max].map(|photons| photons * efficiency);
+        let summary = PlanSummary::new(plan, signal_e, &sensor, windows.len());
         Ok(Self {
             resolved,
             fidelity,
@@ -147,6 +179,7 @@ impl Setup {
             cameras,
             windows,
             exposure,
+            facts,
             plan: summary,
             chosen,
             tracker,
@@ -168,6 +201,11 @@ impl Setup {
             body_from_camera: camera.body_from_camera,
         };
         self.cameras.iter().map(of).collect()
+    }
+
+    /// Whether every exposure of the same length sees the same light: nothing moves and nothing flickers.
+    pub fn is_still(&self) -> bool {
+        matches!(self.motion, Motion::Still(_)) && self.world.scene().is_some_and(LitScene::is_steady)
     }
 
     /// Whether rows are exposed one after the other.

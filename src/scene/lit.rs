@@ -269,6 +269,16 @@ impl LitScene {
         self.flicker.map_or([1.0; 2], |flicker| flicker.bounds())
     }
 
+    /// Least and greatest level of any span of this length.
+    pub fn lamp_level_bounds_over(&self, length_s: f64) -> [f64; 2] {
+        self.flicker.map_or([1.0; 2], |flicker| flicker.bounds_over(length_s))
+    }
+
+    /// Whether the same picture is seen at any time.
+    pub fn is_steady(&self) -> bool {
+        self.flicker.is_none()
+    }
+
     /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band, as if all of it were reflected diffusely (what
     /// keeps an image: `facet`). `u` and `v` weigh the second and third corner; `footprint` is what the ray stands for on the texture;
     /// `direction` has unit length; `lamp_level` is that of the lamps that flicker over the ray's stratum of time.
