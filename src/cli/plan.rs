@@ -39,7 +39,8 @@ fn as_json(setup: &Setup) -> Value {
         })
     });
     // What nothing bounds has no number in JSON.
-    let fact = |fact: &Fact| json!({"name": fact.name, "least": fact.least, "greatest": fact.greatest, "how": fact.how});
+    let fact =
+        |fact: &Fact| json!({"name": fact.name, "least": fact.least, "greatest": fact.greatest, "how": fact.how});
     let tile = |tile: &Tile| json!({"columns": tile.columns, "rows": tile.rows, "signal_e": tile.signal_e});
     json!({
         "facts": setup.facts.facts.iter().map(fact).collect::<Vec<_>>(),

@@ -128,8 +128,17 @@ impl Chain {
         let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0, effects.len())];
         let black = BlackRows::default();
         let full_from_e = f32::INFINITY;
-        let chain =
-            Self { parameters, gathering: effects, readings, merge: None, black, layout: None, seed, die_seed, full_from_e };
+        let chain = Self {
+            parameters,
+            gathering: effects,
+            readings,
+            merge: None,
+            black,
+            layout: None,
+            seed,
+            die_seed,
+            full_from_e,
+        };
         chain.knowing_what_is_full()
     }
 
@@ -142,7 +151,8 @@ impl Chain {
     /// Finds from which charge on draws cannot show: where every reading clips, and nothing moves what is beyond the well to other
     /// pixels.
     fn knowing_what_is_full(mut self) -> Self {
-        let clips = self.readings.iter().all(|reading| reading.effects.iter().any(|effect| effect.name() == "full_well"));
+        let clips =
+            self.readings.iter().all(|reading| reading.effects.iter().any(|effect| effect.name() == "full_well"));
         let spills = self.gathering.iter().any(|effect| effect.name() == "blooming");
         let of = |reading: &Reading| pixel::full_from_e(&reading.parameters.pixel);
         self.full_from_e = if clips && !spills {
@@ -314,12 +324,7 @@ impl Chain {
         (charge_e, left_e)
     }
 
-    fn act_on_array(
-        &self,
-        charge_e: &mut Plane<f32>,
-        capture: Capture<'_>,
-        hits: &mut [u64],
-    ) -> Option<Plane<f32>> {
+    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>, hits: &mut [u64]) -> Option<Plane<f32>> {
         let (place, before_e) = (self.place(capture, 0), capture.before_e);
         let pixels = u64_from(charge_e.values().len());
         let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e, left_e: None };

@@ -151,7 +151,8 @@ pub fn plan(effects: Vec<Box<dyn Effect>>, regions: &[Region], accuracy: f64, ch
     let all = sums(&omissions, &omit, regions.len());
     let budgets_e: Vec<f64> = regions.iter().map(|region| accuracy * region.sigma_e).collect();
     let fullest = fullest_region(&all, &budgets_e);
-    let share_of = |error_e2: f64| if error_e2 > 0.0 { error_e2 / (budgets_e[fullest] * budgets_e[fullest]) } else { 0.0 };
+    let share_of =
+        |error_e2: f64| if error_e2 > 0.0 { error_e2 / (budgets_e[fullest] * budgets_e[fullest]) } else { 0.0 };
 
     let mut plan = Plan {
         effects: Vec::new(),

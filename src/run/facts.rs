@@ -37,17 +37,36 @@ pub(super) struct Known<'a> {
     pub windows: &'a [Camera],
     /// From the first exposure to the end of the last.
     pub run: Span,
-    pub light: LightBounds,
+}
+
+/// The same with its light.
+struct Lit<'a> {
+    known: &'a Known<'a>,
+    light: LightBounds,
     /// Shortest and longest exposure.
-    pub exposures_s: [f64; 2],
+    exposures_s: [f64; 2],
 }
 
 impl Known<'_> {
-    /// All facts.
+    /// All facts, from bounds of the light over the shortest and the longest exposure.
     ///
     /// # Errors
     /// A motion that ends before the run.
-    pub fn facts(&self) -> Result<ScenarioFacts, Error> {
+    pub fn facts(&self, light: LightBounds, exposures_s: [f64; 2]) -> Result<ScenarioFacts, Error> {
+        Lit { known: self, light, exposures_s }.facts()
+    }
+}
+
+impl<'a> std::ops::Deref for Lit<'a> {
+    type Target = Known<'a>;
+
+    fn deref(&self) -> &Self::Target {
+        self.known
+    }
+}
+
+impl Lit<'_> {
+    fn facts(&self) -> Result<ScenarioFacts, Error> {
         let at_run = |error: crate::scene::motion::MotionError| Error::Run(error.to_string());
         let speeds = self.motion.speeds_max(self.run).map_err(at_run)?;
         let depth_m = self.depth_m().map_err(at_run)?;
@@ -96,7 +115,10 @@ impl Known<'_> {
         let (bounds, how) = match self.world.scene() {
             Some(scene) if !scene.is_steady() => {
                 let [short, long] = self.exposures_s.map(|length_s| scene.lamp_level_bounds_over(length_s));
-                ([lesser(short[0], long[0]), greater(short[1], long[1])], "waveform's mean over the exposure at every phase")
+                (
+                    [lesser(short[0], long[0]), greater(short[1], long[1])],
+                    "waveform's mean over the exposure at every phase",
+                )
             }
             Some(_) => ([1.0; 2], "no lamp flickers"),
             None => ([1.0; 2], "flicker of pictures is in the pictures"),
@@ -120,10 +142,13 @@ impl Known<'_> {
         let Some(lit) = self.world.scene() else { return Ok([0.0, f64::INFINITY]) };
         let bvh = &lit.scene().bvh;
         let root = &bvh.nodes[0];
-        let corner = |side: usize| DVec3::from_array([0, 1, 2].map(|axis| {
-            let (low, high) = ends(root.planes_m[axis][side].iter().filter(|place| place.is_finite()).map(|&m| f64::from(m)));
-            [low, high][side]
-        }));
+        let corner = |side: usize| {
+            DVec3::from_array([0, 1, 2].map(|axis| {
+                let (low, high) =
+                    ends(root.planes_m[axis][side].iter().filter(|place| place.is_finite()).map(|&m| f64::from(m)));
+                [low, high][side]
+            }))
+        };
         let scene_m = [corner(0), corner(1)];
         let reach_m = DVec3::splat(self.reach_m());
         let parts = if matches!(self.motion, Motion::Still(_)) { 1 } else { PATH_PARTS };
@@ -195,7 +220,12 @@ impl Known<'_> {
                 greatest: dark_e,
                 how: format!("dark current of the worst die at {temperature_k} K over exposure and storage"),
             },
-            Fact { name: "temperature_k", least: temperature_k, greatest: temperature_k, how: "as configured".to_owned() },
+            Fact {
+                name: "temperature_k",
+                least: temperature_k,
+                greatest: temperature_k,
+                how: "as configured".to_owned(),
+            },
         ]
     }
 
@@ -242,4 +272,3 @@ fn px_per_rad_max(camera: &Camera) -> f64 {
     }
     (1.0 + LENS_SLACK) * most
 }
-

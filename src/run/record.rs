@@ -333,6 +333,10 @@ pub fn plan_record(plan: &PlanSummary, facts: &ScenarioFacts, accuracy: f64) -> 
         cost_of_none_ns_per_px: plan.cost_of_none_ns_per_px,
         sensor_ms_per_frame: plan.sensor_ms_per_frame,
         facts: facts.facts.iter().map(fact).collect(),
-        tiles: facts.tiles.iter().map(|tile| TileRecord { columns: tile.columns, rows: tile.rows, signal_e: tile.signal_e }).collect(),
+        tiles: facts
+            .tiles
+            .iter()
+            .map(|tile| TileRecord { columns: tile.columns, rows: tile.rows, signal_e: tile.signal_e })
+            .collect(),
     }
 }

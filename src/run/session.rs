@@ -156,6 +156,12 @@ impl Session {
         })
     }
 
+    /// Seconds that a stage has taken so far, by the watch that `step` was given. Panics at a name that is not in `STAGES`.
+    pub fn stage_s(&self, stage: &str) -> f64 {
+        let place = STAGES.iter().position(|name| *name == stage).expect("a stage of STAGES");
+        self.totals.stage_s[place]
+    }
+
     /// What the run is made of.
     pub fn setup(&self) -> &Setup {
         &self.setup

@@ -12,7 +12,7 @@ use super::world::{Demand, World};
 use crate::config::Resolved;
 use crate::config::check::within;
 use crate::effects::chain::Chain;
-use crate::effects::plan::{self, Kept, Omitted, Plan};
+use crate::effects::plan::{self, Choice, Kept, Omitted, Plan};
 use crate::effects::regions;
 use crate::effects::{self, Parameters, costs};
 use crate::error::Error;
@@ -148,24 +148,8 @@ impl Setup {
         let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
         let (world, scene_notes) = World::new(scenario, &demand, assets, progress)?;
 
-        let exposures_s = exposure_bounds_s(&sensor.schedule);
-        let light = world.photon_bounds(&windows, exposures_s);
-        let plan_of = |parameters: &Parameters| {
-            let pixels = f64_from_usize(sensor.size.pixel_count());
-            let storage_s = sensor.schedule.storage_s_max();
-            let regions = regions::regions(parameters, light, exposures_s[1], storage_s, pixels);
-            plan::plan(effects::build_all(parameters), &regions, fidelity.accuracy, &choice)
-        };
-        let plan = plan_of(&sensor.parameters);
-        let chosen_second = sensor.second.as_ref().map_or_else(Vec::new, |second| names(&plan_of(second)));
-        let chosen = [names(&plan), chosen_second];
-        let pixel = &sensor.parameters.pixel;
-        let efficiency = pixel.quantum_efficiency * pixel.fill_factor;
-        let run = span_of(frames);
-        let known = Known { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run, light, exposures_s };
-        let facts = known.facts()?;
-        let signal_e = [light.photons_min, light.photons_max].map(|photons| photons * efficiency);
-        let summary = PlanSummary::new(plan, signal_e, &sensor, windows.len());
+        let known = Known { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run: span_of(frames) };
+        let Planned { facts, plan: summary, chosen } = planned(&known, fidelity.accuracy, &choice)?;
         Ok(Self {
             resolved,
             fidelity,
@@ -184,6 +168,19 @@ impl Setup {
             chosen,
             tracker,
         })
+    }
+
+    /// Facts and plan, made anew from the loaded scene: what `new` made, for measuring how long that takes.
+    ///
+    /// # Errors
+    /// As `new`.
+    pub fn planned_anew(&self) -> Result<(ScenarioFacts, PlanSummary), Error> {
+        let first_s = first_exposure_s(&self.sensor, self.windows.len());
+        let run = Span { start_s: first_s, ..span_of_run(&self.sensor, self.windows.len(), self.frames) };
+        let (sensor, world, motion, windows) = (&self.sensor, &self.world, &self.motion, &self.windows[..]);
+        let choice = self.resolved.scenario.effects(&effects::names())?;
+        let planned = planned(&Known { sensor, world, motion, windows, run }, self.fidelity.accuracy, &choice)?;
+        Ok((planned.facts, planned.plan))
     }
 
     /// Photons to codes, at a gain of the ramp.
@@ -212,6 +209,32 @@ impl Setup {
     pub fn is_rolling(&self) -> bool {
         self.sensor.schedule.shutter() == Shutter::Rolling
     }
+}
+
+/// Facts, the plan's summary, and the names of the effects that run in both readings.
+struct Planned {
+    facts: ScenarioFacts,
+    plan: PlanSummary,
+    chosen: [Vec<&'static str>; 2],
+}
+
+/// Decides from what is known; renders nothing.
+fn planned(known: &Known<'_>, accuracy: f64, choice: &Choice) -> Result<Planned, Error> {
+    let sensor = known.sensor;
+    let exposures_s = exposure_bounds_s(&sensor.schedule);
+    let light = known.world.photon_bounds(known.windows, exposures_s);
+    let plan_of = |parameters: &Parameters| {
+        let pixels = f64_from_usize(sensor.size.pixel_count());
+        let storage_s = sensor.schedule.storage_s_max();
+        let regions = regions::regions(parameters, light, exposures_s[1], storage_s, pixels);
+        plan::plan(effects::build_all(parameters), &regions, accuracy, choice)
+    };
+    let plan = plan_of(&sensor.parameters);
+    let chosen_second = sensor.second.as_ref().map_or_else(Vec::new, |second| names(&plan_of(second)));
+    let chosen = [names(&plan), chosen_second];
+    let signal_e = [light.photons_min, light.photons_max].map(|photons| photons * sensor.electrons_per_photon());
+    let facts = known.facts(light, exposures_s)?;
+    Ok(Planned { facts, plan: PlanSummary::new(plan, signal_e, sensor, known.windows.len()), chosen })
 }
 
 fn names(plan: &Plan) -> Vec<&'static str> {

@@ -13,6 +13,8 @@ pub use gloss::{BOUNCES_MAX, Facet};
 use packet::Face;
 pub use packet::{Met, by_band};
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 use super::bake::rays::{Aims, aimed_light, bounce_rays};
@@ -86,6 +88,8 @@ pub struct LitScene {
     has_textures: bool,
     /// What of each material keeps an image.
     gloss: Vec<Option<Gloss>>,
+    /// Found once.
+    bounds: OnceLock<ExitanceBounds>,
 }
 
 impl Scene {
@@ -210,6 +214,7 @@ impl LitScene {
             paints,
             has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
             gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
+            bounds: OnceLock::new(),
             scene,
         }
     }
@@ -227,7 +232,7 @@ impl LitScene {
     /// Lets those of the scene's lamps flicker that it marks. Without this they shine at their mean.
     #[must_use]
     pub fn with_flicker(self, flicker: Flicker) -> Self {
-        Self { flicker: Some(flicker), ..self }
+        Self { flicker: Some(flicker), bounds: OnceLock::new(), ..self }
     }
 
     /// Exitance of what lies beyond all surfaces, towards where a ray that leaves along `direction` came from, in lux-equivalents.
@@ -357,6 +362,10 @@ impl LitScene {
     /// Bounds on the light that leaves any surface, from each triangle's own irradiance and reflectance: no rendered pixel lies outside
     /// (weights of an interpolation are within 0..1 up to rounding).
     pub fn exitance_bounds(&self) -> ExitanceBounds {
+        *self.bounds.get_or_init(|| self.found_exitance_bounds())
+    }
+
+    fn found_exitance_bounds(&self) -> ExitanceBounds {
         let mesh = &self.scene.mesh;
         let ranges: Vec<[Bands; 2]> = mesh
             .materials

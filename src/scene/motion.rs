@@ -239,7 +239,8 @@ impl Motion {
         match self {
             Self::Still(_) => Ok([0.0; 2]),
             Self::Spline(placed) => {
-                let [speed, turn] = placed.spline.speeds_max(placed.own(run)).map_err(|error| placed.in_run_time(error))?;
+                let [speed, turn] =
+                    placed.spline.speeds_max(placed.own(run)).map_err(|error| placed.in_run_time(error))?;
                 Ok([speed * placed.scale, turn])
             }
         }
@@ -254,7 +255,8 @@ impl Motion {
             Self::Still(pose) => Ok((pose.translation_m, pose.translation_m)),
             Self::Spline(placed) => {
                 let turn = placed.world_from_motion;
-                let extent = placed.spline.extent_m(placed.own(run), turn).map_err(|error| placed.in_run_time(error))?;
+                let extent =
+                    placed.spline.extent_m(placed.own(run), turn).map_err(|error| placed.in_run_time(error))?;
                 let in_room = |at_m: DVec3| (at_m - turn * placed.origin_m) * placed.scale + placed.offset_m;
                 Ok((in_room(extent.0), in_room(extent.1)))
             }

@@ -54,7 +54,8 @@ fn to_block_m(block: &Block, [low_m, high_m]: [DVec3; 2]) -> f64 {
     let (middle_m, half_m) = (0.5 * (low_m + high_m), 0.5 * (high_m - low_m));
     let mut nearest_m = f64::INFINITY;
     for slot in 0..BLOCK {
-        let corner_m = |corner: usize| DVec3::from_array([0, 1, 2].map(|axis| f64::from(block.corners_m[corner][axis][slot])));
+        let corner_m =
+            |corner: usize| DVec3::from_array([0, 1, 2].map(|axis| f64::from(block.corners_m[corner][axis][slot])));
         let corners_m = [0, 1, 2].map(corner_m);
         let mut squares_m2 = 0.0;
         for axis in 0..3 {
