@@ -111,7 +111,7 @@ fn every_effect_runs_over_pixels_where_its_scene_calls_for_it_and_over_none_wher
 fn every_effect_has_a_measured_cost_in_each_of_its_cases() {
     let mut seen = Vec::new();
     for cds in ["none", "analog", "digital"] {
-        for ramp in [&[][..], &["sensor.adc.ramp=piecewise", "sensor.adc.ramp_points=[[0.5, 0.25], [1.0, 1.0]]"]] {
+        for ramp in [&[][..], &["sensor.adc.ramp=piecewise", "sensor.adc.ramp_points=[[0.5, 0.25]]"]] {
             for dcnu in ["0.0", "0.5"] {
                 let mut set = vec![format!("sensor.adc.cds={cds}"), format!("sensor.pixel.dcnu={dcnu}")];
                 set.extend(cases::ALL_PRESENT.iter().chain(ramp).map(|set| (*set).to_owned()));

@@ -77,7 +77,7 @@ fn scenes() -> PathBuf {
 fn setup(name: &str, more: &[&str]) -> Setup {
     let folder = scenes().join(name);
     let text = std::fs::read_to_string(folder.join("scene.toml")).unwrap();
-    let mut assignments = vec!["sensor.width=64", "sensor.height=48", "scene.bake=direct", "run.frames=12"];
+    let mut assignments = vec!["sensor.width=64", "sensor.height=48", "run.frames=12"];
     assignments.extend(more);
     let assignments: Vec<String> = assignments.into_iter().map(str::to_owned).collect();
     let resolved = Resolved::from_layers("scene.toml", &text, &assignments).unwrap();
@@ -178,7 +178,7 @@ fn check_geometry(
     let [width, height] = [camera.size.width_px, camera.size.height_px].map(f64::from);
     let corners = [(-0.5, -0.5), (width - 0.5, -0.5), (-0.5, height - 0.5), (width - 0.5, height - 0.5)];
     let bearings = corners.iter().filter_map(|&(x, y)| camera.lens.unproject(DVec2::new(x, y)));
-    let widest = bearings.map(|bearing| 2.0 * bearing.z.acos().to_degrees()).fold(0.0, f64::max);
+    let widest = bearings.map(|bearing| 2.0 * libm::acos(bearing.z).to_degrees()).fold(0.0, f64::max);
     // The bearings of the camera are f32.
     held.check(facts, "field_of_view_deg", widest, 1e-5, said);
     let Some(scene) = setup.world.scene() else { return };

@@ -22,6 +22,8 @@ use sensel::units::{CameraIndex, FrameIndex, RowIndex};
 
 const SEED: u64 = 20_240_517;
 const CONFIGS: u64 = 208;
+/// Sensors whose effects are left out one by one.
+const CONFIGS_ALONE: u64 = 60;
 const WIDTH: usize = 1024;
 const ROWS: u32 = 4;
 
@@ -287,15 +289,15 @@ fn what_the_plan_leaves_out_stays_within_its_bound() {
     assert!(compared > 2500 && left_out_something > 70, "{compared}, {left_out_something}");
 }
 
-/// Each effect alone, however strong: what the planner would say of it holds also where it would never leave it out. Two regions of 208
-/// sensors with some 14 effects each: 5,800 comparisons of two figures at 4.5 standard errors, one false alarm in 25 if all bounds were met
+/// Each effect alone, however strong: what the planner would say of it holds also where it would never leave it out. Two regions of 60
+/// sensors with some 14 effects each: 1,700 comparisons of two figures at 4.5 standard errors, one false alarm in 90 if all bounds were met
 /// with equality. And bounds of systematic parts are not idle: where they can be measured, beyond 8 standard errors and rounding, the
 /// median of what is found is at least a tenth of them. A defect changes few pixels, so there it is the greatest change of one.
 #[test]
 fn an_effect_that_is_left_out_alone_stays_within_its_own_bound() {
     let mut tightest = BTreeMap::<&str, (f64, f64, u32)>::new();
     let mut used = BTreeMap::<&str, Vec<f64>>::new();
-    for case in (0..CONFIGS).map(case) {
+    for case in (0..CONFIGS_ALONE).map(case) {
         let (all, regions) = (effects::build_all(&case.parameters), case.regions());
         let full = case.chain(effects::build_all(&case.parameters));
         for region in [&regions[0], &regions[regions.len() - 1]] {
@@ -320,7 +322,8 @@ fn an_effect_that_is_left_out_alone_stays_within_its_own_bound() {
                 assert!(mean <= bound.bias_e + rounding_e, "mean {}, SE {}: {said}", found.mean, found.mean_se);
                 let most_e2 = bound.variance_e2 + rounding_e * rounding_e;
                 assert!(variance <= most_e2, "variance {}, SE {}: {said}", found.variance, found.variance_se);
-                if bound.bias_e > 8.0 * mean_se + 100.0 * rounding_e {
+                let resolved_e = (signal_e + region.facts.dark_rms_e) / 4_194_304.0;
+                if bound.bias_e > 8.0 * mean_se + 100.0 * resolved_e {
                     let is_defect = ["hot_pixels", "dead_pixels"].contains(&effect.name());
                     let actual = if is_defect { found.most } else { found.mean.abs() };
                     used.entry(effect.name()).or_default().push(actual / bound.bias_e);
@@ -344,7 +347,7 @@ fn an_effect_that_is_left_out_alone_stays_within_its_own_bound() {
     }
     let typical = median(&mut all);
     println!("all systematic effects: median {typical:.3} of the bound, {} measured", all.len());
-    assert!(typical >= 0.1 && all.len() > 300, "median {typical} of {}", all.len());
+    assert!(typical >= 0.1 && all.len() > 80, "median {typical} of {}", all.len());
 }
 
 #[test]

@@ -12,7 +12,7 @@ const SIZE: Size = Size { width_px: 640, height_px: 120 };
 const ROUNDS: usize = 15;
 
 /// Every effect at once, of the strength of real sensors.
-pub const ALL_PRESENT: &[&str] = &[
+const ALL_PRESENT: &[&str] = &[
     "sensor.pixel.prnu=0.01",
     "sensor.pixel.parasitic_light=1e-4",
     "sensor.pixel.dead_ppm=100.0",
@@ -74,7 +74,7 @@ fn ns_per_px(seconds: f64) -> f64 {
 }
 
 pub fn print() {
-    let bent = ["sensor.adc.ramp=piecewise", "sensor.adc.ramp_points=[[0.5, 0.25], [1.0, 1.0]]"];
+    let bent = ["sensor.adc.ramp=piecewise", "sensor.adc.ramp_points=[[0.5, 0.25]]"];
     let analog = &["sensor.pixel.type=3T", "sensor.adc.cds=analog"][..];
     let digital = &["sensor.pixel.type=3T", "sensor.adc.cds=digital"][..];
     let settings: [(&str, Vec<&str>); 6] = [

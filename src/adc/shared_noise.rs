@@ -86,6 +86,12 @@ impl SharedNoise {
         let drawn = if self.shared == Shared::Column { draws.len() } else { self.passes.min(draws.len()) };
         fill_uniforms(key, &mut uniforms[..drawn]);
         normals(&uniforms[..drawn], &mut draws[..drawn]);
+        if drawn == 1 {
+            // A plain fill: each copy of the one before would wait for it.
+            let shared = draws[0];
+            draws.fill(shared);
+            return;
+        }
         for column in drawn..draws.len() {
             draws[column] = draws[column - drawn];
         }

@@ -11,6 +11,7 @@ use crate::facts::{Fact, ScenarioFacts, Tile, readable};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::optics::Camera;
 use crate::pixel;
+use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::scene::nearest;
 use crate::units::{FrameIndex, RowIndex, Span};
@@ -88,8 +89,11 @@ impl Lit<'_> {
         Ok(ScenarioFacts { facts, tiles: self.tiles() })
     }
 
+    /// Least and greatest mean electrons of a pixel. The planner reckons with lit surfaces; a pixel may also see none.
     fn signal_e(&self) -> [f64; 2] {
-        [self.light.photons_min, self.light.photons_max].map(|photons| photons * self.sensor.electrons_per_photon())
+        let is_black = self.world.scene().is_some_and(LitScene::may_be_black);
+        let least = if is_black { 0.0 } else { self.light.photons_min };
+        [least, self.light.photons_max].map(|photons| photons * self.sensor.electrons_per_photon())
     }
 
     fn light_facts(&self) -> Vec<Fact> {

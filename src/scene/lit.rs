@@ -279,6 +279,16 @@ impl LitScene {
         self.flicker.map_or([1.0; 2], |flicker| flicker.bounds_over(length_s))
     }
 
+    /// Whether a ray can come back black: from the back of a surface that has one side only, or from beyond all surfaces.
+    pub fn may_be_black(&self) -> bool {
+        let [sky_least, _] = self.sky_bounds();
+        let is_dark_beyond = match &self.scene.environment {
+            None => self.sky_lux.contains(&0.0),
+            Some(_) => sky_least.contains(&0.0),
+        };
+        is_dark_beyond || self.paints.iter().any(|paint| !paint.double_sided)
+    }
+
     /// Whether the same picture is seen at any time.
     pub fn is_steady(&self) -> bool {
         self.flicker.is_none()

@@ -160,7 +160,6 @@ fn camera(set: &[&str]) -> (Setup, Camera) {
         "sensor.height=48",
         "rig.baseline_mm=0.0",
         "run.frames=3",
-        "run.render_tolerance=0.0",
         "run.samples_per_pixel=2",
     ];
     assignments.extend(set);

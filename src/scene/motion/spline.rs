@@ -199,8 +199,9 @@ impl Spline {
         Ok((low_m, high_m))
     }
 
-    /// No greater speed in m/s and rate of turn in rad/s is met within a span. Both derivatives are means of the differences of neighbouring
-    /// control poses over the knots' distance, with weights that add up to 1 (quadratic B-splines), so none exceeds the greatest difference.
+    /// No greater speed in m/s and rate of turn in rad/s is met within a span. Both derivatives are means of the differences of
+    /// neighbouring control poses over the knots' distance, with weights that add up to 1 (quadratic B-splines), so none exceeds the
+    /// greatest difference.
     ///
     /// # Errors
     /// As [`Spline::extent_m`].
