@@ -132,6 +132,14 @@ fn check_frame(setup: &Setup, camera: &Camera, number: usize, frame: FrameIndex,
         held.check(facts, "contrast", (most - least) / (most + least), PHOTON_SLACK, said);
     }
     check_tiles(facts, &seen, per_photon, held, said);
+    // Where the lens is dark nothing is seen.
+    let width = seen.width_px();
+    let lit = (0..signals.len()).filter(|&at| signals[at] > 0.0);
+    let place_px = |at: usize| DVec2::new(f64_from_usize(at % width), f64_from_usize(at / width));
+    let bearings = lit.filter_map(|at| camera.lens.unproject(place_px(at)));
+    let widest = bearings.map(|bearing| 2.0 * libm::acos(bearing.z).to_degrees()).fold(0.0, f64::max);
+    assert!(widest <= facts.of("field_of_view_deg").unwrap().greatest, "{widest} degrees of {said}");
+    held.compared += 1;
     if let Some(scene) = setup.world.scene() {
         spans.iter().for_each(|&span| held.check(facts, "lamp_level", f64::from(scene.lamp_level(span)), 1e-6, said));
     }
@@ -176,11 +184,6 @@ fn check_geometry(
         }
     }
     let [width, height] = [camera.size.width_px, camera.size.height_px].map(f64::from);
-    let corners = [(-0.5, -0.5), (width - 0.5, -0.5), (-0.5, height - 0.5), (width - 0.5, height - 0.5)];
-    let bearings = corners.iter().filter_map(|&(x, y)| camera.lens.unproject(DVec2::new(x, y)));
-    let widest = bearings.map(|bearing| 2.0 * libm::acos(bearing.z).to_degrees()).fold(0.0, f64::max);
-    // The bearings of the camera are f32.
-    held.check(facts, "field_of_view_deg", widest, 1e-5, said);
     let Some(scene) = setup.world.scene() else { return };
     let view = View::new(camera, spans.iter().map(|span| span.middle_s()).collect(), world_from_body);
     let found = surfaces(scene.scene(), &view);
