@@ -1,8 +1,8 @@
 //! What effects cost, measured. Enters: an effect. Leaves: nanoseconds a pixel on one core.
 //!
-//! One table for the planner's prediction and for the documents, made by `cargo bench --profile dev --bench effects -- costs`: each is the CPU
-//! time of a frame with the effect less that without it (the effect on top of shot noise and the conversion), median of interleaved
-//! rounds, one thread, AVX-512, on a loaded machine in the profile of tests. A release build is faster in all rows; their ratios hold roughly.
+//! One table for the planner's prediction and for the documents, made by `cargo bench --profile dev --bench effects -- costs`: each
+//! figure is the CPU time of a frame with the effect less that without it (the effect on top of shot noise and the conversion), median
+//! of interleaved rounds, one thread, on a loaded machine in the profile of tests. A release build is faster.
 
 use crate::effect::Effect;
 use crate::pixel::Samples;
