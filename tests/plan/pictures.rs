@@ -112,14 +112,14 @@ fn electrons(
 }
 
 /// Variance of draws that all pixels of a row share, or of a column.
-fn shared_e2(gone: &[&Box<dyn Effect>], region: &Region, names: &[&str]) -> f64 {
+fn shared_e2(gone: &[&dyn Effect], region: &Region, names: &[&str]) -> f64 {
     let shared = gone.iter().filter(|effect| names.contains(&effect.name()));
-    shared.map(|effect| bound(effect.as_ref(), &region.facts).unwrap().variance_e2).sum()
+    shared.map(|effect| bound(*effect, &region.facts).unwrap().variance_e2).sum()
 }
 
 /// All pixels of a picture: their mean signal, and what the left-out effects change.
 struct Pixels<'a> {
-    gone: &'a [&'a Box<dyn Effect>],
+    gone: &'a [&'a dyn Effect],
     signal_e: &'a [Vec<f64>],
     apart_e: &'a [Vec<f64>],
 }
@@ -131,7 +131,7 @@ impl Pixels<'_> {
         if differences_e.len() < PIXELS_MIN {
             return None;
         }
-        let of = |effect: &&Box<dyn Effect>| bound(effect.as_ref(), &region.facts).unwrap();
+        let of = |effect: &&dyn Effect| bound(*effect, &region.facts).unwrap();
         let bound = self.gone.iter().map(of).fold(Omission::NONE, Omission::and);
         let count = f64_from_usize(differences_e.len());
         let power = |apart: f64, power: u32| (0..power).fold(1.0, |all, _| all * apart);
@@ -182,7 +182,8 @@ fn what_the_plan_leaves_out_of_pictures_of_moving_scenes_stays_within_its_bound(
         let omitted: Vec<&str> = plan.omitted.iter().map(|effect| effect.name).collect();
         left_out += usize::from(!omitted.is_empty());
         let all = effects::build_all(&case.parameters);
-        let gone: Vec<&Box<dyn Effect>> = all.iter().filter(|effect| omitted.contains(&effect.name())).collect();
+        let gone: Vec<&dyn Effect> =
+            all.iter().map(|effect| &**effect).filter(|effect| omitted.contains(&effect.name())).collect();
         let gain = case.parameters.pixel.conversion_gain_uv_per_e;
         let full = electrons(&case.chain(effects::build_all(&case.parameters)), &photons, case.times, gain);
         let planned = electrons(&case.chain(plan.effects), &photons, case.times, gain);
