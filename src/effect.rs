@@ -1,6 +1,7 @@
 //! What an effect is: one physical imperfection between photons and codes that a scene may or may not call for.
 
 use std::cell::RefCell;
+use std::ops::Range;
 
 use crate::draw::{DrawKey, EffectNumber, RowPlace};
 use crate::facts::Facts;
@@ -70,6 +71,11 @@ pub struct RowPass<'a> {
     pub draws: &'a mut [f32],
     /// Keys that earlier rows asked for.
     pub keys: &'a KeptKeys,
+    /// Electrons from which on a pixel ends at its full well whatever any effect of the charge draws; infinite where that is not
+    /// known.
+    pub full_from_e: f32,
+    /// Columns that the effect had nothing to do for, counted by the effect.
+    pub idle_px: usize,
 }
 
 impl RowPass<'_> {
@@ -94,6 +100,44 @@ impl RowPass<'_> {
         let (frame, row) = (FrameIndex(0), RowIndex(0));
         self.keys.of_row(effect, RowPlace { seed: self.die_seed, frame, slot: 0, row, ..self.place })
     }
+}
+
+/// Columns that are judged together: a block of the vector kernels of draws.
+const JUDGED_PX: usize = 64;
+
+impl RowPass<'_> {
+    /// Runs of columns for which some draw can show, from left to right; `is_idle` judges the values of up to 64 neighbours. The others
+    /// are counted as idle.
+    pub fn in_need(&mut self, is_idle: impl Fn(&[f32]) -> bool) -> Vec<Range<usize>> {
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for (number, part) in self.values.chunks(JUDGED_PX).enumerate() {
+            let start = number * JUDGED_PX;
+            if is_idle(part) {
+                self.idle_px += part.len();
+                continue;
+            }
+            match runs.last_mut() {
+                Some(run) if run.end == start => run.end = start + part.len(),
+                _ => runs.push(start..start + part.len()),
+            }
+        }
+        runs
+    }
+
+    /// Counts all columns as idle but so many.
+    pub fn only(&mut self, acted_px: usize) {
+        self.idle_px += self.values.len() - acted_px;
+    }
+}
+
+/// Whether all of these pixels end at the full well whatever is drawn; false for NaN.
+pub fn all_full(values_e: &[f32], full_from_e: f32) -> bool {
+    values_e.iter().fold(true, |all, &value_e| all & (value_e >= full_from_e))
+}
+
+/// Whether all of these pixels are empty: the positive zero.
+pub fn all_empty(values_e: &[f32]) -> bool {
+    values_e.iter().fold(0, |bits, value_e| bits | value_e.to_bits()) == 0
 }
 
 /// Field of the key of draws in the reset sample.
@@ -143,8 +187,10 @@ pub trait Effect: Send + Sync {
     /// What the row holds when this effect meets it.
     fn domain(&self) -> Domain;
 
-    /// Measured cost in nanoseconds a pixel on one core with AVX2; the planner's prediction uses it.
-    fn cost_ns_per_px(&self) -> f64;
+    /// Which row of the table of costs holds, where an effect's work depends on its parameters: "both" samples, "dcnu", ...
+    fn cost_case(&self) -> &'static str {
+        ""
+    }
 
     /// Bound on what its absence changes in any pixel of the region; `None`: it cannot say, so it stays.
     fn omission(&self, facts: &Facts) -> Option<Omission>;

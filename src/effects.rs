@@ -2,6 +2,7 @@
 //! runs the chosen ones over rows. Enters: facts and photons. Leaves: a plan, and codes.
 
 pub mod chain;
+pub mod costs;
 pub mod plan;
 pub mod regions;
 pub mod variation;

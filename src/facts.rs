@@ -27,3 +27,93 @@ pub struct Facts {
     /// Greatest slope of the samples over the charge, relative to the conversion gain: above 1 where dies differ in gain.
     pub gain_slope_max: f64,
 }
+
+/// A quantity of a scenario that is known before anything is simulated: the truth lies between both ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fact {
+    /// The one name, with its unit as suffix: `motion_over_exposure_px`.
+    pub name: &'static str,
+    /// Least value that any frame of the run can show.
+    pub least: f64,
+    /// Greatest value; infinite where nothing bounds it.
+    pub greatest: f64,
+    /// How it was found, for a person: "brightest lit texel times roll-off".
+    pub how: String,
+}
+
+impl Fact {
+    /// Whether a value lies within, its ends included.
+    pub fn holds(&self, value: f64) -> bool {
+        value >= self.least && value <= self.greatest
+    }
+}
+
+/// A part of the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tile {
+    /// First column and the one after the last.
+    pub columns: [u32; 2],
+    /// First row and the one after the last.
+    pub rows: [u32; 2],
+    /// Least and greatest mean electrons of any pixel in it, in any frame; so its peak and its mean lie between both.
+    pub signal_e: [f64; 2],
+}
+
+/// What is known of a scenario.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ScenarioFacts {
+    /// Of all frames and cameras.
+    pub facts: Vec<Fact>,
+    /// Parts of the picture, row by row.
+    pub tiles: Vec<Tile>,
+}
+
+impl ScenarioFacts {
+    /// The fact of that name.
+    pub fn of(&self, name: &str) -> Option<&Fact> {
+        self.facts.iter().find(|fact| fact.name == name)
+    }
+}
+
+/// A number for a person: three digits, plain from a hundred-thousandth to a million, with a power of ten beyond.
+pub fn readable(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || !size.is_finite() {
+        return format!("{value}");
+    }
+    if !(1e-5..1e6).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    let whole = libm::log10(size).floor();
+    let mut places = 0;
+    while f64::from(places) + whole < 2.0 {
+        places += 1;
+    }
+    let text = format!("{value:.*}", crate::num::index(places));
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_readable_number_has_three_digits_and_no_idle_zeros() {
+        let cases = [
+            (0.000_12, "0.00012"),
+            (0.3061, "0.306"),
+            (12.0, "12"),
+            (12.345, "12.3"),
+            (999.6, "1000"),
+            (45_678.9, "45679"),
+            (1.2e-9, "1.20e-9"),
+            (3.0e7, "3.00e7"),
+            (0.0, "0"),
+            (-0.5, "-0.5"),
+            (f64::INFINITY, "inf"),
+        ];
+        for (value, words) in cases {
+            assert_eq!(readable(value), words);
+        }
+    }
+}

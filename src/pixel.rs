@@ -41,7 +41,7 @@ pub use die_gain::{DieGain, die_gain_max};
 pub use die_offset::DieOffset;
 pub use dsnu::Dsnu;
 pub use flicker_noise::{flicker_noise, flicker_variance_uv2};
-pub use full_well::FullWell;
+pub use full_well::{FullWell, full_from_e};
 pub use gain_compression::{GainCompression, compressed_slope_min};
 pub use hot_pixels::HotPixels;
 pub use image_lag::ImageLag;
@@ -125,6 +125,8 @@ mod tests {
             uniforms,
             draws,
             keys: &KeptKeys::default(),
+            full_from_e: f32::INFINITY,
+            idle_px: 0,
         });
         let mean = values.iter().map(|&value| f64::from(value)).sum::<f64>() / 4e4;
         (mean, values.iter().map(|&value| (f64::from(value) - mean) * (f64::from(value) - mean)).sum::<f64>() / 4e4)
@@ -183,6 +185,8 @@ mod tests {
                 uniforms,
                 draws,
                 keys: &KeptKeys::default(),
+                full_from_e: f32::INFINITY,
+                idle_px: 0,
             });
             let lost: Vec<f64> = values.iter().map(|&value| (f64::from(value) - 1000.0).max(0.0)).collect();
             let mean = lost.iter().sum::<f64>() / 4e4;

@@ -5,6 +5,7 @@ pub mod assets;
 mod expose;
 mod extractor;
 mod exposure;
+mod facts;
 mod hashes;
 mod light;
 mod motion;

@@ -23,6 +23,7 @@ pub mod light;
 pub mod lit;
 pub mod mesh;
 pub mod motion;
+pub mod nearest;
 pub mod pattern;
 pub mod photo_box;
 pub mod samples;

@@ -284,10 +284,6 @@ impl Effect for NormalShot {
         Domain::MeanElectrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        1.0
-    }
-
     fn omission(&self, _facts: &Facts) -> Option<Omission> {
         None
     }

@@ -40,10 +40,6 @@ impl Effect for ColumnGain {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.2
-    }
-
     /// The gain acts on all that reaches the column: on the drawn charge, whose second moment is its mean squared plus its shot
     /// noise, and on what is there in the dark, noise too.
     fn omission(&self, facts: &Facts) -> Option<Omission> {

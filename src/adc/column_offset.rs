@@ -48,8 +48,8 @@ impl Effect for ColumnOffset {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        if self.both_uv > 0.0 { 0.6 } else { 0.2 }
+    fn cost_case(&self) -> &'static str {
+        if self.both_uv > 0.0 { "both" } else { "" }
     }
 
     /// The bound is before quantisation, so what both samples share cancels in it.

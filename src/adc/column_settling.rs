@@ -74,10 +74,6 @@ impl Effect for ColumnSettling {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        1.5
-    }
-
     /// What is missing grows with the step, and never by more than a microvolt a microvolt: so no pixel within six sigma of the
     /// brightest mean misses more than that pixel, and the spread of what is missing is the signal's times the slope there.
     fn omission(&self, facts: &Facts) -> Option<Omission> {

@@ -71,8 +71,13 @@ impl Effect for RampJitter {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        self.conversions * if self.sigmas_uv.len() == 1 { 1.3 } else { 12.0 }
+    fn cost_case(&self) -> &'static str {
+        match (self.sigmas_uv.len() == 1, self.conversions > 1.0) {
+            (true, false) => "",
+            (true, true) => "both",
+            (false, false) => "bent",
+            (false, true) => "bent, both",
+        }
     }
 
     /// No pixel crosses where the ramp is steeper than at its steepest.

@@ -86,6 +86,12 @@ impl SharedNoise {
         let drawn = if self.shared == Shared::Column { draws.len() } else { self.passes.min(draws.len()) };
         fill_uniforms(key, &mut uniforms[..drawn]);
         normals(&uniforms[..drawn], &mut draws[..drawn]);
+        if drawn == 1 {
+            // A plain fill: each copy of the one before would wait for it.
+            let shared = draws[0];
+            draws.fill(shared);
+            return;
+        }
         for column in drawn..draws.len() {
             draws[column] = draws[column - drawn];
         }
@@ -105,9 +111,8 @@ impl Effect for SharedNoise {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        let samples = if self.sigmas.reset_uv > 0.0 { 2.0 } else { 1.0 };
-        samples * if self.shared == Shared::Column { 1.3 } else { 0.4 }
+    fn cost_case(&self) -> &'static str {
+        if self.sigmas.reset_uv > 0.0 { "both" } else { "" }
     }
 
     /// The variance of a pixel. It is shared, so an eye or a tracker sees it in stripes long before a pixel's own noise of the same

@@ -109,8 +109,8 @@ impl Effect for SupplyRipple {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        if self.converter.params.cds == Cds::Digital { 12.0 } else { 6.0 }
+    fn cost_case(&self) -> &'static str {
+        if self.converter.params.cds == Cds::Digital { "both" } else { "" }
     }
 
     /// A sine moves a sample by its amplitude at most, two samples apart by twice that. Pixels that cross at other clocks meet it at

@@ -51,7 +51,7 @@ pub enum Verb {
     /// Runs a scenario from photons to pose and writes report, pictures, packets and trajectories.
     Run(RunVerbArguments),
     /// Says which effects a scenario calls for, which are left out, and the bound of what that changes; simulates nothing.
-    Plan(ScenarioArguments),
+    Plan(PlanArguments),
     /// Says line and frame times, exposure limits, latency and link use of a sensor, and where a line's time goes.
     Timing(TimingArguments),
     /// Says energy and bandwidth by block, raw pictures against features.
@@ -149,11 +149,14 @@ pub struct WaveArguments {
     pub wave_columns: Option<String>,
 }
 
-/// A scenario.
+/// A scenario and its effects.
 #[derive(Args, Debug)]
-pub struct ScenarioArguments {
+pub struct PlanArguments {
     /// A scenario: a file, a folder with a scene.toml, or a name in the folder of scenarios.
     pub scenario: Option<String>,
+    /// Effects: all, auto, none, or +name,-name.
+    #[arg(long, allow_hyphen_values = true)]
+    pub effects: Option<String>,
 }
 
 /// A sensor.

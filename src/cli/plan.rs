@@ -1,69 +1,109 @@
-//! `sensel plan`: facts, effects kept and left out, bounds and reasons; simulates nothing.
+//! `sensel plan`: facts, effects kept and left out, bounds, costs and reasons; simulates nothing.
 
 use sensel::error::Error;
+use sensel::facts::{Fact, Tile, readable};
 use sensel::run::Setup;
-use serde_json::json;
+use sensel::run::setup::PlanSummary;
+use serde_json::{Value, json};
 
-use super::args::{ScenarioArguments, Shared};
+use super::args::{PlanArguments, Shared};
 use super::{listing, place, run};
 
 /// `sensel plan`.
-pub fn main(arguments: &ScenarioArguments, shared: &Shared) -> Result<(), Error> {
-    let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
+pub fn main(arguments: &PlanArguments, shared: &Shared) -> Result<(), Error> {
+    let effects = arguments.effects.as_ref().map(|effects| format!("run.effects='{effects}'"));
+    let more: Vec<String> = effects.into_iter().collect();
+    let located = place::locate(arguments.scenario.as_deref(), shared, &more)?;
     let setup = run::prepare(located, shared)?;
-    let plan = &setup.plan;
     if shared.json {
-        let omitted: Vec<_> = plan
-            .omitted
-            .iter()
-            .map(|e| json!({"name": e.name, "bias_e": e.bias_e, "sigma_e": e.sigma_e, "reason": e.reason}))
-            .collect();
-        let kept: Vec<_> = plan.kept.iter().map(|e| json!({"name": e.name, "reason": e.reason})).collect();
-        listing::print_json(&json!({
-            "kept": plan.kept.iter().map(|e| e.name).collect::<Vec<_>>(),
-            "kept_reasons": kept,
-            "omitted": omitted,
-            "bias_e": plan.bias_e,
-            "sigma_e": plan.sigma_e,
-            "budget_e": plan.budget_e,
-            "signal_e": plan.signal_e,
-            "cost_ns_per_px": plan.cost_ns_per_px,
-        }));
-        return Ok(());
+        listing::print_json(&as_json(&setup));
+    } else {
+        print_facts(&setup);
+        print_plan(&setup.plan, setup.fidelity.accuracy);
     }
-    print_plan(&setup);
     Ok(())
 }
 
-fn print_plan(setup: &Setup) {
+fn as_json(setup: &Setup) -> Value {
     let plan = &setup.plan;
+    let omitted = plan.omitted.iter().map(|e| {
+        json!({
+            "name": e.name, "bias_e": e.bias_e, "sigma_e": e.sigma_e, "budget_share": e.budget_share,
+            "cost_ns_per_px": e.cost_ns_per_px, "reason": e.reason, "words": e.words(plan.budget_e),
+        })
+    });
+    let kept = plan.kept.iter().map(|e| {
+        json!({
+            "name": e.name, "error_e": e.error_e, "cost_ns_per_px": e.cost_ns_per_px, "reason": e.reason,
+            "words": e.words(plan.budget_e),
+        })
+    });
+    // What nothing bounds has no number in JSON.
+    let fact =
+        |fact: &Fact| json!({"name": fact.name, "least": fact.least, "greatest": fact.greatest, "how": fact.how});
+    let tile = |tile: &Tile| json!({"columns": tile.columns, "rows": tile.rows, "signal_e": tile.signal_e});
+    json!({
+        "facts": setup.facts.facts.iter().map(fact).collect::<Vec<_>>(),
+        "tiles": setup.facts.tiles.iter().map(tile).collect::<Vec<_>>(),
+        "kept": plan.kept.iter().map(|e| e.name).collect::<Vec<_>>(),
+        "kept_reasons": kept.collect::<Vec<_>>(),
+        "omitted": omitted.collect::<Vec<_>>(),
+        "bias_e": plan.bias_e,
+        "sigma_e": plan.sigma_e,
+        "budget_e": plan.budget_e,
+        "budget_used": plan.budget_used,
+        "signal_e": plan.signal_e,
+        "cost_ns_per_px": plan.cost_ns_per_px,
+        "cost_of_all_ns_per_px": plan.cost_of_all_ns_per_px,
+        "cost_of_none_ns_per_px": plan.cost_of_none_ns_per_px,
+        "sensor_ms_per_frame": plan.sensor_ms_per_frame,
+    })
+}
+
+fn print_facts(setup: &Setup) {
+    outln!("facts       the truth of every frame lies between both ends");
+    for fact in &setup.facts.facts {
+        let ends = format!("{} to {}", readable(fact.least), readable(fact.greatest));
+        outln!("  {:<24} {ends:<20} {}", fact.name, fact.how);
+    }
+    outln!("signal by part of the picture, e-");
+    for row in setup.facts.tiles.chunk_by(|a, b| a.rows == b.rows) {
+        let ends = row.iter().map(|tile| format!("{} to {}", readable(tile.signal_e[0]), readable(tile.signal_e[1])));
+        outln!("  {}", ends.map(|ends| format!("{ends:<24}")).collect::<String>().trim_end());
+    }
+}
+
+fn print_plan(plan: &PlanSummary, accuracy: f64) {
     outln!(
-        "signal      {:.3} to {:.0} e- a pixel, from the scene's light and the lens",
-        plan.signal_e[0],
-        plan.signal_e[1]
-    );
-    outln!(
-        "budget      {:.3} e-: {} of a pixel's own noise where that is least",
-        plan.budget_e,
-        setup.fidelity.accuracy
+        "budget      {} e-: {accuracy} of a pixel's own noise where that is least; {:.1} % taken as a mean square",
+        readable(plan.budget_e),
+        100.0 * plan.budget_used
     );
     outln!("kept");
     for effect in &plan.kept {
-        outln!("  {:<14} {}", effect.name, effect.reason);
+        outln!("  {:<17} {:>5.2} ns/px  {}", effect.name, effect.cost_ns_per_px, effect.words(plan.budget_e));
     }
     outln!("left out");
     for effect in &plan.omitted {
         outln!(
-            "  {:<14} bias {:.2e} e-, sigma {:.2e} e-: {}",
+            "  {:<17} {:>5.2} ns/px  {}; at most {} e- and sigma {} e-, {:.1} % of the budget",
             effect.name,
-            effect.bias_e,
-            effect.sigma_e,
-            effect.reason
+            effect.cost_ns_per_px,
+            effect.words(plan.budget_e),
+            readable(effect.bias_e),
+            readable(effect.sigma_e),
+            100.0 * effect.budget_share
         );
     }
     if plan.omitted.is_empty() {
         outln!("  nothing");
     }
-    outln!("bound       bias {:.2e} e-, sigma {:.2e} e- before quantisation", plan.bias_e, plan.sigma_e);
-    outln!("cost        {:.1} ns a pixel predicted for the kept effects", plan.cost_ns_per_px);
+    outln!("bound       bias {} e-, sigma {} e- before quantisation", readable(plan.bias_e), readable(plan.sigma_e));
+    outln!(
+        "cost        {:.1} ns a pixel predicted for the kept effects, {:.1} for all, {:.1} without any; sensors {} ms a frame",
+        plan.cost_ns_per_px,
+        plan.cost_of_all_ns_per_px,
+        plan.cost_of_none_ns_per_px,
+        readable(plan.sensor_ms_per_frame)
+    );
 }

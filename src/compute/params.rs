@@ -198,7 +198,7 @@ impl ExtractorParams {
             return crate::num::low_u16(threshold);
         } else if corners > target + target / 8 {
             threshold + (threshold >> 3).max(1)
-        } else if corners < target - target / 8 && threshold > self.threshold.into() {
+        } else if corners < target - target / 8 && threshold > u32::from(self.threshold) {
             (threshold - (threshold >> 4).max(1)).max(self.threshold.into())
         } else {
             threshold

@@ -22,7 +22,7 @@ use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{ArrayPass, Domain, Effect};
 use crate::events::Events;
 use crate::fidelity::Rung;
-use crate::num::u32_from;
+use crate::num::{u32_from, u64_from};
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
 use crate::readout::{Geometry, HdrMerge};
@@ -59,6 +59,8 @@ pub struct Chain {
     seed: u64,
     /// Seed of the die.
     die_seed: u64,
+    /// Electrons from which on a pixel ends at its full well whatever is drawn; infinite where no effect clips there.
+    full_from_e: f32,
 }
 
 /// Which exposure is captured.
@@ -91,6 +93,9 @@ pub struct Captured {
     pub charge_e: Option<Plane<f32>>,
     /// What the black clamp added to the codes of the first reading.
     pub black_shift_dn: i32,
+    /// Over how many pixels each effect ran, optical-black rows and every reading counted: pixels for which it had nothing to do are not.
+    /// In physical order.
+    pub hits: Vec<(&'static str, u64)>,
 }
 
 /// The samples of one row in microvolts at the converters' inputs.
@@ -122,9 +127,42 @@ impl Chain {
     pub fn new(parameters: Parameters, mut effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
         assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects stand in physical order");
         let sensed = effects.partition_point(|effect| effect.domain() < Domain::SensedElectrons);
-        let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0)];
+        let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0, effects.len())];
         let black = BlackRows::default();
-        Self { parameters, gathering: effects, readings, merge: None, black, layout: None, seed, die_seed }
+        let full_from_e = f32::INFINITY;
+        let chain = Self {
+            parameters,
+            gathering: effects,
+            readings,
+            merge: None,
+            black,
+            layout: None,
+            seed,
+            die_seed,
+            full_from_e,
+        };
+        chain.knowing_what_is_full()
+    }
+
+    /// The same sensor that draws for every pixel, also where no draw can show: the slow twin, equal in every bit.
+    #[must_use]
+    pub fn drawing_for_all(self) -> Self {
+        Self { full_from_e: f32::INFINITY, ..self }
+    }
+
+    /// Finds from which charge on draws cannot show: where every reading clips, and nothing moves what is beyond the well to other
+    /// pixels.
+    fn knowing_what_is_full(mut self) -> Self {
+        let clips =
+            self.readings.iter().all(|reading| reading.effects.iter().any(|effect| effect.name() == "full_well"));
+        let spills = self.gathering.iter().any(|effect| effect.name() == "blooming");
+        let of = |reading: &Reading| pixel::full_from_e(&reading.parameters.pixel);
+        self.full_from_e = if clips && !spills {
+            self.readings.iter().map(of).fold(0.0, |most, from_e| if from_e > most { from_e } else { most })
+        } else {
+            f32::INFINITY
+        };
+        self
     }
 
     /// The same sensor that reads every charge a second time at another conversion gain. Effects of the charge itself, which both
@@ -138,9 +176,10 @@ impl Chain {
     ) -> Self {
         assert!(merge.readings() == 2 && self.readings.len() == 1, "two readings become one code");
         effects.retain(|effect| effect.domain() >= Domain::SensedElectrons);
-        self.readings.push(Reading::new(parameters, effects, 1));
+        let first_slot = self.slots();
+        self.readings.push(Reading::new(parameters, effects, 1, first_slot));
         self.merge = Some(merge);
-        self
+        self.knowing_what_is_full()
     }
 
     /// The same sensor with optical-black rows, which are read before the picture.
@@ -177,7 +216,8 @@ impl Chain {
     /// of the window.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         let mut events = Events::default();
-        let (shot, left_e) = self.shot(photons, capture, times, &mut events);
+        let mut hits = vec![0; self.slots()];
+        let (shot, left_e) = self.shot(photons, capture, times, &mut events, &mut hits);
         let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
         let mut codes = Plane::filled(size, 0_u16);
         let width = codes.width_px();
@@ -187,12 +227,32 @@ impl Chain {
             for (offset, row_codes) in rows.chunks_exact_mut(width).enumerate() {
                 self.output_row(&shot, index * ROWS_PER_CHUNK + offset, &mut buffers, row_codes, &mut events);
             }
-            events
+            (events, buffers.hits)
         };
-        for part in &map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk) {
+        for (part, of_chunk) in &map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk) {
             events.merge(part);
+            add(&mut hits, of_chunk);
         }
-        Captured { codes, events, charge_e: left_e, black_shift_dn: shot.shifts_dn[0] }
+        let hits = self.named(&hits);
+        Captured { codes, events, charge_e: left_e, black_shift_dn: shot.shifts_dn[0], hits }
+    }
+
+    /// Counters that a capture needs: one for each effect of each reading.
+    fn slots(&self) -> usize {
+        self.gathering.len() + self.readings.iter().map(|reading| reading.effects.len()).sum::<usize>()
+    }
+
+    /// Counts by effect, those of all readings together.
+    fn named(&self, hits: &[u64]) -> Vec<(&'static str, u64)> {
+        let effects = self.gathering.iter().chain(self.readings.iter().flat_map(|reading| &reading.effects));
+        let mut named: Vec<(&'static str, u64)> = Vec::new();
+        for (effect, &count) in effects.zip(hits) {
+            match named.iter_mut().find(|(name, _)| *name == effect.name()) {
+                Some((_, sum)) => *sum += count,
+                None => named.push((effect.name(), count)),
+            }
+        }
+        named
     }
 
     /// Codes of some rows of an exposure, as `capture` gives them.
@@ -203,7 +263,7 @@ impl Chain {
         times: &[RowTimes],
         rows: &[RowIndex],
     ) -> Vec<Vec<u16>> {
-        let (shot, _) = self.shot(photons, capture, times, &mut Events::default());
+        let (shot, _) = self.shot(photons, capture, times, &mut Events::default(), &mut vec![0; self.slots()]);
         let width = self.layout.as_ref().map_or(photons.size(), Layout::output_size).width_px;
         let mut buffers = self.buffers(photons.width_px());
         let mut codes_of = |row: &RowIndex| {
@@ -221,14 +281,15 @@ impl Chain {
         capture: Capture<'a>,
         times: &'a [RowTimes],
         events: &mut Events,
+        hits: &mut [u64],
     ) -> (Shot<'a>, Option<Plane<f32>>) {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let shifts_dn = vec![0; self.readings.len()];
         let array_width = self.layout.as_ref().map_or(photons.width_px(), Layout::buffer_width);
         let columns = self.columns(capture.camera, array_width);
         let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn, columns };
-        shot.shifts_dn = self.black_shifts_dn(&shot, events);
-        let array = self.has_array_effects().then(|| self.array_electrons(&shot));
+        shot.shifts_dn = self.black_shifts_dn(&shot, events, hits);
+        let array = self.has_array_effects().then(|| self.array_electrons(&shot, hits));
         let left_e;
         (shot.charge_e, left_e) = array.map_or((None, None), |(charge_e, left_e)| (Some(charge_e), left_e));
         (shot, left_e)
@@ -237,14 +298,14 @@ impl Chain {
     /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
     /// of the whole array see this row alone. The row begins at the array's first column.
     pub fn row_samples(&self, photons: &[f32], capture: Capture<'_>, row: RowIndex, times: RowTimes) -> RowSamples {
-        let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1);
+        let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1, self.slots());
         let at = self.at(capture, crate::num::index(row.0), times);
         buffers.values.copy_from_slice(photons);
         self.gather(at, &mut buffers);
         if self.has_array_effects() {
             let size = Size { width_px: u32_from(photons.len()), height_px: 1 };
             let mut charge_e = Plane::from_values(size, std::mem::take(&mut buffers.values));
-            self.act_on_array(&mut charge_e, capture);
+            self.act_on_array(&mut charge_e, capture, &mut buffers.hits);
             buffers.values = charge_e.values().to_vec();
         }
         self.readings[0].sense(at, self.die_seed, &mut buffers);
@@ -264,7 +325,7 @@ impl Chain {
 
     fn buffers(&self, window_width: usize) -> RowBuffers {
         let width = self.layout.as_ref().map_or(window_width, Layout::buffer_width);
-        RowBuffers::new(width, self.samples(), self.readings.len())
+        RowBuffers::new(width, self.samples(), self.readings.len(), self.slots())
     }
 
     fn array_effects(&self) -> &[Box<dyn Effect>] {
@@ -277,7 +338,7 @@ impl Chain {
     }
 
     /// Electrons of all rows of the window, after the effects of the whole array, and those that stay for the next frame.
-    fn array_electrons(&self, shot: &Shot<'_>) -> (Plane<f32>, Option<Plane<f32>>) {
+    fn array_electrons(&self, shot: &Shot<'_>, hits: &mut [u64]) -> (Plane<f32>, Option<Plane<f32>>) {
         let mut charge_e = Plane::filled(shot.photons.size(), 0.0_f32);
         let width = shot.photons.width_px();
         let (first_row, first_column) =
@@ -288,17 +349,23 @@ impl Chain {
                 self.load(shot, first_row + index * ROWS_PER_CHUNK + offset, &mut buffers);
                 row_e.copy_from_slice(&buffers.values[first_column..]);
             }
+            buffers.hits
         };
-        map_chunks(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk);
-        let left_e = self.act_on_array(&mut charge_e, shot.capture);
+        for of_chunk in &map_chunks(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk) {
+            add(hits, of_chunk);
+        }
+        let left_e = self.act_on_array(&mut charge_e, shot.capture, hits);
         (charge_e, left_e)
     }
 
-    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>) -> Option<Plane<f32>> {
+    fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>, hits: &mut [u64]) -> Option<Plane<f32>> {
         let (place, before_e) = (self.place(capture, 0), capture.before_e);
+        let pixels = u64_from(charge_e.values().len());
         let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e, left_e: None };
-        for effect in self.array_effects() {
+        let first_slot = self.gathering.len() - self.array_effects().len();
+        for (place, effect) in self.array_effects().iter().enumerate() {
             effect.apply_to_array(&mut pass);
+            hits[first_slot + place] += pixels;
         }
         pass.left_e
     }
@@ -315,10 +382,19 @@ impl Chain {
     /// From the photons in the buffer to the electrons that a row's pixels gather.
     fn gather(&self, at: RowAt, buffers: &mut RowBuffers) {
         pixel::photons_to_mean_electrons(&self.parameters.pixel, &mut buffers.values);
+        let rows = self.gathering.len() - self.array_effects().len();
+        let mut hits = std::mem::take(&mut buffers.hits);
         let mut pass = buffers.pass(at, self.die_seed);
-        for effect in self.gathering.iter().filter(|effect| effect.domain() < Domain::ArrayElectrons) {
-            effect.apply(&mut pass);
-        }
+        pass.full_from_e = self.full_from_e;
+        row::apply_all(&self.gathering[..rows], &mut pass, &mut hits);
+        buffers.hits = hits;
+    }
+}
+
+/// Adds counts to counts.
+fn add(hits: &mut [u64], more: &[u64]) {
+    for (hits, more) in hits.iter_mut().zip(more) {
+        *hits += more;
     }
 }
 

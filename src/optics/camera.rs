@@ -165,8 +165,17 @@ impl Camera {
     /// Least and greatest share of light that roll-off leaves over all pixels (0 where the lens has no bearing). Inside a pixel the cosine
     /// lies between those of its corners.
     pub fn roll_off_bounds(&self) -> [f64; 2] {
+        let own = self.own_roll_off_bounds(&self.bearings);
+        // Bands with a mapping of their own see a little more or less of the field.
+        self.passes
+            .iter()
+            .map(Pass::roll_off_bounds)
+            .fold(own, |all, of| [crate::num::lesser(all[0], of[0]), crate::num::greater(all[1], of[1])])
+    }
+
+    fn own_roll_off_bounds<'a>(&self, bearings: impl IntoIterator<Item = &'a [f32; 3]>) -> [f64; 2] {
         let (mut least, mut most, mut is_whole) = (f32::MAX, f32::MIN, true);
-        for bearing in &self.bearings {
+        for bearing in bearings {
             if *bearing == [0.0; 3] {
                 is_whole = false;
                 continue;
@@ -178,12 +187,19 @@ impl Camera {
             return [0.0; 2];
         }
         let [low, high] = self.shading.bounds(least, most);
-        let own = [if is_whole { low } else { 0.0 }, high];
-        // Bands with a mapping of their own see a little more or less of the field.
-        self.passes
-            .iter()
-            .map(Pass::roll_off_bounds)
-            .fold(own, |all, of| [crate::num::lesser(all[0], of[0]), crate::num::greater(all[1], of[1])])
+        [if is_whole { low } else { 0.0 }, high]
+    }
+
+    /// As `roll_off_bounds`, of the pixels from the first column and row to before the last ones. Where light reaches pixels from their
+    /// neighbours or bands have mappings of their own, what holds for the whole picture.
+    pub fn roll_off_bounds_of(&self, [first_x, end_x]: [u32; 2], [first_y, end_y]: [u32; 2]) -> [f64; 2] {
+        if !self.passes.is_empty() || self.optical_crosstalk > 0.0 {
+            return self.roll_off_bounds();
+        }
+        let stride = index(self.size.width_px) + 1;
+        let columns = index(first_x)..=index(end_x);
+        let rows = index(first_y)..=index(end_y);
+        self.own_roll_off_bounds(rows.flat_map(|y| &self.bearings[y * stride..][columns.clone()]))
     }
 
     /// Least and greatest share of the light of the darkest and of the brightest surroundings that blur can leave a pixel.

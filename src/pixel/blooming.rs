@@ -88,10 +88,6 @@ impl Effect for Blooming {
         Domain::ArrayElectrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.5
-    }
-
     /// Where no pixel of the frame is over the well but by chance, by the Chernoff bound of `FullWell`: the excess of the pixel and
     /// what may reach it of others. Else any pixel may be filled to the well by bright neighbours, and it stays.
     fn omission(&self, facts: &Facts) -> Option<Omission> {

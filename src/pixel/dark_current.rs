@@ -13,8 +13,8 @@ use super::die::{Die, dark_factor};
 use super::row_memory::RowMemory;
 use super::{PixelParams, add_scaled};
 use crate::draw::{DrawKey, EffectNumber, fill_uniforms, normals, poisson, poisson_of_one_mean};
-use crate::effect::{Domain, Effect, Omission, RowPass};
-use crate::facts::Facts;
+use crate::effect::{Domain, Effect, Omission, RowPass, all_full};
+use crate::facts::{Facts, readable};
 use crate::num::f32_nearest;
 
 /// Charge that gathers without light.
@@ -70,8 +70,8 @@ impl Effect for DarkCurrent {
         Domain::Electrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        if self.rates.dcnu > 0.0 { 1.8 } else { 0.6 }
+    fn cost_case(&self) -> &'static str {
+        if self.rates.dcnu > 0.0 { "dcnu" } else { "" }
     }
 
     /// The mean over pixels is the bias; over pixels the charge has its Poisson variance and that of its rate.
@@ -82,11 +82,16 @@ impl Effect for DarkCurrent {
     }
 
     fn reason(&self, facts: &Facts) -> String {
-        let time_ms = 1e3 * (facts.exposure_s + facts.storage_s_max);
-        format!("at most {:.3e} e- in {time_ms:.3} ms at {} K", self.most_e(facts), facts.temperature_k)
+        let (most_e, time_us) = (self.most_e(facts), 1e6 * (facts.exposure_s + facts.storage_s_max));
+        format!("{} e- at {} us and {} K", readable(most_e), readable(time_us), facts.temperature_k)
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
+        let full_from_e = row.full_from_e;
+        let runs = row.in_need(|part| all_full(part, full_from_e));
+        if runs.is_empty() {
+            return;
+        }
         let factor = dark_factor(self.rates.die_sigma, Die::of(row));
         let exposure_e = factor * self.rates.photodiode_e_per_s * row.exposure_s;
         let storage_e = factor * self.rates.storage_e_per_s * row.storage_s;
@@ -100,11 +105,18 @@ impl Effect for DarkCurrent {
                 }
             }
             fill_uniforms(row.temporal_key(Self::NUMBER), row.uniforms);
-            poisson(row.uniforms, row.draws);
+            for run in runs.iter().cloned() {
+                poisson(&row.uniforms[run.clone()], &mut row.draws[run]);
+            }
         } else {
             fill_uniforms(row.temporal_key(Self::NUMBER), row.uniforms);
-            poisson_of_one_mean(row.uniforms, f32_nearest(exposure_e + storage_e), row.draws);
+            let mean_e = f32_nearest(exposure_e + storage_e);
+            for run in runs.iter().cloned() {
+                poisson_of_one_mean(&row.uniforms[run.clone()], mean_e, &mut row.draws[run]);
+            }
         }
-        add_scaled(row.values, row.draws, 1.0);
+        for run in runs {
+            add_scaled(&mut row.values[run.clone()], &row.draws[run], 1.0);
+        }
     }
 }

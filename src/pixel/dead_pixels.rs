@@ -43,10 +43,6 @@ impl Effect for DeadPixels {
         Domain::MeanElectrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.05
-    }
-
     /// A dead pixel lacks its whole signal, with its shot noise and its response's pattern.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let pattern_e = self.prnu * facts.signal_e_max;
@@ -58,7 +54,9 @@ impl Effect for DeadPixels {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        for site in self.places.sites(Die::of(row), row.place.row, row.uniforms).iter() {
+        let sites = self.places.sites(Die::of(row), row.place.row, row.uniforms);
+        row.only(sites.len());
+        for site in sites.iter() {
             row.values[site.column] = 0.0;
         }
     }

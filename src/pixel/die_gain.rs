@@ -46,10 +46,6 @@ impl Effect for DieGain {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.1
-    }
-
     /// For the die that lies farthest out of all that a draw can give; the charge's own noise is scaled with it.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let most = NORMAL_MAX * self.sigma;

@@ -40,10 +40,6 @@ impl Effect for DieOffset {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.1
-    }
-
     /// For the die that lies farthest out of all that a draw can give.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let bias_e = NORMAL_MAX * self.sigma_uv / facts.conversion_gain_uv_per_e;

@@ -39,10 +39,6 @@ impl Effect for Dsnu {
         Domain::Electrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.3
-    }
-
     fn omission(&self, _facts: &Facts) -> Option<Omission> {
         Some(Omission { bias_e: 0.0, variance_e2: self.sigma_e * self.sigma_e })
     }

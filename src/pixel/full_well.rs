@@ -4,6 +4,7 @@
 
 use super::PixelParams;
 use super::dark_rates::DarkRates;
+use super::die::NORMAL_MAX;
 use super::row::clip_above;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
@@ -64,6 +65,18 @@ pub(super) fn well_excess(mean_e: f64, pattern_e2: f64, capacity_e: f64) -> Opti
     (second < variance_e2).then_some(Omission { bias_e: first, variance_e2: second })
 }
 
+/// Mean electrons, or electrons, from which on a pixel ends at its full well whatever shot noise, dark charge and dark offset draw.
+///
+/// No uniform of 32 bits lies more than `NORMAL_MAX` sigma out, and the Poisson quantile at z lies above m + z sqrt(m) for z below
+/// -1 (its Cornish-Fisher expansion adds (z^2 - 1) / 6). So m - 7 sqrt(m) - 10 is below every count of the mean m, dark charge only
+/// adds, and a dark offset takes away 7 sigma at most. A millionth covers the roundings of f32 on the way (each 6e-8).
+pub fn full_from_e(params: &PixelParams) -> f32 {
+    const { assert!(NORMAL_MAX < 7.0) };
+    let needed_e = params.full_well_e * (1.0 + 1e-6) + 10.0 + 7.0 * params.dsnu_e;
+    let root = 0.5 * (7.0 + (49.0 + 4.0 * needed_e).sqrt());
+    f32_nearest(root * root * (1.0 + 1e-6))
+}
+
 impl Effect for FullWell {
     fn name(&self) -> &'static str {
         "full_well"
@@ -75,10 +88,6 @@ impl Effect for FullWell {
 
     fn domain(&self) -> Domain {
         Domain::SensedElectrons
-    }
-
-    fn cost_ns_per_px(&self) -> f64 {
-        0.05
     }
 
     /// Near the full well and above it the excess itself is the bias, with the charge's own spread.

@@ -67,10 +67,6 @@ impl Effect for GainCompression {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.05
-    }
-
     /// The change is c N^2 / full well, at most. With mean m and variance s^2 of N, Poisson (third and fourth cumulant m) with normal
     /// patterns, E N^2 = m^2 + s^2 and var N^2 = 4 m^2 s^2 + 4 m m + m + 2 s^4. Dark charge with a long tail (DCNU, hot pixels) is no such
     /// law; but the change's slope is 2 c at most, so it adds at most 4 c^2 of its mean square, and (a + b)^2 <= 2 a^2 + 2 b^2.

@@ -49,10 +49,6 @@ impl Effect for HotPixels {
         Domain::Electrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.1
-    }
-
     /// For the hottest pixel that a draw can give, so it holds in every pixel.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let most_e = self.rates.hot_e_max(facts.exposure_s, facts.storage_s_max);
@@ -67,6 +63,7 @@ impl Effect for HotPixels {
     fn apply(&self, row: &mut RowPass<'_>) {
         let die = Die::of(row);
         let sites = self.places.sites(die, row.place.row, row.uniforms);
+        row.only(sites.len());
         if sites.is_empty() {
             return;
         }

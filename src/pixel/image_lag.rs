@@ -52,10 +52,6 @@ impl Effect for ImageLag {
         Domain::ArrayElectrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        14.0
-    }
-
     /// The difference is what the frame before left less what this one leaves: each at most l / (1 - l) of the frame's greatest charge, as
     /// Poisson as that charge, and as uneven.
     fn omission(&self, facts: &Facts) -> Option<Omission> {

@@ -55,10 +55,6 @@ impl Effect for ParasiticLight {
         Domain::MeanElectrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.05
-    }
-
     /// Under one uniform, the counts of two means that differ by d differ by d (1 + z / (2 sqrt(mean))) rounded one way or
     /// the other (as in `Prnu::omission`): variance d^2 / (4 mean), with d at most the mean d / 4, and at most d and a quarter for
     /// the rounding; and d has the response's pattern.

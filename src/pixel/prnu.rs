@@ -39,10 +39,6 @@ impl Effect for Prnu {
         Domain::MeanElectrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.3
-    }
-
     /// The response acts before photoelectrons are counted. Under one uniform, the counts of two means that differ by d differ by
     /// d (1 + z / (2 sqrt(mean))) rounded to a whole number one way or the other: variance d^2 (1 + 1 / (4 mean)), and at
     /// most |d|, and at most a quarter, for the rounding. The mean of |d| is sqrt(2 / pi) of its sigma.

@@ -99,8 +99,8 @@ impl Effect for RtsNoise {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        if self.samples.is_double() { 0.4 } else { 0.2 }
+    fn cost_case(&self) -> &'static str {
+        if self.samples.is_double() { "double" } else { "" }
     }
 
     /// For a pixel that has a trap, over traps: E A^2 = 2 a^2 and E d(1 - d) = 1/6. The difference of two samples has mean 0 and
@@ -124,6 +124,7 @@ impl Effect for RtsNoise {
 
     fn apply(&self, row: &mut RowPass<'_>) {
         let traps = self.traps(row);
+        row.only(traps.len());
         if traps.is_empty() {
             return;
         }

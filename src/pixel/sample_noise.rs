@@ -105,8 +105,8 @@ impl Effect for SampleNoise {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        if self.sigmas.reset_uv > 0.0 { 2.6 } else { 1.3 }
+    fn cost_case(&self) -> &'static str {
+        if self.sigmas.reset_uv > 0.0 { "both" } else { "" }
     }
 
     fn omission(&self, facts: &Facts) -> Option<Omission> {

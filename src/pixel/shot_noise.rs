@@ -5,7 +5,7 @@
 
 use super::PixelParams;
 use crate::draw::{EffectNumber, fill_uniforms, poisson};
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Omission, RowPass, all_empty, all_full};
 use crate::facts::Facts;
 
 /// The Poisson nature of light.
@@ -34,10 +34,6 @@ impl Effect for ShotNoise {
         Domain::MeanElectrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        1.9
-    }
-
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         Some(Omission { bias_e: 0.0, variance_e2: facts.signal_e_max })
     }
@@ -47,7 +43,15 @@ impl Effect for ShotNoise {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
+        // A mean of 0 counts 0, and a pixel far beyond its well counts to the well whatever is drawn.
+        let full_from_e = row.full_from_e;
+        let runs = row.in_need(|part| all_empty(part) || all_full(part, full_from_e));
+        if runs.is_empty() {
+            return;
+        }
         fill_uniforms(row.temporal_key(Self::NUMBER), row.uniforms);
-        poisson(row.uniforms, row.values);
+        for run in runs {
+            poisson(&row.uniforms[run.clone()], &mut row.values[run]);
+        }
     }
 }

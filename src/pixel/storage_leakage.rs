@@ -44,10 +44,6 @@ impl Effect for StorageLeakage {
         Domain::SensedElectrons
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        9.0
-    }
-
     /// What is lost of a Poisson charge is Poisson, so its variance is its mean; of a pattern it is the share.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let share = self.share(facts.storage_s_max);

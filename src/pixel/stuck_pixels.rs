@@ -50,10 +50,6 @@ impl Effect for StuckPixels {
         Domain::Microvolts
     }
 
-    fn cost_ns_per_px(&self) -> f64 {
-        0.05
-    }
-
     /// A stuck pixel is wrong by as much as the range allows, under any light: never left out.
     fn omission(&self, _facts: &Facts) -> Option<Omission> {
         None
@@ -64,7 +60,9 @@ impl Effect for StuckPixels {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        for &site in self.places.sites(Die::of(row), row.place.row, row.uniforms).iter() {
+        let sites = self.places.sites(Die::of(row), row.place.row, row.uniforms);
+        row.only(sites.len());
+        for &site in sites.iter() {
             row.values[site.column] = if is_high(site) { FAR_UV } else { -FAR_UV };
         }
     }

@@ -26,10 +26,12 @@ pub(super) fn expose(
 ) -> Result<Exposure, Error> {
     // The motion was checked to cover the whole run before the first frame.
     let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
+    // Nothing distinguishes the frames of a still picture, so its samples are those of frame 0 at every time.
+    let named = if setup.is_still() { FrameIndex(0) } else { frame };
     let key = DrawKey::root(setup.resolved.scenario.seed)
         .with(RENDER_NUMBER)
         .with(u64_from(camera_index))
-        .with(frame.0.into());
+        .with(named.0.into());
     let sampling = Sampling {
         samples_per_pixel: setup.fidelity.samples_per_pixel,
         samples_max: setup.fidelity.samples_max,

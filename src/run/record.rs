@@ -5,11 +5,13 @@ use super::setup::PlanSummary;
 use super::timing::{burst_utilisation, timing_record};
 use super::world::World;
 use crate::error::Error;
+use crate::facts::{Fact, ScenarioFacts};
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Camera;
 use crate::pose::TimedPose;
 use crate::report::record::{
-    Bandwidth, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, Timing, TrackingEvent,
+    Bandwidth, FactRecord, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, TileRecord,
+    Timing, TrackingEvent,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
 use crate::scene::{Illuminant, LitScene};
@@ -32,7 +34,7 @@ impl Session {
             seed: setup.resolved.scenario.seed,
             config_hash: setup.resolved.hash(),
             scenario: self.scenario(name),
-            plan: plan_record(&setup.plan, setup.fidelity.accuracy),
+            plan: plan_record(&setup.plan, &setup.facts, setup.fidelity.accuracy),
             timing: self.timing()?,
             bandwidth: self.bandwidth(),
             energy: (&self.energy()).into(),
@@ -51,6 +53,10 @@ impl Session {
                 }
             };
             report.not_measurable.insert("scenario.render_variance_ratio".to_owned(), reason);
+        }
+        if report.plan.facts.iter().any(|fact| fact.greatest.is_none()) {
+            let reason = "a fact that nothing bounds; its words say why".to_owned();
+            report.not_measurable.insert("plan.facts.greatest".to_owned(), reason);
         }
         if report.bandwidth.reduction.is_none() {
             let reason = "no feature was sent".to_owned();
@@ -321,13 +327,21 @@ fn frame_record(note: &FrameNotes) -> FrameRecord {
 }
 
 /// The plan as the report and the verb `plan` show it.
-pub fn plan_record(plan: &PlanSummary, accuracy: f64) -> PlanRecord {
+pub fn plan_record(plan: &PlanSummary, facts: &ScenarioFacts, accuracy: f64) -> PlanRecord {
     let omitted = plan.omitted.iter().map(|effect| OmittedEffect {
         name: effect.name.to_owned(),
         bias_e: effect.bias_e,
         sigma_e: effect.sigma_e,
+        budget_share: effect.budget_share,
+        cost_ns_per_px: effect.cost_ns_per_px,
         reason: effect.reason.clone(),
     });
+    let fact = |fact: &Fact| FactRecord {
+        name: fact.name.to_owned(),
+        least: fact.least,
+        greatest: Some(fact.greatest).filter(|greatest| greatest.is_finite()),
+        how: fact.how.clone(),
+    };
     PlanRecord {
         kept: plan.kept.iter().map(|effect| effect.name.to_owned()).collect(),
         kept_reasons: plan.kept.iter().map(|effect| (effect.name, effect.reason.clone())).collect(),
@@ -335,5 +349,17 @@ pub fn plan_record(plan: &PlanSummary, accuracy: f64) -> PlanRecord {
         bias_e: plan.bias_e,
         sigma_e: plan.sigma_e,
         accuracy,
+        budget_e: plan.budget_e,
+        budget_used: plan.budget_used,
+        cost_ns_per_px: plan.cost_ns_per_px,
+        cost_of_all_ns_per_px: plan.cost_of_all_ns_per_px,
+        cost_of_none_ns_per_px: plan.cost_of_none_ns_per_px,
+        sensor_ms_per_frame: plan.sensor_ms_per_frame,
+        facts: facts.facts.iter().map(fact).collect(),
+        tiles: facts
+            .tiles
+            .iter()
+            .map(|tile| TileRecord { columns: tile.columns, rows: tile.rows, signal_e: tile.signal_e })
+            .collect(),
     }
 }

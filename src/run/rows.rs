@@ -27,6 +27,17 @@ pub fn row_times(schedule: &Schedule, frame: FrameIndex, slot: usize, late_s: &[
     exposures.iter().zip(&readouts).enumerate().map(times).collect()
 }
 
+/// How long each row of the window is exposed in each slot, in clocks.
+pub fn slot_lengths_clk(schedule: &Schedule, frame: FrameIndex) -> Vec<Vec<u64>> {
+    let window = schedule.geometry().window();
+    let length_clk = |slot: usize, row: u32| {
+        schedule.row_exposure_clk(frame, slot, RowIndex(window.y_px + row)).map_or(0, |span| span.end.0 - span.start.0)
+    };
+    let of_slot = |slot: usize| (0..window.height_px).map(|row| length_clk(slot, row)).collect();
+    (0..schedule.slots().len()).map(of_slot).collect()
+}
+
+/// One picture of several readings.
 pub fn merge_planes(merge: &HdrMerge, read: &[Plane<u16>]) -> Plane<u16> {
     let mut merged = Plane::filled(read[0].size(), 0_u16);
     for row in 0..merged.height_px() {

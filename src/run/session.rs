@@ -4,7 +4,7 @@ use super::assets::Stopwatch;
 use super::extractor::ExtractorTotals;
 use super::hashes::StageHashes;
 use super::row_check::RowCheck;
-use super::rows::{merge_planes, row_times};
+use super::rows::{merge_planes, row_times, slot_lengths_clk};
 use super::sensor::SensorSetup;
 use super::setup::Setup;
 use super::transfer::{LinkTotals, frame_time_s};
@@ -104,6 +104,8 @@ pub struct Session {
     pub(super) host_clocks: Vec<RowClock>,
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
+    /// Exposures of the frame before where nothing moves or flickers, one entry a camera, with the lengths of their rows by slot.
+    still: Vec<(Vec<Vec<u64>>, Vec<Exposure>)>,
     watched: Option<Watched>,
     row_check: Option<RowCheck>,
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
@@ -151,6 +153,7 @@ impl Session {
             host_time_s: None,
             host_clocks: Vec::new(),
             charge_before_e,
+            still: Vec::new(),
             watched: None,
             row_check: None,
             electrons_kept: false,
@@ -158,6 +161,12 @@ impl Session {
             notes: Vec::new(),
             totals: Totals::default(),
         })
+    }
+
+    /// Seconds that a stage has taken so far, by the watch that `step` was given. Panics at a name that is not in `STAGES`.
+    pub fn stage_s(&self, stage: &str) -> f64 {
+        let place = STAGES.iter().position(|name| *name == stage).expect("a stage of STAGES");
+        self.totals.stage_s[place]
     }
 
     /// What the run is made of.
@@ -211,7 +220,12 @@ impl Session {
     /// A picture that cannot be read any more.
     pub fn expose(&self) -> Result<Vec<Vec<Exposure>>, Error> {
         let frame = self.next_frame();
-        let of = |(camera_index, schedule): (usize, &Schedule)| self.setup.exposures_of(frame, camera_index, schedule);
+        let of = |(camera_index, schedule): (usize, &Schedule)| match self.still.get(camera_index) {
+            Some((lengths, seen)) if *lengths == slot_lengths_clk(schedule, frame) => {
+                Ok(seen.iter().map(|exposure| Exposure { rays: 0, ..exposure.clone() }).collect())
+            }
+            _ => self.setup.exposures_of(frame, camera_index, schedule),
+        };
         self.setup.exposure.schedules(frame).iter().enumerate().map(of).collect()
     }
 
@@ -224,6 +238,10 @@ impl Session {
         let mut lap = Lap::start(watch);
         let schedules = self.setup.exposure.schedules(frame);
         self.count_rays(&exposures);
+        if self.setup.is_still() {
+            let lengths = schedules.iter().map(|schedule| slot_lengths_clk(schedule, frame));
+            self.still = lengths.zip(exposures.iter().cloned()).collect();
+        }
         let codes = self.capture(frame, &schedules, &exposures)?;
         self.totals.stage_s[1] += lap.next_s();
         let on_sensor = self.setup.sensor.link.mode.sends_features();

@@ -7,22 +7,25 @@ use glam::DVec2;
 
 use super::assets::{Assets, NoFiles, NoProgress, Progress};
 use super::exposure::ExposureControl;
+use super::facts::Known;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
 use super::world::{Demand, World};
 use crate::config::Resolved;
 use crate::config::check::within;
 use crate::effects::chain::Chain;
-use crate::effects::plan::{self, Kept, Omitted, Plan};
+use crate::effects::plan::{self, Choice, Kept, Omitted, Plan};
 use crate::effects::regions;
-use crate::effects::{self, Parameters};
+use crate::effects::{self, Parameters, costs};
 use crate::error::Error;
+use crate::facts::ScenarioFacts;
 use crate::fidelity::{Fidelity, Rung};
 use crate::num::{f64_from_usize, greater, lesser, u32_from};
 use crate::optics::Camera;
 use crate::optics::lens::Lens;
 use crate::pose::Pose;
 use crate::readout::{Geometry, Schedule, Shutter};
+use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::scene::motion::imu::Imu;
 use crate::tracker::{CameraCalibration, TrackerParams};
@@ -41,10 +44,41 @@ pub struct PlanSummary {
     pub sigma_e: f64,
     /// What all omissions together were allowed to reach in the tightest region, in electrons.
     pub budget_e: f64,
+    /// Share of it that they take as mean square errors, where that is most.
+    pub budget_used: f64,
     /// Predicted cost of the kept effects.
     pub cost_ns_per_px: f64,
+    /// Predicted cost of all effects that the sensor has.
+    pub cost_of_all_ns_per_px: f64,
+    /// Predicted cost of the sensor without any effect.
+    pub cost_of_none_ns_per_px: f64,
+    /// Predicted time of the sensors of one frame of the rig on one core, in milliseconds.
+    pub sensor_ms_per_frame: f64,
     /// Bounds of a pixel's mean signal that the plan was made for, in electrons.
     pub signal_e: [f64; 2],
+}
+
+impl PlanSummary {
+    fn new(plan: Plan, signal_e: [f64; 2], sensor: &SensorSetup, cameras: usize) -> Self {
+        let samples = sensor.parameters.adc.cds.samples();
+        let cost_of_none_ns_per_px = costs::without_effects_ns_per_px(samples);
+        let readings = sensor.schedule.slots().len() * if sensor.second.is_some() { 2 } else { 1 };
+        let window = sensor.schedule.geometry().window();
+        let pixels = f64::from(window.width_px) * f64::from(window.height_px) * f64_from_usize(readings * cameras);
+        Self {
+            sensor_ms_per_frame: 1e-6 * pixels * (plan.cost_ns_per_px + cost_of_none_ns_per_px),
+            kept: plan.kept,
+            omitted: plan.omitted,
+            bias_e: plan.bound.bias_e,
+            sigma_e: plan.bound.variance_e2.sqrt(),
+            budget_e: plan.budget_e,
+            budget_used: plan.budget_used,
+            cost_ns_per_px: plan.cost_ns_per_px,
+            cost_of_all_ns_per_px: plan.cost_of_all_ns_per_px,
+            cost_of_none_ns_per_px,
+            signal_e,
+        }
+    }
 }
 
 /// Everything a run needs.
@@ -74,6 +108,8 @@ pub struct Setup {
     pub windows: Vec<Camera>,
     /// Exposure and gain of each frame.
     pub(super) exposure: ExposureControl,
+    /// What was known before anything was simulated.
+    pub facts: ScenarioFacts,
     /// What the planner decided.
     pub plan: PlanSummary,
     /// Names of the effects that run, in the first reading and in the second.
@@ -133,28 +169,8 @@ impl Setup {
             None => World::new(scenario, &demand, assets, progress).map(|(world, notes)| (Arc::new(world), notes))?,
         };
 
-        let exposures_s = exposure_bounds_s(&sensor.schedule);
-        let light = world.photon_bounds(&windows, exposures_s);
-        let plan_of = |parameters: &Parameters| {
-            let pixels = f64_from_usize(sensor.size.pixel_count());
-            let storage_s = sensor.schedule.storage_s_max();
-            let regions = regions::regions(parameters, light, exposures_s[1], storage_s, pixels);
-            plan::plan(effects::build_all(parameters), &regions, fidelity.accuracy, &choice)
-        };
-        let plan = plan_of(&sensor.parameters);
-        let chosen_second = sensor.second.as_ref().map_or_else(Vec::new, |second| names(&plan_of(second)));
-        let chosen = [names(&plan), chosen_second];
-        let pixel = &sensor.parameters.pixel;
-        let efficiency = pixel.quantum_efficiency * pixel.fill_factor;
-        let summary = PlanSummary {
-            kept: plan.kept,
-            omitted: plan.omitted,
-            bias_e: plan.bound.bias_e,
-            sigma_e: plan.bound.variance_e2.sqrt(),
-            budget_e: plan.budget_e,
-            cost_ns_per_px: plan.cost_ns_per_px,
-            signal_e: [light.photons_min * efficiency, light.photons_max * efficiency],
-        };
+        let known = Known { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run: span_of(frames) };
+        let Planned { facts, plan: summary, chosen } = planned(&known, fidelity.accuracy, &choice)?;
         let setup = Self {
             resolved,
             fidelity,
@@ -168,6 +184,7 @@ impl Setup {
             cameras,
             windows,
             exposure,
+            facts,
             plan: summary,
             chosen,
             tracker,
@@ -176,6 +193,19 @@ impl Setup {
             setup.first_chain().check_expected()?;
         }
         Ok(setup)
+    }
+
+    /// Facts and plan, made anew from the loaded scene: what `new` made, for measuring how long that takes.
+    ///
+    /// # Errors
+    /// As `new`.
+    pub fn planned_anew(&self) -> Result<(ScenarioFacts, PlanSummary), Error> {
+        let first_s = first_exposure_s(&self.sensor, self.windows.len());
+        let run = Span { start_s: first_s, ..span_of_run(&self.sensor, self.windows.len(), self.frames) };
+        let (sensor, world, motion, windows) = (&self.sensor, &self.world, &self.motion, &self.windows[..]);
+        let choice = self.resolved.scenario.effects(&effects::names())?;
+        let planned = planned(&Known { sensor, world, motion, windows, run }, self.fidelity.accuracy, &choice)?;
+        Ok((planned.facts, planned.plan))
     }
 
     /// Photons to codes, at a gain of the ramp.
@@ -195,10 +225,41 @@ impl Setup {
         self.cameras.iter().map(of).collect()
     }
 
+    /// Whether every exposure of the same length sees the same light: nothing moves and nothing flickers.
+    pub fn is_still(&self) -> bool {
+        matches!(self.motion, Motion::Still(_)) && self.world.scene().is_some_and(LitScene::is_steady)
+    }
+
     /// Whether rows are exposed one after the other.
     pub fn is_rolling(&self) -> bool {
         self.sensor.schedule.shutter() == Shutter::Rolling
     }
+}
+
+/// Facts, the plan's summary, and the names of the effects that run in both readings.
+struct Planned {
+    facts: ScenarioFacts,
+    plan: PlanSummary,
+    chosen: [Vec<&'static str>; 2],
+}
+
+/// Decides from what is known; renders nothing.
+fn planned(known: &Known<'_>, accuracy: f64, choice: &Choice) -> Result<Planned, Error> {
+    let sensor = known.sensor;
+    let exposures_s = exposure_bounds_s(&sensor.schedule);
+    let light = known.world.photon_bounds(known.windows, exposures_s);
+    let plan_of = |parameters: &Parameters| {
+        let pixels = f64_from_usize(sensor.size.pixel_count());
+        let storage_s = sensor.schedule.storage_s_max();
+        let regions = regions::regions(parameters, light, exposures_s[1], storage_s, pixels);
+        plan::plan(effects::build_all(parameters), &regions, accuracy, choice)
+    };
+    let plan = plan_of(&sensor.parameters);
+    let chosen_second = sensor.second.as_ref().map_or_else(Vec::new, |second| names(&plan_of(second)));
+    let chosen = [names(&plan), chosen_second];
+    let signal_e = [light.photons_min, light.photons_max].map(|photons| photons * sensor.electrons_per_photon());
+    let facts = known.facts(light, exposures_s)?;
+    Ok(Planned { facts, plan: PlanSummary::new(plan, signal_e, sensor, known.windows.len()), chosen })
 }
 
 fn names(plan: &Plan) -> Vec<&'static str> {

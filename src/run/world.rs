@@ -53,6 +53,8 @@ impl World {
                 .map(|(sequence, notes)| (Self::Images(sequence), notes)),
             None => lit_scene(scenario, demand.start_m, assets, progress).map(|lit| {
                 let notes = lit.scene().notes.clone();
+                // Bounds of the light belong to the scene under its light, as its bake does: the planner reads them.
+                lit.exitance_bounds();
                 (Self::Scene(Box::new(lit)), notes)
             }),
         }

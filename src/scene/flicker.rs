@@ -38,6 +38,9 @@ pub struct Flicker {
 /// rounding, and the level changes by less than 1e-7 meanwhile (a PWM edge within the span apart).
 const INSTANT_PERIODS: f64 = 1e-9;
 
+/// Places in a period at which bounds over a length are looked for.
+const BOUND_STEPS: u32 = 1024;
+
 impl Flicker {
     /// Mean level over a span of run time; 1 is the mean over all time. Whole periods are counted as integers, so what
     /// is left of a late time is as exact as the time itself.
@@ -61,6 +64,25 @@ impl Flicker {
             Waveform::Pwm { duty } => [if duty < 1.0 { 0.0 } else { 1.0 }, 1.0 / duty],
         };
         pure.map(|level| f32_nearest(self.mixed(level)))
+    }
+
+    /// Least and greatest level of spans of one length. The mean over a span changes by at most (greatest - least) / length when it is
+    /// moved, so steps of a part of a period find both ends but for half a step of that, which is added.
+    pub fn bounds_over(&self, length_s: f64) -> [f64; 2] {
+        let all = self.bounds().map(f64::from);
+        let periods = length_s * self.frequency_hz;
+        if periods < 1.0 / f64::from(BOUND_STEPS) {
+            return all;
+        }
+        let (mut least, mut most) = (f64::INFINITY, 0.0);
+        for step in 0..BOUND_STEPS {
+            let start_s = f64::from(step) / (f64::from(BOUND_STEPS) * self.frequency_hz);
+            let level = f64::from(self.level(Span { start_s, end_s: start_s + length_s }));
+            (least, most) = (lesser(least, level), greater(most, level));
+        }
+        // Rounding of the level to f32, 2^-24 of it, besides.
+        let slack = (all[1] - all[0]) / (2.0 * f64::from(BOUND_STEPS) * periods) + 1e-7 * all[1];
+        [greater(least - slack, all[0]), lesser(most + slack, all[1])]
     }
 
     fn mixed(&self, level: f64) -> f64 {

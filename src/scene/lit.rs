@@ -13,6 +13,8 @@ pub use gloss::{BOUNCES_MAX, Facet};
 use packet::Face;
 pub use packet::{Met, by_band};
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 use super::bake::rays::{Aims, aimed_light, bounce_rays};
@@ -86,6 +88,8 @@ pub struct LitScene {
     has_textures: bool,
     /// What of each material keeps an image.
     gloss: Vec<Option<Gloss>>,
+    /// Found once.
+    bounds: OnceLock<ExitanceBounds>,
 }
 
 impl Scene {
@@ -210,6 +214,7 @@ impl LitScene {
             paints,
             has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
             gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
+            bounds: OnceLock::new(),
             scene,
         }
     }
@@ -227,7 +232,7 @@ impl LitScene {
     /// Lets those of the scene's lamps flicker that it marks. Without this they shine at their mean.
     #[must_use]
     pub fn with_flicker(self, flicker: Flicker) -> Self {
-        Self { flicker: Some(flicker), ..self }
+        Self { flicker: Some(flicker), bounds: OnceLock::new(), ..self }
     }
 
     /// Exitance of what lies beyond all surfaces, towards where a ray that leaves along `direction` came from, in lux-equivalents.
@@ -267,6 +272,26 @@ impl LitScene {
     /// Least and greatest level of any span.
     pub fn lamp_level_bounds(&self) -> [f32; 2] {
         self.flicker.map_or([1.0; 2], |flicker| flicker.bounds())
+    }
+
+    /// Least and greatest level of any span of this length.
+    pub fn lamp_level_bounds_over(&self, length_s: f64) -> [f64; 2] {
+        self.flicker.map_or([1.0; 2], |flicker| flicker.bounds_over(length_s))
+    }
+
+    /// Whether a ray can come back black: from the back of a surface that has one side only, or from beyond all surfaces.
+    pub fn may_be_black(&self) -> bool {
+        let [sky_least, _] = self.sky_bounds();
+        let is_dark_beyond = match &self.scene.environment {
+            None => self.sky_lux.contains(&0.0),
+            Some(_) => sky_least.contains(&0.0),
+        };
+        is_dark_beyond || self.paints.iter().any(|paint| !paint.double_sided)
+    }
+
+    /// Whether the same picture is seen at any time.
+    pub fn is_steady(&self) -> bool {
+        self.flicker.is_none()
     }
 
     /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band, as if all of it were reflected diffusely (what
@@ -347,6 +372,10 @@ impl LitScene {
     /// Bounds on the light that leaves any surface, from each triangle's own irradiance and reflectance: no rendered pixel lies outside
     /// (weights of an interpolation are within 0..1 up to rounding).
     pub fn exitance_bounds(&self) -> ExitanceBounds {
+        *self.bounds.get_or_init(|| self.found_exitance_bounds())
+    }
+
+    fn found_exitance_bounds(&self) -> ExitanceBounds {
         let mesh = &self.scene.mesh;
         let ranges: Vec<[Bands; 2]> = mesh
             .materials

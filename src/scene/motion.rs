@@ -140,9 +140,8 @@ impl PlacedSpline {
         if !(high_m.cmpgt(low_m).all() && low_m.is_finite() && high_m.is_finite()) {
             return Err(MotionError::EmptyBox { low_m, high_m });
         }
-        let own = Span { start_s: self.own_s(span.start_s), end_s: self.own_s(span.end_s) };
         let (path_low_m, path_high_m) =
-            self.spline.extent_m(own, self.world_from_motion).map_err(|error| self.in_run_time(error))?;
+            self.spline.extent_m(self.own(span), self.world_from_motion).map_err(|error| self.in_run_time(error))?;
         let mut scale = self.scale;
         for axis in 0..3 {
             // A little inside, so that rounding of metres (1e-15) cannot touch the walls.
@@ -160,6 +159,10 @@ impl PlacedSpline {
 
     fn own_s(&self, run_s: f64) -> f64 {
         self.start_s + run_s
+    }
+
+    fn own(&self, run: Span) -> Span {
+        Span { start_s: self.own_s(run.start_s), end_s: self.own_s(run.end_s) }
     }
 
     /// Errors speak of the run's clock and name where it starts in the trajectory's.
@@ -224,6 +227,38 @@ impl Motion {
             Self::Spline(placed) => {
                 let own = placed.spline.span();
                 Span { start_s: own.start_s - placed.start_s, end_s: own.end_s - placed.start_s }
+            }
+        }
+    }
+
+    /// No greater speed in m/s and rate of turn in rad/s is met within a span of the run.
+    ///
+    /// # Errors
+    /// As [`Motion::world_from_body`].
+    pub fn speeds_max(&self, run: Span) -> Result<[f64; 2], MotionError> {
+        match self {
+            Self::Still(_) => Ok([0.0; 2]),
+            Self::Spline(placed) => {
+                let [speed, turn] =
+                    placed.spline.speeds_max(placed.own(run)).map_err(|error| placed.in_run_time(error))?;
+                Ok([speed * placed.scale, turn])
+            }
+        }
+    }
+
+    /// The lowest and highest coordinates of the body within a span of the run.
+    ///
+    /// # Errors
+    /// As [`Motion::world_from_body`].
+    pub fn extent_m(&self, run: Span) -> Result<(DVec3, DVec3), MotionError> {
+        match self {
+            Self::Still(pose) => Ok((pose.translation_m, pose.translation_m)),
+            Self::Spline(placed) => {
+                let turn = placed.world_from_motion;
+                let extent =
+                    placed.spline.extent_m(placed.own(run), turn).map_err(|error| placed.in_run_time(error))?;
+                let in_room = |at_m: DVec3| (at_m - turn * placed.origin_m) * placed.scale + placed.offset_m;
+                Ok((in_room(extent.0), in_room(extent.1)))
             }
         }
     }

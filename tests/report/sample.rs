@@ -7,8 +7,8 @@ use sensel::plane::Plane;
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::html::{Mark, Picture, Pictures};
 use sensel::report::record::{
-    Bandwidth, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase, PlanRecord, SCHEMA_VERSION,
-    Scenario, StageCost, Timing, Tracking, TrackingEvent,
+    Bandwidth, FactRecord, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase, PlanRecord,
+    SCHEMA_VERSION, Scenario, StageCost, TileRecord, Timing, Tracking, TrackingEvent,
 };
 use sensel::report::{Report, trajectory_figures};
 use sensel::units::Size;
@@ -139,6 +139,8 @@ fn plan() -> PlanRecord {
         name: name.to_owned(),
         bias_e,
         sigma_e,
+        budget_share: 0.02,
+        cost_ns_per_px: 0.6,
         reason: reason.to_owned(),
     };
     PlanRecord {
@@ -152,6 +154,27 @@ fn plan() -> PlanRecord {
         bias_e: 0.020_12,
         sigma_e: 0.141,
         accuracy: 0.1,
+        budget_e: 1.05,
+        budget_used: 0.02,
+        cost_ns_per_px: 5.9,
+        cost_of_all_ns_per_px: 6.5,
+        cost_of_none_ns_per_px: 2.0,
+        sensor_ms_per_frame: 4.9,
+        facts: vec![
+            FactRecord {
+                name: "depth_m".to_owned(),
+                least: 0.4,
+                greatest: Some(4.55),
+                how: "boxes around the path".to_owned(),
+            },
+            FactRecord {
+                name: "speed_m_per_s".to_owned(),
+                least: 0.0,
+                greatest: Some(0.77),
+                how: "control poses".to_owned(),
+            },
+        ],
+        tiles: vec![TileRecord { columns: [0, 640], rows: [0, 480], signal_e: [0.0, 21_000.0] }],
     }
 }
 

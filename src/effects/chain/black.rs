@@ -33,8 +33,9 @@ pub(super) fn shift_row(codes: &mut [u16], shift_dn: i32, code_max: u32) {
 }
 
 impl Chain {
-    /// Reads the optical-black rows of an exposure, and gives what the clamp adds to the codes of each reading.
-    pub(super) fn black_shifts_dn(&self, shot: &Shot<'_>, events: &mut Events) -> Vec<i32> {
+    /// Reads the optical-black rows of an exposure, counts the pixels of each effect, and gives what the clamp adds to the codes of
+    /// each reading.
+    pub(super) fn black_shifts_dn(&self, shot: &Shot<'_>, events: &mut Events, hits: &mut [u64]) -> Vec<i32> {
         let mut shifts_dn = vec![0; self.readings.len()];
         if self.black.rows == 0 {
             return shifts_dn;
@@ -54,6 +55,7 @@ impl Chain {
                 *sum_dn += read.iter().map(|&column| u64::from(codes[column])).sum::<u64>();
             }
         }
+        super::add(hits, &buffers.hits);
         if self.black.clamp {
             let count = u64::from(self.black.rows) * u64_from(read.len());
             for ((shift_dn, sum_dn), reading) in shifts_dn.iter_mut().zip(sums_dn).zip(&self.readings) {

@@ -2,6 +2,7 @@
 //!
 //! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with noise of its own.
 
+use super::row::apply_all;
 use super::{Parameters, RowAt, RowBuffers};
 use crate::adc::{self, Columns, Converter, RowWork};
 use crate::draw::{DrawKey, RowPlace};
@@ -14,7 +15,11 @@ use crate::pixel;
 pub(super) struct Reading {
     pub parameters: Parameters,
     /// Effects on sensed electrons and on microvolts, in physical order.
-    effects: Vec<Box<dyn Effect>>,
+    pub effects: Vec<Box<dyn Effect>>,
+    /// Effects of the microvolts begin here.
+    sampled_from: usize,
+    /// Counter of its first effect.
+    first_slot: usize,
     converter: Converter,
     /// Counted into the slot of its draws, so that readings of one exposure err apart.
     number: u32,
@@ -22,31 +27,33 @@ pub(super) struct Reading {
 
 impl Reading {
     /// The reading of that number; effects of earlier domains are left to the caller.
-    pub fn new(parameters: Parameters, effects: Vec<Box<dyn Effect>>, number: u32) -> Self {
+    pub fn new(parameters: Parameters, effects: Vec<Box<dyn Effect>>, number: u32, first_slot: usize) -> Self {
         assert!(
             effects.iter().all(|effect| effect.domain() >= Domain::SensedElectrons),
             "a reading begins at the sense node"
         );
-        Self { converter: Converter::new(&parameters.adc), parameters, effects, number }
+        let sampled_from = effects.partition_point(|effect| effect.domain() < Domain::Microvolts);
+        Self { converter: Converter::new(&parameters.adc), parameters, effects, sampled_from, first_slot, number }
     }
 
     /// From gathered electrons to electrons at the sense node, in place. What happens to the charge happens once, so its draws are the
     /// same in every reading.
     pub fn sense(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
+        let mut hits = std::mem::take(&mut buffers.hits);
         let mut pass = buffers.pass(at, die_seed);
-        for effect in self.effects.iter().filter(|effect| effect.domain() == Domain::SensedElectrons) {
-            effect.apply(&mut pass);
-        }
+        apply_all(&self.effects[..self.sampled_from], &mut pass, &mut hits[self.first_slot..]);
+        buffers.hits = hits;
     }
 
     /// From electrons at the sense node to the samples at the converters' inputs, in place.
     pub fn sample(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
         buffers.reset.fill(0.0);
+        let mut hits = std::mem::take(&mut buffers.hits);
         let mut pass = buffers.pass(self.numbered(at), die_seed);
         pixel::electrons_to_microvolts(&self.parameters.pixel, pass.values);
-        for effect in self.effects.iter().filter(|effect| effect.domain() == Domain::Microvolts) {
-            effect.apply(&mut pass);
-        }
+        let from = self.sampled_from;
+        apply_all(&self.effects[from..], &mut pass, &mut hits[self.first_slot + from..]);
+        buffers.hits = hits;
     }
 
     /// Effects on sensed electrons and on microvolts, in physical order.

@@ -4,9 +4,9 @@
 use super::layout::{Layout, means};
 use super::{Capture, Chain, RowSamples, RowTimes, Shot};
 use crate::draw::RowPlace;
-use crate::effect::{KeptKeys, RowPass};
+use crate::effect::{Effect, KeptKeys, RowPass};
 use crate::events::{Event, Events};
-use crate::num::index;
+use crate::num::{index, u64_from};
 use crate::pixel::Samples;
 use crate::plane::Plane;
 use crate::readout::BinningMode;
@@ -32,10 +32,12 @@ pub(super) struct RowBuffers {
     /// Codes of each reading at the array's columns.
     codes: Vec<Vec<u16>>,
     keys: KeptKeys,
+    /// Pixels over which each effect ran, by slot.
+    pub hits: Vec<u64>,
 }
 
 impl RowBuffers {
-    pub fn new(width: usize, samples: Samples, readings: usize) -> Self {
+    pub fn new(width: usize, samples: Samples, readings: usize, slots: usize) -> Self {
         let reset = if samples == Samples::Both { width } else { 0 };
         Self {
             values: vec![0.0; width],
@@ -45,6 +47,7 @@ impl RowBuffers {
             charge_e: Vec::new(),
             codes: vec![Vec::new(); readings],
             keys: KeptKeys::default(),
+            hits: vec![0; slots],
         }
     }
 
@@ -61,7 +64,18 @@ impl RowBuffers {
             uniforms: &mut self.uniforms,
             draws: &mut self.draws,
             keys: &self.keys,
+            full_from_e: f32::INFINITY,
+            idle_px: 0,
         }
+    }
+}
+
+/// Runs effects over a row in their order, and counts the pixels of each into its place of `hits`.
+pub(super) fn apply_all(effects: &[Box<dyn Effect>], pass: &mut RowPass<'_>, hits: &mut [u64]) {
+    for (effect, hits) in effects.iter().zip(hits) {
+        pass.idle_px = 0;
+        effect.apply(pass);
+        *hits += u64_from(pass.values.len() - pass.idle_px);
     }
 }
 
@@ -104,7 +118,7 @@ impl Chain {
     ) -> Vec<RowSamples> {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
-        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot).0);
+        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.slots()]).0);
         let read = self.layout.as_ref().map(Layout::read_columns);
         let picked = |row: Vec<f32>| match &read {
             Some(read) => read.iter().filter_map(|&place| row.get(place).copied()).collect(),

@@ -2,7 +2,7 @@
 
 use crate::report::html::section;
 use crate::report::html::text::{digits, escaped};
-use crate::report::record::{OmittedEffect, Report};
+use crate::report::record::{FactRecord, OmittedEffect, PlanRecord, Report, TileRecord};
 
 pub(super) fn plan(report: &Report) -> String {
     let plan = &report.plan;
@@ -22,7 +22,54 @@ pub(super) fn plan(report: &Report) -> String {
          <th scope=\"col\" class=\"num\">sigma, e\u{2212}</th><th scope=\"col\">reason</th></tr></thead>\
          <tbody>{kept}{omitted}</tbody></table></div>"
     );
-    section("Effects: only what the scene calls for", &lead, &table)
+    let costs = format!(
+        "<p class=\"note\">Budget {} e\u{2212}, {} of a pixel\u{2019}s own noise where that is least; {} % of it is taken. \
+         Predicted: {} ns a pixel for the effects kept, {} for all, {} without any; {} ms a frame for the sensors on one core.</p>",
+        digits(plan.budget_e),
+        digits(plan.accuracy),
+        digits(100.0 * plan.budget_used),
+        digits(plan.cost_ns_per_px),
+        digits(plan.cost_of_all_ns_per_px),
+        digits(plan.cost_of_none_ns_per_px),
+        digits(plan.sensor_ms_per_frame)
+    );
+    section("Effects: only what the scene calls for", &lead, &format!("{table}{costs}{}", facts(plan)))
+}
+
+/// What was known before the run, as intervals.
+fn facts(plan: &PlanRecord) -> String {
+    if plan.facts.is_empty() {
+        return String::new();
+    }
+    let row = |fact: &FactRecord| {
+        let greatest = fact.greatest.map_or_else(|| "unbounded".to_owned(), digits);
+        format!(
+            "<tr><th scope=\"row\">{}</th><td class=\"num\">{}</td><td class=\"num\">{greatest}</td><td class=\"note\">{}</td></tr>",
+            escaped(&fact.name.replace('_', " ")),
+            digits(fact.least),
+            escaped(&fact.how)
+        )
+    };
+    let rows: String = plan.facts.iter().map(row).collect();
+    let tiles: String = plan.tiles.iter().map(tile_row).collect();
+    format!(
+        "<div class=\"scroll\"><table><thead><tr><th scope=\"col\">known before the run</th>\
+         <th scope=\"col\" class=\"num\">least</th><th scope=\"col\" class=\"num\">greatest</th>\
+         <th scope=\"col\">from</th></tr></thead><tbody>{rows}{tiles}</tbody></table></div>"
+    )
+}
+
+fn tile_row(tile: &TileRecord) -> String {
+    format!(
+        "<tr><th scope=\"row\">signal e</th><td class=\"num\">{}</td><td class=\"num\">{}</td><td class=\"note\">columns {} to {}, \
+         rows {} to {}</td></tr>",
+        digits(tile.signal_e[0]),
+        digits(tile.signal_e[1]),
+        tile.columns[0],
+        tile.columns[1] - 1,
+        tile.rows[0],
+        tile.rows[1] - 1
+    )
 }
 
 fn kept_row(name: &str, reason: Option<&String>) -> String {

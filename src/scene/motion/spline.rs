@@ -199,6 +199,24 @@ impl Spline {
         Ok((low_m, high_m))
     }
 
+    /// No greater speed in m/s and rate of turn in rad/s is met within a span. Both derivatives are means of the differences of
+    /// neighbouring control poses over the knots' distance, with weights that add up to 1 (quadratic B-splines), so none exceeds the
+    /// greatest difference.
+    ///
+    /// # Errors
+    /// As [`Spline::extent_m`].
+    pub fn speeds_max(&self, span: Span) -> Result<[f64; 2], MotionError> {
+        let ((first, _), (last, _)) = (self.place(span.start_s)?, self.place(span.end_s)?);
+        let [mut speed, mut turn] = [0.0, 0.0];
+        for control in first..last + 3 {
+            let step_m = (self.positions_m[control + 1] - self.positions_m[control]).length();
+            let between = self.rotations[control].conjugate() * self.rotations[control + 1];
+            speed = num::greater(speed, step_m / self.knot_s);
+            turn = num::greater(turn, so3::log(between).length() / self.knot_s);
+        }
+        Ok([speed, turn])
+    }
+
     pub(super) fn interval_count(&self) -> usize {
         self.positions_m.len() - 3
     }

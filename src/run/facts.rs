@@ -1,0 +1,278 @@
+//! What is known of a scenario before anything is rendered. Enters: the world under its light, cameras, motion, the sensor's times.
+//! Leaves: facts, each an interval that holds the truth of every frame, with how it was found.
+
+use glam::{DVec2, DVec3};
+
+use super::sensor::SensorSetup;
+use super::world::World;
+use crate::effects::regions::LightBounds;
+use crate::error::Error;
+use crate::facts::{Fact, ScenarioFacts, Tile, readable};
+use crate::num::{f64_from_usize, greater, lesser};
+use crate::optics::Camera;
+use crate::pixel;
+use crate::scene::LitScene;
+use crate::scene::motion::Motion;
+use crate::scene::nearest;
+use crate::units::{FrameIndex, RowIndex, Span};
+
+/// Parts of the run whose path has a box of its own, at most.
+const PATH_PARTS: usize = 128;
+
+/// Parts of the picture along each axis.
+const TILES: u32 = 3;
+
+/// Places along each axis of the picture at which the lens is asked how many pixels a radian takes.
+const LENS_PLACES: u32 = 17;
+
+/// Between these places the pixels of a radian grow by less than this share: a mapping is smooth, and its extremes lie in the middle and in
+/// the corners, which are among the places.
+const LENS_SLACK: f64 = 0.02;
+
+/// What the facts are made from.
+pub(super) struct Known<'a> {
+    pub sensor: &'a SensorSetup,
+    pub world: &'a World,
+    pub motion: &'a Motion,
+    /// Cameras with the pixels of the array that are read.
+    pub windows: &'a [Camera],
+    /// From the first exposure to the end of the last.
+    pub run: Span,
+}
+
+/// The same with its light.
+struct Lit<'a> {
+    known: &'a Known<'a>,
+    light: LightBounds,
+    /// Shortest and longest exposure.
+    exposures_s: [f64; 2],
+}
+
+impl Known<'_> {
+    /// All facts, from bounds of the light over the shortest and the longest exposure.
+    ///
+    /// # Errors
+    /// A motion that ends before the run.
+    pub fn facts(&self, light: LightBounds, exposures_s: [f64; 2]) -> Result<ScenarioFacts, Error> {
+        Lit { known: self, light, exposures_s }.facts()
+    }
+}
+
+impl<'a> std::ops::Deref for Lit<'a> {
+    type Target = Known<'a>;
+
+    fn deref(&self) -> &Self::Target {
+        self.known
+    }
+}
+
+impl Lit<'_> {
+    fn facts(&self) -> Result<ScenarioFacts, Error> {
+        let at_run = |error: crate::scene::motion::MotionError| Error::Run(error.to_string());
+        let speeds = self.motion.speeds_max(self.run).map_err(at_run)?;
+        let depth_m = self.depth_m().map_err(at_run)?;
+        let mut facts = self.light_facts();
+        facts.push(self.lamps());
+        facts.push(self.field_of_view());
+        facts.push(Fact {
+            name: "depth_m",
+            least: depth_m[0],
+            greatest: depth_m[1],
+            how: match self.world {
+                World::Scene(_) => "boxes around the path to the nearest and farthest triangle".to_owned(),
+                World::Images(_) => "pictures from elsewhere".to_owned(),
+            },
+        });
+        facts.extend(self.speeds(speeds));
+        facts.extend(self.motions_px(speeds, depth_m[0]));
+        facts.extend(self.charge_facts());
+        Ok(ScenarioFacts { facts, tiles: self.tiles() })
+    }
+
+    /// Least and greatest mean electrons of a pixel. The planner reckons with lit surfaces; a pixel may also see none.
+    fn signal_e(&self) -> [f64; 2] {
+        let is_black = self.world.scene().is_some_and(LitScene::may_be_black);
+        let least = if is_black { 0.0 } else { self.light.photons_min };
+        [least, self.light.photons_max].map(|photons| photons * self.sensor.electrons_per_photon())
+    }
+
+    fn light_facts(&self) -> Vec<Fact> {
+        let [least, greatest] = self.signal_e();
+        let [short_s, long_s] = self.exposures_s;
+        let how = format!(
+            "darkest and brightest lit texel times roll-off, filters and quantum efficiency, {} to {} us",
+            readable(1e6 * short_s),
+            readable(1e6 * long_s)
+        );
+        // Both ends of one exposure.
+        let least_of_long_e = least * long_s / short_s;
+        let sum_e = least_of_long_e + greatest;
+        let contrast = if sum_e > 0.0 { (greatest - least_of_long_e) / sum_e } else { 0.0 };
+        let of_signal = "(most - least) / (most + least) of the signal's ends".to_owned();
+        vec![
+            Fact { name: "signal_e", least, greatest, how },
+            Fact { name: "contrast", least: 0.0, greatest: contrast, how: of_signal },
+        ]
+    }
+
+    fn lamps(&self) -> Fact {
+        let (bounds, how) = match self.world.scene() {
+            Some(scene) if !scene.is_steady() => {
+                let [short, long] = self.exposures_s.map(|length_s| scene.lamp_level_bounds_over(length_s));
+                (
+                    [lesser(short[0], long[0]), greater(short[1], long[1])],
+                    "waveform's mean over the exposure at every phase",
+                )
+            }
+            Some(_) => ([1.0; 2], "no lamp flickers"),
+            None => ([1.0; 2], "flicker of pictures is in the pictures"),
+        };
+        Fact { name: "lamp_level", least: bounds[0], greatest: bounds[1], how: how.to_owned() }
+    }
+
+    fn field_of_view(&self) -> Fact {
+        let widest = |camera: &Camera| 2.0 * libm::acos(camera.cosine_min()).to_degrees();
+        let (least, greatest) = ends(self.windows.iter().map(widest));
+        Fact { name: "field_of_view_deg", least, greatest, how: "twice the bearing farthest from the axis".to_owned() }
+    }
+
+    /// How far any camera is from the body's origin.
+    fn reach_m(&self) -> f64 {
+        ends(self.windows.iter().map(|camera| camera.body_from_camera.translation_m.length())).1
+    }
+
+    /// Distance along rays to the surfaces that a camera can see: pictures say nothing.
+    fn depth_m(&self) -> Result<[f64; 2], crate::scene::motion::MotionError> {
+        let Some(lit) = self.world.scene() else { return Ok([0.0, f64::INFINITY]) };
+        let bvh = &lit.scene().bvh;
+        let root = &bvh.nodes[0];
+        let corner = |side: usize| {
+            DVec3::from_array([0, 1, 2].map(|axis| {
+                let (low, high) =
+                    ends(root.planes_m[axis][side].iter().filter(|place| place.is_finite()).map(|&m| f64::from(m)));
+                [low, high][side]
+            }))
+        };
+        let scene_m = [corner(0), corner(1)];
+        let reach_m = DVec3::splat(self.reach_m());
+        let parts = if matches!(self.motion, Motion::Still(_)) { 1 } else { PATH_PARTS };
+        let step_s = self.run.length_s() / f64_from_usize(parts);
+        let (mut nearest_m, mut farthest_m) = (f64::INFINITY, 0.0);
+        for part in 0..parts {
+            let start_s = self.run.start_s + step_s * f64_from_usize(part);
+            let end_s = lesser(start_s + step_s, self.run.end_s);
+            let (low_m, high_m) = self.motion.extent_m(Span { start_s, end_s })?;
+            let (low_m, high_m) = (low_m - reach_m, high_m + reach_m);
+            nearest_m = lesser(nearest_m, nearest::distance_m(bvh, [low_m, high_m]));
+            let far_m = (scene_m[1] - low_m).abs().max((high_m - scene_m[0]).abs());
+            farthest_m = greater(farthest_m, far_m.length());
+        }
+        Ok([nearest_m, farthest_m])
+    }
+
+    fn speeds(&self, [speed, turn]: [f64; 2]) -> [Fact; 2] {
+        let how = match self.motion {
+            Motion::Still(_) => "nothing moves",
+            Motion::Spline(_) => "differences of the path's control poses",
+        };
+        let of = |name, greatest| Fact { name, least: 0.0, greatest, how: how.to_owned() };
+        [of("speed_m_per_s", speed), of("turn_deg_per_s", turn.to_degrees())]
+    }
+
+    /// How far the picture of a point can move while it stays in view.
+    fn motions_px(&self, [speed, turn]: [f64; 2], nearest_m: f64) -> [Fact; 2] {
+        let camera_speed = speed + turn * self.reach_m();
+        let passing = if camera_speed > 0.0 { camera_speed / nearest_m } else { 0.0 };
+        let per_rad = ends(self.windows.iter().map(px_per_rad_max)).1;
+        let px_per_s = per_rad * (turn + passing);
+        let how = format!(
+            "{} px a radian times ({} deg/s of turning + {} m/s past {} m)",
+            readable(per_rad),
+            readable(turn.to_degrees()),
+            readable(camera_speed),
+            readable(nearest_m)
+        );
+        let schedule = &self.sensor.schedule;
+        let middle_s = |row: u32| schedule.exposure(FrameIndex(0), RowIndex(row)).middle_s();
+        let readout_s = middle_s(self.sensor.size.height_px - 1) - middle_s(0);
+        let of = |name, time_s: f64| {
+            let greatest = if time_s > 0.0 && px_per_s > 0.0 { px_per_s * time_s } else { 0.0 };
+            Fact { name, least: 0.0, greatest, how: format!("{how}, {} us", readable(1e6 * time_s)) }
+        };
+        [of("motion_over_exposure_px", self.exposures_s[1]), of("motion_over_readout_px", readout_s.abs())]
+    }
+
+    fn charge_facts(&self) -> [Fact; 3] {
+        let pixel = &self.sensor.parameters.pixel;
+        let storage_s = self.sensor.schedule.storage_s_max();
+        let [least_e, greatest_e] = self.signal_e();
+        let share = 1.0 + pixel::parasitic_share(pixel, self.exposures_s[0], storage_s);
+        let greatest = greatest_e * share / pixel.full_well_e;
+        let risk = if greatest < 1.0 { "no mean reaches the well of" } else { "bright pixels may pass the well of" };
+        let (dark_e, _) = pixel::dark_charge_e(pixel, self.exposures_s[1], storage_s);
+        let temperature_k = pixel.temperature_k;
+        [
+            Fact {
+                name: "well_filling",
+                least: least_e / pixel.full_well_e,
+                greatest,
+                how: format!("{risk} {} e-", readable(pixel.full_well_e)),
+            },
+            Fact {
+                name: "dark_e",
+                least: 0.0,
+                greatest: dark_e,
+                how: format!("dark current of the worst die at {temperature_k} K over exposure and storage"),
+            },
+            Fact {
+                name: "temperature_k",
+                least: temperature_k,
+                greatest: temperature_k,
+                how: "as configured".to_owned(),
+            },
+        ]
+    }
+
+    /// The signal of each part of the picture: the whole picture's, by the parts' own roll-off.
+    fn tiles(&self) -> Vec<Tile> {
+        let size = self.windows[0].size;
+        let whole = self.windows[0].roll_off_bounds();
+        let part = |count: u32, number: u32| [number * count / TILES, (number + 1) * count / TILES];
+        let signal_e = self.signal_e();
+        let places = (0..TILES).flat_map(|row| (0..TILES).map(move |column| (row, column)));
+        let tile = |(row, column): (u32, u32)| {
+            let (columns, rows) = (part(size.width_px, column), part(size.height_px, row));
+            if columns[0] == columns[1] || rows[0] == rows[1] {
+                return None;
+            }
+            let own = self.windows[0].roll_off_bounds_of(columns, rows);
+            let of = |end: usize| if whole[end] > 0.0 { signal_e[end] * own[end] / whole[end] } else { signal_e[end] };
+            Some(Tile { columns, rows, signal_e: [of(0), of(1)] })
+        };
+        places.filter_map(tile).collect()
+    }
+}
+
+/// Least and greatest of some values; of none infinity and 0.
+fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (lesser(least, value), greater(most, value)))
+}
+
+/// The most pixels that a radian takes in any direction anywhere in the picture: the inverse of the least singular value of the bearing's
+/// derivative by the place.
+fn px_per_rad_max(camera: &Camera) -> f64 {
+    let side = |count: u32, step: u32| f64::from(count) * f64::from(step) / f64::from(LENS_PLACES - 1) - 0.5;
+    let mut most: f64 = 0.0;
+    for row in 0..LENS_PLACES {
+        for column in 0..LENS_PLACES {
+            let place_px = DVec2::new(side(camera.size.width_px, column), side(camera.size.height_px, row));
+            let Some((_, jacobian)) = camera.lens.unproject_with_jacobian(place_px) else { continue };
+            let by = |axis: usize| DVec3::from_array(jacobian.map(|line| line[axis]));
+            let (by_x, by_y) = (by(0), by(1));
+            let (xx, xy, yy) = (by_x.length_squared(), by_x.dot(by_y), by_y.length_squared());
+            let least_square = 0.5 * (xx + yy - ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt());
+            most = greater(most, 1.0 / least_square.sqrt());
+        }
+    }
+    (1.0 + LENS_SLACK) * most
+}
