@@ -33,8 +33,8 @@ pub struct Steps {
     pub off_centre: [Floats; 3],
 }
 
-/// Motion over the exposure beyond this many pixels is not filtered as a whole, because a look-up has so many taps only: the share
-/// of it that a sample stands for falls as the motion grows.
+/// A look-up averages over this many pixels of the motion at most, because it has so many taps only: beyond, the share of the motion
+/// that a sample stands for falls as the motion grows.
 const TRAVEL_PX_MAX: f32 = 5.0;
 
 /// Cosines below this count as this: a surface seen edge-on has no end.
@@ -122,7 +122,7 @@ pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Footprin
         let across2 = dot(travel_m, travel_m) - forward * forward;
         let pixel_m = steps.pixel_m.0[lane] * TRAVEL_PX_MAX;
         let fits = if across2 > pixel_m * pixel_m { pixel_m / across2.sqrt() } else { 1.0 };
-        let share_t = shares.exposure * fits;
+        let share_t = if shares.exposure < fits { shares.exposure } else { fits };
         let to_middle = to_middle(share_t);
         let [x, y, t] = [0, 1, 2].map(|number: usize| steps.off_centre[number].0[lane]);
         for axis in 0..2 {
