@@ -134,6 +134,7 @@ impl Pixel<'_> {
                 first: net.samples,
                 count: more,
                 share: rule.share.unwrap_or(share(net.samples + more)),
+                is_sheared: true,
             };
             let (mean, spread) = self.told(&pixels, &block, desk, &mut |_, _| ());
             let apart = mean - net.photons;
@@ -148,7 +149,7 @@ impl Pixel<'_> {
 
     fn begin(&self, net: &mut Net, pixels: &Pixels, velocity_px: [f32; 2], share: f32, desk: &mut Desk) {
         let mut halves = [0.0_f32; 2];
-        let block = Block { velocity_px, first: 0, count: FIRST, share };
+        let block = Block { velocity_px, first: 0, count: FIRST, share, is_sheared: true };
         let (mean, spread) = self.told(pixels, &block, desk, &mut |number, photons| {
             halves[index(2 * number / FIRST)] += photons * (2.0 / f32_from_u32(FIRST));
         });
@@ -170,7 +171,7 @@ impl Pixel<'_> {
 
     /// Mean photons of even samples, as those of a tile but with a pattern of their own.
     pub fn even_mean(&self, count: u32, desk: &mut Desk) -> f32 {
-        let block = Block { velocity_px: [0.0; 2], first: 0, count, share: share(count) };
+        let block = Block { velocity_px: [0.0; 2], first: 0, count, share: share(count), is_sheared: false };
         f32_nearest(self.trace(&self.pixels(), &block, desk, &mut |_, _| ()))
     }
 
@@ -225,7 +226,8 @@ impl Pixel<'_> {
     fn trace(&self, pixels: &Pixels, block: &Block, desk: &mut Desk, tell: &mut dyn FnMut(u32, f32)) -> f64 {
         let has_gloss = self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss);
         let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
-        let shares = Shares::even(block.share, block.share);
+        let shares =
+            if block.is_sheared { Shares::over_motion(block.share) } else { Shares::even(block.share, block.share) };
         let mut sum = 0.0;
         for from in (0..block.count).step_by(LANES) {
             let lanes = LANES.min(index(block.count - from));
@@ -279,6 +281,8 @@ struct Block {
     count: u32,
     /// Of the pixel's width, and of the motion, that each stands for.
     share: f32,
+    /// Whether they lie evenly over the surface that the pixel passes.
+    is_sheared: bool,
 }
 
 /// The share of the width that each of so many samples stands for.
