@@ -201,7 +201,7 @@ fn rays_to_a_target_come_near_it_and_say_how_near() {
     let (scene, exposures) = (tilted_edge(), shutter(0.0, 0.0, 0.1));
     let mut tried = 0;
     let mut rays_before = 0;
-    for (target, times) in [(3.0, 3.0), (0.3, 3.0), (0.03, 5.0)] {
+    for (target, times) in [(3.0, 3.0), (0.3, 3.0), (0.03, 3.0)] {
         let (mut rays, mut error, mut own) = (0, 0.0, 0.0);
         let pairs: u32 = 16;
         for pair in 0..pairs {
@@ -222,10 +222,10 @@ fn rays_to_a_target_come_near_it_and_say_how_near() {
             error += sum / count;
         }
         let (error, own) = (error / f64::from(pairs), own / f64::from(pairs));
-        // Two or four samples a pixel know a hard edge's error within a factor of three, the bench's room within two. A known gap:
-        // what the first batch of a pixel missed of its neighbour's edge has no part in its estimate, so the strictest target is
-        // missed by four. The word of the twins has no such part: 16 pairs of some 32 twins and 100 pixels with an edge know it and
-        // the error to 15 % each, and four standard errors of a ratio are a factor of 1.85.
+        println!("target {target}: {error} found, {own} claimed, {rays} rays");
+        // Two or four samples a pixel know a hard edge's error within a factor of three, the bench's room within two. The word of the
+        // twins has no such part: 16 pairs of some 32 twins and 100 pixels with an edge know it and the error to 15 % each, and four
+        // standard errors of a ratio are a factor of 1.85.
         assert!(error < times * target, "{error} for {target}");
         assert!(own < 1.85 * error && error < 1.85 * own, "{own} claimed, {error} found, for {target}");
         assert!(rays > rays_before, "{rays}");

@@ -172,7 +172,7 @@ fn to_target(picture: &Picture) -> Exposure {
         for (at, estimate) in estimates.iter_mut().enumerate() {
             if !estimate.is_refined && estimate.may_count(saturation_photons) && estimate.gain() >= least {
                 estimate.is_refined = true;
-                nets.push(Growing { at, net: Net::new(spend::hidden(&seen, width, at)) });
+                nets.push(Growing { at, net: Net::new(spend::hidden(&seen, width, at, first)) });
             }
         }
         picture.grow(&mut nets, &seen, &rule);

@@ -33,8 +33,8 @@ pub struct Steps {
     pub off_centre: [Floats; 3],
 }
 
-/// Motion over the exposure beyond this many pixels is not filtered as a whole, because a look-up has so many taps only: the share
-/// of it that a sample stands for falls as the motion grows.
+/// A look-up averages over this many pixels of the motion at most, because it has so many taps only: beyond, the share of the motion
+/// that a sample stands for falls as the motion grows.
 const TRAVEL_PX_MAX: f32 = 5.0;
 
 /// Cosines below this count as this: a surface seen edge-on has no end.
@@ -52,13 +52,23 @@ pub struct Shares {
     to_pixel: f32,
     /// Of the exposure.
     exposure: f32,
+    /// Whether a share of a motion that is too long for one look-up is as much of it as one takes, and not that share of what one
+    /// takes. Nets that lie evenly over the moving surface have no gaps of time to see through; halves of other samples do, and would
+    /// agree better than two renders.
+    is_wide: bool,
 }
 
 impl Shares {
     /// Of the pixel and of the exposure.
     #[inline(always)]
     pub fn even(pixel: f32, exposure: f32) -> Self {
-        Self { pixel, to_pixel: to_middle(pixel), exposure }
+        Self { pixel, to_pixel: to_middle(pixel), exposure, is_wide: false }
+    }
+
+    /// The same share of the pixel and of the exposure, for samples that lie evenly over the moving surface.
+    #[inline(always)]
+    pub fn over_motion(share: f32) -> Self {
+        Self { is_wide: true, ..Self::even(share, share) }
     }
 }
 
@@ -122,7 +132,14 @@ pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Footprin
         let across2 = dot(travel_m, travel_m) - forward * forward;
         let pixel_m = steps.pixel_m.0[lane] * TRAVEL_PX_MAX;
         let fits = if across2 > pixel_m * pixel_m { pixel_m / across2.sqrt() } else { 1.0 };
-        let share_t = shares.exposure * fits;
+        let is_least = shares.is_wide && shares.exposure < fits;
+        let share_t = if is_least {
+            shares.exposure
+        } else if shares.is_wide {
+            fits
+        } else {
+            shares.exposure * fits
+        };
         let to_middle = to_middle(share_t);
         let [x, y, t] = [0, 1, 2].map(|number: usize| steps.off_centre[number].0[lane]);
         for axis in 0..2 {

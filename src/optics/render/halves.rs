@@ -36,6 +36,14 @@ impl Seen {
     pub const NONE: Self = Self { photons: 0.0, taken: 0.0, taken_before: 0.0, nearest_m: f32::MAX };
 }
 
+impl Seen {
+    /// Variance of two or four samples about their mean: their halves are apart, and each half's own.
+    pub fn spread(&self, samples: u32) -> f32 {
+        // Quarters of two samples are empty.
+        if samples < 4 { self.taken } else { self.taken + self.taken_before }
+    }
+}
+
 /// Means of a pass's quarters, by lane.
 pub struct Parts {
     means: [Floats; 4],

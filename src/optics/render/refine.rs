@@ -17,7 +17,7 @@ use super::shear::sheared;
 use super::shot::{Aim, Pixels, View, bilinear};
 use super::spend::{may_count, ratio};
 use crate::draw::{DrawKey, mix};
-use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
+use crate::num::{f32_from_u32, f32_nearest, greater, index, low_u32, u32_from, u32_truncated_f32};
 use crate::optics::motion::{Parabolas, Timeline};
 use crate::scene::lanes::{Floats, LANES, Vectors, sub3};
 use crate::scene::light::Bands;
@@ -29,7 +29,6 @@ pub const STRATA: usize = 16;
 
 /// Samples that a pixel of its own begins with: one in each of 4 by 4 cells.
 pub const FIRST: u32 = 16;
-const CELLS: usize = 4;
 
 /// When a pixel has enough.
 #[derive(Clone, Copy, Debug)]
@@ -60,43 +59,35 @@ pub struct Net {
     pub photons: f32,
     /// Samples.
     pub samples: u32,
-    /// About the variance that the first sixteen leave, from what neighbours among them differ by.
-    contrast: f32,
-    /// Variance that the last doubling took away.
+    /// Variance of its samples about their mean.
+    spread: f32,
+    /// About the variance that the last doubling took away, from this one and those before.
     taken: f32,
     /// What one sample may miss of the pixel, as a variance: it falls as the cube of the samples.
     hidden: f32,
 }
 
+/// An edge of contrast c leaves c^2 / 600 (slanting) to c^2 / 1,600 (upright) after sixteen samples, of samples whose spread is c^2 /
+/// 6 in the mean over where it lies: 0.64 to 0.24 of the spread over n^1.5. Features thinner than a sample's share leave more.
+const LEFT_OF_SPREAD: f32 = 1.0;
+
+/// What the doublings before the last one count for, as far as they reach: half, falling as 1 / n^1.5.
+const OF_BEFORE: f32 = 0.5 * 0.353_553_4;
+
 impl Net {
     /// Before any sample, with what one may miss.
     pub const fn new(hidden: f32) -> Self {
-        Self { photons: 0.0, samples: 0, contrast: 0.0, taken: 0.0, hidden }
+        Self { photons: 0.0, samples: 0, spread: 0.0, taken: 0.0, hidden }
     }
 
-    /// About the variance of the mean. Halves that happen to agree are half of the judgement: the other half is what the contrast
-    /// within the pixel leaves of edges. What none of the samples met comes on top: slits of the sky are tens of times as bright as
-    /// what is beside them, and a thirtieth of a pixel of it is more than all photon noise.
+    /// About the variance of the mean. Halves of a net agree in the number of samples on either side of an edge more often than not,
+    /// and then say nothing: so they are half of the judgement, with the halves before them, and what the spread of the samples
+    /// leaves of an edge is the other half. What none of the samples met comes on top: slits of the sky are tens of times as bright
+    /// as what is beside them, and a thirtieth of a pixel of it is more than all photon noise.
     pub fn variance(&self) -> f32 {
-        let share = f32_from_u32(FIRST) / f32_from_u32(self.samples.max(FIRST));
         let n = f32_from_u32(self.samples.max(1));
-        0.5 * (self.contrast * share * share.sqrt() + LEFT_TYPICAL * self.taken) + self.hidden / (n * n * n)
+        0.5 * (LEFT_OF_SPREAD * self.spread / (n * n.sqrt()) + LEFT_TYPICAL * self.taken) + self.hidden / (n * n * n)
     }
-}
-
-/// An edge of contrast d that crosses 4 by 4 cells of area a parts a pair of neighbours in each column or row, 5 in the mean, and a
-/// net leaves d^2 / 600 (slanting) to d^2 / 1,600 (upright): about a^2 / 12 for each pair.
-const PER_PAIR: f32 = 1.0 / (12.0 * 256.0);
-
-fn contrast(cells: &[[f32; CELLS]; CELLS]) -> f32 {
-    let mut sum = 0.0;
-    for a in 0..CELLS {
-        for b in 1..CELLS {
-            let (right, down) = (cells[a][b] - cells[a][b - 1], cells[b][a] - cells[b - 1][a]);
-            sum += right * right + down * down;
-        }
-    }
-    PER_PAIR * sum
 }
 
 /// What samples of one pixel share.
@@ -143,33 +134,44 @@ impl Pixel<'_> {
                 first: net.samples,
                 count: more,
                 share: rule.share.unwrap_or(share(net.samples + more)),
+                is_sheared: true,
             };
-            let mean = f32_nearest(self.trace(&pixels, &block, desk, &mut |_, _| ()));
+            let (mean, spread) = self.told(&pixels, &block, desk, &mut |_, _| ());
             let apart = mean - net.photons;
             let weight = f32_from_u32(more) / f32_from_u32(net.samples + more);
+            let taken = weight * (1.0 - weight) * apart * apart;
             net.photons += apart * weight;
-            net.taken = weight * (1.0 - weight) * apart * apart;
+            net.spread += (spread - net.spread) * weight + taken;
+            net.taken = 0.5 * taken + OF_BEFORE * net.taken;
             net.samples += more;
         }
     }
 
     fn begin(&self, net: &mut Net, pixels: &Pixels, velocity_px: [f32; 2], share: f32, desk: &mut Desk) {
-        let mut cells = [[0.0; CELLS]; CELLS];
         let mut halves = [0.0_f32; 2];
-        let block = Block { velocity_px, first: 0, count: FIRST, share };
-        let mean = self.trace(pixels, &block, desk, &mut |number, photons| {
-            let [column, row, _] = self.even(number).map(|share| index(u32_truncated_f32(share * 4.0)));
-            cells[row][column] = photons;
+        let block = Block { velocity_px, first: 0, count: FIRST, share, is_sheared: true };
+        let (mean, spread) = self.told(pixels, &block, desk, &mut |number, photons| {
             halves[index(2 * number / FIRST)] += photons * (2.0 / f32_from_u32(FIRST));
         });
         let apart = halves[1] - halves[0];
-        (net.photons, net.samples) = (f32_nearest(mean), FIRST);
-        (net.contrast, net.taken) = (contrast(&cells), 0.25 * apart * apart);
+        (net.photons, net.samples) = (mean, FIRST);
+        (net.spread, net.taken) = (spread, 0.25 * apart * apart);
+    }
+
+    /// Mean photons of a block of samples, each of which is told, and their variance about it.
+    fn told(&self, pixels: &Pixels, block: &Block, desk: &mut Desk, tell: &mut dyn FnMut(u32, f32)) -> (f32, f32) {
+        let mut squares = 0.0_f64;
+        let mean = self.trace(pixels, block, desk, &mut |number, photons| {
+            squares += f64::from(photons) * f64::from(photons);
+            tell(number, photons);
+        });
+        let spread = squares / f64::from(block.count) - mean * mean;
+        (f32_nearest(mean), f32_nearest(greater(spread, 0.0)))
     }
 
     /// Mean photons of even samples, as those of a tile but with a pattern of their own.
     pub fn even_mean(&self, count: u32, desk: &mut Desk) -> f32 {
-        let block = Block { velocity_px: [0.0; 2], first: 0, count, share: share(count) };
+        let block = Block { velocity_px: [0.0; 2], first: 0, count, share: share(count), is_sheared: false };
         f32_nearest(self.trace(&self.pixels(), &block, desk, &mut |_, _| ()))
     }
 
@@ -224,7 +226,8 @@ impl Pixel<'_> {
     fn trace(&self, pixels: &Pixels, block: &Block, desk: &mut Desk, tell: &mut dyn FnMut(u32, f32)) -> f64 {
         let has_gloss = self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss);
         let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
-        let shares = Shares::even(block.share, block.share);
+        let shares =
+            if block.is_sheared { Shares::over_motion(block.share) } else { Shares::even(block.share, block.share) };
         let mut sum = 0.0;
         for from in (0..block.count).step_by(LANES) {
             let lanes = LANES.min(index(block.count - from));
@@ -278,6 +281,8 @@ struct Block {
     count: u32,
     /// Of the pixel's width, and of the motion, that each stands for.
     share: f32,
+    /// Whether they lie evenly over the surface that the pixel passes.
+    is_sheared: bool,
 }
 
 /// The share of the width that each of so many samples stands for.
@@ -330,5 +335,20 @@ impl Kernel for Shots<'_> {
             numbers: &self.numbers,
         };
         self.pixel.view.sample(&self.pixels, &aim, self.has_gloss, self.stack)[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_that_agree_do_not_make_a_pixel_with_an_edge_exact() {
+        let net = Net { photons: 20.0, samples: 64, spread: 400.0, taken: 0.0, hidden: 0.0 };
+        // Half of spread / n^1.5, exact in these numbers.
+        assert_eq!(net.variance(), 0.5 * 400.0 / 512.0);
+        let even = Net { spread: 0.0, ..net };
+        assert_eq!(even.variance(), 0.0);
+        assert!(Net { hidden: 64.0, ..even }.variance() > 0.0);
     }
 }

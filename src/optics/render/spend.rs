@@ -85,20 +85,27 @@ pub fn ratio(photons: f32, variance: f32) -> f32 {
     variance / if photons > sigma { photons } else { sigma }
 }
 
-/// What n samples of a pixel may have missed, n^3 times. Between two pixels that differ by d lies an edge, anywhere over the two of
-/// them. It lies in the part of one that its n samples missed, a 1 / n of it, with probability 1 / 2n, and that part has then half
-/// of 1 / n, or (d / n)^2 / 3 in the mean square: d^2 / 6 n^3 in all.
-pub fn hidden(seen: &[Seen], width: usize, at: usize) -> f32 {
+/// What n samples of a pixel may have missed, n^3 times. Beside a feature of contrast c lies its edge, anywhere over two pixels. It
+/// lies in the part of one that its n samples missed, a 1 / n of it, with probability 1 / 2n, and that part has then half of 1 / n,
+/// or (c / n)^2 / 3 in the mean square: c^2 / 6 n^3 in all. The contrast is that of samples, not of pixels: slits of the sky are
+/// thin.
+pub fn hidden(seen: &[Seen], width: usize, at: usize, samples: u32) -> f32 {
     let (x, y, height) = (at % width, at / width, seen.len() / width);
     let mut most = 0.0_f32;
     for row in y.saturating_sub(1)..(y + 2).min(height) {
         for column in x.saturating_sub(1)..(x + 2).min(width) {
-            let apart = seen[row * width + column].photons - seen[at].photons;
-            most = if apart * apart > most { apart * apart } else { most };
+            let other = &seen[row * width + column];
+            let apart = other.photons - seen[at].photons;
+            let within = PER_SPREAD * other.spread(samples);
+            let contrast2 = if apart * apart > within { apart * apart } else { within };
+            most = if contrast2 > most { contrast2 } else { most };
         }
     }
     most * (1.0 / 6.0)
 }
+
+/// Square of a contrast over the spread of four samples, one or two of which have it: 16 / 3 and 4.
+const PER_SPREAD: f32 = 5.0;
 
 /// Samples that a pixel without a net of its own counts as.
 const ALONE: f32 = 12.0;
@@ -108,30 +115,37 @@ const OWN: f32 = 0.5;
 
 /// Judges pixels after a first batch. Halves of two or four samples tell little of one pixel and much of all: they tell how much
 /// variance a contrast leaves. A pixel that has none because its own halves happen to agree would claim to be exact, so only its
-/// neighbours' halves count, and its contrast.
+/// neighbours' halves count, its contrast, and what it may have missed.
 pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_photons: f32) -> Vec<Estimate> {
-    let row = |y: usize| -> Vec<(f32, f32)> { (0..width).map(|x| contrast(seen, width, [x, y])).collect() };
+    let one = |x: usize, y: usize| {
+        let (contrast, taken) = contrast(seen, width, [x, y]);
+        (contrast, taken, hidden(seen, width, y * width + x, samples))
+    };
+    let row = |y: usize| -> Vec<(f32, f32, f32)> { (0..width).map(|x| one(x, y)).collect() };
     let height = seen.len() / width;
     #[cfg(feature = "parallel")]
-    let rows: Vec<Vec<(f32, f32)>> = {
+    let rows: Vec<Vec<(f32, f32, f32)>> = {
         use rayon::prelude::*;
         (0..height).into_par_iter().map(row).collect()
     };
     #[cfg(not(feature = "parallel"))]
-    let rows: Vec<Vec<(f32, f32)>> = (0..height).map(row).collect();
+    let rows: Vec<Vec<(f32, f32, f32)>> = (0..height).map(row).collect();
     let (mut left, mut contrasts) = (0.0_f64, 0.0_f64);
-    for (pixel, (contrast, _)) in seen.iter().zip(rows.iter().flatten()) {
+    for (pixel, (contrast, ..)) in seen.iter().zip(rows.iter().flatten()) {
         if pixel.photons > 0.0 && pixel.photons < saturation_photons {
             left += f64::from(LEFT_TYPICAL * pixel.taken / pixel.photons);
             contrasts += f64::from(contrast / pixel.photons);
         }
     }
     let per_contrast = if contrasts > 0.0 { f32_nearest(left / contrasts) } else { 0.0 };
-    let of = |(pixel, (contrast, taken)): (&Seen, &(f32, f32))| {
-        let mut variance = 0.5 * (LEFT_TYPICAL * taken + per_contrast * contrast);
-        // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not.
-        if !(pixel.photons < saturation_photons) && *contrast > 4.0 * variance {
-            variance = 0.25 * contrast;
+    let n = f32_from_u32(samples);
+    let of = |(pixel, &(contrast, taken, hidden)): (&Seen, &(f32, f32, f32))| {
+        let mut variance = 0.5 * (LEFT_TYPICAL * taken + per_contrast * contrast) + hidden / (n * n * n);
+        // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not, and so are most of them.
+        if !(pixel.photons < saturation_photons) {
+            for least in [0.25 * contrast, pixel.spread(samples) / n] {
+                variance = if least > variance { least } else { variance };
+            }
         }
         Estimate { photons: pixel.photons, variance, samples, is_refined: false }
     };
@@ -234,5 +248,34 @@ mod tests {
         assert!(
             !may_count(1_000.0, 100.0, 500.0) && may_count(1_000.0, 40_000.0, 500.0) && !may_count(0.0, 0.0, 500.0)
         );
+    }
+
+    /// Three by three pixels of four samples each that saw as much, the middle one's within its own spread.
+    fn around(photons: f32, spread: f32) -> Vec<Seen> {
+        let even = Seen { photons, taken: 0.0, taken_before: 0.0, nearest_m: 1.0 };
+        let mut seen = vec![even; 9];
+        seen[4] = Seen { taken: 0.25 * spread, taken_before: 0.75 * spread, ..even };
+        seen
+    }
+
+    #[test]
+    fn a_pixel_of_which_most_samples_met_a_lamp_may_be_below_saturation() {
+        // Three of four samples of 40,000: the mean's own sigma is 40,000 sqrt(3 / 64) = 8,660, three of which reach below 10,000.
+        let mut seen = around(40_000.0, 40_000.0 * 40_000.0 * 3.0 / 16.0);
+        seen[4].photons = 30_000.0;
+        let estimates = first_estimates(&seen, 3, 4, 10_000.0);
+        assert!(estimates[4].may_count(10_000.0), "{:?}", estimates[4]);
+        assert!(!estimates[0].counts(10_000.0));
+    }
+
+    #[test]
+    fn what_a_neighbour_s_samples_differ_by_may_be_hidden_here() {
+        let spread = 48.0;
+        let estimates = first_estimates(&around(100.0, spread), 3, 4, f32::INFINITY);
+        // A contrast of c^2 = 5 spreads over 6 times 4^3; on a neighbour lies what the halves left besides.
+        let least = PER_SPREAD * spread / 6.0 / 64.0;
+        assert!(estimates.iter().all(|estimate| estimate.variance >= least * 0.999), "{estimates:?}");
+        let even = first_estimates(&around(100.0, 0.0), 3, 4, f32::INFINITY);
+        assert!(even.iter().all(|estimate| estimate.variance == 0.0), "{even:?}");
     }
 }
