@@ -19,7 +19,7 @@ use sensel::scene::bake::BAKE_VERSION;
 use sensel::scene::{Scene, generated};
 use sensel::units::{FrameIndex, RowIndex, Span};
 
-/// Files of a scene's folder, or of the bathroom's, which another scene borrows from; and the light on as many samples of its surfaces,
+/// Files of a scene's folder, or of those that other scenes borrow from; and the light on as many samples of its surfaces,
 /// as if it had been baked: facts are bounds for any light, and real light of the large scenes takes minutes.
 struct Folder {
     path: PathBuf,
@@ -28,8 +28,9 @@ struct Folder {
 
 impl Assets for Folder {
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
-        let own = self.path.join(name);
-        let path = if own.is_file() { own } else { scenes().join("bathroom").join(name) };
+        let borrowed = ["bathroom", "photo_box"].map(|lender| scenes().join(lender).join(name));
+        let path = [self.path.join(name)].into_iter().chain(borrowed).find(|path| path.is_file());
+        let path = path.unwrap_or_else(|| self.path.join(name));
         std::fs::read(&path).map_err(|source| Error::Io { path: path.display().to_string(), source })
     }
 
