@@ -18,6 +18,7 @@ mod json;
 pub mod ladder_picture;
 pub mod ladder_record;
 pub mod ordered;
+pub mod plan_record;
 pub mod record;
 pub mod spread;
 pub mod timing_diagram;

@@ -1,5 +1,5 @@
 //! What accuracy costs in time, as plain data: `ladder.json`, and a section of a run's report. Units stand in the names; the keys are
-//! those of DESIGN section 8. What was not measured is `null`, and the row's `note` says why.
+//! those of `sensel ladder --json`. What was not measured is `null`, and the row's `note` says why.
 //!
 //! - `photon_noise_ratio`: root mean square error of the picture in units of each pixel's photon noise, over pixels that the reference
 //!   sees below saturation. Two parts add in squares. The render's is taken on mean photons, before any draw: with Q electrons a photon,
