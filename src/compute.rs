@@ -87,6 +87,7 @@ use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::num::u64_from;
 use crate::plane::Plane;
+use crate::silicon::Seat;
 use crate::units::Size;
 
 /// A corner with its descriptor, as it leaves the sensor.
@@ -173,12 +174,13 @@ pub struct Extractor {
     params: ExtractorParams,
     threshold: u16,
     rung: Rung,
+    verilog: Option<Seat>,
 }
 
 impl Extractor {
     /// Ready for the first frame.
     pub fn new(params: &ExtractorParams) -> Self {
-        Self { params: *params, threshold: params.threshold, rung: Rung::Sampled }
+        Self { params: *params, threshold: params.threshold, rung: Rung::Sampled, verilog: None }
     }
 
     /// The same extractor on another rung: as functions over whole pictures, or as the hardware's twin, clock by clock. Both give the
@@ -186,6 +188,12 @@ impl Extractor {
     #[must_use]
     pub fn on_rung(self, rung: Rung) -> Self {
         Self { rung, ..self }
+    }
+
+    /// The same extractor in Verilog, where its rung is that.
+    #[must_use]
+    pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
+        Self { verilog, ..self }
     }
 
     /// Features of a frame of codes of so many bits behind colour filters whose pattern repeats after `pattern_px` (columns, rows).
@@ -242,7 +250,11 @@ impl Extractor {
         let size = picture.size();
         let (extracted, next) = match self.rung {
             Rung::Expected | Rung::Sampled => self.functional(picture, io),
-            Rung::Clocked | Rung::Rtl => clocked::frame(&self.params, self.threshold, &picture, io)?,
+            Rung::Clocked => clocked::frame(&self.params, self.threshold, &picture, io)?,
+            Rung::Rtl => {
+                let verilog = self.verilog.as_ref().expect("who chose this rung gave the Verilog");
+                clocked::frame_in(verilog.silicon(), &self.params, self.threshold, &picture, io)?
+            }
         };
         self.threshold = next;
         work::count(&self.params, size, &extracted.counts, u64_from(extracted.features.len()), events);

@@ -10,6 +10,8 @@ pub mod input;
 pub mod picture;
 pub mod truth;
 pub mod tum;
+pub mod verilated;
+pub mod verilator;
 pub mod waves;
 
 use std::path::Path;

@@ -40,6 +40,7 @@ pub mod draw;
 pub mod events;
 pub mod facts;
 pub mod fidelity;
+pub mod silicon;
 pub mod effect;
 
 pub mod scene;

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Outcome, Scratch, names, sensel};
+use common::{Outcome, Scratch, names, sensel, sensel_alone};
 use serde_json::Value;
 
 /// Runs a scenario with one assignment; it must be refused in one line, before anything is written.
@@ -40,7 +40,6 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("motion.offset_m", "[1.0, 2.0]", "an array of length 3"),
     ("motion.world_from_motion", "[0.0, 0.0, 0.0, 0.0]", "norm 1 would do"),
     ("run.frames", "0", "1 to 1,000,000"),
-    ("run.rung", "rtl", "clocked would do"),
     ("run.rung", "gates", "expected, sampled, clocked, rtl"),
     ("run.effects", "prnu", "auto, all, none"),
     ("run.effects", "-glow", "known: prnu"),
@@ -135,6 +134,17 @@ fn a_value_that_cannot_be_is_refused_with_its_layer_key_and_what_would_do() {
         seen += 1;
     }
     assert!(seen > 75, "only {seen} cases");
+}
+
+/// Without Verilator the rung that is made of it is refused by its name, not replaced by another.
+#[test]
+fn the_rung_rtl_without_verilator_is_refused() {
+    let scratch = Scratch::new("no-verilator");
+    let outcome = sensel_alone(&["run", "box", "--rung", "rtl", "--quiet", "--out", &scratch.join("out")]);
+    check_refusal(&outcome, &scratch, "no Verilator");
+    for word in ["run.rung = rtl", "needs Verilator", "clocked would do"] {
+        assert!(outcome.stderr.contains(word), "{word}: {}", outcome.stderr);
+    }
 }
 
 #[test]

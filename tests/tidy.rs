@@ -16,6 +16,7 @@ const ORDER: &[&str] = &[
     "events",
     "facts",
     "fidelity",
+    "silicon",
     "effect",
     "scene",
     "optics",

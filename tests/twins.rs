@@ -1,19 +1,39 @@
 //! The rungs of the ladder agree: the closed form of a row's conversions gives the codes, and the counted work, of the converters stepped
-//! clock by clock, for every column of random converters; and a frame of the box room has the same hashes on both rungs.
+//! clock by clock, for every column of random converters; a frame of the box room has the same hashes on both rungs. With Verilator, the
+//! Verilog gives them too.
 
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
 
 use sensel::adc::{AdcParams, Cds, Converter, Counter, Counting, Ramp, Sample};
 use sensel::config::Resolved;
 use sensel::draw::{DrawKey, EffectNumber, uniform_f64};
+use sensel::error::Error;
 use sensel::fidelity::Rung;
+use sensel::files::verilated::Verilated;
 use sensel::num::{f32_nearest, index, u32_truncated};
-use sensel::run::{NoClock, NoFiles, NoProgress, Session, Setup};
+use sensel::run::{Assets, NoClock, NoFiles, NoProgress, Session, Setup};
+use sensel::silicon::{Seat, Silicon};
 
 const SEED: u64 = 20_261_121;
 const CONFIGS: u64 = 400;
+
+/// No files, but a Verilator.
+struct WithVerilog;
+
+impl Assets for WithVerilog {
+    fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
+        NoFiles.read(name)
+    }
+
+    fn silicon(&self) -> Result<Arc<dyn Silicon>, Error> {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl/verilated");
+        Ok(Arc::new(Verilated::new(folder)?))
+    }
+}
 
 /// Numbers of one case, one after the other.
 struct Chance(Box<dyn FnMut() -> f64>);
@@ -157,6 +177,40 @@ fn the_closed_form_is_the_clocked_converter_in_every_column_of_random_configs() 
     assert!(kinds.len() == 17 && kinds.values().all(|&tried| tried > 15), "{kinds:?}");
 }
 
+/// Columns in Verilog, whose counters see the clocked comparators.
+#[cfg(feature = "outside")]
+#[test]
+fn the_verilog_is_the_clocked_converter_in_every_column_of_random_configs() {
+    println!("seed {SEED}");
+    let (mut columns_compared, mut clipped) = (0, 0);
+    let verilog = Seat::new(WithVerilog.silicon().unwrap());
+    for case in 0..CONFIGS / 4 {
+        let mut chance = Chance::new(SEED, case);
+        let params = random_params(&mut chance);
+        if params.check().is_err() {
+            continue;
+        }
+        let clocked = Converter::new(&params).at(Rung::Clocked);
+        let in_verilog = clocked.clone().in_verilog(Some(verilog.clone()));
+        for width in [1, 7, 64] {
+            let signal_uv = random_samples(&mut chance, &clocked, &params, width);
+            let reset_uv: Vec<f32> =
+                random_samples(&mut chance, &clocked, &params, width).iter().map(|uv| 0.02 * uv).collect();
+            let (mut codes, mut expected) = (vec![0; width], vec![0; width]);
+            let die = DrawKey::root(case).with(EffectNumber(211).0);
+            let work = clocked.columns(die, width).convert_row(&signal_uv, &reset_uv, &mut expected);
+            let work_too = in_verilog.columns(die, width).convert_row(&signal_uv, &reset_uv, &mut codes);
+            verilog.check().unwrap();
+            let said = format!("case {case} of seed {SEED}, width {width}: {params:?}, {signal_uv:?}, {reset_uv:?}");
+            assert_eq!((codes, work_too), (expected.clone(), work), "{said}");
+            columns_compared += width;
+            clipped += expected.iter().filter(|&&code| code == 0 || u32::from(code) == params.code_max()).count();
+        }
+    }
+    println!("{columns_compared} columns compared, {clipped} of them clipped");
+    assert!(columns_compared > 5000 && clipped > 500 && clipped < columns_compared / 2);
+}
+
 /// The kickback is no decoration: it moves codes, and it moves them alike on both rungs only if its order of events is right.
 #[test]
 fn kickback_moves_codes_of_columns_that_cross_after_others() {
@@ -229,7 +283,7 @@ fn waveforms_show_the_conversion_that_gives_the_codes() {
 
 /// Codes, features and energy of whole frames, from the scene on.
 #[test]
-fn frames_of_the_box_room_have_the_same_hashes_on_both_rungs() {
+fn frames_of_the_box_room_have_the_same_hashes_on_all_rungs() {
     let rare = [
         "sensor.adc.kickback_uv=3.0",
         "sensor.adc.comparator_delay_clk=3",
@@ -249,17 +303,21 @@ fn frames_of_the_box_room_have_the_same_hashes_on_both_rungs() {
             let text = "[scene]\ngenerator = \"box\"\nilluminance_lux = 1000.0\n[motion]\noffset_m = [0.0, 1.5, 0.3]\n\
                         [sensor]\nwidth = 160\nheight = 120\n[run]\nframes = 2\n";
             let resolved = Resolved::from_layers("twins", text, &assignments).unwrap();
-            let mut session = Session::new(Setup::new(resolved, &NoFiles, &NoProgress).unwrap()).unwrap();
+            let mut session = Session::new(Setup::new(resolved, &WithVerilog, &NoProgress).unwrap()).unwrap();
             let codes: Vec<_> = (0..2)
                 .flat_map(|_| session.step(&NoClock).unwrap().cameras.into_iter().map(|camera| camera.codes))
                 .collect();
-            (codes, session.hashes())
+            let energy = session.energy();
+            (codes, session.hashes(), format!("{energy:?}"))
         };
         let (sampled, clocked) = (frames("sampled"), frames("clocked"));
+        if cfg!(feature = "outside") {
+            assert!(clocked == frames("rtl"), "the Verilog gives something else with {more:?}");
+        }
         let pixels: usize = sampled.0.iter().map(|codes| codes.values().len()).sum();
         assert_eq!(pixels, 4 * 160 * 120);
         assert!(sampled.0 == clocked.0, "codes differ with {more:?}");
-        assert_eq!(sampled.1, clocked.1, "{more:?}");
+        assert_eq!((&sampled.1, &sampled.2), (&clocked.1, &clocked.2), "{more:?}");
         hashes.push(sampled.1);
     }
     assert_ne!(hashes[0], hashes[1], "the rarer keys act");

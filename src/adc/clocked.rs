@@ -9,10 +9,12 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::crossings::NEVER;
 use super::kickback::{Kickback, Shift};
 use super::ramp::RampEdges;
 use super::{Cds, Columns, Converter, Counter, Counting, RowWork, Sample};
 use crate::num::{index, u64_from};
+use crate::silicon::RowAsked;
 
 /// The columns under one ramp during one conversion.
 #[derive(Clone, Debug)]
@@ -228,13 +230,21 @@ impl Columns<'_> {
         for pass in 0..index(params.columns_per_adc) {
             let chosen: Vec<usize> = self.of_pass(pass, codes.len()).collect();
             let mut counters = self.converter.counters(chosen.len());
-            for (sample, samples_uv) in [(Sample::Reset, reset_uv), (Sample::Signal, signal_uv)] {
-                if !samples_uv.is_empty() {
-                    self.run(sample, &chosen, samples_uv, &mut counters);
-                }
-            }
+            let [reset_clk, signal_clk] =
+                [(Sample::Reset, reset_uv), (Sample::Signal, signal_uv)].map(|(sample, uv)| {
+                    if uv.is_empty() { Vec::new() } else { self.run(sample, &chosen, uv, &mut counters) }
+                });
+            let in_verilog = self.converter.verilog.as_ref().map(|verilog| {
+                let (reset_clk, signal_clk) = (&reset_clk[..], &signal_clk[..]);
+                let steps = |sample| self.converter.steps(sample);
+                let (reset_steps, signal_steps) = (steps(Sample::Reset), steps(Sample::Signal));
+                verilog.row(&RowAsked { cds: params.column(), signal_steps, reset_steps, reset_clk, signal_clk })
+            });
             for (place, &column) in chosen.iter().enumerate() {
-                codes[column] = counters.code(place, params.code_max());
+                codes[column] = match &in_verilog {
+                    Some(codes) => codes[place],
+                    None => counters.code(place, params.code_max()),
+                };
             }
             work.counter_steps += counters.work.counter_steps;
             work.comparator_clk += counters.work.comparator_clk;
@@ -242,13 +252,19 @@ impl Columns<'_> {
         work
     }
 
-    fn run(&self, sample: Sample, chosen: &[usize], samples_uv: &[f32], counters: &mut Counters) {
+    /// One conversion of some columns: the first clock at which each comparator is high.
+    fn run(&self, sample: Sample, chosen: &[usize], samples_uv: &[f32], counters: &mut Counters) -> Vec<u32> {
         let mut comparators = self.comparators(chosen, samples_uv);
+        let mut crossings_clk = vec![NEVER; chosen.len()];
         counters.begin(sample);
-        for _ in 0..self.converter.steps(sample) {
+        for clock in 1..=self.converter.steps(sample) {
             comparators.tick();
             counters.tick(comparators.flipped());
+            for &place in comparators.flipped() {
+                crossings_clk[place] = clock;
+            }
         }
+        crossings_clk
     }
 
     /// The comparators of some columns of a row, under the samples of the whole row.

@@ -14,6 +14,7 @@ use super::{AdcParams, Cds, column_delay};
 use crate::draw::DrawKey;
 use crate::fidelity::Rung;
 use crate::num::{f32_nearest, low_u16};
+use crate::silicon::Seat;
 
 /// Which of a row's conversions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +46,8 @@ pub struct Converter {
     /// Whether the kernel is all there is: no delays, no kickback.
     is_plain: bool,
     is_clocked: bool,
+    /// What converts in place of the clocked rung's own counters.
+    pub(super) verilog: Option<Seat>,
 }
 
 /// The converters of one camera's die: each column with its own comparator.
@@ -80,13 +83,20 @@ impl Converter {
             edges,
             kickback,
             is_clocked: false,
+            verilog: None,
         }
     }
 
     /// The same on another rung: clock by clock, or in closed form.
     #[must_use]
     pub fn at(self, rung: Rung) -> Self {
-        Self { is_clocked: rung == Rung::Clocked, ..self }
+        Self { is_clocked: matches!(rung, Rung::Clocked | Rung::Rtl), ..self }
+    }
+
+    /// The same with its columns' counters in Verilog where it goes clock by clock.
+    #[must_use]
+    pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
+        Self { verilog, ..self }
     }
 
     /// Whether all steps are equal and nothing disturbs or delays a column.

@@ -1,8 +1,10 @@
 //! Parameters of the column converters. Enters: numbers of a config. Leaves: the same, checked, and what follows from them.
 
+use rtl_models::cds::CdsConfig;
+
 use super::{RampEdges, Sample};
 use crate::error::Error;
-use crate::num::{f64_from_i64, f64_from_u64, i64_half_even};
+use crate::num::{f64_from_i64, f64_from_u64, i64_half_even, low_u16};
 use crate::pixel::{PixelParams, SampleSigmas, Samples, above, within};
 use crate::units::Clocks;
 
@@ -273,6 +275,13 @@ impl AdcParams {
     /// Greatest code, 2^bits - 1.
     pub fn code_max(&self) -> u32 {
         (1 << self.bits) - 1
+    }
+
+    /// A column's counter as the hardware is told of it. One conversion has its black level in the pedestal alone.
+    pub fn column(&self) -> CdsConfig {
+        let black = if self.cds == Cds::Digital { low_u16(self.black_level_dn) } else { 0 };
+        let (latch_mode, gray) = (self.counting == Counting::Latch, self.counter == Counter::Gray);
+        CdsConfig { bits: self.bits, black, latch_mode, gray }
     }
 
     /// Span of the ramp in nV, gain included, rounded half-even.

@@ -8,9 +8,12 @@ use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::fidelity::Rung;
 use sensel::files::grey::{self, Grey};
+use sensel::run::Assets;
+use sensel::silicon::Seat;
 use serde_json::json;
 
 use super::args::{FeaturesArguments, Shared};
+use super::run::FolderAssets;
 use super::{draw, listing, place};
 
 /// `sensel features`.
@@ -27,7 +30,12 @@ pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error>
         params.target_features = 0;
     }
     let picture = grey::read(&arguments.image)?;
-    let (features, threshold) = features(&picture, arguments, &params, rung)?;
+    let mut extractor = Extractor::new(&params).on_rung(rung);
+    if rung == Rung::Rtl {
+        let silicon = FolderAssets::new(Path::new("."), shared).silicon().map_err(located)?;
+        extractor = extractor.in_verilog(Some(Seat::new(silicon)));
+    }
+    let (features, threshold) = features(&picture, arguments, &params, extractor)?;
     if let (Some(full_scale), false) = (picture.full_scale, shared.quiet) {
         eprintln!("{}: linear; code 65535 stands for {full_scale}, its brightest pixel", arguments.image.display());
     }
@@ -65,13 +73,12 @@ fn features(
     picture: &Grey,
     arguments: &FeaturesArguments,
     params: &ExtractorParams,
-    rung: Rung,
+    extractor: Extractor,
 ) -> Result<(Vec<Feature>, u16), Error> {
     let found = if arguments.detector.is_some() {
         let params = ExtractorParams { subpixel: false, ..*params };
         every_corner(&picture.codes, picture.bits, &params).map(|features| (features, params.threshold))
     } else {
-        let extractor = Extractor::new(params).on_rung(rung);
         extractor.settled(&picture.codes, picture.bits).map(|found| (found.features, found.threshold))
     };
     found.map_err(|error| {

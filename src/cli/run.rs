@@ -10,9 +10,11 @@ use sensel::files::cache::Cache;
 use sensel::files::folder::OutputFolder;
 use sensel::files::input::InputFolders;
 use sensel::files::truth::{Keep, Kept};
+use sensel::files::verilated::Verilated;
 use sensel::report::Report;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
 use sensel::scene::images::PictureBytes;
+use sensel::silicon::Silicon;
 
 use super::args::{RunArguments, RunVerbArguments, Shared};
 use super::clocks::Wall;
@@ -53,6 +55,11 @@ impl Assets for FolderAssets {
 
     fn during_run(&self) -> Option<Arc<dyn PictureBytes>> {
         Some(self.folders.clone())
+    }
+
+    fn silicon(&self) -> Result<Arc<dyn Silicon>, Error> {
+        let folder = self.cache.as_ref().map_or_else(std::env::temp_dir, |cache| cache.folder().to_owned());
+        Ok(Arc::new(Verilated::new(folder.join("verilated"))?))
     }
 
     fn load(&self, key: &str) -> Option<Vec<u8>> {

@@ -11,8 +11,9 @@ use super::params::{ExtractorParams, Overflow, Pattern, Rank};
 use super::rows::Pixels;
 use super::{Counts, Extracted, Feature};
 use crate::error::Error;
-use crate::num::index;
+use crate::num::{index, low_u16};
 use crate::plane::Plane;
+use crate::silicon::{FrameAsked, FrameGiven, Silicon};
 use crate::simd::{Kernel, dispatch};
 use crate::units::Size;
 
@@ -58,6 +59,22 @@ struct Around<'a> {
     records: &'a mut dyn Records,
     features: Vec<Feature>,
     out_clk: Vec<u64>,
+}
+
+impl Around<'_> {
+    fn extracted(self, given: &FrameGiven, threshold: u16) -> Extracted {
+        let found = &given.counts;
+        let counts = Counts {
+            corners: found.corners.wrapping_sub(found.without_patch).into(),
+            without_patch: found.without_patch.into(),
+            unselected: found.unselected.into(),
+            dropped: found.dropped.into(),
+            late: found.late.into(),
+            stalled_clk: found.stalled.into(),
+            not_ready_clk: given.not_ready_clk,
+        };
+        Extracted { features: self.features, out_clk: self.out_clk, counts, threshold, end_clk: given.end_clk }
+    }
 }
 
 impl Surroundings for Around<'_> {
@@ -119,17 +136,24 @@ pub(super) fn frame<T: Word>(
     let end_clk = dispatch(WholeFrame { core: &mut core, pixels: picture.values(), around: &mut around });
     let not_ready_clk = core.not_ready();
     core.finish(&mut around);
-    let found = core.counts();
-    let counts = Counts {
-        corners: found.corners.wrapping_sub(found.without_patch).into(),
-        without_patch: found.without_patch.into(),
-        unselected: found.unselected.into(),
-        dropped: found.dropped.into(),
-        late: found.late.into(),
-        stalled_clk: found.stalled.into(),
-        not_ready_clk,
-    };
-    let Around { features, out_clk, .. } = around;
-    let next = core.threshold();
-    Ok((Extracted { features, out_clk, counts, threshold, end_clk }, next))
+    let given = FrameGiven { counts: *core.counts(), not_ready_clk, threshold: core.threshold(), end_clk };
+    Ok((around.extracted(&given, threshold), given.threshold))
+}
+
+/// The same from the Verilog.
+///
+/// # Errors
+/// As `frame`, and those of the simulator.
+pub(super) fn frame_in<T: super::Word>(
+    silicon: &dyn Silicon,
+    params: &ExtractorParams,
+    threshold: u16,
+    picture: &Plane<T>,
+    (pixels, records): (&mut dyn Pixels, &mut dyn Records),
+) -> Result<(Extracted, u16), Error> {
+    let (hardware, settings) = (hardware(params, picture.size()), settings(params)?);
+    let words = picture.map(|word| low_u16(word.into()));
+    let mut around = Around { pixels, records, features: Vec::new(), out_clk: Vec::new() };
+    let given = silicon.frame(&FrameAsked { hardware, settings, threshold, pixels: words.values() }, &mut around)?;
+    Ok((around.extracted(&given, threshold), given.threshold))
 }

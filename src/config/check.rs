@@ -77,10 +77,6 @@ impl Scenario {
     pub fn fidelity(&self) -> Result<Fidelity, Error> {
         let rungs = [Rung::Expected, Rung::Sampled, Rung::Clocked, Rung::Rtl].map(|rung| (rung.name(), rung));
         let rung = one_of("run.rung", &self.run.rung, &rungs)?;
-        if rung == Rung::Rtl {
-            let reason = "tests hold this rung to clocked on every clock, and no run is made on it; clocked would do";
-            return Err(Error::key("run.rung", &self.run.rung, reason));
-        }
         let accuracy = within("run.accuracy", self.run.accuracy, 0.0..=10.0, "0 to 10")?;
         let merges = one_of("run.sampling", &self.run.sampling, &[("stratified", false), ("subframes", true)])?;
         let subframes = within("run.subframes", self.run.subframes, 1..=4096, "1 to 4096")?;

@@ -26,6 +26,7 @@ use crate::num::{u32_from, u64_from};
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
 use crate::readout::{Geometry, HdrMerge};
+use crate::silicon::Seat;
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Size};
 
 /// Rows that one task takes. Fixed, so that work is cut the same way on any number of threads.
@@ -200,6 +201,13 @@ impl Chain {
     #[must_use]
     pub fn on_rung(mut self, rung: Rung) -> Self {
         self.readings = self.readings.into_iter().map(|reading| reading.on_rung(rung)).collect();
+        self
+    }
+
+    /// The same sensor with its columns' counters in Verilog where they go clock by clock.
+    #[must_use]
+    pub fn in_verilog(mut self, verilog: Option<&Seat>) -> Self {
+        self.readings = self.readings.into_iter().map(|reading| reading.in_verilog(verilog.cloned())).collect();
         self
     }
 

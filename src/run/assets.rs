@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::scene::images::PictureBytes;
+use crate::silicon::Silicon;
 
 /// Files of a scenario, and a place for baked light.
 pub trait Assets: Sync {
@@ -27,6 +28,14 @@ pub trait Assets: Sync {
     /// The same files for reading while a run goes on; none where all must be read before.
     fn during_run(&self) -> Option<Arc<dyn PictureBytes>> {
         None
+    }
+
+    /// A simulator of the sensor's Verilog, for the rung `rtl`.
+    ///
+    /// # Errors
+    /// There is none, or it does not work.
+    fn silicon(&self) -> Result<Arc<dyn Silicon>, Error> {
+        Err(Error::key("run.rung", "rtl", "there are no programs here to run Verilog; clocked would do"))
     }
 
     /// Bytes stored under a content hash earlier, if any.

@@ -19,6 +19,7 @@ use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
+use crate::silicon::Seat;
 use crate::tracker::{RowClock, Status, TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
@@ -140,7 +141,7 @@ impl Session {
         // Where pictures alone are sent the host extracts, in software.
         let on_sensor = setup.sensor.link.mode.sends_features();
         let rung = if on_sensor { setup.fidelity.rung } else { Rung::Sampled };
-        let extractor = Extractor::new(&setup.sensor.extractor).on_rung(rung);
+        let extractor = Extractor::new(&setup.sensor.extractor).on_rung(rung).in_verilog(setup.verilog().cloned());
         let extractors = vec![extractor; setup.cameras.len()];
         let delays_s = setup.sensor.row_delays_s().map_err(|error| setup.resolved.tree.locate(error))?;
         Ok(Self {
@@ -329,6 +330,7 @@ impl Session {
                     let clocked = || self.setup.chain(gain).on_rung(Rung::Clocked);
                     check.check(clocked, &exposure.photons, capture, &times, &captured.codes)?;
                 }
+                self.setup.verilog().map_or(Ok(()), Seat::check)?;
                 self.totals.events.merge(&captured.events);
                 read.push(captured.codes);
                 self.charge_before_e[camera] = captured.charge_e;

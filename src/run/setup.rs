@@ -28,6 +28,7 @@ use crate::readout::{Geometry, Schedule, Shutter};
 use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::scene::motion::imu::Imu;
+use crate::silicon::Seat;
 use crate::tracker::{CameraCalibration, TrackerParams};
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Size, Span};
 
@@ -116,6 +117,8 @@ pub struct Setup {
     chosen: [Vec<&'static str>; 2],
     /// The tracker's knobs.
     pub tracker: TrackerParams,
+    /// What runs the Verilog, on the rung `rtl`.
+    verilog: Option<Seat>,
 }
 
 impl Setup {
@@ -154,6 +157,10 @@ impl Setup {
         let exposure = ExposureControl::new(&sensor, cameras.len())?;
         let tracker = scenario.tracker_params()?;
         let imu = scenario.imu()?;
+        let verilog = match (fidelity.rung, kept.and_then(|kept| kept.verilog.clone())) {
+            (Rung::Rtl, None) => Some(Seat::new(assets.silicon()?)),
+            (_, kept) => kept,
+        };
         let (motion, motion_notes) = match kept {
             Some(kept) => (kept.motion.clone(), kept.motion_notes.clone()),
             None => placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)
@@ -188,6 +195,7 @@ impl Setup {
             plan: summary,
             chosen,
             tracker,
+            verilog,
         };
         if setup.fidelity.rung == Rung::Expected {
             setup.first_chain().check_expected()?;
@@ -212,7 +220,15 @@ impl Setup {
     pub fn chain(&self, gain: f64) -> Chain {
         let scenario = &self.resolved.scenario;
         let chosen = [&self.chosen[0][..], &self.chosen[1][..]];
-        self.sensor.chain(gain, chosen, scenario.seed, scenario.sensor.die).on_rung(self.fidelity.rung)
+        self.sensor
+            .chain(gain, chosen, scenario.seed, scenario.sensor.die)
+            .on_rung(self.fidelity.rung)
+            .in_verilog(self.verilog())
+    }
+
+    /// What runs the Verilog, on the rung `rtl`.
+    pub(super) fn verilog(&self) -> Option<&Seat> {
+        self.verilog.as_ref().filter(|_| self.fidelity.rung == Rung::Rtl)
     }
 
     /// What the tracker is told of the cameras.

@@ -11,9 +11,9 @@ use rtl_models::sensor_core::{CoreConfig, CoreOut, SensorCore};
 use super::WaveRow;
 use super::analog::Analog;
 use super::signals::{Kind, Recorder, SignalId, Value};
-use crate::adc::{AdcParams, Cds, Counter, Counting, Sample};
+use crate::adc::{AdcParams, Sample};
 use crate::error::Error;
-use crate::num::{f64_from_u64, index, low_u16, u32_from, u32_truncated};
+use crate::num::{f64_from_u64, index, u32_from, u32_truncated};
 
 /// Clocks after the last line until its latch is over: it stands two clocks after the ramp's last, which may be the line's last.
 pub fn tail_clk(seq: &SeqConfig) -> u32 {
@@ -76,11 +76,7 @@ pub fn core_config(adc: &AdcParams, line: LineClocks, columns: u32, pulses: Puls
         n_ramp_signal: adc.code_max(),
         exposure_lines: 1,
     };
-    // One conversion has its black level in the pedestal alone.
-    let black = if adc.cds == Cds::Digital { low_u16(adc.black_level_dn) } else { 0 };
-    let latch_mode = adc.counting == Counting::Latch;
-    let cds = CdsConfig { bits: adc.bits, black, latch_mode, gray: adc.counter == Counter::Gray };
-    let config = CoreConfig { seq, cds, lanes: 1, columns };
+    let config = CoreConfig { seq, cds: adc.column(), lanes: 1, columns };
     config.check().map_err(|reason| {
         let value = format!("{} clocks of adc_clk", line.line_adc_clk);
         Error::key("--waves: a line", value, reason)

@@ -66,13 +66,28 @@ impl Outcome {
 
 /// Runs the program in the repository's folder, with a cache of its own that all tests share (entries are written whole).
 pub fn sensel<S: AsRef<str>>(arguments: &[S]) -> Outcome {
-    let output = Command::new(env!("CARGO_BIN_EXE_sensel"))
+    outcome(command(arguments))
+}
+
+/// The same where no other program is found.
+pub fn sensel_alone<S: AsRef<str>>(arguments: &[S]) -> Outcome {
+    let mut alone = command(arguments);
+    alone.env("PATH", "");
+    outcome(alone)
+}
+
+fn command<S: AsRef<str>>(arguments: &[S]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sensel"));
+    command
         .args(arguments.iter().map(AsRef::as_ref))
         .args(["--cache", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache")])
         .env_remove("SENSEL_SCENES")
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap();
+        .current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+fn outcome(mut command: Command) -> Outcome {
+    let output = command.output().unwrap();
     Outcome {
         code: output.status.code().expect("the program ends by itself"),
         stdout: String::from_utf8(output.stdout).unwrap(),

@@ -10,6 +10,7 @@ use crate::effect::{Domain, Effect};
 use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::pixel;
+use crate::silicon::Seat;
 
 /// A conversion gain with everything behind it.
 pub(super) struct Reading {
@@ -69,6 +70,11 @@ impl Reading {
     /// The same with its converters on another rung.
     pub fn on_rung(self, rung: Rung) -> Self {
         Self { converter: self.converter.at(rung), ..self }
+    }
+
+    /// The same with its columns' counters in Verilog where they go clock by clock.
+    pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
+        Self { converter: self.converter.in_verilog(verilog), ..self }
     }
 
     /// The converters of a die, of the columns that are read; none named: all.

@@ -1,0 +1,115 @@
+//! The sensor's Verilog, run by somebody else: what the rung `rtl` asks of it. Enters: crossings of a row's comparators, or words of a
+//! picture. Leaves: codes; records, counts and clocks. Files know how to build and run it; the core only knows these questions.
+
+use std::fmt;
+use std::sync::{Arc, Mutex};
+
+use rtl_models::cds::CdsConfig;
+use rtl_models::extractor_rows::Surroundings;
+use rtl_models::fx_back::{FxBackConfig, FxCounts, FxSettings};
+
+use crate::error::Error;
+
+/// A row's conversions.
+#[derive(Clone, Copy, Debug)]
+pub struct RowAsked<'a> {
+    /// Every column's counter.
+    pub cds: CdsConfig,
+    /// Steps of the signal ramp.
+    pub signal_steps: u32,
+    /// Steps of the reset ramp; 0 where there is none.
+    pub reset_steps: u32,
+    /// First step of the reset ramp at which each column's comparator is high, or `rtl_models::NEVER`; empty without that ramp.
+    pub reset_clk: &'a [u32],
+    /// The same of the signal ramp.
+    pub signal_clk: &'a [u32],
+}
+
+/// A picture for the extractor.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameAsked<'a> {
+    /// Which hardware.
+    pub hardware: FxBackConfig,
+    /// Its registers.
+    pub settings: FxSettings,
+    /// The threshold that an adaptive one has come to.
+    pub threshold: u16,
+    /// Words of the pipeline, row by row.
+    pub pixels: &'a [u16],
+}
+
+/// What a picture gave besides its records.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameGiven {
+    /// Counts when everything had left.
+    pub counts: FxCounts,
+    /// Clocks in which no pixel could be taken, until `end_clk`.
+    pub not_ready_clk: u64,
+    /// The threshold of the next picture.
+    pub threshold: u16,
+    /// The first clock in which the next one's first pixel could enter.
+    pub end_clk: u64,
+}
+
+/// A Verilog simulator with the sensor's blocks.
+pub trait Silicon: fmt::Debug + Send + Sync {
+    /// Each column's code.
+    ///
+    /// # Errors
+    /// The simulator cannot be built, or stopped.
+    fn row(&self, asked: &RowAsked<'_>) -> Result<Vec<u16>, Error>;
+
+    /// A picture through the extractor; records leave to `around`.
+    ///
+    /// # Errors
+    /// As `row`.
+    fn frame(&self, asked: &FrameAsked<'_>, around: &mut dyn Surroundings) -> Result<FrameGiven, Error>;
+}
+
+/// A simulator where rows are converted side by side and cannot fail one by one: the first failure is kept for whoever made them.
+#[derive(Clone, Debug)]
+pub struct Seat(Arc<Seated>);
+
+#[derive(Debug)]
+struct Seated {
+    silicon: Arc<dyn Silicon>,
+    failure: Mutex<Option<Error>>,
+}
+
+impl Seat {
+    /// A simulator that has not failed.
+    pub fn new(silicon: Arc<dyn Silicon>) -> Self {
+        Self(Arc::new(Seated { silicon, failure: Mutex::new(None) }))
+    }
+
+    /// The simulator.
+    pub fn silicon(&self) -> &dyn Silicon {
+        &*self.0.silicon
+    }
+
+    /// Each column's code; zeros after a failure.
+    pub fn row(&self, asked: &RowAsked<'_>) -> Vec<u16> {
+        match self.0.silicon.row(asked) {
+            Ok(codes) => codes,
+            Err(error) => {
+                self.0.failure.lock().expect("nobody panics while it is held").get_or_insert(error);
+                vec![0; asked.signal_clk.len()]
+            }
+        }
+    }
+
+    /// The first failure since this was last asked.
+    ///
+    /// # Errors
+    /// That failure.
+    pub fn check(&self) -> Result<(), Error> {
+        self.0.failure.lock().expect("nobody panics while it is held").take().map_or(Ok(()), Err)
+    }
+}
+
+/// The same simulator, not one like it.
+impl PartialEq for Seat {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
