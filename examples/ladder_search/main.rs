@@ -2,8 +2,8 @@
 //! `KEY=VALUE` assignments for all of them. Leaves: a table of the pilot's choice and of the best point of the grid, both judged on
 //! frames that the pilot did not see.
 //!
-//! `cargo run --release --example ladder_search [SCENE ...] [KEY=VALUE ...]`. Times are processor time of all threads (Linux); each setting is
-//! timed in turns with all others, and the least of the turns counts.
+//! `cargo run --release --example ladder_search [SCENE ...] [KEY=VALUE ...]`. Times are processor time of all threads (Linux); each setting
+//! is timed in turns with all others, and the least of the turns counts.
 
 use std::path::Path;
 use std::time::Instant;

@@ -38,7 +38,7 @@ pub(super) fn hot_places(params: &PixelParams) -> Option<Places> {
 }
 
 /// Arrays of more pixels than this are not searched for their hottest: that would take longer than all the rest of the plan.
-const SEARCHED_PX_MAX: usize = 1 << 21;
+const SEARCHED_PX_MAX: usize = 1 << 19;
 
 /// Dark current of a die's hottest pixel over the mean of hot pixels: 0 where none is hot; of large arrays what a draw can give.
 pub(super) fn hottest(params: &PixelParams, die: Die, array: Size) -> f64 {
