@@ -1,10 +1,10 @@
 //! Moments of a conversion. Enters: a level with normal noise. Leaves: mean and variance of its code, quantisation and clipping included.
 //!
-//! A count is the number of the ramp's edges at or below the level, so its mean is the sum over edges of P(level >= edge), its mean square
-//! the sum of (2 j - 1) P_j. Edges further than `REACH` sigmas below count fully, those above not at all. Where sigma is above
+//! A count is the number of the ramp's edges at or below the level, so its mean is the sum over edges of P(level >= edge), its mean
+//! square the sum of (2 j - 1) P_j. Edges further than `REACH` sigmas below count fully, those above not at all. Where sigma is above
 //! `SMOOTH_LSB` and both ends are further than that, the sums are level / LSB - 1/2 and sigma^2 / LSB^2 + 1/12: what quantisation adds to
-//! them has the Fourier coefficients exp(-2 pi^2 sigma^2 / LSB^2) (Widrow and Kollar, "Quantization Noise", 2008), below 1e-19 there.
-//! The difference of two counts is summed over both counts where it can meet an end; where that takes more than `PAIRS_MAX` pairs (sigmas of
+//! them has the Fourier coefficients exp(-2 pi^2 sigma^2 / LSB^2) (Widrow and Kollar, "Quantization Noise", 2008), below 1e-19 there. The
+//! difference of two counts is summed over both counts where it can meet an end; where that takes more than `PAIRS_MAX` pairs (sigmas of
 //! some 18 LSB) it is clipped as a normal instead. Only ramps of equal steps whose comparators are alike: others have no such sums.
 
 use super::convert::Converter;
