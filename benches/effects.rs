@@ -14,8 +14,10 @@ mod measured_costs;
 #[path = "effects/saved.rs"]
 mod saved;
 
-/// CPU time of all threads of this process in seconds, to the nanosecond of the kernel's scheduler.
+/// CPU time of all threads of this process in seconds, to the nanosecond of the kernel's scheduler. The kernel brings a running thread's
+/// account up to date at its next tick, some milliseconds away, or when the thread yields; so it yields first.
 pub fn cpu_s() -> f64 {
+    std::thread::yield_now();
     let tasks = std::fs::read_dir("/proc/self/task").expect("the kernel tells of its tasks");
     let of = |task: std::io::Result<std::fs::DirEntry>| {
         let text = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;

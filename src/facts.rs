@@ -9,6 +9,8 @@ pub struct Facts {
     pub signal_e_max: f64,
     /// Greatest mean photoelectrons of any pixel of any frame: what neighbours and the frame before can bring.
     pub frame_e_max: f64,
+    /// Greatest mean of what a pixel holds beside its own light, in electrons.
+    pub dark_mean_e: f64,
     /// Root mean square of what a pixel holds beside its own light, in electrons: dark charge, its pattern, charge of neighbours
     /// and of the frame before, and noise before the column's gain.
     pub dark_rms_e: f64,
@@ -18,14 +20,28 @@ pub struct Facts {
     pub storage_s_max: f64,
     /// Temperature of the die in kelvin.
     pub temperature_k: f64,
-    /// Pixels of a frame; tails are taken at one pixel in this many.
-    pub pixels: f64,
+    /// How far the run's dies lie from the mean of all dies.
+    pub dies: DieSpread,
     /// Conversion gain from electrons to the ADC's input, in microvolts per electron.
     pub conversion_gain_uv_per_e: f64,
     /// Greatest slope of a pixel's charge over what the array gathers: above 1 where charge may spill over.
     pub spill_slope_max: f64,
     /// Greatest slope of the samples over the charge, relative to the conversion gain: above 1 where dies differ in gain.
     pub gain_slope_max: f64,
+}
+
+/// How far the dies of a rig lie from the mean of all dies. `pixel::die_spread` reads it from the dies' own draws; `pixel::ANY_DIE` holds
+/// for every die that a draw can give.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DieSpread {
+    /// Greatest distance of a conversion gain, either way, in sigma.
+    pub gain_sigmas: f64,
+    /// Greatest distance of a black level, either way, in sigma.
+    pub offset_sigmas: f64,
+    /// Greatest deviation of the logarithm of a dark current in sigma; negative where all dies are less dark than most.
+    pub dark_sigmas: f64,
+    /// Dark current of the hottest pixel over the mean of hot pixels; 0 where no pixel is hot.
+    pub hottest: f64,
 }
 
 /// A quantity of a scenario that is known before anything is simulated: the truth lies between both ends.

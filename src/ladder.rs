@@ -26,4 +26,4 @@ pub use errors::{Match, feature_f1};
 pub use knobs::{EffectsKnob, Rays, Setting};
 pub use measure::{Bench, Options, study_key};
 pub use rows::ladder;
-pub use study::{Verdict, judge};
+pub use study::{Parts, Verdict, judge, judge_parts};

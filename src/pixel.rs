@@ -32,6 +32,7 @@ mod shot_noise;
 mod storage_leakage;
 mod stuck_pixels;
 mod thinning;
+mod well_bias;
 
 pub use blooming::{Blooming, spill_slope_max};
 pub use dark_current::DarkCurrent;
@@ -61,16 +62,43 @@ pub use shot_noise::ShotNoise;
 pub use storage_leakage::StorageLeakage;
 pub use stuck_pixels::StuckPixels;
 
-use crate::num::f32_nearest;
+use crate::facts::DieSpread;
+use crate::num::{f32_nearest, greater};
+use crate::units::{CameraIndex, Size};
 
-/// Mean of the dark charge of sound pixels, and mean square of all pixels', in electrons, on the die that draws the most.
-pub fn dark_charge_e(params: &PixelParams, exposure_s: f64, storage_s: f64) -> (f64, f64) {
+/// What holds for every die that a draw can give.
+pub const ANY_DIE: DieSpread = DieSpread {
+    gain_sigmas: die::NORMAL_MAX,
+    offset_sigmas: die::NORMAL_MAX,
+    dark_sigmas: die::NORMAL_MAX,
+    hottest: die::EXPONENTIAL_MAX,
+};
+
+/// How far the dies of a rig of so many cameras lie from the mean of all dies, by their own draws.
+pub fn die_spread(params: &PixelParams, die_seed: u64, cameras: u32, array: Size) -> DieSpread {
+    let none = DieSpread { gain_sigmas: 0.0, offset_sigmas: 0.0, dark_sigmas: f64::NEG_INFINITY, hottest: 0.0 };
+    (0..cameras).fold(none, |spread, camera| {
+        let die = die::Die { seed: die_seed, camera: CameraIndex(camera) };
+        DieSpread {
+            gain_sigmas: greater(spread.gain_sigmas, die.deviation(DieGain::NUMBER).abs()),
+            offset_sigmas: greater(spread.offset_sigmas, die.deviation(DieOffset::NUMBER).abs()),
+            dark_sigmas: greater(spread.dark_sigmas, die.deviation(die::DARK_NUMBER)),
+            hottest: greater(spread.hottest, hot_pixels::hottest(params, die, array)),
+        }
+    })
+}
+
+/// Mean of the dark charge of all pixels, and its mean square, in electrons, on that one of these dies that draws the most.
+pub fn dark_charge_e(params: &PixelParams, exposure_s: f64, storage_s: f64, dies: DieSpread) -> (f64, f64) {
     let rates = dark_rates::DarkRates::of(params);
-    let mean_e = rates.mean_e(exposure_s, storage_s);
+    let mean_e = rates.mean_e(exposure_s, storage_s, dies);
     let spread_e = rates.dcnu * mean_e;
     // An exponential of mean m has the mean square 2 m^2.
-    let (hot_share, hot_e) = (1e-6 * params.hot_ppm, rates.hot_mean_e(exposure_s, storage_s));
-    (mean_e, mean_e * mean_e + spread_e * spread_e + mean_e + hot_share * (hot_e + 2.0 * hot_e * (hot_e + mean_e)))
+    let (hot_share, hot_e) = (1e-6 * params.hot_ppm, rates.hot_mean_e(exposure_s, storage_s, dies));
+    (
+        mean_e + hot_share * hot_e,
+        mean_e * mean_e + spread_e * spread_e + mean_e + hot_share * (hot_e + 2.0 * hot_e * (hot_e + mean_e)),
+    )
 }
 
 /// Turns mean photons on the pixel into mean photoelectrons, in place: quantum efficiency times fill factor.
@@ -166,6 +194,32 @@ mod tests {
     }
 
     #[test]
+    fn the_spread_of_a_rigs_dies_is_that_of_their_own_draws() {
+        let params = PixelParams { hot_ppm: 1000.0, hot_dark_e_per_s: 100.0, ..paper_pixel() };
+        let array = Size { width_px: 320, height_px: 64 };
+        let mut hottest = 0.0_f64;
+        for seed in 0..20 {
+            let [one, two] = [1, 2].map(|cameras| die_spread(&params, seed, cameras, array));
+            for (one, two, any) in [
+                (one.gain_sigmas, two.gain_sigmas, ANY_DIE.gain_sigmas),
+                (one.offset_sigmas, two.offset_sigmas, ANY_DIE.offset_sigmas),
+                (one.dark_sigmas, two.dark_sigmas, ANY_DIE.dark_sigmas),
+                (one.hottest, two.hottest, ANY_DIE.hottest),
+            ] {
+                assert!(one <= two && two <= any, "seed {seed}: {one}, {two}, {any}");
+            }
+            hottest += one.hottest / 20.0;
+        }
+        // 20.5 hot pixels a die: the greatest of n exponentials has the mean 1 + 1/2 + ... + 1/n, 3.6, and the sigma 1.26; 4.5 of it over
+        // 20 dies are 1.3.
+        assert!((hottest - 3.6).abs() < 1.3, "{hottest}");
+        let large = Size { width_px: 1024, height_px: 1024 };
+        assert_eq!(die_spread(&params, 1, 1, large).hottest, ANY_DIE.hottest, "a large array is not searched");
+        let none = PixelParams { hot_ppm: 0.0, ..params };
+        assert_eq!(die_spread(&none, 1, 1, array).hottest, 0.0);
+    }
+
+    #[test]
     fn the_full_well_bound_covers_what_clipping_changes_on_both_sides_of_the_well() {
         let params =
             PixelParams { full_well_e: 1000.0, prnu: 0.0, dsnu_e: 0.0, dark_current_e_per_s: 0.0, ..paper_pixel() };
@@ -195,11 +249,12 @@ mod tests {
                 signal_e_min: 0.0,
                 signal_e_max: mean_e.into(),
                 frame_e_max: mean_e.into(),
+                dark_mean_e: 0.0,
                 dark_rms_e: 0.0,
                 exposure_s: 0.0,
                 storage_s_max: 0.0,
                 temperature_k: 300.0,
-                pixels: 4e4,
+                dies: ANY_DIE,
                 conversion_gain_uv_per_e: 10.0,
                 spill_slope_max: 1.0,
                 gain_slope_max: 1.0,

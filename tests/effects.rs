@@ -19,6 +19,7 @@ use sensel::effects::plan::{Choice, Plan, plan};
 use sensel::effects::regions::{LightBounds, regions};
 use sensel::effects::{self, Parameters, costs};
 use sensel::num::{f32_nearest, f64_from_usize};
+use sensel::pixel;
 use sensel::plane::Plane;
 use sensel::units::{CameraIndex, FrameIndex, Size};
 
@@ -39,8 +40,8 @@ fn planned(parameters: &Parameters, signal_e: [f64; 2]) -> Plan {
     let efficiency = parameters.pixel.quantum_efficiency * parameters.pixel.fill_factor;
     let [photons_min, photons_max] = signal_e.map(|signal_e| signal_e / efficiency);
     let light = LightBounds { photons_min, photons_max };
-    let pixels = f64_from_usize(SIZE.pixel_count());
-    let regions = regions(parameters, light, TIMES.exposure_s, TIMES.storage_s, pixels);
+    let dies = pixel::die_spread(&parameters.pixel, 6, 1, SIZE);
+    let regions = regions(parameters, light, TIMES.exposure_s, TIMES.storage_s, dies);
     plan(effects::build_all(parameters), &regions, 0.1, &Choice::parse("auto", &[]).unwrap())
 }
 
@@ -140,7 +141,7 @@ fn an_effect_that_is_left_out_is_told_in_words_with_its_budget() {
     let parameters = parameters(&["sensor.pixel.dark_current_e_per_s=10.0"]);
     let efficiency = parameters.pixel.quantum_efficiency * parameters.pixel.fill_factor;
     let light = LightBounds { photons_min: 100.0 / efficiency, photons_max: 2000.0 / efficiency };
-    let regions = regions(&parameters, light, 12e-6, 0.0, 1000.0);
+    let regions = regions(&parameters, light, 12e-6, 0.0, pixel::ANY_DIE);
     let made = plan(effects::build_all(&parameters), &regions, 0.1, &Choice::parse("auto", &[]).unwrap());
     let words: Vec<String> = made.omitted.iter().map(|effect| effect.words(made.budget_e)).collect();
     let dark = words.iter().find(|words| words.starts_with("dark current")).unwrap();

@@ -9,7 +9,7 @@ use sensel::run::{Assets, NoProgress, Session, Setup, Stopwatch};
 
 use super::{cpu_s, medians_s};
 
-const ROUNDS: usize = 9;
+const ROUNDS: usize = 25;
 
 struct Folder;
 
@@ -140,6 +140,13 @@ fn compare(words: &str, set: &[&str]) {
         1e3 * whole[1],
         whole[0] / whole[1]
     );
+    let frames = ROUNDS as f64 + 1.0;
+    let stages = ["compute", "link", "host_link", "tracker"];
+    let rest: Vec<String> = stages
+        .iter()
+        .map(|stage| format!("{stage} {:.3} ms", 1e3 * sessions[1].borrow().stage_s(stage) / frames))
+        .collect();
+    println!("    what the plan does not touch, mean a frame: {}", rest.join(", "));
 }
 
 /// Facts and plan anew, the scene being loaded.

@@ -61,6 +61,17 @@ impl ColumnSettling {
     }
 }
 
+impl ColumnSettling {
+    /// Greatest second derivative of what is missing up to a step: 0 where it settles from the start, missing / (V_ov / 2)^2 behind
+    /// slewing, and no more where slewing does not end.
+    fn bend_per_uv(&self, step_uv: f64) -> f64 {
+        if step_uv <= self.half_overdrive_uv {
+            return 0.0;
+        }
+        lesser(self.missing_uv(step_uv) / self.half_overdrive_uv, 1.0) / self.half_overdrive_uv
+    }
+}
+
 impl Effect for ColumnSettling {
     fn name(&self) -> &'static str {
         "column_settling"
@@ -74,8 +85,8 @@ impl Effect for ColumnSettling {
         Domain::Microvolts
     }
 
-    /// What is missing grows with the step, and never by more than a microvolt a microvolt: so no pixel within six sigma of the
-    /// brightest mean misses more than that pixel, and the spread of what is missing is the signal's times the slope there.
+    /// What is missing grows with the step, ever faster, and never by more than a microvolt a microvolt: so no pixel within six sigma of
+    /// the brightest mean misses more than that pixel, and the spread of what is missing is the signal's times the slope there.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let gain = facts.conversion_gain_uv_per_e;
         let spread_e = self.prnu * facts.signal_e_max;
@@ -85,12 +96,19 @@ impl Effect for ColumnSettling {
         if missing_uv < step_uv * UNSEEN_SHARE {
             return Some(Omission::NONE);
         }
+        // By Taylor's theorem the mean of a curve is that at the mean and half its greatest second derivative times the variance.
+        let mean_gain = gain * facts.gain_slope_max;
+        let at_mean_e = self.missing_uv(mean_gain * (facts.signal_e_max + facts.dark_mean_e)) / mean_gain;
+        let bent_e = 0.5 * self.bend_per_uv(step_uv) * gain * variance_e2;
         let slope = if step_uv <= self.half_overdrive_uv {
             self.missing_share
         } else {
             lesser(missing_uv / self.half_overdrive_uv, 1.0)
         };
-        Some(Omission { bias_e: missing_uv / gain, variance_e2: slope * slope * variance_e2 })
+        Some(Omission {
+            bias_e: lesser(at_mean_e + bent_e, missing_uv / gain),
+            variance_e2: slope * slope * variance_e2,
+        })
     }
 
     fn reason(&self, facts: &Facts) -> String {

@@ -2,7 +2,7 @@
 
 use super::Parameters;
 use super::plan::Region;
-use crate::facts::Facts;
+use crate::facts::{DieSpread, Facts};
 use crate::num::{greater, lesser};
 use crate::pixel::{self, PixelParams, flicker_variance_uv2, ktc_sigmas};
 
@@ -38,22 +38,24 @@ struct Frame {
     /// Greatest mean photoelectrons of a pixel, parasitic light included.
     e_max: f64,
     spill_slope_max: f64,
+    dies: DieSpread,
 }
 
-/// Root mean square of what a pixel holds beside its own light, in electrons.
-fn dark_rms_e(parameters: &Parameters, frame: &Frame) -> f64 {
+/// Greatest mean, and root mean square, of what a pixel holds beside its own light, in electrons.
+fn dark_e(parameters: &Parameters, frame: &Frame) -> [f64; 2] {
     let pixel = &parameters.pixel;
-    let (_, charge_e2) = pixel::dark_charge_e(pixel, frame.exposure_s, frame.storage_s_max);
+    let (charge_e, charge_e2) = pixel::dark_charge_e(pixel, frame.exposure_s, frame.storage_s_max, frame.dies);
     let gain_uv_per_e = pixel.conversion_gain_uv_per_e;
     let (noise_e, offset_e) = (dark_sigma_e(parameters), pixel.die_offset_uv / gain_uv_per_e);
     // A trap is filled half of the time at most; its amplitude has the mean square 2 a^2.
     let trap_e = pixel.rts_amplitude_uv / gain_uv_per_e;
-    let trap_e2 = 1e-6 * pixel.rts_ppm * 2.0 * trap_e * trap_e;
+    let traps = 1e-6 * pixel.rts_ppm;
+    let trap_e2 = traps * 2.0 * trap_e * trap_e;
     let own_e2 = charge_e2 + pixel.dsnu_e * pixel.dsnu_e + noise_e * noise_e + offset_e * offset_e + trap_e2;
     // Neighbours can fill a pixel to its well; the frame before leaves its share of the brightest charge.
     let spilt_e = if frame.spill_slope_max > 1.0 { pixel.full_well_e } else { 0.0 };
     let lag_e = pixel.image_lag / (1.0 - pixel.image_lag) * lesser(frame.e_max, pixel.full_well_e);
-    own_e2.sqrt() + spilt_e + lag_e
+    [charge_e + 0.5 * traps * trap_e + spilt_e + lag_e, own_e2.sqrt() + spilt_e + lag_e]
 }
 
 /// One LSB in electrons.
@@ -95,16 +97,16 @@ pub fn regions(
     light: LightBounds,
     exposure_s: f64,
     storage_s_max: f64,
-    pixels: f64,
+    dies: DieSpread,
 ) -> Vec<Region> {
     let pixel: &PixelParams = &parameters.pixel;
     let efficiency = pixel.quantum_efficiency * pixel.fill_factor;
     let with_parasitic = 1.0 + pixel::parasitic_share(pixel, exposure_s, storage_s_max);
     let high_e = most_e(parameters, light.photons_max * efficiency * with_parasitic);
     let low_e = lesser(light.photons_min * efficiency, high_e);
-    let spill_slope_max = pixel::spill_slope_max(pixel, high_e, exposure_s, storage_s_max);
-    let frame = Frame { exposure_s, storage_s_max, e_max: high_e, spill_slope_max };
-    let (dark_rms_e, dark_e) = (dark_rms_e(parameters, &frame), dark_sigma_e(parameters));
+    let spill_slope_max = pixel::spill_slope_max(pixel, high_e, [exposure_s, storage_s_max], dies);
+    let frame = Frame { exposure_s, storage_s_max, e_max: high_e, spill_slope_max, dies };
+    let ([dark_mean_e, dark_rms_e], dark_e) = (dark_e(parameters, &frame), dark_sigma_e(parameters));
     // The noise that a pixel has anyway is least where the ramp is finest.
     let step_e = parameters.adc.lsb_uv_min() / parameters.pixel.conversion_gain_uv_per_e;
     edges_e(low_e, high_e)
@@ -115,14 +117,15 @@ pub fn regions(
                 signal_e_min: band[0],
                 signal_e_max: band[1],
                 frame_e_max: high_e,
+                dark_mean_e,
                 dark_rms_e,
                 exposure_s,
                 storage_s_max,
                 temperature_k: pixel.temperature_k,
-                pixels,
+                dies,
                 conversion_gain_uv_per_e: pixel.conversion_gain_uv_per_e,
                 spill_slope_max,
-                gain_slope_max: pixel::die_gain_max(pixel),
+                gain_slope_max: pixel::die_gain_max(pixel, dies),
             };
             Region { facts, sigma_e: (slope * slope * band[0] + dark_e * dark_e + step_e * step_e / 12.0).sqrt() }
         })

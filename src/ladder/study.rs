@@ -2,6 +2,7 @@
 //! settings, frames. Leaves: error and time of each.
 
 use super::clocks::Cost;
+use super::errors::Squares;
 use super::knobs::Setting;
 use super::measure::Bench;
 use super::pictures::{mean_square, render_all, sense_all};
@@ -21,6 +22,55 @@ pub struct Verdict {
     pub rays_per_pixel: f64,
 }
 
+impl Verdict {
+    /// Of a render and a chain together: their errors add in squares, their times add.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let (one, two) = (self.photon_noise_ratio, other.photon_noise_ratio);
+        Self {
+            photon_noise_ratio: (one * one + two * two).sqrt(),
+            cost: self.cost.and(other.cost),
+            rays_per_pixel: self.rays_per_pixel + other.rays_per_pixel,
+        }
+    }
+}
+
+/// Renders and chains, each judged alone: any of the one goes with any of the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parts {
+    /// One entry a setting of rays and reflections: the render's error and time.
+    pub renders: Vec<Verdict>,
+    /// One entry a setting of effects: the chain's error and time, on the reference's photons.
+    pub chains: Vec<Verdict>,
+}
+
+/// Judges renders and chains apart on these frames of the first camera, against one reference that can tell errors from `finest` on.
+///
+/// # Errors
+/// As `ladder`.
+pub fn judge_parts(
+    bench: &Bench<'_>,
+    renders: &[Setting],
+    chains: &[Setting],
+    frames: &[u32],
+    finest: f64,
+    repeats: u32,
+) -> Result<Parts, Error> {
+    let places: Vec<Place> = frames.iter().map(|&frame| Place { frame: FrameIndex(frame), camera: 0 }).collect();
+    let reference = reference(bench, &places, finest)?;
+    let verdict = |errors: &[Squares], cost: Cost, rays_per_pixel: f64| Verdict {
+        photon_noise_ratio: mean_square(errors).sqrt(),
+        cost,
+        rays_per_pixel,
+    };
+    let rendered = render_all(bench, &reference, renders, repeats)?;
+    let sensed = sense_all(bench, &reference, chains, repeats)?;
+    Ok(Parts {
+        renders: rendered.iter().map(|one| verdict(&one.errors, one.cost, one.rays_per_pixel)).collect(),
+        chains: sensed.iter().map(|one| verdict(&one.errors, one.cost, 0.0)).collect(),
+    })
+}
+
 /// Judges settings on these frames of the first camera against a reference that can tell errors from `finest` on.
 ///
 /// # Errors
@@ -32,14 +82,6 @@ pub fn judge(
     finest: f64,
     repeats: u32,
 ) -> Result<Vec<Verdict>, Error> {
-    let places: Vec<Place> = frames.iter().map(|&frame| Place { frame: FrameIndex(frame), camera: 0 }).collect();
-    let reference = reference(bench, &places, finest)?;
-    let rendered = render_all(bench, &reference, settings, repeats)?;
-    let sensed = sense_all(bench, &reference, settings, repeats)?;
-    let verdict = |(rendered, sensed): (&super::pictures::Rendered, &super::pictures::Sensing)| Verdict {
-        photon_noise_ratio: (mean_square(&rendered.errors) + mean_square(&sensed.errors)).sqrt(),
-        cost: rendered.cost.and(sensed.cost),
-        rays_per_pixel: rendered.rays_per_pixel,
-    };
-    Ok(rendered.iter().zip(&sensed).map(verdict).collect())
+    let parts = judge_parts(bench, settings, settings, frames, finest, repeats)?;
+    Ok(parts.renders.iter().zip(&parts.chains).map(|(render, chain)| render.and(*chain)).collect())
 }

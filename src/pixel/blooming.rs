@@ -13,7 +13,7 @@ use super::dark_rates::DarkRates;
 use super::full_well::well_excess;
 use crate::draw::EffectNumber;
 use crate::effect::{ArrayPass, Domain, Effect, Omission, RowPass};
-use crate::facts::Facts;
+use crate::facts::{DieSpread, Facts};
 use crate::num::{f32_nearest, f64_from_usize, lesser};
 use crate::plane::Plane;
 use crate::simd::{Kernel, dispatch};
@@ -54,8 +54,8 @@ impl Blooming {
     }
 
     /// Bound of what any pixel of the frame is over the well, where that is rare.
-    fn rare_excess(&self, frame_e_max: f64, exposure_s: f64, storage_s: f64) -> Option<Omission> {
-        let mean_e = frame_e_max + self.rates.most_e(exposure_s, storage_s);
+    fn rare_excess(&self, frame_e_max: f64, [exposure_s, storage_s]: [f64; 2], dies: DieSpread) -> Option<Omission> {
+        let mean_e = frame_e_max + self.rates.most_e(exposure_s, storage_s, dies);
         let pattern_e = self.prnu * frame_e_max;
         well_excess(mean_e, pattern_e * pattern_e + self.dsnu_e * self.dsnu_e, self.capacity_e)
     }
@@ -63,8 +63,8 @@ impl Blooming {
 
 /// The most that a pixel's charge can grow with a charge that all pixels gain: 1 where none can be over the well, else the spills
 /// of spills, 1 + s + s^2 + ... Of a change in one pixel the others receive no more in all.
-pub fn spill_slope_max(params: &PixelParams, frame_e_max: f64, exposure_s: f64, storage_s: f64) -> f64 {
-    if params.blooming == 0.0 || Blooming::new(params).rare_excess(frame_e_max, exposure_s, storage_s).is_some() {
+pub fn spill_slope_max(params: &PixelParams, frame_e_max: f64, times_s: [f64; 2], dies: DieSpread) -> f64 {
+    if params.blooming == 0.0 || Blooming::new(params).rare_excess(frame_e_max, times_s, dies).is_some() {
         return 1.0;
     }
     all_spills(params.blooming)
@@ -91,7 +91,7 @@ impl Effect for Blooming {
     /// Where no pixel of the frame is over the well but by chance, by the Chernoff bound of `FullWell`: the excess of the pixel and
     /// what may reach it of others. Else any pixel may be filled to the well by bright neighbours, and it stays.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        let excess = self.rare_excess(facts.frame_e_max, facts.exposure_s, facts.storage_s_max)?;
+        let excess = self.rare_excess(facts.frame_e_max, [facts.exposure_s, facts.storage_s_max], facts.dies)?;
         let slope = all_spills(self.share);
         Some(Omission { bias_e: slope * excess.bias_e, variance_e2: slope * slope * excess.variance_e2 })
     }

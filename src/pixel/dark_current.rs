@@ -39,7 +39,7 @@ impl DarkCurrent {
     }
 
     fn most_e(&self, facts: &Facts) -> f64 {
-        self.rates.mean_e(facts.exposure_s, facts.storage_s_max)
+        self.rates.mean_e(facts.exposure_s, facts.storage_s_max, facts.dies)
     }
 
     /// The lognormal factors of a row's pixels.

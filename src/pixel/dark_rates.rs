@@ -1,7 +1,8 @@
 //! Rates of dark charge. Enters: parameters. Leaves: electrons a second at the die's temperature, and bounds over pixels and dies.
 
 use super::PixelParams;
-use super::die::{EXPONENTIAL_MAX, NORMAL_MAX};
+use super::die::NORMAL_MAX;
+use crate::facts::DieSpread;
 
 /// What gathers without light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,29 +36,29 @@ impl DarkRates {
         libm::log1p(self.dcnu * self.dcnu).sqrt()
     }
 
-    fn die_factor_max(&self) -> f64 {
-        libm::exp(NORMAL_MAX * self.die_sigma)
+    fn die_factor(&self, dies: DieSpread) -> f64 {
+        if self.die_sigma > 0.0 { libm::exp(dies.dark_sigmas * self.die_sigma) } else { 1.0 }
     }
 
-    /// Mean dark charge of a sound pixel on the darkest-drawing die that the draws can give, in electrons.
-    pub(super) fn mean_e(&self, exposure_s: f64, storage_s: f64) -> f64 {
-        self.die_factor_max() * (self.photodiode_e_per_s * exposure_s + self.storage_e_per_s * storage_s)
+    /// Mean dark charge of a sound pixel on that one of these dies that draws the most, in electrons.
+    pub(super) fn mean_e(&self, exposure_s: f64, storage_s: f64, dies: DieSpread) -> f64 {
+        self.die_factor(dies) * (self.photodiode_e_per_s * exposure_s + self.storage_e_per_s * storage_s)
     }
 
     /// Mean dark charge of hot pixels beside that of sound ones, on that die, in electrons.
-    pub(super) fn hot_mean_e(&self, exposure_s: f64, storage_s: f64) -> f64 {
-        self.die_factor_max() * self.hot_e_per_s * (exposure_s + storage_s)
+    pub(super) fn hot_mean_e(&self, exposure_s: f64, storage_s: f64, dies: DieSpread) -> f64 {
+        self.die_factor(dies) * self.hot_e_per_s * (exposure_s + storage_s)
     }
 
     /// Greatest mean dark charge of a hot pixel beside that of a sound one, in electrons.
-    pub(super) fn hot_e_max(&self, exposure_s: f64, storage_s: f64) -> f64 {
-        EXPONENTIAL_MAX * self.hot_mean_e(exposure_s, storage_s)
+    pub(super) fn hot_e_max(&self, exposure_s: f64, storage_s: f64, dies: DieSpread) -> f64 {
+        dies.hottest * self.hot_mean_e(exposure_s, storage_s, dies)
     }
 
-    /// Mean dark charge of the worst pixel of the worst die, in electrons.
-    pub(super) fn most_e(&self, exposure_s: f64, storage_s: f64) -> f64 {
+    /// Mean dark charge of the worst pixel of the worst of these dies, in electrons.
+    pub(super) fn most_e(&self, exposure_s: f64, storage_s: f64, dies: DieSpread) -> f64 {
         let s = self.log_sigma();
         let pixel_factor = libm::exp(s * NORMAL_MAX - 0.5 * s * s);
-        pixel_factor * self.mean_e(exposure_s, storage_s) + self.hot_e_max(exposure_s, storage_s)
+        pixel_factor * self.mean_e(exposure_s, storage_s, dies) + self.hot_e_max(exposure_s, storage_s, dies)
     }
 }

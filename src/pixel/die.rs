@@ -36,7 +36,7 @@ impl Die {
 }
 
 /// Number under which a die's dark current deviates; no effect's own.
-const DARK_NUMBER: EffectNumber = EffectNumber(120);
+pub(super) const DARK_NUMBER: EffectNumber = EffectNumber(120);
 
 /// Factor on the dark current of a die: lognormal, median 1.
 pub(super) fn dark_factor(sigma: f64, die: Die) -> f64 {

@@ -4,11 +4,11 @@
 //! Model: one normal deviate of relative sigma `die_gain_sigma` a die and camera, equal in all pixels and frames: the floating diffusion's
 //! capacitance follows the process.
 
-use super::die::{Die, NORMAL_MAX};
+use super::die::Die;
 use super::{PixelParams, scale_all};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
-use crate::facts::Facts;
+use crate::facts::{DieSpread, Facts};
 use crate::num::f32_nearest;
 
 /// Die-to-die spread of the conversion gain.
@@ -28,9 +28,9 @@ impl DieGain {
     }
 }
 
-/// The greatest factor that a die's draw can give.
-pub fn die_gain_max(params: &PixelParams) -> f64 {
-    1.0 + NORMAL_MAX * params.die_gain_sigma
+/// The greatest factor of these dies.
+pub fn die_gain_max(params: &PixelParams, dies: DieSpread) -> f64 {
+    1.0 + dies.gain_sigmas * params.die_gain_sigma
 }
 
 impl Effect for DieGain {
@@ -46,13 +46,13 @@ impl Effect for DieGain {
         Domain::Microvolts
     }
 
-    /// For the die that lies farthest out of all that a draw can give; the charge's own noise is scaled with it.
+    /// For the die of the rig that lies farthest out; the charge's own noise is scaled with it.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        let most = NORMAL_MAX * self.sigma;
-        let charge_e = facts.signal_e_max + facts.dark_rms_e;
+        let most = facts.dies.gain_sigmas * self.sigma;
+        let (charge_e, mean_e) = (facts.signal_e_max + facts.dark_rms_e, facts.signal_e_max + facts.dark_mean_e);
         let pattern_e = self.prnu * facts.signal_e_max;
         let noise_e2 = charge_e + facts.dark_rms_e * facts.dark_rms_e + pattern_e * pattern_e;
-        Some(Omission { bias_e: most * charge_e, variance_e2: most * most * noise_e2 })
+        Some(Omission { bias_e: most * mean_e, variance_e2: most * most * noise_e2 })
     }
 
     fn reason(&self, facts: &Facts) -> String {

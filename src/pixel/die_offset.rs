@@ -4,7 +4,7 @@
 //! Model: one normal deviate of sigma `die_offset_uv` a die and camera, equal in all pixels and frames, which double sampling does not
 //! remove: what the references of ramp and black level differ by. It acts after the columns' gains.
 
-use super::die::{Die, NORMAL_MAX};
+use super::die::Die;
 use super::{PixelParams, add_to_all};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
@@ -40,9 +40,9 @@ impl Effect for DieOffset {
         Domain::Microvolts
     }
 
-    /// For the die that lies farthest out of all that a draw can give.
+    /// For the die of the rig that lies farthest out.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        let bias_e = NORMAL_MAX * self.sigma_uv / facts.conversion_gain_uv_per_e;
+        let bias_e = facts.dies.offset_sigmas * self.sigma_uv / facts.conversion_gain_uv_per_e;
         Some(Omission { bias_e, variance_e2: 0.0 })
     }
 

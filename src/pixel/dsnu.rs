@@ -3,6 +3,7 @@
 //! Model: a normal offset of sigma `dsnu_e` for each pixel of the die, independent of exposure (EMVA 1288 release 4.0, DSNU
 //! without its structured part).
 
+use super::well_bias::WellBias;
 use super::{Pattern, PixelParams, add_scaled};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
@@ -12,6 +13,7 @@ use crate::num::f32_nearest;
 /// Dark offsets of the die.
 pub struct Dsnu {
     sigma_e: f64,
+    curves: WellBias,
     pattern: Pattern,
 }
 
@@ -21,8 +23,8 @@ impl Dsnu {
 
     /// `None` where all pixels are dark alike.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
-        let sigma_e = params.dsnu_e;
-        (sigma_e > 0.0).then(|| Box::new(Self { sigma_e, pattern: Pattern::default() }) as Box<dyn Effect>)
+        let (sigma_e, curves) = (params.dsnu_e, WellBias::of(params));
+        (sigma_e > 0.0).then(|| Box::new(Self { sigma_e, curves, pattern: Pattern::default() }) as Box<dyn Effect>)
     }
 }
 
@@ -39,8 +41,9 @@ impl Effect for Dsnu {
         Domain::Electrons
     }
 
-    fn omission(&self, _facts: &Facts) -> Option<Omission> {
-        Some(Omission { bias_e: 0.0, variance_e2: self.sigma_e * self.sigma_e })
+    fn omission(&self, facts: &Facts) -> Option<Omission> {
+        let bias_e = self.curves.of_pattern_e(facts, 0.0, self.sigma_e);
+        Some(Omission { bias_e, variance_e2: self.sigma_e * self.sigma_e })
     }
 
     fn reason(&self, _facts: &Facts) -> String {

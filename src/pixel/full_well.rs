@@ -39,7 +39,7 @@ impl FullWell {
     /// Greatest mean charge and the variance of patterns between pixels.
     fn mean_and_pattern(&self, facts: &Facts) -> (f64, f64) {
         let light_e = if self.is_shared { facts.frame_e_max } else { facts.signal_e_max };
-        let mean_e = light_e + self.rates.most_e(facts.exposure_s, facts.storage_s_max);
+        let mean_e = light_e + self.rates.most_e(facts.exposure_s, facts.storage_s_max, facts.dies);
         let gain_e = self.prnu * light_e;
         (mean_e, gain_e * gain_e + self.dsnu_e * self.dsnu_e)
     }

@@ -43,8 +43,8 @@ impl GainCompression {
 impl GainCompression {
     /// Mean square of dark charge that has a long tail over pixels; an exponential of mean h has 2 h^2.
     fn tail_e2(&self, facts: &Facts) -> f64 {
-        let hot_e = self.rates.hot_mean_e(facts.exposure_s, facts.storage_s_max);
-        let spread_e = self.rates.dcnu * self.rates.mean_e(facts.exposure_s, facts.storage_s_max);
+        let hot_e = self.rates.hot_mean_e(facts.exposure_s, facts.storage_s_max, facts.dies);
+        let spread_e = self.rates.dcnu * self.rates.mean_e(facts.exposure_s, facts.storage_s_max, facts.dies);
         spread_e * spread_e + self.hot_share * (2.0 * hot_e * hot_e + hot_e)
     }
 }
@@ -71,11 +71,11 @@ impl Effect for GainCompression {
     /// patterns, E N^2 = m^2 + s^2 and var N^2 = 4 m^2 s^2 + 4 m m + m + 2 s^4. Dark charge with a long tail (DCNU, hot pixels) is no such
     /// law; but the change's slope is 2 c at most, so it adds at most 4 c^2 of its mean square, and (a + b)^2 <= 2 a^2 + 2 b^2.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        let mean_e = facts.signal_e_max + facts.dark_rms_e;
+        let (charge_e, mean_e) = (facts.signal_e_max + facts.dark_rms_e, facts.signal_e_max + facts.dark_mean_e);
         let (gain_e, dark_e) = (self.prnu * facts.signal_e_max, facts.dark_rms_e);
-        let variance_e2 = mean_e + gain_e * gain_e + dark_e * dark_e;
+        let variance_e2 = charge_e + gain_e * gain_e + dark_e * dark_e;
         let factor = self.compression / self.capacity_e;
-        let square = 4.0 * mean_e * mean_e * (variance_e2 + 1.0) + mean_e + 2.0 * variance_e2 * variance_e2;
+        let square = 4.0 * charge_e * charge_e * (variance_e2 + 1.0) + charge_e + 2.0 * variance_e2 * variance_e2;
         let regular_e2 = factor * factor * square;
         let tail_e2 = 4.0 * self.compression * self.compression * self.tail_e2(facts);
         let all_e2 = if tail_e2 > 0.0 { 2.0 * (regular_e2 + tail_e2) } else { regular_e2 };

@@ -6,12 +6,13 @@
 
 use super::PixelParams;
 use super::dark_rates::DarkRates;
-use super::die::{Die, dark_factor, exponential};
+use super::die::{Die, EXPONENTIAL_MAX, dark_factor, exponential};
 use super::places::Places;
 use crate::draw::{EffectNumber, fill_uniforms, poisson_quantile};
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;
-use crate::num::f32_nearest;
+use crate::num::{f32_nearest, index};
+use crate::units::{RowIndex, Size};
 
 /// Pixels with a dark current of their own.
 pub struct HotPixels {
@@ -36,6 +37,20 @@ pub(super) fn hot_places(params: &PixelParams) -> Option<Places> {
     Places::new(HotPixels::NUMBER, params.hot_ppm, params.defect_cluster_share)
 }
 
+/// Arrays of more pixels than this are not searched for their hottest: that would take longer than all the rest of the plan.
+const SEARCHED_PX_MAX: usize = 1 << 19;
+
+/// Dark current of a die's hottest pixel over the mean of hot pixels: 0 where none is hot; of large arrays what a draw can give.
+pub(super) fn hottest(params: &PixelParams, die: Die, array: Size) -> f64 {
+    let Some(places) = hot_places(params) else { return 0.0 };
+    if array.pixel_count() > SEARCHED_PX_MAX {
+        return EXPONENTIAL_MAX;
+    }
+    let mut uniforms = vec![0; index(array.width_px)];
+    let of_row = |row| places.sites(die, RowIndex(row), &mut uniforms).iter().map(|site| site.uniform).min();
+    (0..array.height_px).filter_map(of_row).min().map_or(0.0, exponential)
+}
+
 impl Effect for HotPixels {
     fn name(&self) -> &'static str {
         "hot_pixels"
@@ -49,14 +64,14 @@ impl Effect for HotPixels {
         Domain::Electrons
     }
 
-    /// For the hottest pixel that a draw can give, so it holds in every pixel.
+    /// For the hottest pixel of these dies, so it holds in every pixel.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        let most_e = self.rates.hot_e_max(facts.exposure_s, facts.storage_s_max);
+        let most_e = self.rates.hot_e_max(facts.exposure_s, facts.storage_s_max, facts.dies);
         Some(Omission { bias_e: most_e, variance_e2: most_e })
     }
 
     fn reason(&self, facts: &Facts) -> String {
-        let most_e = self.rates.hot_e_max(facts.exposure_s, facts.storage_s_max);
+        let most_e = self.rates.hot_e_max(facts.exposure_s, facts.storage_s_max, facts.dies);
         format!("up to {most_e:.3e} e- in the hottest pixel at {} K", facts.temperature_k)
     }
 

@@ -12,7 +12,7 @@ use super::{PixelParams, add_scaled};
 use crate::draw::{DrawKey, EffectNumber, RowPlace, fill_uniforms};
 use crate::effect::{ArrayPass, Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;
-use crate::num::{f32_nearest, u32_from};
+use crate::num::{f32_nearest, lesser, u32_from};
 use crate::plane::Plane;
 use crate::units::RowIndex;
 
@@ -33,9 +33,9 @@ impl ImageLag {
         (effect.share > 0.0).then(|| Box::new(effect) as Box<dyn Effect>)
     }
 
-    /// Greatest mean of what stays, over all that a pixel of the frame may have seen before.
+    /// Greatest mean of what stays, over all that a pixel of the frame may have seen before: of no more than the well.
     fn most_e(&self, facts: &Facts) -> f64 {
-        self.share / (1.0 - self.share) * (facts.frame_e_max + facts.dark_rms_e)
+        self.share / (1.0 - self.share) * lesser(facts.frame_e_max + facts.dark_mean_e, self.capacity_e)
     }
 }
 
@@ -57,6 +57,7 @@ impl Effect for ImageLag {
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let most_e = self.most_e(facts);
         let spread = self.share / (1.0 - self.share);
+        // What a clip leaves of a charge spreads no more than the charge did.
         let (gain_e, dark_e) = (spread * self.prnu * facts.frame_e_max, spread * facts.dark_rms_e);
         Some(Omission { bias_e: most_e, variance_e2: 2.0 * (most_e + gain_e * gain_e + dark_e * dark_e) })
     }

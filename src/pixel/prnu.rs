@@ -3,6 +3,7 @@
 //! Model: a normal gain of mean 1 and sigma `prnu` for each pixel of the die (EMVA 1288 release 4.0, PRNU without its
 //! structured part).
 
+use super::well_bias::WellBias;
 use super::{Pattern, PixelParams, scale_by_pattern};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
@@ -12,6 +13,7 @@ use crate::num::{f32_nearest, lesser};
 /// Photo-response non-uniformity of the die.
 pub struct Prnu {
     sigma: f64,
+    curves: WellBias,
     pattern: Pattern,
 }
 
@@ -21,8 +23,8 @@ impl Prnu {
 
     /// `None` where all pixels respond alike.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
-        (params.prnu > 0.0)
-            .then(|| Box::new(Self { sigma: params.prnu, pattern: Pattern::default() }) as Box<dyn Effect>)
+        let (sigma, curves) = (params.prnu, WellBias::of(params));
+        (sigma > 0.0).then(|| Box::new(Self { sigma, curves, pattern: Pattern::default() }) as Box<dyn Effect>)
     }
 }
 
@@ -45,7 +47,8 @@ impl Effect for Prnu {
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let sigma_e = self.sigma * facts.signal_e_max;
         let counting_e2 = 0.25 * self.sigma * sigma_e + lesser(0.8 * sigma_e, 0.25);
-        Some(Omission { bias_e: 0.0, variance_e2: sigma_e * sigma_e + counting_e2 })
+        let bias_e = self.curves.of_pattern_e(facts, self.sigma, 0.0);
+        Some(Omission { bias_e, variance_e2: sigma_e * sigma_e + counting_e2 })
     }
 
     fn reason(&self, facts: &Facts) -> String {

@@ -4,20 +4,23 @@
 //! "Fundamentals of Photonics"), the quantile of the column's uniform.
 
 use super::PixelParams;
+use super::well_bias::WellBias;
 use crate::draw::{EffectNumber, fill_uniforms, poisson};
 use crate::effect::{Domain, Effect, Omission, RowPass, all_empty, all_full};
 use crate::facts::Facts;
 
 /// The Poisson nature of light.
-pub struct ShotNoise;
+pub struct ShotNoise {
+    curves: WellBias,
+}
 
 impl ShotNoise {
     /// Published number.
     pub const NUMBER: EffectNumber = EffectNumber(102);
 
     /// Every pixel has it.
-    pub fn from_params(_params: &PixelParams) -> Option<Box<dyn Effect>> {
-        Some(Box::new(Self))
+    pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
+        Some(Box::new(Self { curves: WellBias::of(params) }))
     }
 }
 
@@ -34,8 +37,9 @@ impl Effect for ShotNoise {
         Domain::MeanElectrons
     }
 
+    /// The draws have the mean of the light; the well clips what is above it.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
-        Some(Omission { bias_e: 0.0, variance_e2: facts.signal_e_max })
+        Some(Omission { bias_e: self.curves.of_shot_e(facts), variance_e2: facts.signal_e_max })
     }
 
     fn reason(&self, facts: &Facts) -> String {

@@ -47,9 +47,10 @@ impl Effect for StorageLeakage {
     /// What is lost of a Poisson charge is Poisson, so its variance is its mean; of a pattern it is the share.
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let share = self.share(facts.storage_s_max);
+        let bias_e = share * (facts.signal_e_max + facts.dark_mean_e);
         let most_e = share * (facts.signal_e_max + facts.dark_rms_e);
         let (gain_e, dark_e) = (share * self.prnu * facts.signal_e_max, share * facts.dark_rms_e);
-        Some(Omission { bias_e: most_e, variance_e2: most_e + gain_e * gain_e + dark_e * dark_e })
+        Some(Omission { bias_e, variance_e2: most_e + gain_e * gain_e + dark_e * dark_e })
     }
 
     fn reason(&self, facts: &Facts) -> String {

@@ -7,7 +7,7 @@ use super::sensor::SensorSetup;
 use super::world::World;
 use crate::effects::regions::LightBounds;
 use crate::error::Error;
-use crate::facts::{Fact, ScenarioFacts, Tile, readable};
+use crate::facts::{DieSpread, Fact, ScenarioFacts, Tile, readable};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::optics::Camera;
 use crate::pixel;
@@ -38,6 +38,8 @@ pub(super) struct Known<'a> {
     pub windows: &'a [Camera],
     /// From the first exposure to the end of the last.
     pub run: Span,
+    /// Of the rig's dies.
+    pub dies: DieSpread,
 }
 
 /// The same with its light.
@@ -209,7 +211,7 @@ impl Lit<'_> {
         let share = 1.0 + pixel::parasitic_share(pixel, self.exposures_s[0], storage_s);
         let greatest = greatest_e * share / pixel.full_well_e;
         let risk = if greatest < 1.0 { "no mean reaches the well of" } else { "bright pixels may pass the well of" };
-        let (dark_e, _) = pixel::dark_charge_e(pixel, self.exposures_s[1], storage_s);
+        let (dark_e, _) = pixel::dark_charge_e(pixel, self.exposures_s[1], storage_s, self.dies);
         let temperature_k = pixel.temperature_k;
         [
             Fact {
@@ -222,7 +224,9 @@ impl Lit<'_> {
                 name: "dark_e",
                 least: 0.0,
                 greatest: dark_e,
-                how: format!("dark current of the worst die at {temperature_k} K over exposure and storage"),
+                how: format!(
+                    "dark current of the darkest of the rig's dies at {temperature_k} K over exposure and storage"
+                ),
             },
             Fact {
                 name: "temperature_k",

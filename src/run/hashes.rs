@@ -3,6 +3,9 @@
 use crate::compute::Feature;
 use crate::plane::Plane;
 
+// Planes enter the hashes as they lie in memory, which is little-endian bytes.
+const _: () = assert!(cfg!(target_endian = "little"), "supported targets are little-endian");
+
 /// Running hashes over all frames and cameras, in their order.
 #[derive(Default)]
 pub struct StageHashes {
@@ -14,12 +17,8 @@ pub struct StageHashes {
 impl StageHashes {
     /// Adds one camera's frame. Numbers enter as little-endian bytes.
     pub fn add(&mut self, photons: &Plane<f32>, codes: &Plane<u16>, features: &[Feature]) {
-        let mut bytes = Vec::with_capacity(4 * photons.values().len());
-        bytes.extend(photons.values().iter().flat_map(|value| value.to_le_bytes()));
-        self.photons.update(&bytes);
-        bytes.clear();
-        bytes.extend(codes.values().iter().flat_map(|value| value.to_le_bytes()));
-        self.codes.update(&bytes);
+        self.photons.update(bytemuck::cast_slice(photons.values()));
+        self.codes.update(bytemuck::cast_slice(codes.values()));
         for feature in features {
             self.features.update(&feature.x_q4.to_le_bytes());
             self.features.update(&feature.y_q4.to_le_bytes());

@@ -240,8 +240,7 @@ impl Session {
         let schedules = self.setup.exposure.schedules(frame);
         self.count_rays(&exposures);
         if self.setup.is_still() {
-            let lengths = schedules.iter().map(|schedule| slot_lengths_clk(schedule, frame));
-            self.still = lengths.zip(exposures.iter().cloned()).collect();
+            self.keep_still(&schedules, &exposures);
         }
         let codes = self.capture(frame, &schedules, &exposures)?;
         self.totals.stage_s[1] += lap.next_s();
@@ -286,6 +285,14 @@ impl Session {
 
     fn next_frame(&self) -> FrameIndex {
         FrameIndex(u32_from(self.notes.len()))
+    }
+
+    /// Keeps what the cameras saw, unless it is kept for rows of these lengths already.
+    fn keep_still(&mut self, schedules: &[Schedule], exposures: &[Vec<Exposure>]) {
+        let lengths: Vec<_> = schedules.iter().map(|one| slot_lengths_clk(one, self.next_frame())).collect();
+        if self.still.iter().map(|(kept, _)| kept).ne(&lengths) {
+            self.still = lengths.into_iter().zip(exposures.iter().cloned()).collect();
+        }
     }
 
     fn count_rays(&mut self, exposures: &[Vec<Exposure>]) {
@@ -336,7 +343,10 @@ impl Session {
                 self.charge_before_e[camera] = captured.charge_e;
             }
             let merge = self.setup.sensor.merge_of(schedule).filter(|_| read.len() > 1);
-            codes.push(merge.map_or_else(|| read[0].clone(), |merge| merge_planes(&merge, &read)));
+            codes.push(match merge {
+                Some(merge) => merge_planes(&merge, &read),
+                None => read.swap_remove(0),
+            });
         }
         Ok(codes)
     }

@@ -11,18 +11,19 @@ use super::facts::Known;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
 use super::world::{Demand, World};
-use crate::config::Resolved;
 use crate::config::check::within;
+use crate::config::{Resolved, Scenario};
 use crate::effects::chain::Chain;
 use crate::effects::plan::{self, Choice, Kept, Omitted, Plan};
 use crate::effects::regions;
 use crate::effects::{self, Parameters, costs};
 use crate::error::Error;
-use crate::facts::ScenarioFacts;
+use crate::facts::{DieSpread, ScenarioFacts};
 use crate::fidelity::{Fidelity, Rung};
 use crate::num::{f64_from_usize, greater, lesser, u32_from};
 use crate::optics::Camera;
 use crate::optics::lens::Lens;
+use crate::pixel;
 use crate::pose::Pose;
 use crate::readout::{Geometry, Schedule, Shutter};
 use crate::scene::LitScene;
@@ -176,7 +177,8 @@ impl Setup {
             None => World::new(scenario, &demand, assets, progress).map(|(world, notes)| (Arc::new(world), notes))?,
         };
 
-        let known = Known { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run: span_of(frames) };
+        let (run, dies) = (span_of(frames), dies(&sensor, scenario, windows.len()));
+        let known = Known { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run, dies };
         let Planned { facts, plan: summary, chosen } = planned(&known, fidelity.accuracy, &choice)?;
         let setup = Self {
             resolved,
@@ -212,7 +214,8 @@ impl Setup {
         let run = Span { start_s: first_s, ..span_of_run(&self.sensor, self.windows.len(), self.frames) };
         let (sensor, world, motion, windows) = (&self.sensor, &self.world, &self.motion, &self.windows[..]);
         let choice = self.resolved.scenario.effects(&effects::names())?;
-        let planned = planned(&Known { sensor, world, motion, windows, run }, self.fidelity.accuracy, &choice)?;
+        let dies = dies(sensor, &self.resolved.scenario, windows.len());
+        let planned = planned(&Known { sensor, world, motion, windows, run, dies }, self.fidelity.accuracy, &choice)?;
         Ok((planned.facts, planned.plan))
     }
 
@@ -265,9 +268,8 @@ fn planned(known: &Known<'_>, accuracy: f64, choice: &Choice) -> Result<Planned,
     let exposures_s = exposure_bounds_s(&sensor.schedule);
     let light = known.world.photon_bounds(known.windows, exposures_s);
     let plan_of = |parameters: &Parameters| {
-        let pixels = f64_from_usize(sensor.size.pixel_count());
         let storage_s = sensor.schedule.storage_s_max();
-        let regions = regions::regions(parameters, light, exposures_s[1], storage_s, pixels);
+        let regions = regions::regions(parameters, light, exposures_s[1], storage_s, known.dies);
         plan::plan(effects::build_all(parameters), &regions, accuracy, choice)
     };
     let plan = plan_of(&sensor.parameters);
@@ -276,6 +278,12 @@ fn planned(known: &Known<'_>, accuracy: f64, choice: &Choice) -> Result<Planned,
     let signal_e = [light.photons_min, light.photons_max].map(|photons| photons * sensor.electrons_per_photon());
     let facts = known.facts(light, exposures_s)?;
     Ok(Planned { facts, plan: PlanSummary::new(plan, signal_e, sensor, known.windows.len()), chosen })
+}
+
+/// How far the rig's dies lie from the mean of all dies.
+fn dies(sensor: &SensorSetup, scenario: &Scenario, cameras: usize) -> DieSpread {
+    let (pixel, array) = (&sensor.parameters.pixel, sensor.schedule.geometry().array_size());
+    pixel::die_spread(pixel, scenario.sensor.die, u32_from(cameras), array)
 }
 
 fn names(plan: &Plan) -> Vec<&'static str> {

@@ -183,7 +183,7 @@ fn dark_current(stage: &mut Stage) {
     if let Some(effect) = DarkCurrent::from_params(&cold) {
         through(&*effect, &mut row, &mut [], [1.0, 1.0]);
     }
-    let (mean_e, square_e2) = dark_charge_e(&cold, 1.0, 1.0);
+    let (mean_e, square_e2) = dark_charge_e(&cold, 1.0, 1.0, sensel::pixel::ANY_DIE);
     case.hold(0, row == [5.0; 16] && mean_e == 0.0 && square_e2 == 0.0, || format!("{row:?}"));
     let hot = PixelParams { temperature_k: 450.0, dark_doubling_k: 0.01, dark_current_e_per_s: 1.0, ..params() };
     let message = hot.check().map_or_else(|error| error.to_string(), |()| "accepted".to_owned());

@@ -151,7 +151,7 @@ impl Chain {
         match effect.name() {
             "shot_noise" => row.variance.iter_mut().zip(&row.mean).for_each(|(variance, mean_e)| *variance += mean_e),
             "dark_current" => {
-                let (mean_e, _) = pixel::dark_charge_e(pixel, at.times.exposure_s, at.times.storage_s);
+                let (mean_e, _) = pixel::dark_charge_e(pixel, at.times.exposure_s, at.times.storage_s, pixel::ANY_DIE);
                 row.mean.iter_mut().for_each(|mean| *mean += mean_e);
                 row.variance.iter_mut().for_each(|variance| *variance += mean_e);
             }
