@@ -219,6 +219,16 @@ pub fn ellipse_of_one(ray: &Ray, off_centre: &[Floats; 3], shares: &Shares) -> (
     (footprint, shift_texels)
 }
 
+/// Square of the texels of their level that taps stand apart at most: 1.4 texels, or two, where samples are so many that what two give
+/// too much of one texel and too little of the next differs from sample to sample. Whole pixels' look-ups all have one place.
+#[inline(always)]
+fn tap2(share2: f32) -> f32 {
+    if share2 > MANY { 2.0 } else { 4.0 }
+}
+
+/// Square of the share of the pixel from which on samples are many: that of sixteen, and a rounding.
+const MANY: f32 = 0.07;
+
 /// Taps along the longer axis and the texels' area of the mip level, so that the variances of the look-up (mip, then taps) are
 /// those of boxes along the three steps. A box of width w has variance w^2 / 12. A mip level of texels s wide, looked up
 /// bilinearly, has (s^2 - 1) / 4 more than the picture itself, and K taps d apart add d^2 (K^2 - 1) / 12.
@@ -231,14 +241,14 @@ fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share
     let apart = (half * half + uv * uv).sqrt();
     let minor = if mean > apart { mean - apart } else { 0.0 };
     let area = 1.0 + minor * (1.0 / 3.0);
-    // What the longer axis has more than the shorter one. Taps stand at most two texels of their level apart, so that none is passed by:
-    // what they give too much or too little of a texel differs from sample to sample, and the mean of a pixel's samples has none of it.
+    // What the longer axis has more than the shorter one.
     let longer = 2.0 * apart;
     let most = f32_from_u32(TAPS_MAX);
-    let wanted = longer / (4.0 * area);
+    let tap2 = tap2(share2);
+    let wanted = longer / (tap2 * area);
     let counted = f32_from_u32(u32_truncated_f32((1.0 + wanted).sqrt())) + 1.0;
     // An ellipse that is nearly round is a circle of its mean width.
-    let is_round = !(wanted >= 0.5);
+    let is_round = !(longer >= 2.0 * area);
     let taps = if is_round {
         1.0
     } else if counted > most {
@@ -246,7 +256,7 @@ fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share
     } else {
         counted
     };
-    let widened = longer / (4.0 * (most * most - 1.0));
+    let widened = longer / (tap2 * (most * most - 1.0));
     let area_of_taps = if widened > area { widened } else { area };
     let area = if is_round { area + longer * (1.0 / 6.0) } else { area_of_taps };
     let spread2 = if is_round { 0.0 } else { longer / (taps * taps - 1.0) };
@@ -307,18 +317,24 @@ mod tests {
             ([0.3, 0.0], [0.0, 0.3], [3.0, -7.0]),
             ([0.0, 2.0], [2.0, 0.0], [0.0, 9.0]),
         ] {
-            let (u, v, taps, area) = ellipse(right, down, travel, 1.0, 0.25);
-            let extra = (taps * taps - 1.0) / 12.0;
             let widths =
                 |axis: usize| right[axis] * right[axis] + down[axis] * down[axis] + 0.25 * travel[axis] * travel[axis];
-            let found = [0, 1].map(|axis| (area - 1.0) / 4.0 + extra * if axis == 0 { u * u } else { v * v });
-            // Sums of squares of a few texels with some ten roundings of 2^-24 each.
-            for axis in 0..2 {
-                let expected = widths(axis) / 12.0;
-                assert!((found[axis] - expected).abs() < 1e-4 * (1.0 + expected), "{found:?} for {expected} on {axis}");
+            // One sample of a pixel, and one of sixteen of a pixel that is four times as wide.
+            for (share2, times) in [(1.0, 1.0), (0.0625, 4.0)] {
+                let [right, down] = [right, down].map(|step| step.map(|texels: f32| texels * times));
+                let (u, v, taps, area) = ellipse(right, down, travel, share2, 0.25);
+                let extra = (taps * taps - 1.0) / 12.0;
+                let found = [0, 1].map(|axis| (area - 1.0) / 4.0 + extra * if axis == 0 { u * u } else { v * v });
+                // Sums of squares of a few texels with some ten roundings of 2^-24 each.
+                for axis in 0..2 {
+                    let expected = widths(axis) / 12.0;
+                    let apart = (found[axis] - expected).abs();
+                    assert!(apart < 1e-4 * (1.0 + expected), "{found:?} for {expected} on {axis}");
+                }
+                assert!(u * u + v * v <= 1.0001 * tap2(share2) * area, "{u} {v} of {area}");
+                tried[usize::from(taps > 1.0)] += 1;
             }
-            tried[usize::from(taps > 1.0)] += 1;
         }
-        assert_eq!(tried, [1, 4]);
+        assert_eq!(tried, [2, 8]);
     }
 }
