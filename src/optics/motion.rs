@@ -91,11 +91,52 @@ impl Parabolas {
     }
 }
 
+impl Parabolas {
+    /// How one lane's pose changes at its share of the span, over `spans` times the span.
+    #[inline(always)]
+    pub fn change_of(&self, lane: usize, share: f32, spans: f32) -> Turn {
+        let mut numbers = [0.0; NUMBERS];
+        for (to, [_, b, c]) in numbers.iter_mut().zip(&self.coefficients) {
+            *to = (b.0[lane] + (share + share) * c.0[lane]) * spans;
+        }
+        Turn(numbers)
+    }
+}
+
+/// One lane's pose, or its change.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn([f32; NUMBERS]);
+
+impl Turn {
+    /// The matrix's product with a vector of the camera.
+    #[inline(always)]
+    pub fn turned(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+        let m = &self.0;
+        [m[0] * x + m[3] * y + m[6] * z, m[1] * x + m[4] * y + m[7] * z, m[2] * x + m[5] * y + m[8] * z]
+    }
+
+    /// The translation in metres.
+    #[inline(always)]
+    pub fn place_m(&self) -> [f32; 3] {
+        [self.0[9], self.0[10], self.0[11]]
+    }
+}
+
 /// A pose, or its change, a lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Turns([Floats; NUMBERS]);
 
 impl Turns {
+    /// One lane's.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Turn {
+        let mut numbers = [0.0; NUMBERS];
+        for number in 0..NUMBERS {
+            numbers[number] = self.0[number].0[lane];
+        }
+        Turn(numbers)
+    }
+
     /// The matrix's product with vectors of the camera.
     #[inline(always)]
     pub fn turned(&self, [x, y, z]: Vectors) -> Vectors {

@@ -181,6 +181,18 @@ impl Floats {
     }
 }
 
+impl Mask {
+    /// A lane that is set, where others are not.
+    #[inline(always)]
+    pub fn one_of_some(self) -> Option<usize> {
+        let mut all = u32::MAX;
+        for lane in 0..LANES {
+            all &= self.0[lane];
+        }
+        if all != 0 { None } else { self.0.iter().position(|&lane| lane != 0) }
+    }
+}
+
 /// Halves of a packet: eight lanes are what two registers of the baseline or one of AVX2 hold, so that a triangle's test stays within
 /// the registers there are.
 impl Floats {

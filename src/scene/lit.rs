@@ -6,12 +6,12 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 mod gloss;
+mod one;
 mod packet;
 mod slopes;
 
 pub use gloss::{BOUNCES_MAX, Facet};
-use packet::Face;
-pub use packet::{Met, by_band};
+pub use packet::{Face, Met, by_band, by_lane};
 
 use std::sync::OnceLock;
 

@@ -4,6 +4,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+mod alike;
 mod lookups;
 
 pub use lookups::Lookups;
@@ -181,11 +182,7 @@ impl Texture {
     /// Linear colour averaged over a footprint around texture coordinates.
     #[inline(always)]
     pub fn over(&self, uv: [f32; 2], footprint: &Footprint) -> Bands {
-        let (fine, share) = match self.level_of(footprint.area_texels2) {
-            (fine, share) if share <= footprint.snap => (fine, 0.0),
-            (fine, share) if share >= 1.0 - footprint.snap => (fine + 1, 0.0),
-            mixed => mixed,
-        };
+        let (fine, share) = self.levels_of(footprint);
         let mut sum = self.taps(fine, uv, footprint);
         if share > 0.0 {
             let coarse = self.taps(fine + 1, uv, footprint);
@@ -222,6 +219,16 @@ impl Texture {
             }
         }
         sum
+    }
+
+    /// The finer level of a footprint, and the weight of the next; none where one serves.
+    #[inline(always)]
+    fn levels_of(&self, footprint: &Footprint) -> (usize, f32) {
+        match self.level_of(footprint.area_texels2) {
+            (fine, share) if share <= footprint.snap => (fine, 0.0),
+            (fine, share) if share >= 1.0 - footprint.snap => (fine + 1, 0.0),
+            mixed => mixed,
+        }
     }
 
     /// The level whose texels have at most this area, and the weight of the next: variances of mixed levels mix as their weights do,

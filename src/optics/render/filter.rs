@@ -11,7 +11,7 @@
 
 use crate::num::{f32_from_u32, u32_truncated_f32};
 use crate::scene::lanes::{Floats, LANES, Vectors};
-use crate::scene::texture::{Footprints, TAPS_MAX};
+use crate::scene::texture::{Footprint, Footprints, TAPS_MAX};
 
 /// Surfaces that the lanes met.
 pub struct Surfaces {
@@ -102,6 +102,58 @@ fn snap(share: f32) -> f32 {
     if wanted < 0.5 { wanted } else { 0.5 }
 }
 
+/// What one sample stands for on its texture, in texels.
+struct Form {
+    /// For a pixel to the right, a pixel down, and over the whole exposure.
+    right: [f32; 2],
+    down: [f32; 2],
+    travel: [f32; 2],
+    /// How much nearer to the exposure's middle the look-up is moved.
+    to_middle: f32,
+    /// The look-up's row of places and the area of its level's texels.
+    step: [f32; 2],
+    taps: f32,
+    area: f32,
+}
+
+impl Form {
+    /// Of a ray that meets a plane; `steps_m` and `pixel_m` as in `Steps`.
+    #[inline(always)]
+    fn of(
+        normal: [f32; 3],
+        slopes: [[f32; 3]; 2],
+        direction: [f32; 3],
+        steps_m: [[f32; 3]; 3],
+        pixel_m: f32,
+        shares: &Shares,
+    ) -> Self {
+        let cos = dot(normal, direction);
+        let bounded = if cos.abs() < COS_MIN { if cos < 0.0 { -COS_MIN } else { COS_MIN } } else { cos };
+        let per_cos = 1.0 / bounded;
+        let along = [dot(slopes[0], direction), dot(slopes[1], direction)];
+        let right = moved(normal, slopes, along, per_cos, steps_m[0]);
+        let down = moved(normal, slopes, along, per_cos, steps_m[1]);
+        let travel_m = steps_m[2];
+        let travel = moved(normal, slopes, along, per_cos, travel_m);
+        // Only what crosses the ray is seen as motion.
+        let forward = dot(travel_m, direction);
+        let across2 = dot(travel_m, travel_m) - forward * forward;
+        let pixel_m = pixel_m * TRAVEL_PX_MAX;
+        let fits = if across2 > pixel_m * pixel_m { pixel_m / across2.sqrt() } else { 1.0 };
+        let is_least = shares.is_wide && shares.exposure < fits;
+        let share_t = if is_least {
+            shares.exposure
+        } else if shares.is_wide {
+            fits
+        } else {
+            shares.exposure * fits
+        };
+        let (share2, share2_t) = (shares.pixel * shares.pixel, share_t * share_t);
+        let (step_u, step_v, taps, area) = ellipse(right, down, travel, share2, share2_t);
+        Self { right, down, travel, to_middle: to_middle(share_t), step: [step_u, step_v], taps, area }
+    }
+}
+
 /// The ellipses of a packet's samples.
 #[inline(always)]
 pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Footprints {
@@ -114,44 +166,68 @@ pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Footprin
         snap: Floats::splat(snap(shares.pixel)),
     };
     for lane in 0..LANES {
-        let (share, to_pixel) = (shares.pixel, shares.to_pixel);
         let normal = lane3(&surfaces.normal, lane);
         let slopes = [lane3(&surfaces.slopes[0], lane), lane3(&surfaces.slopes[1], lane)];
-        let direction = lane3(&steps.direction, lane);
-        let cos = dot(normal, direction);
-        let bounded = if cos.abs() < COS_MIN { if cos < 0.0 { -COS_MIN } else { COS_MIN } } else { cos };
-        let per_cos = 1.0 / bounded;
-        let along = [dot(slopes[0], direction), dot(slopes[1], direction)];
-        let step = |number: usize| lane3(&steps.steps_m[number], lane);
-        let right = moved(normal, slopes, along, per_cos, step(0));
-        let down = moved(normal, slopes, along, per_cos, step(1));
-        let travel_m = step(2);
-        let travel = moved(normal, slopes, along, per_cos, travel_m);
-        // Only what crosses the ray is seen as motion.
-        let forward = dot(travel_m, direction);
-        let across2 = dot(travel_m, travel_m) - forward * forward;
-        let pixel_m = steps.pixel_m.0[lane] * TRAVEL_PX_MAX;
-        let fits = if across2 > pixel_m * pixel_m { pixel_m / across2.sqrt() } else { 1.0 };
-        let is_least = shares.is_wide && shares.exposure < fits;
-        let share_t = if is_least {
-            shares.exposure
-        } else if shares.is_wide {
-            fits
-        } else {
-            shares.exposure * fits
-        };
-        let to_middle = to_middle(share_t);
+        let steps_m = [lane3(&steps.steps_m[0], lane), lane3(&steps.steps_m[1], lane), lane3(&steps.steps_m[2], lane)];
+        let form = Form::of(normal, slopes, lane3(&steps.direction, lane), steps_m, steps.pixel_m.0[lane], shares);
         let [x, y, t] = [0, 1, 2].map(|number: usize| steps.off_centre[number].0[lane]);
         for axis in 0..2 {
-            let shift = -(to_pixel * (x * right[axis] + y * down[axis]) + to_middle * t * travel[axis]);
+            let within = shares.to_pixel * (x * form.right[axis] + y * form.down[axis]);
+            let shift = -(within + form.to_middle * t * form.travel[axis]);
             all.shift_texels[axis].0[lane] = if shift.abs() < SHIFT_TEXELS_MAX { shift } else { 0.0 };
+            all.step_texels[axis].0[lane] = form.step[axis];
         }
-        let (step_u, step_v, taps, area) = ellipse(right, down, travel, share * share, share_t * share_t);
-        (all.step_texels[0].0[lane], all.step_texels[1].0[lane]) = (step_u, step_v);
-        (all.taps.0[lane], all.area_texels2.0[lane]) = (taps, area);
+        (all.taps.0[lane], all.area_texels2.0[lane]) = (form.taps, form.area);
     }
     all
 }
+
+/// One ray of a packet that meets one plane.
+pub struct Ray {
+    /// Unit normal of the plane, either way.
+    pub normal: [f32; 3],
+    /// Texels along u, then along v, for a metre in the world.
+    pub slopes: [[f32; 3]; 2],
+    /// Its direction.
+    pub direction: [f32; 3],
+    /// As `Steps::steps_m`.
+    pub steps_m: [[f32; 3]; 3],
+    /// As `Steps::pixel_m`.
+    pub pixel_m: f32,
+}
+
+/// A ray's ellipse for all of its packet, and how far each lane's is moved; `off_centre` as in `Steps`.
+#[inline(always)]
+pub fn ellipse_of_one(ray: &Ray, off_centre: &[Floats; 3], shares: &Shares) -> (Footprint, [Floats; 2]) {
+    let form = Form::of(ray.normal, ray.slopes, ray.direction, ray.steps_m, ray.pixel_m, shares);
+    let mut shift_texels = [Floats::splat(0.0); 2];
+    for axis in 0..2 {
+        let right = Floats::splat(-shares.to_pixel * form.right[axis]);
+        let down = Floats::splat(-shares.to_pixel * form.down[axis]);
+        let travel = Floats::splat(-form.to_middle * form.travel[axis]);
+        let shift = off_centre[0] * right + off_centre[1] * down + off_centre[2] * travel;
+        let is_sound = shift.abs().below(Floats::splat(SHIFT_TEXELS_MAX));
+        shift_texels[axis] = is_sound.select(shift, Floats::splat(0.0));
+    }
+    let footprint = Footprint {
+        shift_texels: [0.0; 2],
+        step_texels: form.step,
+        taps: u32_truncated_f32(form.taps),
+        area_texels2: form.area,
+        snap: snap(shares.pixel),
+    };
+    (footprint, shift_texels)
+}
+
+/// Square of the texels of their level that taps stand apart at most: 1.4 texels, or two, where samples are so many that what two give
+/// too much of one texel and too little of the next differs from sample to sample. Whole pixels' look-ups all have one place.
+#[inline(always)]
+fn tap2(share2: f32) -> f32 {
+    if share2 > MANY { 2.0 } else { 4.0 }
+}
+
+/// Square of the share of the pixel from which on samples are many: that of sixteen, and a rounding.
+const MANY: f32 = 0.07;
 
 /// Taps along the longer axis and the texels' area of the mip level, so that the variances of the look-up (mip, then taps) are
 /// those of boxes along the three steps. A box of width w has variance w^2 / 12. A mip level of texels s wide, looked up
@@ -165,13 +241,14 @@ fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share
     let apart = (half * half + uv * uv).sqrt();
     let minor = if mean > apart { mean - apart } else { 0.0 };
     let area = 1.0 + minor * (1.0 / 3.0);
-    // What the longer axis has more than the shorter one. Taps stand at most 1.4 texels of their level apart.
+    // What the longer axis has more than the shorter one.
     let longer = 2.0 * apart;
     let most = f32_from_u32(TAPS_MAX);
-    let wanted = longer / (2.0 * area);
+    let tap2 = tap2(share2);
+    let wanted = longer / (tap2 * area);
     let counted = f32_from_u32(u32_truncated_f32((1.0 + wanted).sqrt())) + 1.0;
     // An ellipse that is nearly round is a circle of its mean width.
-    let is_round = !(wanted >= 1.0);
+    let is_round = !(longer >= 2.0 * area);
     let taps = if is_round {
         1.0
     } else if counted > most {
@@ -179,7 +256,7 @@ fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share
     } else {
         counted
     };
-    let widened = longer / (2.0 * (most * most - 1.0));
+    let widened = longer / (tap2 * (most * most - 1.0));
     let area_of_taps = if widened > area { widened } else { area };
     let area = if is_round { area + longer * (1.0 / 6.0) } else { area_of_taps };
     let spread2 = if is_round { 0.0 } else { longer / (taps * taps - 1.0) };
@@ -193,6 +270,42 @@ fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draw::DrawKey;
+
+    #[test]
+    fn a_packet_on_one_plane_has_the_ellipse_of_its_ray_and_each_lane_its_own_shift() {
+        let (lane, mut tried) = (5, 0);
+        for case in 0..300_u64 {
+            let key = DrawKey::root(8).with(case);
+            let signed =
+                |field: u64| 2.0 * f32_from_u32(crate::num::low_u32(key.with(field).0) >> 8) / 16_777_216.0 - 1.0;
+            let three = |field: u64, scale: f32| [0, 1, 2].map(|axis| signed(field + axis) * scale);
+            let splat3 = |v: [f32; 3]| v.map(Floats::splat);
+            let (normal, slopes) = (three(0, 1.0), [three(3, 400.0), three(6, 400.0)]);
+            let (direction, steps_m) = (three(9, 1.0), [three(12, 5e-3), three(15, 5e-3), three(18, 0.03)]);
+            let off_centre = three(21, 0.5).map(Floats::splat);
+            let shares = if case % 2 == 0 { Shares::even(0.25, 0.25) } else { Shares::over_motion(0.5) };
+            let surfaces = Surfaces { normal: splat3(normal), slopes: slopes.map(splat3) };
+            let steps = Steps {
+                direction: splat3(direction),
+                steps_m: steps_m.map(splat3),
+                pixel_m: Floats::splat(5e-3),
+                off_centre,
+            };
+            let all = ellipses(&surfaces, &steps, &shares).lane(lane);
+            let ray = Ray { normal, slopes, direction, steps_m, pixel_m: 5e-3 };
+            let (one, shift_texels) = ellipse_of_one(&ray, &off_centre, &shares);
+            assert_eq!(Footprint { shift_texels: all.shift_texels, ..one }, all, "case {case}");
+            for axis in 0..2 {
+                // Three terms of half of 1,200 texels a metre along the ray times 0.09 m over the least cosine of 0.02, at most, each
+                // with four roundings of 2^-24.
+                let apart = (shift_texels[axis].0[lane] - all.shift_texels[axis]).abs();
+                assert!(apart < 4.0 * 3.0 * 2_700.0 * 6e-8, "case {case}: {apart}");
+                tried += 1;
+            }
+        }
+        assert_eq!(tried, 600);
+    }
 
     #[test]
     fn the_look_up_has_the_variance_of_the_three_boxes() {
@@ -204,18 +317,24 @@ mod tests {
             ([0.3, 0.0], [0.0, 0.3], [3.0, -7.0]),
             ([0.0, 2.0], [2.0, 0.0], [0.0, 9.0]),
         ] {
-            let (u, v, taps, area) = ellipse(right, down, travel, 1.0, 0.25);
-            let extra = (taps * taps - 1.0) / 12.0;
             let widths =
                 |axis: usize| right[axis] * right[axis] + down[axis] * down[axis] + 0.25 * travel[axis] * travel[axis];
-            let found = [0, 1].map(|axis| (area - 1.0) / 4.0 + extra * if axis == 0 { u * u } else { v * v });
-            // Sums of squares of a few texels with some ten roundings of 2^-24 each.
-            for axis in 0..2 {
-                let expected = widths(axis) / 12.0;
-                assert!((found[axis] - expected).abs() < 1e-4 * (1.0 + expected), "{found:?} for {expected} on {axis}");
+            // One sample of a pixel, and one of sixteen of a pixel that is four times as wide.
+            for (share2, times) in [(1.0, 1.0), (0.0625, 4.0)] {
+                let [right, down] = [right, down].map(|step| step.map(|texels: f32| texels * times));
+                let (u, v, taps, area) = ellipse(right, down, travel, share2, 0.25);
+                let extra = (taps * taps - 1.0) / 12.0;
+                let found = [0, 1].map(|axis| (area - 1.0) / 4.0 + extra * if axis == 0 { u * u } else { v * v });
+                // Sums of squares of a few texels with some ten roundings of 2^-24 each.
+                for axis in 0..2 {
+                    let expected = widths(axis) / 12.0;
+                    let apart = (found[axis] - expected).abs();
+                    assert!(apart < 1e-4 * (1.0 + expected), "{found:?} for {expected} on {axis}");
+                }
+                assert!(u * u + v * v <= 1.0001 * tap2(share2) * area, "{u} {v} of {area}");
+                tried[usize::from(taps > 1.0)] += 1;
             }
-            tried[usize::from(taps > 1.0)] += 1;
         }
-        assert_eq!(tried, [1, 4]);
+        assert_eq!(tried, [2, 8]);
     }
 }

@@ -3,14 +3,13 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::filter::{Shares, Steps, Surfaces, ellipses};
+use super::filter::{Ray, Shares, Steps, Surfaces, ellipse_of_one, ellipses};
 use crate::optics::camera::Camera;
-use crate::optics::motion::Parabolas;
+use crate::optics::motion::{Parabolas, Turn, Turns};
 use crate::scene::LitScene;
-use crate::scene::lanes::{Floats, LANES, Vectors, add3};
+use crate::scene::lanes::{Floats, LANES, Vectors, add3, sub3};
 use crate::scene::light::{BANDS, Bands};
-use crate::scene::lit::{Met, by_band};
-use crate::scene::texture::Footprints;
+use crate::scene::lit::{by_band, by_lane};
 use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline_through};
 
 /// What all rays of a render share.
@@ -76,6 +75,16 @@ impl Pixels {
     }
 }
 
+impl Pixels {
+    /// From the first corner of the middle lane's pixel to another, at a distance.
+    #[inline(always)]
+    fn step_m(&self, corner: usize, pose: &Turn, t_m: f32) -> [f32; 3] {
+        let (from, to) = (lane3(&self.corners[0], MIDDLE), lane3(&self.corners[corner], MIDDLE));
+        let step = pose.turned([to[0] - from[0], to[1] - from[1], to[2] - from[2]]);
+        [step[0] * t_m, step[1] * t_m, step[2] * t_m]
+    }
+}
+
 /// Where, when and for how much of its pixel each lane's ray stands.
 pub struct Aim<'a> {
     /// Shares of the pixel from its left edge, from its upper edge, and of the exposure that is over.
@@ -103,31 +112,18 @@ impl View<'_> {
         let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
         let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
         let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
-        // No closure: it would not be compiled for the kernel's own level.
-        let met = self.scene.met(&hits);
-        let mut footprints = None;
-        if self.scene.has_textures() {
-            let right = pose.turned(sub(&pixels.corners[1], &pixels.corners[0]));
-            let down = pose.turned(sub(&pixels.corners[2], &pixels.corners[0]));
-            let mut travel_m = [Floats::splat(0.0); 3];
-            if aim.pieces > 0.0 {
-                let change = aim.motion.change_at(aim.share, aim.pieces);
-                travel_m = add3(change.place_m(), scaled(change.turned(bearing), hits.t));
-            }
-            let half = Floats::splat(0.5);
-            let steps = Steps {
-                direction,
-                steps_m: [scaled(right, hits.t), scaled(down, hits.t), travel_m],
-                pixel_m: pixels.spread * hits.t,
-                off_centre: [aim.place[0] - half, aim.place[1] - half, aim.place[2] - half],
-            };
-            footprints = Some(ellipses(&Surfaces { normal: met.normal(), slopes: met.slopes() }, &steps, aim.shares));
+        let shot = Shot { pixels, aim, bearing, pose, hits, packet };
+        // No closures: they would not be compiled for the kernel's own level.
+        let (mut lux, is_glossy) = match self.scene.one_met(&hits) {
+            Some(triangle) if are_alike(hits.t) => self.shade_one(triangle, &shot),
+            _ => self.shade_mixed(&shot),
+        };
+        if has_gloss && is_glossy {
+            let mut lux_of = by_lane(&lux);
+            self.reflect(&shot.hits, &shot.packet, pixels, aim, &mut lux_of);
+            lux = by_band(&lux_of);
         }
-        let mut lux = self.shade(&hits, &met, &packet, footprints.as_ref(), pixels, aim.lamp_levels);
-        if has_gloss && met.has_gloss(self.follows_gloss) {
-            self.reflect(&hits, &packet, pixels, aim, &mut lux);
-        }
-        let [r, g, b, n] = by_band(&lux);
+        let [r, g, b, n] = lux;
         let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
         let mut left = Floats::splat(0.0);
         for lane in 0..LANES {
@@ -137,31 +133,106 @@ impl View<'_> {
         [photons, hits.t]
     }
 
+    /// Light of a packet that met one triangle at about one distance, and whether that keeps an image: one ellipse serves all look-ups.
     #[inline(always)]
-    fn shade(
-        &self,
-        hits: &Hits,
-        met: &Met,
-        packet: &Packet,
-        footprints: Option<&Footprints>,
-        pixels: &Pixels,
-        lamp_levels: &[f32; LANES],
-    ) -> [Bands; LANES] {
-        let mut lux = self.scene.exitances_lux(hits, met, &packet.direction, footprints, lamp_levels);
+    fn shade_one(&self, triangle: u32, shot: &Shot) -> ([Floats; BANDS], bool) {
+        let face = self.scene.face(triangle);
+        let hits = &shot.hits;
+        let mut colours = [Floats::splat(1.0); BANDS];
+        if let Some(texture) = self.scene.texture_of(face) {
+            let t_m = hits.t.0[MIDDLE];
+            let pose = shot.pose.lane(MIDDLE);
+            let mut travel_m = [0.0; 3];
+            if shot.aim.pieces > 0.0 {
+                let change = shot.aim.motion.change_of(MIDDLE, shot.aim.share.0[MIDDLE], shot.aim.pieces);
+                let (place_m, turn) = (change.place_m(), change.turned(lane3(&shot.bearing, MIDDLE)));
+                for axis in 0..3 {
+                    travel_m[axis] = place_m[axis] + turn[axis] * t_m;
+                }
+            }
+            let [right_m, down_m] = [shot.pixels.step_m(1, &pose, t_m), shot.pixels.step_m(2, &pose, t_m)];
+            let ray = Ray {
+                normal: face.normal(),
+                slopes: face.slopes(),
+                direction: lane3(&shot.packet.direction, MIDDLE),
+                steps_m: [right_m, down_m, travel_m],
+                pixel_m: shot.pixels.spread.0[MIDDLE] * t_m,
+            };
+            let (footprint, shift_texels) = ellipse_of_one(&ray, &shot.off_centre(), shot.aim.shares);
+            colours = by_band(&texture.over_alike(&face.uv(hits.u, hits.v), &shift_texels, &footprint));
+        }
+        let lux = self.scene.exitances_of_one(hits, &shot.packet.direction, &colours, shot.aim.lamp_levels);
+        (lux, face.has_gloss(self.follows_gloss))
+    }
+
+    /// Light of any packet, and whether any lane met what keeps an image.
+    #[inline(always)]
+    fn shade_mixed(&self, shot: &Shot) -> ([Floats; BANDS], bool) {
+        let Shot { pixels, aim, hits, packet, pose, .. } = shot;
+        let met = self.scene.met(hits);
+        let mut footprints = None;
+        if self.scene.has_textures() {
+            let right = pose.turned(sub3(pixels.corners[1], pixels.corners[0]));
+            let down = pose.turned(sub3(pixels.corners[2], pixels.corners[0]));
+            let mut travel_m = [Floats::splat(0.0); 3];
+            if aim.pieces > 0.0 {
+                let change = aim.motion.change_at(aim.share, aim.pieces);
+                travel_m = add3(change.place_m(), scaled(change.turned(shot.bearing), hits.t));
+            }
+            let steps = Steps {
+                direction: packet.direction,
+                steps_m: [scaled(right, hits.t), scaled(down, hits.t), travel_m],
+                pixel_m: pixels.spread * hits.t,
+                off_centre: shot.off_centre(),
+            };
+            footprints = Some(ellipses(&Surfaces { normal: met.normal(), slopes: met.slopes() }, &steps, aim.shares));
+        }
+        let mut lux = self.scene.exitances_lux(hits, &met, &packet.direction, footprints.as_ref(), aim.lamp_levels);
         for &lane in &pixels.seen.0[..pixels.seen.1] {
             if hits.triangle[lane] == MISS {
-                let [x, y, z] = packet.direction;
-                lux[lane] = self.scene.sky_lux([x.0[lane], y.0[lane], z.0[lane]]);
+                lux[lane] = self.scene.sky_lux(lane3(&packet.direction, lane));
             }
         }
-        lux
+        (by_band(&lux), met.has_gloss(self.follows_gloss))
     }
 }
 
-/// Difference. (A function, because closures are not inlined into dispatched kernels.)
+/// A packet of rays and what they met.
+struct Shot<'a> {
+    pixels: &'a Pixels,
+    aim: &'a Aim<'a>,
+    bearing: Vectors,
+    pose: Turns,
+    hits: Hits,
+    packet: Packet,
+}
+
+impl Shot<'_> {
+    /// Where in the pixel and in the exposure each sample lies, from -1/2 to 1/2.
+    #[inline(always)]
+    fn off_centre(&self) -> [Floats; 3] {
+        let half = Floats::splat(0.5);
+        [self.aim.place[0] - half, self.aim.place[1] - half, self.aim.place[2] - half]
+    }
+}
+
+/// A lane in the middle of a tile.
+const MIDDLE: usize = LANES / 2 + 1;
+
+/// Share of the distance by which the rays of a packet may differ that have one ellipse. Distances to a plane go as one over the cosine to
+/// it, so the ellipse's width and length are off by as much and by twice that at the packet's rim: by 3 and 6 % of a sample's share of
+/// the pixel where the middle lies amid.
+const ALIKE: f32 = 1.0 / 16.0;
+
 #[inline(always)]
-fn sub(a: &Vectors, b: &Vectors) -> Vectors {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+fn are_alike(t: Floats) -> bool {
+    let least = t.least();
+    t.most() - least <= ALIKE * least
+}
+
+#[inline(always)]
+fn lane3(vectors: &Vectors, lane: usize) -> [f32; 3] {
+    [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
 }
 
 #[inline(always)]

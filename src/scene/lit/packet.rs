@@ -22,9 +22,23 @@ const NUMBERS: usize = 15;
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Face {
-    numbers: [f32; NUMBERS],
+    pub(super) numbers: [f32; NUMBERS],
     /// Its texture, `UNTEXTURED` without one, and marks.
     kind: u32,
+}
+
+impl Face {
+    /// Its texture; one that does not exist where there is none.
+    #[inline(always)]
+    pub(super) fn texture(&self) -> u32 {
+        self.kind & TEXTURE
+    }
+
+    /// Whether it keeps an image: by any gloss, or as a mirror.
+    #[inline(always)]
+    pub fn has_gloss(&self, all: bool) -> bool {
+        self.kind & GLOSSY[usize::from(!all)] != 0
+    }
 }
 
 /// Marks of a face that keeps an image: any gloss, and mirrors only.
@@ -152,7 +166,7 @@ impl Around {
 
 /// The whole part of numbers from 0 to 2^22, at most another whole number, as numbers of both kinds; 0 where that is below 0.
 #[inline(always)]
-fn whole_below(value: Floats, most: Floats) -> (Floats, [u32; LANES]) {
+pub(super) fn whole_below(value: Floats, most: Floats) -> (Floats, [u32; LANES]) {
     let magic = Floats::splat(TO_WHOLE);
     let near = (value + magic) - magic;
     let whole = value.below(near).select(near - Floats::splat(1.0), near);
@@ -162,6 +176,18 @@ fn whole_below(value: Floats, most: Floats) -> (Floats, [u32; LANES]) {
         number[lane] = (whole.0[lane] + TO_WHOLE).to_bits().wrapping_sub(TO_WHOLE.to_bits());
     }
     (whole, number)
+}
+
+/// Light by lane.
+#[inline(always)]
+pub fn by_lane(lux: &[Floats; BANDS]) -> [Bands; LANES] {
+    let mut out = [[0.0; BANDS]; LANES];
+    for lane in 0..LANES {
+        for band in 0..BANDS {
+            out[lane][band] = lux[band].0[lane];
+        }
+    }
+    out
 }
 
 /// Light by band, side by side.
@@ -177,7 +203,7 @@ pub fn by_band(lux: &[Bands; LANES]) -> [Floats; BANDS] {
 }
 
 /// A lane in the middle of a packet's square of pixels.
-const MIDDLE: usize = LANES / 2 + 1;
+pub(super) const MIDDLE: usize = LANES / 2 + 1;
 
 impl LitScene {
     /// Unit normal of a triangle, and the texels along u and v for a metre in the world.

@@ -210,7 +210,7 @@ impl Places {
 
 /// Coordinates within the picture that show what lies at any; those of a clamped one are left as they are.
 #[inline(always)]
-fn folded(at: Floats, wrap: Wrap) -> Floats {
+pub(super) fn folded(at: Floats, wrap: Wrap) -> Floats {
     let (half, magic) = (Floats::splat(0.5), Floats::splat(TO_WHOLE));
     match wrap {
         Wrap::Repeat => at - ((at - half + magic) - magic),

@@ -91,55 +91,44 @@ pub struct Span {
 impl Rays {
     #[inline(always)]
     pub fn of(packet: &Packet, mask: Mask, course: u32) -> Self {
-        let mut origin_m = packet.origin_m;
-        let t_min = mask.select(packet.t_min, Floats::splat(f32::MAX));
-        let t_max = mask.select(packet.t_max, Floats::splat(f32::MIN));
+        let (mut origin_m, mut along) = (packet.origin_m, packet.direction);
+        let (mut t_min, mut t_max) = (packet.t_min, packet.t_max);
+        if let Some(lane) = mask.one_of_some() {
+            // Lanes of another course repeat one of this, so that spans need not ask who is among them.
+            for axis in 0..3 {
+                origin_m[axis] = mask.select(origin_m[axis], Floats::splat(origin_m[axis].0[lane]));
+                along[axis] = mask.select(along[axis], Floats::splat(along[axis].0[lane]));
+            }
+            t_min = mask.select(t_min, Floats::splat(f32::MAX));
+            t_max = mask.select(t_max, Floats::splat(f32::MIN));
+        }
         let down = [usize::from(course & 1 != 0), usize::from(course & 2 != 0), usize::from(course & 4 != 0)];
-        let mut inverse = packet.direction;
+        let mut inverse = along;
         for axis in 0..3 {
             // Adding zero makes all zeros positive, so that places that are equal are so bit for bit.
             origin_m[axis] = origin_m[axis] + Floats::splat(0.0);
             let away = if down[axis] == 1 { -DIRECTION_MIN } else { DIRECTION_MIN };
             for lane in 0..LANES {
-                let d = packet.direction[axis].0[lane];
+                let d = along[axis].0[lane];
                 inverse[axis].0[lane] = 1.0 / if d.abs() < DIRECTION_MIN { away } else { d };
             }
         }
-        let [x, y, z] = packet.direction;
+        let [x, y, z] = along;
         let (axes, direction, scale) = match course >> 3 {
             0 => ([1, 2, 0], [y, z, x], inverse[0]),
             1 => ([2, 0, 1], [z, x, y], inverse[1]),
             _ => ([0, 1, 2], [x, y, z], inverse[2]),
         };
         let shear = [direction[0] * scale, direction[1] * scale];
-        let (span, shared) = Span::of(&origin_m, &inverse, t_min, &shear, down, mask);
+        let (span, shared) = Span::of(&origin_m, &inverse, t_min, &shear, down);
         Self { origin_m, inverse, direction, t_min, t_max, axes, shear, down, shared, span }
     }
-}
-
-/// The least of the lanes that are set.
-#[inline(always)]
-fn least(row: Floats, mask: Mask) -> f32 {
-    mask.select(row, Floats::splat(f32::MAX)).least()
-}
-
-/// The greatest of the lanes that are set.
-#[inline(always)]
-fn most(row: Floats, mask: Mask) -> f32 {
-    mask.select(row, Floats::splat(f32::MIN)).most()
 }
 
 impl Span {
     /// And whether all rays start at one place.
     #[inline(always)]
-    fn of(
-        origin_m: &Vectors,
-        inverse: &Vectors,
-        t_min: Floats,
-        shear: &[Floats; 2],
-        down: [usize; 3],
-        mask: Mask,
-    ) -> (Self, bool) {
+    fn of(origin_m: &Vectors, inverse: &Vectors, t_min: Floats, shear: &[Floats; 2], down: [usize; 3]) -> (Self, bool) {
         let mut span = Self {
             entry_m: [0.0; 3],
             exit_m: [0.0; 3],
@@ -151,15 +140,15 @@ impl Span {
             shear_reach: [0.0; 2],
         };
         for axis in 0..3 {
-            let (least_m, most_m) = (least(origin_m[axis], mask), most(origin_m[axis], mask));
+            let (least_m, most_m) = (origin_m[axis].least(), origin_m[axis].most());
             (span.entry_m[axis], span.exit_m[axis]) =
                 if down[axis] == 1 { (least_m, most_m) } else { (most_m, least_m) };
-            span.inverse[axis] = [least(inverse[axis], mask), most(inverse[axis], mask)];
+            span.inverse[axis] = [inverse[axis].least(), inverse[axis].most()];
             span.origin_m[axis] = if least_m == most_m { least_m } else { 0.5 * (least_m + most_m) };
             span.reach_m += (most_m - span.origin_m[axis]).max(span.origin_m[axis] - least_m);
         }
         for side in 0..2 {
-            let (least, most) = (least(shear[side], mask), most(shear[side], mask));
+            let (least, most) = (shear[side].least(), shear[side].most());
             span.shear[side] = 0.5 * (least + most);
             span.shear_reach[side] = (most - span.shear[side]).max(span.shear[side] - least);
         }

@@ -1,0 +1,237 @@
+//! Light of a packet whose rays all met one triangle, as nearly all do where triangles are larger than a few pixels. Enters: hits, and the
+//! colours of its texture. Leaves: exitance toward each ray in lux-equivalents by band, lane by lane equal to `exitance_lux` in every bit.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3};
+use super::super::light::{BANDS, Bands};
+use super::super::samples::ShadeTriangle;
+use super::super::texture::Texture;
+use super::super::tracer::{Hits, MISS};
+use super::LitScene;
+use super::packet::{Face, MIDDLE, by_band, whole_below};
+use crate::num::{f32_from_u32, index};
+
+impl Face {
+    /// Unit normal of the plane.
+    #[inline(always)]
+    pub fn normal(&self) -> [f32; 3] {
+        [self.numbers[0], self.numbers[1], self.numbers[2]]
+    }
+
+    /// Texels along u, then along v, for a metre in the world.
+    #[inline(always)]
+    pub fn slopes(&self) -> [[f32; 3]; 2] {
+        let n = &self.numbers;
+        [[n[3], n[4], n[5]], [n[6], n[7], n[8]]]
+    }
+
+    /// Texture coordinates at weights of the second and third corner.
+    #[inline(always)]
+    pub fn uv(&self, u: Floats, v: Floats) -> [Floats; 2] {
+        let w = Floats::splat(1.0) - u - v;
+        let mut uv = [w; 2];
+        for axis in 0..2 {
+            let [a, b, c] = [self.numbers[9 + axis], self.numbers[11 + axis], self.numbers[13 + axis]];
+            uv[axis] = Floats::splat(a) * w + Floats::splat(b) * u + Floats::splat(c) * v;
+        }
+        uv
+    }
+}
+
+/// Where hits lie among a triangle's samples of irradiance.
+struct Around<'a> {
+    shade: &'a ShadeTriangle,
+    /// Cell of the grid: row and column, as numbers of both kinds.
+    row: (Floats, [u32; LANES]),
+    column: (Floats, [u32; LANES]),
+    /// Lanes in the half of their cell that is farther from the first corner.
+    beyond: Mask,
+    /// Weights of the three samples around each, the one at the half's right angle first, then that below or above it (in the farther half)
+    /// and that beside it; in the nearer half the other way round.
+    weights: [Floats; 3],
+}
+
+impl<'a> Around<'a> {
+    /// Of hits at weights of the second and third corner.
+    #[inline(always)]
+    fn of(shade: &'a ShadeTriangle, u: Floats, v: Floats) -> Self {
+        let (zero, one) = (Floats::splat(0.0), Floats::splat(1.0));
+        if shade.grid_steps == 0 {
+            let none = (zero, [0; LANES]);
+            return Self { shade, row: none, column: none, beyond: Mask([0; LANES]), weights: [one - u - v, u, v] };
+        }
+        let steps = Floats::splat(f32_from_u32(shade.grid_steps));
+        let (x, y) = (u.greater(zero).lesser(one) * steps, v.greater(zero).lesser(one) * steps);
+        let row = whole_below(y, steps - one);
+        let column = whole_below(x, steps - one - row.0);
+        let (fx, fy) = (x - column.0, y - row.0);
+        // The last cell of a row has no farther half. Sums of a few thousand are exact.
+        let beyond = one.below(fx + fy) & (column.0 + row.0 + Floats::splat(2.0)).at_most(steps);
+        let weights = [
+            beyond.select(fx + fy - one, (one - fx - fy).greater(zero).lesser(one)),
+            beyond.select(one - fx, fx),
+            beyond.select(one - fy, fy),
+        ];
+        Self { shade, row, column, beyond, weights }
+    }
+
+    /// Whether all lanes lie in one cell.
+    #[inline(always)]
+    fn is_one_cell(&self) -> bool {
+        let (row, column) = (self.row.0, self.column.0);
+        all(row.equal(Floats::splat(row.0[0])) & column.equal(Floats::splat(column.0[0])))
+    }
+
+    /// The samples of a lane's cell: at its first corner, and beside, below and opposite that.
+    #[inline(always)]
+    fn corners(&self, lane: usize) -> [usize; 4] {
+        let [first, second, third] = self.shade.samples;
+        let steps = self.shade.grid_steps;
+        if steps == 0 {
+            return [first, second, third, third].map(index);
+        }
+        let (row, column) = (self.row.1[lane], self.column.1[lane]);
+        // Rows of falling length: the first sample of this one and of the next.
+        let here = first.wrapping_add(row.wrapping_mul((2 * steps + 3).wrapping_sub(row)) / 2).wrapping_add(column);
+        let below = here.wrapping_add((steps + 1).wrapping_sub(row));
+        [index(here), index(here.wrapping_add(1)), index(below), index(below.wrapping_add(1))]
+    }
+}
+
+/// Whether all lanes are set.
+#[inline(always)]
+fn all(mask: Mask) -> bool {
+    let mut all = u32::MAX;
+    for lane in 0..LANES {
+        all &= mask.0[lane];
+    }
+    all != 0
+}
+
+impl LitScene {
+    /// The triangle that all rays of a packet met; none where there are several, or where a ray met none.
+    #[inline(always)]
+    pub fn one_met(&self, hits: &Hits) -> Option<u32> {
+        let common = hits.triangle[MIDDLE];
+        let mut others = 0;
+        for lane in 0..LANES {
+            others |= hits.triangle[lane] ^ common;
+        }
+        if others == 0 && common != MISS { Some(common) } else { None }
+    }
+
+    /// What a ray needs of a triangle.
+    #[inline(always)]
+    pub fn face(&self, triangle: u32) -> &Face {
+        &self.faces[index(triangle)]
+    }
+
+    /// The picture on a triangle.
+    #[inline(always)]
+    pub fn texture_of(&self, face: &Face) -> Option<&Texture> {
+        self.scene.mesh.textures.get(index(face.texture()))
+    }
+
+    /// As `exitances_lux` where all lanes met one triangle. `colours` are those of its texture, or white.
+    #[inline(always)]
+    pub fn exitances_of_one(
+        &self,
+        hits: &Hits,
+        direction: &Vectors,
+        colours: &[Floats; BANDS],
+        lamp_levels: &[f32; LANES],
+    ) -> [Floats; BANDS] {
+        let shade = &self.scene.layout.triangles[index(hits.triangle[MIDDLE])];
+        let paint = &self.paints[index(shade.material)];
+        let levels = Floats(*lamp_levels);
+        let back = Floats::splat(0.0).below(dot3(splat3(shade.normal), *direction));
+        let is_parted = back.any() && !all(back);
+        let around = Around::of(shade, hits.u, hits.v);
+        let irradiance = if around.is_one_cell() && !is_parted {
+            self.irradiance_within(&around, back.any(), levels)
+        } else {
+            self.irradiance_by_lane(&around, back, lamp_levels)
+        };
+        let mut lux = irradiance;
+        for band in 0..BANDS {
+            let albedo = Floats::splat(paint.base_colour[band]) * colours[band];
+            let glow_lux = Floats::splat(paint.glow_lux[band]);
+            lux[band] = irradiance[band] * albedo + if paint.flickers { glow_lux * levels } else { glow_lux };
+        }
+        if back.any() && !paint.double_sided {
+            for band in 0..BANDS {
+                lux[band] = back.select(Floats::splat(0.0), lux[band]);
+            }
+        }
+        lux
+    }
+
+    /// Lux-equivalents that reach one side of a surface within one cell of its samples.
+    #[inline(always)]
+    fn irradiance_within(&self, around: &Around, back: bool, levels: Floats) -> [Floats; BANDS] {
+        let samples = around.corners(0);
+        let mut irradiance = [Floats::splat(0.0); BANDS];
+        add_light(&mut irradiance, &of_samples(&self.irradiance_lux, &samples, back), around, &around.weights);
+        if !self.flickering_lux.is_empty() {
+            let mut weights = around.weights;
+            for place in 0..3 {
+                weights[place] = weights[place] * levels;
+            }
+            add_light(&mut irradiance, &of_samples(&self.flickering_lux, &samples, back), around, &weights);
+        }
+        irradiance
+    }
+
+    /// Lux-equivalents that reach each lane's side of a surface.
+    #[inline(always)]
+    fn irradiance_by_lane(&self, around: &Around, back: Mask, lamp_levels: &[f32; LANES]) -> [Floats; BANDS] {
+        let mut irradiance: [Bands; LANES] = [[0.0; BANDS]; LANES];
+        for lane in 0..LANES {
+            let [here, beside, below, opposite] = around.corners(lane);
+            let weights = [around.weights[0].0[lane], around.weights[1].0[lane], around.weights[2].0[lane]];
+            let is_beyond = around.beyond.0[lane] != 0;
+            let samples = if is_beyond { [opposite, below, beside] } else { [here, beside, below] };
+            let near = [(samples[0], weights[0]), (samples[1], weights[1]), (samples[2], weights[2])];
+            irradiance[lane] = self.irradiance_of(near, back.0[lane] != 0, lamp_levels[lane]);
+        }
+        by_band(&irradiance)
+    }
+}
+
+/// Light of four samples on one side.
+#[inline(always)]
+fn of_samples(all: &[Bands], samples: &[usize; 4], back: bool) -> [Bands; 4] {
+    let mut light = [[0.0; BANDS]; 4];
+    for place in 0..4 {
+        // The last cell of a grid has no fourth sample, and no lane beyond that would ask for it.
+        light[place] = *all.get(2 * samples[place] + usize::from(back)).unwrap_or(&[0.0; BANDS]);
+    }
+    light
+}
+
+/// Adds the light of a cell's samples by each lane's weights.
+#[inline(always)]
+fn add_light(
+    sums: &mut [Floats; BANDS],
+    [here, beside, below, opposite]: &[Bands; 4],
+    around: &Around,
+    weights: &[Floats; 3],
+) {
+    let nearer = [here, beside, below];
+    if !around.beyond.any() {
+        for place in 0..3 {
+            for band in 0..BANDS {
+                sums[band] = sums[band] + Floats::splat(nearer[place][band]) * weights[place];
+            }
+        }
+        return;
+    }
+    let farther = [opposite, below, beside];
+    for place in 0..3 {
+        for band in 0..BANDS {
+            let light = around.beyond.select(Floats::splat(farther[place][band]), Floats::splat(nearer[place][band]));
+            sums[band] = sums[band] + light * weights[place];
+        }
+    }
+}
