@@ -17,7 +17,7 @@ use crate::pose::Pose;
 use crate::tracker::adjust::Problem;
 use crate::tracker::covariance::{RANK_TOLERANCE, Rows, generalised_inverse};
 use crate::tracker::lie::se3_log;
-use crate::tracker::refine::{huber, linearise};
+use crate::tracker::refine::{PosePrior, huber, linearise};
 
 /// Poses under a prior.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +77,13 @@ pub fn marginalise(
 }
 
 impl Prior {
+    /// What is known of one pose beside the window. `None` where its information is not positive.
+    pub fn of_pose(number: u32, known: &PosePrior) -> Option<Self> {
+        let root = known.information.cholesky()?.l().transpose();
+        let root = root.row_iter().map(|row| row.iter().copied().collect()).collect();
+        Some(Self { poses: vec![(number, known.mean)], root, side: vec![0.0; 6] })
+    }
+
     /// Number of directions that the prior measures.
     pub fn rank(&self) -> usize {
         self.root.len()

@@ -8,6 +8,7 @@
 //! carries a pose here.
 
 pub mod align;
+pub mod filter;
 
 use glam::{DMat3, DQuat, DVec3};
 use nalgebra::SMatrix;
