@@ -48,7 +48,6 @@ pub use params::TrackerParams;
 use preintegrate::filter::Foreseen;
 pub use preintegrate::filter::{ImuCalibration, Inertia};
 pub use preintegrate::{Noise, Reading};
-use refine::PosePrior;
 pub use rig::CameraCalibration;
 use rig::{RigCamera, View};
 use start::Opening;
@@ -231,8 +230,7 @@ impl Tracker {
         self.motion = Some(Motion { t_s, body_from_world, step, sigma_m });
         let mut loop_closed = false;
         if keyframe {
-            let known = foreseen.as_ref().filter(|_| status == Status::Tracked).map(|foreseen| &foreseen.prior);
-            self.add_keyframe((t_s, views), &located, (tracked_features, known), &mut work);
+            self.add_keyframe((t_s, views), &located, (tracked_features, status), &mut work);
             loop_closed = self.params.loop_closing && self.close_loop((t_s, views), &mut work);
         }
         let world_from_body = self.motion.map_or(body_from_world, |motion| motion.body_from_world).inverse();
@@ -288,7 +286,7 @@ impl Tracker {
         &mut self,
         (t_s, views): (f64, &[View]),
         located: &Located,
-        (tracked, known): (u32, Option<&PosePrior>),
+        (tracked, status): (u32, Status),
         work: &mut Work,
     ) {
         let mut straight = Vec::new();
@@ -302,13 +300,17 @@ impl Tracker {
         let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
         let at = (t_s, located.state);
         let made = growth.add_keyframe(&mut self.map, at, &located.inliers, &mut self.waiting, work);
+        if let (Some(inertia), [.., before, last]) = (&mut self.inertia, &self.map.keyframes[..]) {
+            inertia.link((before.id, before.t_s), (last.id, last.t_s));
+        }
         let mut state = located.state;
-        if let Some(adjusted) = adjust_window(&mut self.map, (&self.cameras, &self.params), known, work) {
+        if let Some(adjusted) = adjust_window(&mut self.map, (&self.cameras, &self.params), self.inertia.as_ref(), work)
+        {
             state = adjusted;
         }
         match &mut self.inertia {
             // What is felt stays where it is, so that a pose does not jump with the map: the pictures to come say how the map has moved.
-            Some(inertia) if known.is_some() => {
+            Some(inertia) if status == Status::Tracked => {
                 let moved = located.state.body_from_world.then(&state.body_from_world.inverse());
                 inertia.loosen(moved.translation_m.length(), moved.angle_rad());
             }

@@ -6,9 +6,9 @@ use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::locate::Found;
 use crate::tracker::map::{Landmark, Map, Sighting};
-use crate::tracker::marginal::Prior;
 use crate::tracker::matching::Rule;
-use crate::tracker::refine::{Measurement, PosePrior, refine};
+use crate::tracker::preintegrate::filter::Inertia;
+use crate::tracker::refine::{Measurement, refine};
 use crate::tracker::rig::{RigCamera, Sight, View};
 use crate::tracker::start::Begun;
 use crate::tracker::sweep::{Moving, RatePrior};
@@ -293,18 +293,17 @@ pub fn refine_rates(map: &mut Map, cameras: &[RigCamera], begun: &Begun) {
     }
 }
 
-/// Adjusts the last keyframes with their landmarks, under what is known of the last pose beside them, and culls. Gives the state of the last
+/// Adjusts the last keyframes with their landmarks, under what an inertial unit says of them, and culls. Gives the state of the last
 /// keyframe.
 pub fn adjust_window(
     map: &mut Map,
     (cameras, params): (&[RigCamera], &TrackerParams),
-    known: Option<&PosePrior>,
+    inertia: Option<&Inertia>,
     work: &mut Work,
 ) -> Option<Moving> {
     let free = index(params.window);
     let mut window = map.window(cameras, free, 2 * free);
-    let last = window.problem.free.checked_sub(1).map(u32_from);
-    let prior = last.zip(known).and_then(|(last, known)| Prior::of_pose(last, known));
+    let prior = inertia.and_then(|inertia| inertia.chain(&window.nodes(map)));
     let outcome = window.problem.solve_tailed(prior.as_ref(), params.adjust_iterations);
     work.adjust_iterations += outcome.iterations;
     work.adjusted_observations += crate::num::u64_from(window.problem.observations.len());

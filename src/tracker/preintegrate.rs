@@ -8,6 +8,7 @@
 //! carries a pose here.
 
 pub mod align;
+pub mod chain;
 pub mod filter;
 
 use glam::{DMat3, DQuat, DVec3};

@@ -120,6 +120,11 @@ fn a_unit_takes_the_jitter_away_and_its_biases_and_gravity_are_found() {
     let (with, tracker) = ride(&world, &RIDE);
     let (without, _) = ride(&world, &Ride { has_imu: false, ..RIDE });
     let (score_with, score_without) = (score(&with), score(&without));
+    for (n, (_, a)) in with.iter().enumerate() {
+        if a.status != Status::Tracked {
+            println!("{n} {:?}", a.status);
+        }
+    }
     println!("with {:.3e} {score_with:?}\nwithout {:.3e} {score_without:?}", jitter_m(&with), jitter_m(&without));
     assert_eq!((score_with.tracked, score_with.relocalised), (150, 0));
     assert!(jitter_m(&with) < 0.4 * jitter_m(&without), "{} {}", jitter_m(&with), jitter_m(&without));

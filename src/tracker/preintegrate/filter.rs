@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix6, SMatrix, Vector6};
 
+use super::chain::Link;
 use super::{Noise, Preintegrated, Reading, State, put};
 use crate::num::greater;
 use crate::pose::Pose;
@@ -29,11 +30,11 @@ pub struct ImuCalibration {
 
 /// Unknowns: place in the unit's axes, turn on the right, velocity, two biases, gravity, unit of length.
 const N: usize = 19;
-const VELOCITY: usize = 6;
-const GYROSCOPE: usize = 9;
+pub(super) const VELOCITY: usize = 6;
+pub(super) const GYROSCOPE: usize = 9;
 const ACCELEROMETER: usize = 12;
-const GRAVITY: usize = 15;
-const UNIT: usize = 18;
+pub(super) const GRAVITY: usize = 15;
+pub(super) const UNIT: usize = 18;
 type Covariance = SMatrix<f64, N, N>;
 
 /// Length of gravity in m/s^2, and what it varies by on the Earth.
@@ -54,6 +55,9 @@ const GRAVITY_WALK: f64 = 3e-3;
 const UNIT_WALK: f64 = 3e-3;
 /// Landmarks' own errors are alike from frame to frame: a picture says less beyond the one before than its places alone would.
 const PICTURE_SHARE: f64 = 0.5;
+/// Share of the squared length by which an adjustment moved the last pose that counts as not known: all of it follows the map's every jerk where
+/// few landmarks hold it (20 times the jitter in a quick turn), none of it lags behind a map that has moved for good.
+const MOVED_SHARE: f64 = 0.1;
 /// Without a picture for this long the filter is begun anew.
 const COAST_S_MAX: f64 = 1.0;
 /// Readings are kept for so long: a coast, and what a start takes its mean of.
@@ -65,24 +69,26 @@ const AHEAD_S_MAX: f64 = 0.02;
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct Inertia {
-    calibration: ImuCalibration,
+    pub(super) calibration: ImuCalibration,
     /// Whether lengths are metres.
     is_metric: bool,
     readings: VecDeque<Reading>,
-    now: Option<Knowledge>,
+    pub(super) now: Option<Knowledge>,
+    /// Steps between the last keyframes.
+    pub(super) links: VecDeque<Link>,
 }
 
 /// What is known at a time.
 #[derive(Clone, Debug)]
-struct Knowledge {
+pub(super) struct Knowledge {
     t_s: f64,
     /// Time of the last picture that gave a pose.
     seen_s: f64,
-    state: State,
-    gravity: DVec3,
+    pub state: State,
+    pub gravity: DVec3,
     /// The map's unit of length a metre.
-    unit: f64,
-    covariance: Covariance,
+    pub unit: f64,
+    pub covariance: Covariance,
     /// Angular rate, bias taken off.
     rate_rad_per_s: DVec3,
 }
@@ -111,7 +117,7 @@ impl Inertia {
         let noise = &mut calibration.noise;
         noise.gyroscope_noise_density = greater(noise.gyroscope_noise_density, GYROSCOPE_FLOOR);
         noise.accelerometer_noise_density = greater(noise.accelerometer_noise_density, ACCELEROMETER_FLOOR);
-        Self { calibration, is_metric, readings: VecDeque::new(), now: None }
+        Self { calibration, is_metric, readings: VecDeque::new(), now: None, links: VecDeque::new() }
     }
 
     /// Takes readings in rising time; what is not finite or does not rise is left out.
@@ -131,6 +137,7 @@ impl Inertia {
     /// Forgets all but the readings.
     pub fn forget(&mut self) {
         self.now = None;
+        self.links.clear();
     }
 
     /// Goes on to a frame's time, by readings alone. `None` where nothing is known, or readings are missing.
@@ -150,7 +157,7 @@ impl Inertia {
     }
 
     /// Readings around a span; the last one is held where the frame is a little younger.
-    fn span(&self, from_s: f64, to_s: f64) -> Option<Vec<Reading>> {
+    pub(super) fn span(&self, from_s: f64, to_s: f64) -> Option<Vec<Reading>> {
         let first = self.readings.partition_point(|reading| reading.t_s <= from_s).checked_sub(1)?;
         let mut readings: Vec<Reading> = self.readings.range(first..).copied().collect();
         let last = *readings.last()?;
@@ -163,8 +170,14 @@ impl Inertia {
         Some(readings)
     }
 
+    /// Where the unit sits, in the map's unit of length.
+    pub(super) fn body_from_imu(&self, unit: f64) -> Pose {
+        let Pose { rotation, translation_m } = self.calibration.body_from_imu;
+        Pose { rotation, translation_m: translation_m * unit }
+    }
+
     fn foreseen(&self, now: &Knowledge) -> Option<Foreseen> {
-        let body_from_imu = &self.calibration.body_from_imu;
+        let body_from_imu = &self.body_from_imu(now.unit);
         let body_from_world = body_from_imu.then(&now.state.world_from_imu.inverse());
         let adjoint = se3_adjoint(body_from_imu);
         let pose = now.covariance.fixed_view::<6, 6>(0, 0).into_owned();
@@ -175,7 +188,7 @@ impl Inertia {
 
     /// Twist a second that acts from the left on `body_from_world`.
     fn rate(&self, now: &Knowledge) -> Twist {
-        let body_from_imu = &self.calibration.body_from_imu;
+        let body_from_imu = &self.body_from_imu(now.unit);
         let angular = body_from_imu.rotation * now.rate_rad_per_s;
         let of_imu = now.state.world_from_imu.rotation.conjugate() * now.state.velocity_m_per_s;
         let linear = body_from_imu.rotation * of_imu - angular.cross(body_from_imu.translation_m);
@@ -191,8 +204,9 @@ impl Inertia {
 
     /// Takes the pose that a picture gave, with what the picture alone knows of it (information of the left twist).
     pub fn see(&mut self, t_s: f64, body_from_world: &Pose, picture: &Matrix6<f64>) {
-        let world_from_imu = body_from_world.inverse().then(&self.calibration.body_from_imu);
-        let adjoint = se3_adjoint(&self.calibration.body_from_imu);
+        let body_from_imu = self.body_from_imu(self.now.as_ref().map_or(1.0, |now| now.unit));
+        let world_from_imu = body_from_world.inverse().then(&body_from_imu);
+        let adjoint = se3_adjoint(&body_from_imu);
         match &mut self.now {
             Some(now) if now.t_s == t_s => {
                 let information = adjoint.transpose() * picture * adjoint * PICTURE_SHARE;
@@ -206,16 +220,17 @@ impl Inertia {
     /// The map has moved under the body by some metres and radians, which the filter learns from the pictures to come.
     pub fn loosen(&mut self, moved_m: f64, moved_rad: f64) {
         let Some(now) = &mut self.now else { return };
-        let by = |moved: f64| moved * moved / 3.0;
+        let by = |moved: f64| MOVED_SHARE * moved * moved / 3.0;
         (0..6).for_each(|k| now.covariance[(k, k)] += if k < 3 { by(moved_m) } else { by(moved_rad) });
     }
 
     /// The map has moved: the body stands elsewhere in it, and lengths are multiplied.
     pub fn moved(&mut self, before: &Pose, after: &Pose, scale: f64) {
+        let body_from_imu = self.body_from_imu(scale * self.now.as_ref().map_or(1.0, |now| now.unit));
         let Some(now) = &mut self.now else { return };
         // Poses are body_from_world: the world's frame turns by this.
         let turn = after.rotation.conjugate() * before.rotation;
-        now.state.world_from_imu = after.inverse().then(&self.calibration.body_from_imu);
+        now.state.world_from_imu = after.inverse().then(&body_from_imu);
         now.state.velocity_m_per_s = turn * now.state.velocity_m_per_s * scale;
         now.gravity = turn * now.gravity * scale;
         if !self.is_metric {
