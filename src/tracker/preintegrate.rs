@@ -204,6 +204,18 @@ impl Preintegrated {
         self.covariance = carry * self.covariance * carry.transpose() + scaled * scaled.transpose();
     }
 
+    /// The same step with another point of the rigid body as its place, given in the unit's frame; velocities stay the unit's.
+    #[must_use]
+    pub fn at_point(mut self, point_m: DVec3) -> Self {
+        self.position_m += self.rotation * point_m - point_m;
+        let by_turn = -(DMat3::from_quat(self.rotation) * skew(point_m));
+        self.position_by_gyroscope += by_turn * self.rotation_by_gyroscope;
+        let mut carry = Matrix9::identity();
+        put(&mut carry, (6, 0), by_turn);
+        self.covariance = carry * self.covariance * carry.transpose();
+        self
+    }
+
     /// Rotation, velocity and position steps for biases near those that were taken off, to first order.
     pub fn corrected(&self, bias: &Bias) -> (DQuat, DVec3, DVec3) {
         let gyroscope = bias.gyroscope_rad_per_s - self.bias.gyroscope_rad_per_s;

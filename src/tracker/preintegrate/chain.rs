@@ -66,9 +66,7 @@ impl Inertia {
     /// Takes the step between two keyframes, each with its number and time; without all readings nothing.
     pub fn link(&mut self, (from, from_s): (u32, f64), (to, to_s): (u32, f64)) {
         let Some(now) = &self.now else { return };
-        let Some(readings) = self.span(from_s, to_s) else { return };
-        let step = Preintegrated::new(&readings, (from_s, to_s), now.state.bias, &self.calibration.noise);
-        let Ok(step) = step else { return };
+        let Some(step) = self.step((from_s, to_s), now.state.bias) else { return };
         let variance =
             (0..3).map(|k| now.covariance[(VELOCITY + k, VELOCITY + k)]).sum::<f64>() / (3.0 * now.unit * now.unit);
         let later = (now.state.velocity_m_per_s / now.unit, variance);
@@ -117,9 +115,9 @@ impl Inertia {
         Prior::of_information(first, 6 * poses, (system.matrix, system.side))
     }
 
-    /// The unit's pose at a keyframe, in metres.
+    /// The body's place and the unit's axes at a keyframe, in metres.
     fn metric(&self, unit: f64, node: &Node) -> Pose {
-        let pose = node.body_from_world.inverse().then(&self.body_from_imu(unit));
+        let pose = node.body_from_world.inverse().then(&self.axes());
         Pose { translation_m: pose.translation_m / unit, ..pose }
     }
 
@@ -158,7 +156,7 @@ impl Inertia {
         let residual = step.residual(states, gravity);
         let (by_from, by_to) = step.jacobians(states, gravity);
         // A left twist d of body_from_world is -Ad^-1 d on the right of world_from_imu, whose lengths are the map's.
-        let back: Matrix6<f64> = -se3_adjoint(&self.body_from_imu(unit).inverse());
+        let back: Matrix6<f64> = -se3_adjoint(&self.axes().inverse());
         let to_metres = |mut by: SMatrix<f64, 9, 6>| {
             by.fixed_columns_mut::<3>(0).scale_mut(1.0 / unit);
             by * back

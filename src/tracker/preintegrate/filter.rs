@@ -1,4 +1,4 @@
-//! An inertial unit beside the pictures, from frame to frame: an error-state Kalman filter over place, turn, velocity, both biases,
+//! An inertial unit beside the pictures, from frame to frame: an error-state Kalman filter over the body's place, turn, the unit's velocity, both biases,
 //! gravity, and for a map without a metre its unit (Sola 2017, "Quaternion kinematics for the error-state Kalman filter"). Enters: readings, and the
 //! pose that each picture gives with its information. Leaves: where the body will be at the next frame, how sure, and how fast it moves.
 //!
@@ -143,12 +143,11 @@ impl Inertia {
     /// Goes on to a frame's time, by readings alone. `None` where nothing is known, or readings are missing.
     pub fn advance(&mut self, t_s: f64) -> Option<Foreseen> {
         let from = self.now.take()?;
-        let readings = self.span(from.t_s, t_s)?;
         if t_s - from.seen_s > COAST_S_MAX {
             return None;
         }
-        let step = Preintegrated::new(&readings, (from.t_s, t_s), from.state.bias, &self.calibration.noise).ok()?;
-        let rate_rad_per_s = rate_at(&readings, t_s) - from.state.bias.gyroscope_rad_per_s;
+        let step = self.step((from.t_s, t_s), from.state.bias)?;
+        let rate_rad_per_s = rate_at(&self.span(from.t_s, t_s)?, t_s) - from.state.bias.gyroscope_rad_per_s;
         let mut now = from.after(&step, &self.calibration.noise, self.is_metric);
         (now.t_s, now.rate_rad_per_s) = (t_s, rate_rad_per_s);
         let foreseen = self.foreseen(&now);
@@ -157,7 +156,7 @@ impl Inertia {
     }
 
     /// Readings around a span; the last one is held where the frame is a little younger.
-    pub(super) fn span(&self, from_s: f64, to_s: f64) -> Option<Vec<Reading>> {
+    fn span(&self, from_s: f64, to_s: f64) -> Option<Vec<Reading>> {
         let first = self.readings.partition_point(|reading| reading.t_s <= from_s).checked_sub(1)?;
         let mut readings: Vec<Reading> = self.readings.range(first..).copied().collect();
         let last = *readings.last()?;
@@ -170,14 +169,20 @@ impl Inertia {
         Some(readings)
     }
 
-    /// Where the unit sits, in the map's unit of length.
-    pub(super) fn body_from_imu(&self, unit: f64) -> Pose {
-        let Pose { rotation, translation_m } = self.calibration.body_from_imu;
-        Pose { rotation, translation_m: translation_m * unit }
+    /// The unit's axes at the body's place: so no arm of some metres enters a map that has no metre.
+    pub(super) fn axes(&self) -> Pose {
+        Pose { translation_m: DVec3::ZERO, ..self.calibration.body_from_imu }
+    }
+
+    /// The step between two times, with the body's place.
+    pub(super) fn step(&self, (from_s, to_s): (f64, f64), bias: super::Bias) -> Option<Preintegrated> {
+        let readings = self.span(from_s, to_s)?;
+        let step = Preintegrated::new(&readings, (from_s, to_s), bias, &self.calibration.noise).ok()?;
+        Some(step.at_point(self.calibration.body_from_imu.inverse().translation_m))
     }
 
     fn foreseen(&self, now: &Knowledge) -> Option<Foreseen> {
-        let body_from_imu = &self.body_from_imu(now.unit);
+        let body_from_imu = &self.axes();
         let body_from_world = body_from_imu.then(&now.state.world_from_imu.inverse());
         let adjoint = se3_adjoint(body_from_imu);
         let pose = now.covariance.fixed_view::<6, 6>(0, 0).into_owned();
@@ -188,10 +193,11 @@ impl Inertia {
 
     /// Twist a second that acts from the left on `body_from_world`.
     fn rate(&self, now: &Knowledge) -> Twist {
-        let body_from_imu = &self.body_from_imu(now.unit);
+        let body_from_imu = &self.axes();
         let angular = body_from_imu.rotation * now.rate_rad_per_s;
         let of_imu = now.state.world_from_imu.rotation.conjugate() * now.state.velocity_m_per_s;
-        let linear = body_from_imu.rotation * of_imu - angular.cross(body_from_imu.translation_m);
+        let linear =
+            body_from_imu.rotation * of_imu - angular.cross(self.calibration.body_from_imu.translation_m) * now.unit;
         Twist { linear_m: -linear, angular_rad: -angular }
     }
 
@@ -204,7 +210,7 @@ impl Inertia {
 
     /// Takes the pose that a picture gave, with what the picture alone knows of it (information of the left twist).
     pub fn see(&mut self, t_s: f64, body_from_world: &Pose, picture: &Matrix6<f64>) {
-        let body_from_imu = self.body_from_imu(self.now.as_ref().map_or(1.0, |now| now.unit));
+        let body_from_imu = self.axes();
         let world_from_imu = body_from_world.inverse().then(&body_from_imu);
         let adjoint = se3_adjoint(&body_from_imu);
         match &mut self.now {
@@ -226,7 +232,7 @@ impl Inertia {
 
     /// The map has moved: the body stands elsewhere in it, and lengths are multiplied.
     pub fn moved(&mut self, before: &Pose, after: &Pose, scale: f64) {
-        let body_from_imu = self.body_from_imu(scale * self.now.as_ref().map_or(1.0, |now| now.unit));
+        let body_from_imu = self.axes();
         let Some(now) = &mut self.now else { return };
         // Poses are body_from_world: the world's frame turns by this.
         let turn = after.rotation.conjugate() * before.rotation;
