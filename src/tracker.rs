@@ -17,6 +17,7 @@ pub mod epipolar;
 pub mod extend;
 pub mod initial;
 pub mod lie;
+mod judge;
 pub mod locate;
 pub mod map;
 pub mod marginal;
@@ -33,9 +34,10 @@ mod shift;
 pub mod start;
 pub mod sweep;
 
+use glam::DVec3;
+
 use crate::draw::DrawKey;
 use crate::error::Error;
-use crate::num::index;
 use crate::pose::{Pose, TimedPose};
 
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
@@ -60,6 +62,9 @@ const DRAWS: u64 = 0x7472_6163_6b65_7231;
 /// A map that one camera started and lost for so many frames is given up while it has fewer keyframes than this: its start was false.
 const GIVEN_UP_FRAMES: u64 = 15;
 const YOUNG_KEYFRAMES: usize = 6;
+
+/// Frames over which the bounds of places are averaged.
+const SOUND_FRAMES: f64 = 30.0;
 
 /// The last keyframe, as far as the next one depends on it.
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +94,10 @@ pub struct Tracker {
     suspicion: Option<Suspicion>,
     last_t_s: f64,
     inertia: Option<Inertia>,
+    /// Mean of the last places' bounds.
+    usual_bound_m: f64,
+    /// From the body to the only camera, which the tracker takes for the body's place.
+    arm_m: DVec3,
 }
 
 impl Tracker {
@@ -98,11 +107,12 @@ impl Tracker {
     /// No camera, two cameras at one place (no depth), or a parameter out of its range.
     pub fn new(mut calibrations: Vec<CameraCalibration>, params: TrackerParams) -> Result<Self, Error> {
         params.check()?;
+        let mut arm_m = DVec3::ZERO;
         let place_m = |camera: &CameraCalibration| camera.body_from_camera.translation_m;
         match &mut calibrations[..] {
             [] => return Err(Error::key("rig.cameras", 0, "the tracker needs a camera")),
             // In a map without a metre, an arm from the body to the camera has no length: the camera's place is the body's.
-            [only] => only.body_from_camera.translation_m = glam::DVec3::ZERO,
+            [only] => arm_m = std::mem::take(&mut only.body_from_camera.translation_m),
             [first, rest @ ..] => {
                 let apart_m = rest.iter().map(|other| (place_m(first) - place_m(other)).length());
                 let baseline_m = apart_m.fold(0.0, crate::num::greater);
@@ -129,12 +139,15 @@ impl Tracker {
             suspicion: None,
             last_t_s: f64::NEG_INFINITY,
             inertia: None,
+            arm_m,
+            usual_bound_m: 0.0,
         })
     }
 
     /// Gives the rig an inertial unit.
     #[must_use]
-    pub fn with_imu(mut self, calibration: ImuCalibration) -> Self {
+    pub fn with_imu(mut self, mut calibration: ImuCalibration) -> Self {
+        calibration.body_from_imu.translation_m -= self.arm_m;
         self.inertia = Some(Inertia::new(calibration, self.cameras.len() > 1));
         self
     }
@@ -212,15 +225,17 @@ impl Tracker {
             predicted.filter(|_| has_velocity).and_then(|state| self.innovation_px(views, &located, &state));
         let (inliers, tracked_features) = self.account(views, &located);
         self.inliers_before = crate::num::u32_from(inliers.len());
-        let keyframe = self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
+        let position_bound_m = refine::position_bound_m(&located.information);
+        let is_sound = foreseen.is_some() || self.is_sound(&located, position_bound_m);
+        let keyframe = is_sound && self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
         // The step that leads here is measured before the adjustment: both ends then hang on the same map.
         let body_from_world = located.state.body_from_world;
         let step = self.motion.and_then(|motion| motion.then(t_s, body_from_world).step);
         if views.iter().any(View::sweeps) {
             self.correct_last_rate(step);
         }
-        let position_bound_m = refine::position_bound_m(&located.information);
         let sigma_m = position_bound_m.unwrap_or(0.0);
+        self.usual_bound_m += (sigma_m - self.usual_bound_m) / SOUND_FRAMES;
         if let Some(inertia) = &mut self.inertia {
             if status == Status::Relocalised {
                 inertia.forget();
@@ -346,7 +361,7 @@ impl Tracker {
         if !confirmed {
             return false;
         }
-        let has_scale = self.cameras.len() > 1;
+        let has_scale = self.cameras.len() > 1 || self.inertia.as_ref().is_some_and(Inertia::knows_unit);
         let by_sigma = |scale| params.inverse_sigma(scale);
         let Some(scale) = found.close(&mut self.map, views, (has_scale, by_sigma)) else { return false };
         self.suspicion = None;
@@ -378,7 +393,10 @@ impl Tracker {
     ) -> Option<(Located, Status)> {
         let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
         let (number, inliers_before) = (self.frame, self.inliers_before);
-        let by_motion = || self.motion.filter(|_| predicted.is_some()).and_then(|motion| motion.pose_prior(t_s));
+        // A map without a metre does not know what a hand's accelerations are in it.
+        let has_metre = self.cameras.len() > 1;
+        let by_motion =
+            || self.motion.filter(|_| predicted.is_some() && has_metre).and_then(|motion| motion.pose_prior(t_s));
         let prior = foreseen.map(|foreseen| foreseen.prior).or_else(by_motion);
         let felt = self.inertia.as_ref().and_then(Inertia::rate_prior);
         let sure = foreseen.is_some_and(|foreseen| self.is_sure(&foreseen));
@@ -404,56 +422,6 @@ impl Tracker {
             self.map = Map::default();
             self.lost = false;
         }
-    }
-
-    /// Whether a foreseen pose leaves less open than a narrow search reaches: three sigma of turn and of place at the least depth.
-    fn is_sure(&self, foreseen: &Foreseen) -> bool {
-        let (sigma_m, sigma_rad) = foreseen.sigmas();
-        let focal_px = self.cameras[0].focal_px;
-        3.0 * focal_px * (sigma_rad + sigma_m) < locate::NARROW_PX
-    }
-
-    /// Counts what was predicted and found, for culling; gives the inliers and the number of different landmarks.
-    fn account(&mut self, views: &[View], located: &Located) -> (Vec<Inlier>, u32) {
-        for &number in &located.in_view {
-            self.map.landmarks[number].predicted += 1;
-        }
-        let mut different = 0;
-        for found in &located.inliers {
-            let landmark = &mut self.map.landmarks[found.landmark];
-            if landmark.last_frame != self.frame {
-                landmark.last_frame = self.frame;
-                landmark.found += 1;
-                different += 1;
-            }
-        }
-        let inlier = |found: &locate::Found| Inlier {
-            camera: found.camera,
-            feature: views[index(found.camera.0)].sights[found.sight].feature,
-            landmark: self.map.landmarks[found.landmark].id,
-        };
-        (located.inliers.iter().map(inlier).collect(), different)
-    }
-
-    fn innovation_px(&self, views: &[View], located: &Located, predicted: &Moving) -> Option<f64> {
-        let distance_px = |found: &locate::Found| {
-            let sight = &views[index(found.camera.0)].sights[found.sight];
-            let landmark_m = predicted.at(sight.offset_s).point(self.map.landmarks[found.landmark].position_m);
-            let (place_px, _) = self.cameras[index(found.camera.0)].project_with_jacobian(landmark_m)?;
-            Some((sight.place_px - place_px).length())
-        };
-        let mut distances_px: Vec<f64> = located.inliers.iter().filter_map(distance_px).collect();
-        distances_px.sort_by(f64::total_cmp);
-        distances_px.get(distances_px.len() / 2).copied()
-    }
-
-    fn keyframe_is_due(&self, world_from_body: &Pose, tracked: u32) -> bool {
-        let Some(last) = self.last_keyframe else { return true };
-        let moved = last.world_from_body.inverse().then(world_from_body);
-        self.frame - last.frame >= u64::from(self.params.keyframe_frames_max)
-            || moved.translation_m.length() > self.params.keyframe_distance_m
-            || moved.angle_rad() > self.params.keyframe_angle_rad
-            || f64::from(tracked) < self.params.keyframe_share_min * f64::from(last.landmarks)
     }
 }
 

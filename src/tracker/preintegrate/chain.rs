@@ -37,9 +37,8 @@ pub struct Node {
 
 /// Links kept: those of the longest window.
 const LINKS_MAX: usize = 50;
-/// Gravity and unit must be known to these shares, else the chain says nothing.
+/// Gravity must be known to this share, else the chain says nothing.
 const GRAVITY_SHARE_MAX: f64 = 0.02;
-const UNIT_SHARE_MAX: f64 = 0.05;
 /// The filter's velocity is not taken for better than this, in m/s.
 const VELOCITY_SIGMA: f64 = 0.005;
 /// Unknowns that the window shares: two biases, gravity, logarithm of the unit.
@@ -80,8 +79,7 @@ impl Inertia {
     pub fn chain(&self, nodes: &[Node]) -> Option<Prior> {
         let now = self.now.as_ref()?;
         let (_, gravity_share) = self.gravity()?;
-        let (_, unit_share) = self.unit_per_m()?;
-        if !(gravity_share < GRAVITY_SHARE_MAX && unit_share < UNIT_SHARE_MAX) {
+        if !(gravity_share < GRAVITY_SHARE_MAX && self.knows_unit()) {
             return None;
         }
         let of = |keyframe: u32| nodes.iter().find(|node| node.keyframe == keyframe);

@@ -47,12 +47,14 @@ const START_GYROSCOPE: f64 = 0.03;
 const START_ACCELEROMETER: f64 = 0.1;
 const START_GRAVITY: f64 = 2.0;
 const START_UNIT: f64 = 0.7;
+/// The unit is known when it is known to this share.
+pub(super) const UNIT_SHARE_MAX: f64 = 0.05;
 /// A unit is never taken for better than this: the path between readings is not straight.
 const GYROSCOPE_FLOOR: f64 = 1e-4;
 const ACCELEROMETER_FLOOR: f64 = 1.5e-3;
 /// The map's own tilt and unit drift by so much in the root of a second, in m/s^2 and as a share.
 const GRAVITY_WALK: f64 = 3e-3;
-const UNIT_WALK: f64 = 3e-3;
+const UNIT_WALK: f64 = 3e-4;
 /// Landmarks' own errors are alike from frame to frame: a picture says less beyond the one before than its places alone would.
 const PICTURE_SHARE: f64 = 0.5;
 /// Share of the squared length by which an adjustment moved the last pose that counts as not known: all of it follows the map's every jerk where
@@ -290,6 +292,11 @@ impl Inertia {
     pub fn unit_per_m(&self) -> Option<(f64, f64)> {
         let now = self.now.as_ref()?;
         Some((now.unit, now.covariance[(UNIT, UNIT)].sqrt() / greater(now.unit.abs(), 1e-9)))
+    }
+
+    /// Whether lengths of the map are known in metres.
+    pub fn knows_unit(&self) -> bool {
+        self.unit_per_m().is_some_and(|(_, share)| share < UNIT_SHARE_MAX)
     }
 
     /// Offsets of the readings.
