@@ -64,7 +64,7 @@ const GIVEN_UP_FRAMES: u64 = 15;
 const YOUNG_KEYFRAMES: usize = 6;
 
 /// Frames over which the bounds of places are averaged.
-const SOUND_FRAMES: f64 = 30.0;
+const SOUND_FRAMES: f64 = 300.0;
 
 /// The last keyframe, as far as the next one depends on it.
 #[derive(Clone, Copy, Debug)]
@@ -235,7 +235,8 @@ impl Tracker {
             self.correct_last_rate(step);
         }
         let sigma_m = position_bound_m.unwrap_or(0.0);
-        self.usual_bound_m += (sigma_m - self.usual_bound_m) / SOUND_FRAMES;
+        let usual_m = if self.usual_bound_m > 0.0 { self.usual_bound_m } else { sigma_m };
+        self.usual_bound_m = usual_m + (sigma_m - usual_m) / SOUND_FRAMES;
         if let Some(inertia) = &mut self.inertia {
             if status == Status::Relocalised {
                 inertia.forget();

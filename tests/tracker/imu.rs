@@ -6,7 +6,8 @@ use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::pose::Pose;
 use sensel::tracker::lie::{so3_exp, so3_log};
 use sensel::tracker::preintegrate::Bias;
-use sensel::tracker::{ImuCalibration, Noise, Reading, Status, TrackedFrame, Tracker, TrackerParams};
+use sensel::tracker::preintegrate::chain::Node;
+use sensel::tracker::{ImuCalibration, Inertia, Noise, Reading, Status, TrackedFrame, Tracker, TrackerParams};
 
 use super::synthetic::{Hardship, RATE_HZ, World, lively, mono_rig, normal, score};
 
@@ -219,4 +220,43 @@ fn readings_that_stop_or_make_no_sense_leave_the_pictures() {
         );
     }
     assert_eq!(located, 60);
+}
+
+/// Ten keyframes a fifth of a second apart: nine steps of nine numbers less ten velocities leave some 50 free, each with a squared error of 1. Over two
+/// steps white noise makes 1.9e-3 m/s^2/sqrt(Hz) * (0.4 s)^1.5 / sqrt(12) = 0.14 mm of the middle: 3 mm are 20 sigma.
+#[test]
+fn steps_between_keyframes_hold_neighbours_together_and_leave_the_window_free() {
+    let mut felt = Inertia::new(ImuCalibration { body_from_imu: mounting(), noise: PHONE }, true);
+    felt.feel(&readings(lively, 0.5, 7));
+    let picture = nalgebra::Matrix6::from_fn(|i, j| if i == j { if i < 3 { 4e6 } else { 1e7 } } else { 0.0 });
+    let all = readings(lively, 4.1, 7);
+    let mut nodes: Vec<Node> = Vec::new();
+    for number in 0..=120 {
+        let t_s = f64_from_u64(number) / RATE_HZ;
+        let before = all.partition_point(|reading| reading.t_s <= t_s - 1.0 / RATE_HZ);
+        felt.feel(&all[before..=all.partition_point(|reading| reading.t_s <= t_s)]);
+        let body_from_world = lively(t_s).inverse();
+        felt.advance(t_s);
+        felt.see(t_s, &body_from_world, &picture);
+        if number >= 66 && number % 6 == 0 {
+            let keyframe = u32::try_from(number / 6).expect("small");
+            if let Some(last) = nodes.last() {
+                felt.link((last.keyframe, f64::from(last.keyframe) * 6.0 / RATE_HZ), (keyframe, t_s));
+            }
+            nodes.push(Node { keyframe, body_from_world, free: u32::try_from(nodes.len()).ok() });
+        }
+    }
+    assert_eq!(nodes.len(), 10);
+    let prior = felt.chain(&nodes).expect("all is known");
+    let truth: Vec<Pose> = nodes.iter().map(|node| node.body_from_world).collect();
+    let shifted = |of: std::ops::Range<usize>, by_m: f64| {
+        let mut poses = truth.clone();
+        poses[of].iter_mut().for_each(|pose| *pose = pose.then(&Pose::new(glam::DQuat::IDENTITY, DVec3::X * by_m)));
+        prior.cost(&poses)
+    };
+    let cost = prior.cost(&truth);
+    println!("{cost:.1}, one aside {:.1}, all aside {:.1}", shifted(4..5, 0.003), shifted(0..10, 0.1));
+    assert!(cost < 110.0, "{cost}");
+    assert!(shifted(4..5, 0.003) > cost + 100.0, "{}", shifted(4..5, 0.003));
+    assert!((shifted(0..10, 0.1) - cost).abs() < 1.0, "{}", shifted(0..10, 0.1));
 }
