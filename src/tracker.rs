@@ -63,8 +63,8 @@ const DRAWS: u64 = 0x7472_6163_6b65_7231;
 const GIVEN_UP_FRAMES: u64 = 15;
 const YOUNG_KEYFRAMES: usize = 6;
 
-/// Frames over which the bounds of places are averaged.
-const SOUND_FRAMES: f64 = 300.0;
+/// After so many places in a row that are known badly, each of which hangs on the one before, the next one counts as lost.
+const WEAK_FRAMES_MAX: u32 = 3;
 
 /// The last keyframe, as far as the next one depends on it.
 #[derive(Clone, Copy, Debug)]
@@ -96,6 +96,8 @@ pub struct Tracker {
     inertia: Option<Inertia>,
     /// Mean of the last places' bounds.
     usual_bound_m: f64,
+    /// Places in a row that were known badly.
+    weak_frames: u32,
     /// From the body to the only camera, which the tracker takes for the body's place.
     arm_m: DVec3,
 }
@@ -141,6 +143,7 @@ impl Tracker {
             inertia: None,
             arm_m,
             usual_bound_m: 0.0,
+            weak_frames: 0,
         })
     }
 
@@ -215,7 +218,11 @@ impl Tracker {
             predicted.filter(|_| has_velocity).map(|state| state.body_from_world.inverse().translation_m);
         let found = self.locate((t_s, views), (predicted, foreseen), &mut work);
         let found = found.map(|(located, status)| (self.with_swept_start((t_s, views), located, &mut work), status));
-        let Some((located, status)) = found else {
+        let judged = found.map(|(located, status)| (self.judge(&located, foreseen.is_some()), located, status));
+        let Some((judgement, located, status)) = judged.filter(|(judgement, _, status)| {
+            let is_new = *status == Status::Relocalised;
+            judgement.is_sound || (!is_new && self.weak_frames < WEAK_FRAMES_MAX)
+        }) else {
             self.lose();
             return TrackedFrame { predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
         };
@@ -225,9 +232,9 @@ impl Tracker {
             predicted.filter(|_| has_velocity).and_then(|state| self.innovation_px(views, &located, &state));
         let (inliers, tracked_features) = self.account(views, &located);
         self.inliers_before = crate::num::u32_from(inliers.len());
-        let position_bound_m = refine::position_bound_m(&located.information);
-        let is_sound = foreseen.is_some() || self.is_sound(&located, position_bound_m);
-        let keyframe = is_sound && self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
+        let position_bound_m = judgement.position_bound_m;
+        let keyframe =
+            judgement.is_sound && self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
         // The step that leads here is measured before the adjustment: both ends then hang on the same map.
         let body_from_world = located.state.body_from_world;
         let step = self.motion.and_then(|motion| motion.then(t_s, body_from_world).step);
@@ -235,8 +242,6 @@ impl Tracker {
             self.correct_last_rate(step);
         }
         let sigma_m = position_bound_m.unwrap_or(0.0);
-        let usual_m = if self.usual_bound_m > 0.0 { self.usual_bound_m } else { sigma_m };
-        self.usual_bound_m = usual_m + (sigma_m - usual_m) / SOUND_FRAMES;
         if let Some(inertia) = &mut self.inertia {
             if status == Status::Relocalised {
                 inertia.forget();

@@ -59,6 +59,15 @@ impl Recording {
         })
     }
 
+    /// The truth of what the tracker reports: the body, or one camera's own place.
+    fn reported(&self, truth: &[TimedPose]) -> Vec<TimedPose> {
+        let arm = match &self.cameras[..] {
+            [only] => Pose { translation_m: only.body_from_camera.translation_m, ..Pose::IDENTITY },
+            _ => Pose::IDENTITY,
+        };
+        truth.iter().map(|pose| TimedPose { world_from_body: pose.world_from_body.then(&arm), ..*pose }).collect()
+    }
+
     /// Indices of pictures that belong together, one a camera, in rising time.
     fn together(&self) -> Vec<Vec<usize>> {
         let mut at = vec![0; self.frames.len()];
@@ -201,7 +210,8 @@ fn output_file(shared: &Shared) -> Result<PathBuf, Error> {
 }
 
 fn say(recording: &Recording, course: &Course, out: &Path, shared: &Shared) {
-    let figures = recording.ground_truth.as_ref().and_then(|truth| trajectory_figures(truth, &course.poses).ok());
+    let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
+    let figures = truth.and_then(|truth| trajectory_figures(&truth, &course.poses).ok());
     let ate_m = |part: fn(&TrajectoryFigures) -> Option<f64>| figures.as_ref().and_then(part);
     let rigid_m = ate_m(|figures| figures.se3.as_ref().ok().map(|aligned| aligned.ate_m));
     let scaled_m = ate_m(|figures| figures.sim3.as_ref().ok().map(|aligned| aligned.ate_m));

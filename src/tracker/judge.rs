@@ -1,8 +1,9 @@
-//! What a frame is worth: whether its prediction is sure, its pose sound, and whether it becomes a keyframe. Enters: a located frame. Leaves:
-//! judgements and counts; poses stay as they are.
+//! What a frame is worth: whether its prediction is sure, its pose sound, and whether it becomes a keyframe. Enters: a located frame.
+//! Leaves: judgements and counts; poses stay as they are.
 
 use super::locate::{Found, Located, NARROW_PX};
 use super::preintegrate::filter::Foreseen;
+use super::refine::position_bound_m;
 use super::rig::View;
 use super::sweep::Moving;
 use super::{Inlier, Tracker};
@@ -12,6 +13,17 @@ use crate::pose::Pose;
 /// A pose whose place is known worse than to this share of the median depth, and so many times worse than those before, makes no landmarks.
 const SOUND_SHARE_MAX: f64 = 0.001;
 const SOUND_FACTOR: f64 = 2.5;
+/// Those before are averaged over so many frames.
+const USUAL_FRAMES: f64 = 300.0;
+
+/// What a pose is worth.
+#[derive(Clone, Copy, Debug)]
+pub struct Judgement {
+    /// Cramer-Rao bound of the place given the map.
+    pub position_bound_m: Option<f64>,
+    /// Whether landmarks may be made from it.
+    pub is_sound: bool,
+}
 
 impl Tracker {
     /// Whether a foreseen pose leaves less open than a narrow search reaches: three sigma of turn and of place at the least depth.
@@ -21,8 +33,19 @@ impl Tracker {
         3.0 * focal_px * (sigma_rad + sigma_m) < NARROW_PX
     }
 
+    /// Judges a pose; what is felt besides the picture vouches for it.
+    pub(super) fn judge(&mut self, located: &Located, is_felt: bool) -> Judgement {
+        let position_bound_m = position_bound_m(&located.information);
+        let is_sound = is_felt || self.is_sound(located, position_bound_m);
+        self.weak_frames = if is_sound { 0 } else { self.weak_frames + 1 };
+        let bound_m = position_bound_m.unwrap_or(self.usual_bound_m);
+        let usual_m = if self.usual_bound_m > 0.0 { self.usual_bound_m } else { bound_m };
+        self.usual_bound_m = usual_m + (bound_m - usual_m) / USUAL_FRAMES;
+        Judgement { position_bound_m, is_sound }
+    }
+
     /// Whether a pose is known well enough to make landmarks from: they would carry its error on.
-    pub(super) fn is_sound(&self, located: &Located, position_bound_m: Option<f64>) -> bool {
+    fn is_sound(&self, located: &Located, position_bound_m: Option<f64>) -> bool {
         let body_from_world = &located.state.body_from_world;
         let depth_m = |found: &Found| body_from_world.point(self.map.landmarks[found.landmark].position_m).length();
         let mut depths_m: Vec<f64> = located.inliers.iter().map(depth_m).collect();

@@ -1,6 +1,7 @@
-//! An inertial unit beside the pictures, from frame to frame: an error-state Kalman filter over the body's place, turn, the unit's velocity, both biases,
-//! gravity, and for a map without a metre its unit (Sola 2017, "Quaternion kinematics for the error-state Kalman filter"). Enters: readings, and the
-//! pose that each picture gives with its information. Leaves: where the body will be at the next frame, how sure, and how fast it moves.
+//! An inertial unit beside the pictures, from frame to frame: an error-state Kalman filter over the body's place, turn, the unit's
+//! velocity, both biases, gravity, and for a map without a metre its unit (Sola 2017, "Quaternion kinematics for the error-state Kalman filter").
+//! Enters: readings, and the pose that each picture gives with its information. Leaves: where the body will be at the next frame, how
+//! sure, and how fast it moves.
 //!
 //! Gravity and unit start unknown and need no motion of their own to begin with: everything is linear in velocity, gravity and unit once
 //! the turn is known, which pictures say to a milliradian. So there is no separate initialisation; until both are known, the filter says so
@@ -40,8 +41,8 @@ type Covariance = SMatrix<f64, N, N>;
 /// Length of gravity in m/s^2, and what it varies by on the Earth.
 const GRAVITY_M_PER_S2: f64 = 9.806_65;
 const GRAVITY_SIGMA_M_PER_S2: f64 = 0.03;
-/// What is known at the start, as standard deviations: a hand's velocity in m/s, biases of a phone's unit in rad/s and m/s^2, gravity by the
-/// mean of some readings in m/s^2, and the unit of a map of one camera as a share.
+/// What is known at the start, as standard deviations: a hand's velocity in m/s, biases of a phone's unit in rad/s and m/s^2, gravity by
+/// the mean of some readings in m/s^2, and the unit of a map of one camera as a share.
 const START_VELOCITY: f64 = 1.0;
 const START_GYROSCOPE: f64 = 0.03;
 const START_ACCELEROMETER: f64 = 0.1;
@@ -57,8 +58,8 @@ const GRAVITY_WALK: f64 = 3e-3;
 const UNIT_WALK: f64 = 3e-4;
 /// Landmarks' own errors are alike from frame to frame: a picture says less beyond the one before than its places alone would.
 const PICTURE_SHARE: f64 = 0.5;
-/// Share of the squared length by which an adjustment moved the last pose that counts as not known: all of it follows the map's every jerk where
-/// few landmarks hold it (20 times the jitter in a quick turn), none of it lags behind a map that has moved for good.
+/// Share of the squared length by which an adjustment moved the last pose that counts as not known: all of it follows the map's every
+/// jerk where few landmarks hold it (20 times the jitter in a quick turn), none of it lags behind a map that has moved for good.
 const MOVED_SHARE: f64 = 0.1;
 /// Without a picture for this long the filter is begun anew.
 const COAST_S_MAX: f64 = 1.0;
