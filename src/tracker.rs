@@ -218,10 +218,10 @@ impl Tracker {
             predicted.filter(|_| has_velocity).map(|state| state.body_from_world.inverse().translation_m);
         let found = self.locate((t_s, views), (predicted, foreseen), &mut work);
         let found = found.map(|(located, status)| (self.with_swept_start((t_s, views), located, &mut work), status));
-        let judged = found.map(|(located, status)| (self.judge(&located, foreseen.is_some()), located, status));
+        let is_felt = foreseen.is_some_and(|foreseen| self.is_sure(&foreseen));
+        let judged = found.map(|(located, status)| (self.judge(&located, is_felt), located, status));
         let Some((judgement, located, status)) = judged.filter(|(judgement, _, status)| {
-            let is_new = *status == Status::Relocalised;
-            judgement.is_sound || (!is_new && self.weak_frames < WEAK_FRAMES_MAX)
+            judgement.is_sound || (*status == Status::Tracked && self.weak_frames < WEAK_FRAMES_MAX)
         }) else {
             self.lose();
             return TrackedFrame { predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
@@ -241,14 +241,13 @@ impl Tracker {
         if views.iter().any(View::sweeps) {
             self.correct_last_rate(step);
         }
-        let sigma_m = position_bound_m.unwrap_or(0.0);
         if let Some(inertia) = &mut self.inertia {
             if status == Status::Relocalised {
                 inertia.forget();
             }
             inertia.see(t_s, &body_from_world, &located.information);
         }
-        self.motion = Some(Motion { t_s, body_from_world, step, sigma_m });
+        self.motion = Some(Motion { t_s, body_from_world, step, sigma_m: position_bound_m.unwrap_or(0.0) });
         let mut loop_closed = false;
         if keyframe {
             self.add_keyframe((t_s, views), &located, (tracked_features, status), &mut work);
