@@ -6,6 +6,7 @@ mod expose;
 mod extractor;
 mod exposure;
 mod facts;
+mod felt;
 mod hashes;
 mod light;
 mod motion;
@@ -23,6 +24,7 @@ mod truth;
 pub mod world;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
+pub use felt::noise_of;
 pub use on_link::LinkTimes;
 pub use sensor::SensorSetup;
 pub use session::{CameraFrame, Frame, Session};

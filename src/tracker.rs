@@ -9,6 +9,7 @@
 
 pub mod adjust;
 mod answer;
+mod begin;
 mod close;
 pub mod covariance;
 pub mod dense;
@@ -16,6 +17,7 @@ pub mod epipolar;
 pub mod extend;
 pub mod initial;
 pub mod lie;
+mod judge;
 pub mod locate;
 pub mod map;
 pub mod marginal;
@@ -32,9 +34,10 @@ mod shift;
 pub mod start;
 pub mod sweep;
 
+use glam::DVec3;
+
 use crate::draw::DrawKey;
 use crate::error::Error;
-use crate::num::index;
 use crate::pose::{Pose, TimedPose};
 
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
@@ -44,23 +47,24 @@ use lie::Twist;
 use locate::{Frame, Located};
 use map::{Landmark, Map};
 pub use params::TrackerParams;
+use preintegrate::filter::Foreseen;
+pub use preintegrate::filter::{ImuCalibration, Inertia};
+pub use preintegrate::{Noise, Reading};
 pub use rig::CameraCalibration;
 use rig::{RigCamera, View};
-use start::{Opening, Stage};
+use start::Opening;
 pub use sweep::RowClock;
 use sweep::{Motion, Moving, ahead_of, between};
 
 /// The published number of the tracker's draws.
 const DRAWS: u64 = 0x7472_6163_6b65_7231;
 
-/// Keyframes whose sights without a landmark wait for a second view where no other camera gives depth: a hand that turns comes by.
-const REACH_WITHOUT_DEPTH: usize = 6;
-
-/// Turns of rates and adjustment at a start from two views of moving rows.
-const SWEPT_ROUNDS: u32 = 3;
 /// A map that one camera started and lost for so many frames is given up while it has fewer keyframes than this: its start was false.
 const GIVEN_UP_FRAMES: u64 = 15;
 const YOUNG_KEYFRAMES: usize = 6;
+
+/// After so many places in a row that are known badly, each of which hangs on the one before, the next one counts as lost.
+const WEAK_FRAMES_MAX: u32 = 3;
 
 /// The last keyframe, as far as the next one depends on it.
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +93,13 @@ pub struct Tracker {
     unswept_frame: Option<u64>,
     suspicion: Option<Suspicion>,
     last_t_s: f64,
+    inertia: Option<Inertia>,
+    /// Mean of the last places' bounds.
+    usual_bound_m: f64,
+    /// Places in a row that were known badly.
+    weak_frames: u32,
+    /// From the body to the only camera, which the tracker takes for the body's place.
+    arm_m: DVec3,
 }
 
 impl Tracker {
@@ -98,11 +109,12 @@ impl Tracker {
     /// No camera, two cameras at one place (no depth), or a parameter out of its range.
     pub fn new(mut calibrations: Vec<CameraCalibration>, params: TrackerParams) -> Result<Self, Error> {
         params.check()?;
+        let mut arm_m = DVec3::ZERO;
         let place_m = |camera: &CameraCalibration| camera.body_from_camera.translation_m;
         match &mut calibrations[..] {
             [] => return Err(Error::key("rig.cameras", 0, "the tracker needs a camera")),
             // In a map without a metre, an arm from the body to the camera has no length: the camera's place is the body's.
-            [only] => only.body_from_camera.translation_m = glam::DVec3::ZERO,
+            [only] => arm_m = std::mem::take(&mut only.body_from_camera.translation_m),
             [first, rest @ ..] => {
                 let apart_m = rest.iter().map(|other| (place_m(first) - place_m(other)).length());
                 let baseline_m = apart_m.fold(0.0, crate::num::greater);
@@ -128,7 +140,26 @@ impl Tracker {
             unswept_frame: None,
             suspicion: None,
             last_t_s: f64::NEG_INFINITY,
+            inertia: None,
+            arm_m,
+            usual_bound_m: 0.0,
+            weak_frames: 0,
         })
+    }
+
+    /// Gives the rig an inertial unit.
+    #[must_use]
+    pub fn with_imu(mut self, mut calibration: ImuCalibration) -> Self {
+        calibration.body_from_imu.translation_m -= self.arm_m;
+        self.inertia = Some(Inertia::new(calibration, self.cameras.len() > 1));
+        self
+    }
+
+    /// Takes the unit's readings, in rising time, up to the first after the next frame's time. Without a unit they are left out.
+    pub fn feel(&mut self, readings: &[Reading]) {
+        if let Some(inertia) = &mut self.inertia {
+            inertia.feel(readings);
+        }
     }
 
     /// Takes one frame.
@@ -172,84 +203,27 @@ impl Tracker {
         self.map.keyframes.iter().map(timed).collect()
     }
 
-    fn start(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
-        let mut work = Work::default();
-        let made = self.start_by_depth(t_s, views, &mut work).or_else(|| self.start_by_motion(t_s, views, &mut work));
-        let mut answer = unlocated(t_s, Status::Waiting, work);
-        let Some((state, made)) = made else { return answer };
-        let world_from_body = state.body_from_world.inverse();
-        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: made });
-        self.last_located_frame = Some(self.frame);
-        answer.status = Status::Initialised;
-        answer.world_from_body = Some(world_from_body);
-        answer.tracked_features = made;
-        answer.keyframe = true;
-        answer
-    }
-
-    /// A map from one frame of cameras that see the same; gives the body and the number of landmarks.
-    fn start_by_depth(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
-        if views.len() < 2 {
-            return None;
-        }
-        let mut map = Map::default();
-        let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
-        let start = Moving::resting(Pose::IDENTITY);
-        self.waiting.clear();
-        let made = growth.add_keyframe(&mut map, (t_s, start), &[], &mut self.waiting, work);
-        if made < self.params.start_landmarks_min {
-            return None;
-        }
-        self.map = map;
-        self.unswept_frame = Some(self.frame);
-        self.motion = Some(Motion { t_s, body_from_world: Pose::IDENTITY, step: None });
-        Some((start, made))
-    }
-
-    /// A map from this frame and an earlier one.
-    fn start_by_motion(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
-        let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame).with(3);
-        let stage = Stage { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
-        let begun = self.opening.take(&stage, (t_s, views), work)?;
-        let mut map = Map::default();
-        self.waiting.clear();
-        extend::begin(&mut map, (&begun, t_s, self.frame), &self.params, &mut self.waiting);
-        let mut state = adjust_window(&mut map, &self.cameras, &self.params, work)?;
-        if views.iter().any(View::sweeps) {
-            for _ in 0..SWEPT_ROUNDS {
-                extend::refine_rates(&mut map, &self.cameras, &begun);
-                state = adjust_window(&mut map, &self.cameras, &self.params, work)?;
-            }
-        }
-        let made = crate::num::u32_from(map.landmarks.len());
-        if made < self.params.start_landmarks_min {
-            return None;
-        }
-        self.opening.clear();
-        self.waiting.set_reach(REACH_WITHOUT_DEPTH);
-        let first = Motion { t_s: begun.first_t_s, body_from_world: begun.first.body_from_world, step: None };
-        self.motion = Some(first.then(t_s, state.body_from_world));
-        self.map = map;
-        self.unswept_frame = None;
-        Some((state, made))
+    /// What the inertial unit has told so far; `None` without one.
+    pub fn inertia(&self) -> Option<&Inertia> {
+        self.inertia.as_ref()
     }
 
     fn follow(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
         let mut work = Work::default();
-        let predicted = self.motion.map(|motion| motion.predict(t_s));
-        let has_velocity = self.motion.is_some_and(|motion| motion.step.is_some());
+        let foreseen = self.inertia.as_mut().and_then(|inertia| inertia.advance(t_s));
+        let by_motion = self.motion.map(|motion| motion.predict(t_s));
+        let predicted = foreseen.map(|foreseen| foreseen.moving).or(by_motion.filter(|_| !self.lost));
+        let has_velocity = foreseen.is_some() || self.motion.is_some_and(|motion| motion.step.is_some());
         let predicted_position_m =
             predicted.filter(|_| has_velocity).map(|state| state.body_from_world.inverse().translation_m);
-        let found = self.locate((t_s, views), predicted.filter(|_| !self.lost), &mut work);
+        let found = self.locate((t_s, views), (predicted, foreseen), &mut work);
         let found = found.map(|(located, status)| (self.with_swept_start((t_s, views), located, &mut work), status));
-        let Some((located, status)) = found else {
-            self.lost = true;
-            self.motion = None;
-            let since = self.last_located_frame.map_or(0, |last| self.frame - last);
-            if self.unswept_frame.is_none() && since >= GIVEN_UP_FRAMES && self.map.keyframes.len() < YOUNG_KEYFRAMES {
-                self.map = Map::default();
-                self.lost = false;
-            }
+        let is_felt = foreseen.is_some_and(|foreseen| self.is_sure(&foreseen));
+        let judged = found.map(|(located, status)| (self.judge(&located, is_felt), located, status));
+        let Some((judgement, located, status)) = judged.filter(|(judgement, _, status)| {
+            judgement.is_sound || (*status == Status::Tracked && self.weak_frames < WEAK_FRAMES_MAX)
+        }) else {
+            self.lose();
             return TrackedFrame { predicted_position_m, ..unlocated(t_s, Status::Lost, work) };
         };
         self.lost = false;
@@ -258,17 +232,25 @@ impl Tracker {
             predicted.filter(|_| has_velocity).and_then(|state| self.innovation_px(views, &located, &state));
         let (inliers, tracked_features) = self.account(views, &located);
         self.inliers_before = crate::num::u32_from(inliers.len());
-        let keyframe = self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
+        let position_bound_m = judgement.position_bound_m;
+        let keyframe =
+            judgement.is_sound && self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
         // The step that leads here is measured before the adjustment: both ends then hang on the same map.
         let body_from_world = located.state.body_from_world;
         let step = self.motion.and_then(|motion| motion.then(t_s, body_from_world).step);
         if views.iter().any(View::sweeps) {
             self.correct_last_rate(step);
         }
-        self.motion = Some(Motion { t_s, body_from_world, step });
+        if let Some(inertia) = &mut self.inertia {
+            if status == Status::Relocalised {
+                inertia.forget();
+            }
+            inertia.see(t_s, &body_from_world, &located.information);
+        }
+        self.motion = Some(Motion { t_s, body_from_world, step, sigma_m: position_bound_m.unwrap_or(0.0) });
         let mut loop_closed = false;
         if keyframe {
-            self.add_keyframe(t_s, views, &located, tracked_features, &mut work);
+            self.add_keyframe((t_s, views), &located, (tracked_features, status), &mut work);
             loop_closed = self.params.loop_closing && self.close_loop((t_s, views), &mut work);
         }
         let world_from_body = self.motion.map_or(body_from_world, |motion| motion.body_from_world).inverse();
@@ -280,7 +262,7 @@ impl Tracker {
             inliers,
             predicted_position_m,
             innovation_px,
-            position_bound_m: located.position_bound_m,
+            position_bound_m,
             keyframe,
             loop_closed,
             work,
@@ -300,7 +282,7 @@ impl Tracker {
                 break;
             };
             self.map.set_rate(0, rate);
-            let Some((again, _)) = self.locate((t_s, views), Some(located.state), work) else { break };
+            let Some((again, _)) = self.locate((t_s, views), (Some(located.state), None), work) else { break };
             located = again;
         }
         located
@@ -320,7 +302,13 @@ impl Tracker {
     }
 
     /// Makes the frame a keyframe: new landmarks, then adjustment, which moves the frame's pose.
-    fn add_keyframe(&mut self, t_s: f64, views: &[View], located: &Located, tracked: u32, work: &mut Work) {
+    fn add_keyframe(
+        &mut self,
+        (t_s, views): (f64, &[View]),
+        located: &Located,
+        (tracked, status): (u32, Status),
+        work: &mut Work,
+    ) {
         let mut straight = Vec::new();
         let views = if views.iter().any(View::sweeps) {
             straight.extend_from_slice(views);
@@ -332,11 +320,22 @@ impl Tracker {
         let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
         let at = (t_s, located.state);
         let made = growth.add_keyframe(&mut self.map, at, &located.inliers, &mut self.waiting, work);
+        if let (Some(inertia), [.., before, last]) = (&mut self.inertia, &self.map.keyframes[..]) {
+            inertia.link((before.id, before.t_s), (last.id, last.t_s));
+        }
         let mut state = located.state;
-        if let Some(adjusted) = adjust_window(&mut self.map, &self.cameras, &self.params, work) {
+        if let Some(adjusted) = adjust_window(&mut self.map, (&self.cameras, &self.params), self.inertia.as_ref(), work)
+        {
             state = adjusted;
         }
-        self.motion = self.motion.map(|motion| Motion { body_from_world: state.body_from_world, ..motion });
+        match &mut self.inertia {
+            // What is felt stays where it is, so that a pose does not jump with the map: the pictures to come say how the map has moved.
+            Some(inertia) if status == Status::Tracked => {
+                let moved = located.state.body_from_world.then(&state.body_from_world.inverse());
+                inertia.loosen(moved.translation_m.length(), moved.angle_rad());
+            }
+            _ => self.stand_at(&state.body_from_world, 1.0),
+        }
         let world_from_body = state.body_from_world.inverse();
         self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + made });
     }
@@ -345,7 +344,19 @@ impl Tracker {
     fn close_loop(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> bool {
         let Some(last) = self.map.keyframes.last().copied() else { return false };
         let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
-        let frame = Frame { cameras, views, map, params, t_s, motion: None, number: self.frame, inliers_before: 0 };
+        let frame = Frame {
+            cameras,
+            views,
+            map,
+            params,
+            t_s,
+            motion: None,
+            prior: None,
+            felt: None,
+            sure: false,
+            number: self.frame,
+            inliers_before: 0,
+        };
         let key = DrawKey::root(params.seed).with(DRAWS).with(self.frame).with(2);
         let found = close::recognise(&frame, self.frame, &last.state, key, work);
         let Some(found) = found else { return false };
@@ -355,34 +366,51 @@ impl Tracker {
         if !confirmed {
             return false;
         }
-        let has_scale = self.cameras.len() > 1;
+        let has_scale = self.cameras.len() > 1 || self.inertia.as_ref().is_some_and(Inertia::knows_unit);
         let by_sigma = |scale| params.inverse_sigma(scale);
         let Some(scale) = found.close(&mut self.map, views, (has_scale, by_sigma)) else { return false };
         self.suspicion = None;
-        adjust_window(&mut self.map, &self.cameras, &self.params, work);
-        if let (Some(last), Some(motion)) = (self.map.keyframes.last(), self.motion.as_mut()) {
-            motion.body_from_world = last.state.body_from_world;
-            motion.step = motion.step.map(|(step, span_s)| (Twist { linear_m: step.linear_m * scale, ..step }, span_s));
-            let world_from_body = last.state.body_from_world.inverse();
+        adjust_window(&mut self.map, (&self.cameras, &self.params), None, work);
+        if let Some(state) = self.map.keyframes.last().map(|last| last.state) {
+            self.stand_at(&state.body_from_world, scale);
+            let world_from_body = state.body_from_world.inverse();
             self.last_keyframe = self.last_keyframe.map(|held| LastKeyframe { world_from_body, ..held });
         }
         true
+    }
+
+    /// The map has moved, and the body with it; lengths are multiplied.
+    fn stand_at(&mut self, body_from_world: &Pose, scale: f64) {
+        let Some(motion) = self.motion.as_mut() else { return };
+        if let Some(inertia) = &mut self.inertia {
+            inertia.moved(&motion.body_from_world, body_from_world, scale);
+        }
+        motion.body_from_world = *body_from_world;
+        motion.step = motion.step.map(|(step, span_s)| (Twist { linear_m: step.linear_m * scale, ..step }, span_s));
     }
 
     /// Around the prediction first, then by descriptors among recent landmarks, then among all.
     fn locate(
         &self,
         (t_s, views): (f64, &[View]),
-        predicted: Option<Moving>,
+        (predicted, foreseen): (Option<Moving>, Option<Foreseen>),
         work: &mut Work,
     ) -> Option<(Located, Status)> {
         let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
         let (number, inliers_before) = (self.frame, self.inliers_before);
-        let frame = Frame { cameras, views, map, params, t_s, motion: self.motion, number, inliers_before };
+        // A map without a metre does not know what a hand's accelerations are in it.
+        let has_metre = self.cameras.len() > 1;
+        let by_motion =
+            || self.motion.filter(|_| predicted.is_some() && has_metre).and_then(|motion| motion.pose_prior(t_s));
+        let prior = foreseen.map(|foreseen| foreseen.prior).or_else(by_motion);
+        let felt = self.inertia.as_ref().and_then(Inertia::rate_prior);
+        let sure = foreseen.is_some_and(|foreseen| self.is_sure(&foreseen));
+        let motion = self.motion;
+        let frame = Frame { cameras, views, map, params, t_s, motion, prior, felt, sure, number, inliers_before };
         if let Some(located) = predicted.and_then(|predicted| frame.near(&predicted, work)) {
             return Some((located, Status::Tracked));
         }
-        let frame = Frame { motion: None, ..frame };
+        let frame = Frame { motion: None, prior: None, sure: false, ..frame };
         let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame);
         let recently = self.frame.saturating_sub(self.params.recent_frames.into());
         let recent = (!self.lost).then(|| frame.anywhere(recently, key.with(0), work)).flatten();
@@ -390,47 +418,15 @@ impl Tracker {
         Some((located, Status::Relocalised))
     }
 
-    /// Counts what was predicted and found, for culling; gives the inliers and the number of different landmarks.
-    fn account(&mut self, views: &[View], located: &Located) -> (Vec<Inlier>, u32) {
-        for &number in &located.in_view {
-            self.map.landmarks[number].predicted += 1;
+    /// A frame without a pose; a young map of one camera whose start was false is given up.
+    fn lose(&mut self) {
+        self.lost = true;
+        self.motion = None;
+        let since = self.last_located_frame.map_or(0, |last| self.frame - last);
+        if self.unswept_frame.is_none() && since >= GIVEN_UP_FRAMES && self.map.keyframes.len() < YOUNG_KEYFRAMES {
+            self.map = Map::default();
+            self.lost = false;
         }
-        let mut different = 0;
-        for found in &located.inliers {
-            let landmark = &mut self.map.landmarks[found.landmark];
-            if landmark.last_frame != self.frame {
-                landmark.last_frame = self.frame;
-                landmark.found += 1;
-                different += 1;
-            }
-        }
-        let inlier = |found: &locate::Found| Inlier {
-            camera: found.camera,
-            feature: views[index(found.camera.0)].sights[found.sight].feature,
-            landmark: self.map.landmarks[found.landmark].id,
-        };
-        (located.inliers.iter().map(inlier).collect(), different)
-    }
-
-    fn innovation_px(&self, views: &[View], located: &Located, predicted: &Moving) -> Option<f64> {
-        let distance_px = |found: &locate::Found| {
-            let sight = &views[index(found.camera.0)].sights[found.sight];
-            let landmark_m = predicted.at(sight.offset_s).point(self.map.landmarks[found.landmark].position_m);
-            let (place_px, _) = self.cameras[index(found.camera.0)].project_with_jacobian(landmark_m)?;
-            Some((sight.place_px - place_px).length())
-        };
-        let mut distances_px: Vec<f64> = located.inliers.iter().filter_map(distance_px).collect();
-        distances_px.sort_by(f64::total_cmp);
-        distances_px.get(distances_px.len() / 2).copied()
-    }
-
-    fn keyframe_is_due(&self, world_from_body: &Pose, tracked: u32) -> bool {
-        let Some(last) = self.last_keyframe else { return true };
-        let moved = last.world_from_body.inverse().then(world_from_body);
-        self.frame - last.frame >= u64::from(self.params.keyframe_frames_max)
-            || moved.translation_m.length() > self.params.keyframe_distance_m
-            || moved.angle_rad() > self.params.keyframe_angle_rad
-            || f64::from(tracked) < self.params.keyframe_share_min * f64::from(last.landmarks)
     }
 }
 

@@ -2,6 +2,8 @@
 
 #[path = "tracker/hard.rs"]
 mod hard;
+#[path = "tracker/imu.rs"]
+mod imu;
 #[path = "tracker/loops.rs"]
 mod loops;
 #[path = "tracker/mono.rs"]

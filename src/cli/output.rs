@@ -6,7 +6,6 @@ use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sensel::draw::DrawKey;
 use sensel::error::Error;
 use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuReading, PngDepth};
 use sensel::files::folder::OutputFolder;
@@ -16,8 +15,7 @@ use sensel::pose::format_tum;
 use sensel::report::html::{Mark, Picture, Pictures, html};
 use sensel::report::{Report, display_curve};
 use sensel::run::{Frame, Session, Setup};
-use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, ImuSample};
-use sensel::units::{CameraIndex, Span};
+use sensel::units::CameraIndex;
 
 use super::{features, place};
 
@@ -135,12 +133,7 @@ impl Output {
         let failed = |error: sensel::scene::motion::MotionError| Error::Run(error.to_string());
         let truth = session.truth();
         let end_s = truth.last().map_or(0.0, |last| last.t_s);
-        let mut readings: Vec<ImuSample> = Vec::new();
-        if let Some(imu) = &session.setup().imu {
-            let key = DrawKey::root(session.setup().resolved.scenario.seed).with(IMU_NUMBER);
-            let span = Span { start_s: 0.0, end_s };
-            readings = imu::samples(motion, span, imu, GRAVITY_IN_WORLD_M_PER_S2, key).map_err(failed)?;
-        }
+        let readings = session.setup().imu_samples(end_s)?;
         for reading in &readings {
             self.euroc.add_imu(&ImuReading {
                 timestamp_ns: u64_half_even(reading.t_s * 1e9),
@@ -164,9 +157,6 @@ impl Output {
         Ok(())
     }
 }
-
-/// Published number of the inertial unit's noise in keys.
-const IMU_NUMBER: u64 = 2;
 
 fn shown(frame: &Frame, bits: u32, black_level_dn: u32) -> Picture {
     let camera = &frame.cameras[0];

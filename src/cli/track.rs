@@ -6,14 +6,16 @@ use sensel::compute::{AlwaysReady, AtOnce, Extractor, Feature, Pixels, Records};
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::events::Events;
-use sensel::files::euroc::{CameraFolder, EurocReader, FrameEntry};
+use sensel::files::euroc::{CameraFolder, EurocReader, FrameEntry, ImuFolder, ImuReading};
 use sensel::files::grey::{self, Grey};
 use sensel::files::tum::TumFolder;
-use sensel::num::f64_from_u64;
+use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::plane::Plane;
 use sensel::pose::{Pose, TimedPose, format_tum};
 use sensel::report::{TrajectoryFigures, trajectory_figures};
-use sensel::tracker::{CameraCalibration, FrameInput, Status, TrackedFrame, Tracker, TrackerParams};
+use sensel::tracker::{
+    CameraCalibration, FrameInput, ImuCalibration, Reading, Status, TrackedFrame, Tracker, TrackerParams,
+};
 use serde_json::json;
 
 use super::args::{Shared, TrackArguments};
@@ -28,6 +30,7 @@ struct Recording {
     /// Pictures of each camera in rising time.
     frames: Vec<Vec<FrameEntry>>,
     ground_truth: Option<Vec<TimedPose>>,
+    imu: Option<ImuFolder>,
 }
 
 impl Recording {
@@ -40,7 +43,7 @@ impl Recording {
             };
             let size = grey::read(&first.path)?.codes.size();
             let camera = CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY };
-            return Ok(Self { cameras: vec![camera], frames: vec![frames], ground_truth });
+            return Ok(Self { cameras: vec![camera], frames: vec![frames], ground_truth, imu: None });
         }
         let reader = EurocReader::open(folder)?;
         let calibration = |folder: &CameraFolder| CameraCalibration {
@@ -52,7 +55,17 @@ impl Recording {
             cameras: reader.cameras().iter().map(calibration).collect(),
             frames: reader.cameras().iter().map(|folder| folder.frames.clone()).collect(),
             ground_truth: reader.ground_truth().map(<[TimedPose]>::to_vec),
+            imu: reader.imu().cloned(),
         })
+    }
+
+    /// The truth of what the tracker reports: the body, or one camera's own place.
+    fn reported(&self, truth: &[TimedPose]) -> Vec<TimedPose> {
+        let arm = match &self.cameras[..] {
+            [only] => Pose { translation_m: only.body_from_camera.translation_m, ..Pose::IDENTITY },
+            _ => Pose::IDENTITY,
+        };
+        truth.iter().map(|pose| TimedPose { world_from_body: pose.world_from_body.then(&arm), ..*pose }).collect()
     }
 
     /// Indices of pictures that belong together, one a camera, in rising time.
@@ -134,6 +147,14 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     let params =
         TrackerParams { seed: shared.seed.unwrap_or(resolved.scenario.seed), ..resolved.scenario.tracker_params()? };
     let mut tracker = Tracker::new(recording.cameras.clone(), params)?;
+    let feels =
+        resolved.scenario.tracker_feels(recording.imu.is_some()).map_err(|error| resolved.tree.locate(error))?;
+    let unit = recording.imu.as_ref().filter(|_| feels);
+    if let Some(ImuFolder { imu, .. }) = unit {
+        let noise = sensel::run::noise_of(&imu.noise);
+        tracker = tracker.with_imu(ImuCalibration { body_from_imu: imu.body_from_imu, noise });
+    }
+    let mut readings = unit.map_or(&[][..], |unit| &unit.readings);
 
     let together = recording.together();
     // Some recorders stamp with nanoseconds since 1970; the tracker's own clock starts with the first frame.
@@ -150,6 +171,7 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
         let timestamp_ns = recording.frames[0][indices[0]].timestamp_ns;
         // Recordings do not say when their rows were exposed.
         let t_s = f64_from_u64(timestamp_ns - start_ns) * 1e-9;
+        tracker.feel(&felt(&mut readings, (start_ns, timestamp_ns)));
         let tracked = tracker.track(&FrameInput { t_s, features, clocks: Vec::new() });
         course.add(f64_from_u64(timestamp_ns) * 1e-9, &tracked);
         bar.inc(1);
@@ -158,6 +180,20 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     std::fs::write(&out, format_tum(&course.poses)).map_err(|source| place::io(&out, source))?;
     say(&recording, &course, &out, shared);
     Ok(())
+}
+
+/// The readings up to the first one after a frame, on the tracker's clock; the rest stays.
+fn felt(readings: &mut &[ImuReading], (start_ns, frame_ns): (u64, u64)) -> Vec<Reading> {
+    let to = readings.partition_point(|reading| reading.timestamp_ns <= frame_ns) + 1;
+    let (now, later) = readings.split_at(to.min(readings.len()));
+    *readings = later;
+    let reading = |reading: &ImuReading| Reading {
+        // Those from before the first frame have negative times.
+        t_s: f64_from_i64(reading.timestamp_ns.wrapping_sub(start_ns).cast_signed()) * 1e-9,
+        angular_velocity_rad_per_s: reading.angular_velocity_rad_per_s,
+        acceleration_m_per_s2: reading.acceleration_m_per_s2,
+    };
+    now.iter().map(reading).collect()
 }
 
 /// Where the trajectory goes. Without `--out` an existing file is not replaced.
@@ -174,7 +210,8 @@ fn output_file(shared: &Shared) -> Result<PathBuf, Error> {
 }
 
 fn say(recording: &Recording, course: &Course, out: &Path, shared: &Shared) {
-    let figures = recording.ground_truth.as_ref().and_then(|truth| trajectory_figures(truth, &course.poses).ok());
+    let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
+    let figures = truth.and_then(|truth| trajectory_figures(&truth, &course.poses).ok());
     let ate_m = |part: fn(&TrajectoryFigures) -> Option<f64>| figures.as_ref().and_then(part);
     let rigid_m = ate_m(|figures| figures.se3.as_ref().ok().map(|aligned| aligned.ate_m));
     let scaled_m = ate_m(|figures| figures.sim3.as_ref().ok().map(|aligned| aligned.ate_m));

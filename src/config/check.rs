@@ -350,6 +350,23 @@ impl Scenario {
         let loop_closing = self.tracker.loop_closing.is_on("tracker.loop_closing", true)?;
         Ok(TrackerParams { window, rolling_shutter, loop_closing, ..TrackerParams::room(self.seed) })
     }
+
+    /// Whether the tracker takes an inertial unit's readings, where there are any or none.
+    ///
+    /// # Errors
+    /// An unknown word; "on" without a unit.
+    pub fn tracker_feels(&self, has_unit: bool) -> Result<bool, Error> {
+        let choice =
+            one_of("tracker.imu", &self.tracker.imu, &[("auto", None), ("on", Some(true)), ("off", Some(false))])?;
+        if choice == Some(true) && !has_unit {
+            return Err(Error::key(
+                "tracker.imu",
+                "on",
+                "there is no inertial unit to take readings from; auto or off would do",
+            ));
+        }
+        Ok(choice.unwrap_or(has_unit))
+    }
 }
 
 /// A rotation from its four numbers x y z w.

@@ -143,6 +143,9 @@ sections! {
         rolling_shutter: Switch,
         /// Whether places seen again bend the map: true or "auto", or false.
         loop_closing: Switch,
+        /// Whether the readings of the rig's inertial unit are used: "on", "off", or "auto": where the rig has a unit (and a recording its
+        /// readings).
+        imu: String,
     }
     /// Constants of energy.
     Energy {

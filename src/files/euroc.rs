@@ -6,7 +6,7 @@ mod reader;
 mod writer;
 mod yaml;
 
-pub use reader::{CameraFolder, EurocReader, FrameEntry, Picture};
+pub use reader::{CameraFolder, EurocReader, FrameEntry, ImuFolder, Picture};
 pub use writer::{EurocWriter, GroundTruth, ImuReading, PngDepth};
 
 use crate::optics::lens::Lens;

@@ -2,6 +2,7 @@
 
 use super::assets::Stopwatch;
 use super::extractor::ExtractorTotals;
+use super::felt::Felt;
 use super::hashes::StageHashes;
 use super::row_check::RowCheck;
 use super::rows::{merge_planes, row_times, slot_lengths_clk};
@@ -92,6 +93,7 @@ pub(super) struct Totals {
 pub struct Session {
     pub(super) setup: Setup,
     tracker: Tracker,
+    felt: Felt,
     /// Each camera's extractor, on the sensor or, where pictures alone are sent, on the host.
     pub(super) extractors: Vec<Extractor>,
     /// Photons to codes, at the gain in effect.
@@ -134,7 +136,11 @@ impl Session {
             return Err(setup.resolved.tree.locate(Error::key("run.rung", "expected", reason)));
         }
         let made = Tracker::new(setup.calibration(), setup.tracker);
-        let tracker = made.map_err(|error| setup.resolved.tree.locate(error))?;
+        let mut tracker = made.map_err(|error| setup.resolved.tree.locate(error))?;
+        if let Some(calibration) = setup.imu_calibration() {
+            tracker = tracker.with_imu(calibration);
+        }
+        let felt = Felt::of(&setup)?;
         let charge_before_e = setup.cameras.iter().map(|_| None).collect();
         let gain = setup.exposure.gain(FrameIndex(0));
         let chain = setup.chain(gain);
@@ -147,6 +153,7 @@ impl Session {
         Ok(Self {
             setup,
             tracker,
+            felt,
             extractors,
             chain,
             gain,
@@ -255,6 +262,7 @@ impl Session {
             extracted.iter_mut().zip(&host.input.features).for_each(|(one, found)| one.features.clone_from(found));
         }
         self.totals.stage_s[4] += lap.next_s();
+        self.tracker.feel(self.felt.until(host.input.t_s));
         let tracked = Some(self.tracker.track(&host.input));
         self.totals.stage_s[5] += lap.next_s();
 

@@ -104,6 +104,8 @@ pub struct Setup {
     pub motion_notes: Vec<String>,
     /// The inertial unit on the body, if there is one.
     pub imu: Option<Imu>,
+    /// Whether the tracker takes its readings.
+    pub(super) feels: bool,
     /// Cameras on the body, with the pixels of their pictures.
     pub cameras: Vec<Camera>,
     /// The same cameras with the pixels of the array that are read.
@@ -162,6 +164,7 @@ impl Setup {
             (Rung::Rtl, None) => Some(Seat::new(assets.silicon()?)),
             (_, kept) => kept,
         };
+        let feels = scenario.tracker_feels(imu.is_some())?;
         let (motion, motion_notes) = match kept {
             Some(kept) => (kept.motion.clone(), kept.motion_notes.clone()),
             None => placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)
@@ -190,6 +193,7 @@ impl Setup {
             motion,
             motion_notes,
             imu,
+            feels,
             cameras,
             windows,
             exposure,
@@ -242,6 +246,11 @@ impl Setup {
             body_from_camera: camera.body_from_camera,
         };
         self.cameras.iter().map(of).collect()
+    }
+
+    /// When the last exposure of the run ends.
+    pub(super) fn end_s(&self) -> f64 {
+        span_of_run(&self.sensor, self.windows.len(), self.frames).end_s
     }
 
     /// Whether every exposure of the same length sees the same light: nothing moves and nothing flickers.

@@ -92,10 +92,10 @@ impl Problem<'_> {
         self.solve_under(None, iterations_max)
     }
 
-    /// Adjusts in place, with the errors' own law in place of Huber's kernel.
-    pub fn solve_tailed(&mut self, iterations_max: u32) -> Outcome {
+    /// Adjusts in place, with the errors' own law in place of Huber's kernel, under what is known beside.
+    pub fn solve_tailed(&mut self, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
         let law = Law::Tailed(Tailed::of(&self.errors2()));
-        self.solve_with(law, None, iterations_max)
+        self.solve_with(law, prior, iterations_max)
     }
 
     /// Adjusts in place under what left the window before. Derivatives of the prior's poses are taken at their first estimates.

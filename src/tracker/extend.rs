@@ -7,6 +7,7 @@ use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::locate::Found;
 use crate::tracker::map::{Landmark, Map, Sighting};
 use crate::tracker::matching::Rule;
+use crate::tracker::preintegrate::filter::Inertia;
 use crate::tracker::refine::{Measurement, refine};
 use crate::tracker::rig::{RigCamera, Sight, View};
 use crate::tracker::start::Begun;
@@ -292,11 +293,18 @@ pub fn refine_rates(map: &mut Map, cameras: &[RigCamera], begun: &Begun) {
     }
 }
 
-/// Adjusts the last keyframes with their landmarks, and culls. Gives the state of the last keyframe.
-pub fn adjust_window(map: &mut Map, cameras: &[RigCamera], params: &TrackerParams, work: &mut Work) -> Option<Moving> {
+/// Adjusts the last keyframes with their landmarks, under what an inertial unit says of them, and culls. Gives the state of the last
+/// keyframe.
+pub fn adjust_window(
+    map: &mut Map,
+    (cameras, params): (&[RigCamera], &TrackerParams),
+    inertia: Option<&Inertia>,
+    work: &mut Work,
+) -> Option<Moving> {
     let free = index(params.window);
     let mut window = map.window(cameras, free, 2 * free);
-    let outcome = window.problem.solve_tailed(params.adjust_iterations);
+    let prior = inertia.and_then(|inertia| inertia.chain(&window.nodes(map)));
+    let outcome = window.problem.solve_tailed(prior.as_ref(), params.adjust_iterations);
     work.adjust_iterations += outcome.iterations;
     work.adjusted_observations += crate::num::u64_from(window.problem.observations.len());
     map.put_back(&window);

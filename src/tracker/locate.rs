@@ -2,13 +2,14 @@
 //! loss by descriptors alone. Enters: views of one frame and a prediction. Leaves: a pose with the landmarks that support it.
 
 use glam::{DMat3, DVec3};
+use nalgebra::Matrix6;
 
 use crate::draw::DrawKey;
 use crate::num::{greater, index, lesser, u32_from};
 use crate::tracker::map::{Landmark, Map};
 use crate::tracker::matching::{Best, Rule, one_to_one};
 use crate::tracker::ransac::{Search, search};
-use crate::tracker::refine::{Measurement, errors2, position_bound_m, refine};
+use crate::tracker::refine::{Known, Measurement, PosePrior, errors2, information, refine_with};
 use crate::tracker::rig::{RigCamera, View};
 use crate::tracker::shift;
 use crate::tracker::sweep::{Motion, Moving, RatePrior};
@@ -35,8 +36,8 @@ pub struct Located {
     pub inliers: Vec<Found>,
     /// Landmarks that the pose puts on a picture.
     pub in_view: Vec<usize>,
-    /// Cramer-Rao bound of the position given the map, per axis, in metres.
-    pub position_bound_m: Option<f64>,
+    /// What the picture alone knows of the pose given the map: information of the left twist.
+    pub information: Matrix6<f64>,
 }
 
 /// One frame, the map it is held against, and the rules.
@@ -53,6 +54,12 @@ pub struct Frame<'a> {
     pub t_s: f64,
     /// The frames before, unless lost.
     pub motion: Option<Motion>,
+    /// What they say of the pose.
+    pub prior: Option<PosePrior>,
+    /// What an inertial unit says of the rate.
+    pub felt: Option<RatePrior>,
+    /// Whether the prediction leaves no more than a few pixels open.
+    pub sure: bool,
     /// Its number.
     pub number: u64,
     /// Sights that supported the pose of the frame before.
@@ -60,13 +67,18 @@ pub struct Frame<'a> {
 }
 
 /// Radius of the search around a prediction that the picture has turned: a bin of the vote, and what it leaves of translation and roll.
-const NARROW_PX: f64 = 6.0;
+pub const NARROW_PX: f64 = 6.0;
 /// That search must find one in so many of the sights that the last frame found.
 const NARROW_SHARE: u32 = 2;
 /// Radius of the second search, around places predicted by the refined pose.
 const SECOND_RADIUS_PX: f64 = 4.0;
 /// Squared error in sigmas up to which a found landmark supports the pose: the 99 % quantile of chi2 with 2.
 const GATE_SIGMAS2: f64 = 9.21;
+/// A pose farther from what was known of it is not believed, however many places agree: 5 sigma in one direction, the 99.96 % quantile
+/// of chi2 with 6.
+const SURPRISE_SIGMAS2: f64 = 25.0;
+/// What the map itself may be off by from one place to the next, in metres and radians.
+const MAP_SIGMAS: [f64; 2] = [0.003, 0.003];
 /// Median of chi2 with 2 degrees of freedom: 2 ln 2.
 const MEDIAN_SIGMAS2: f64 = 1.386;
 /// The gate widens by at most this where places are worse than the parameters say.
@@ -84,18 +96,31 @@ impl Frame<'_> {
         let params = self.params;
         let rule = Rule { distance_max: params.distance_bits_max, ratio_max: 0.85 };
         // Texture that repeats within the radius pulls a whole frame one period aside: the search stays near what most landmarks vote for.
-        let turned = shift::turned(self, predicted, work).map(|turned| (turned, NARROW_PX));
+        let turned = if self.sure { Some(*predicted) } else { shift::turned(self, predicted, work) };
+        let turned = turned.map(|turned| (turned, NARROW_PX));
         let usual = [params.search_radius_px, params.search_radius_wide_px].map(|radius_px| (*predicted, radius_px));
         for (predicted, radius_px) in turned.into_iter().chain(usual) {
             let (found, _) = self.search(&predicted, radius_px, rule, work);
             let Some((state, inliers)) = self.settle(&predicted, found, work) else { continue };
             let Some(located) = self.confirm(&state, u32_from(inliers.len()), work) else { continue };
-            let enough = NARROW_SHARE * u32_from(located.inliers.len()) >= self.inliers_before;
+            if !self.is_credible(&located) {
+                continue;
+            }
+            let enough = self.sure || NARROW_SHARE * u32_from(located.inliers.len()) >= self.inliers_before;
             if enough || radius_px > NARROW_PX {
                 return Some(located);
             }
         }
         None
+    }
+
+    /// Whether a pose is one that the body can have come to.
+    pub fn is_credible(&self, located: &Located) -> bool {
+        let is_near = |prior: PosePrior| {
+            let [sigma_m, sigma_rad] = MAP_SIGMAS;
+            prior.loosened(sigma_m, sigma_rad).deviation2(&located.state.body_from_world) <= SURPRISE_SIGMAS2
+        };
+        self.prior.is_none_or(is_near)
     }
 
     /// Finds the pose by descriptors alone, among the landmarks seen since a frame.
@@ -146,8 +171,8 @@ impl Frame<'_> {
         let enough = kept >= self.params.inliers_min && 2 * kept >= count && 2 * kept >= support;
         enough.then(|| {
             let prior = self.rate_prior(&state);
-            let position_bound_m = position_bound_m(self.cameras, &self.measurements(&inliers), &state, prior.as_ref());
-            Located { state, inliers, in_view, position_bound_m }
+            let information = information(self.cameras, &self.measurements(&inliers), &state, prior.as_ref());
+            Located { state, inliers, in_view, information }
         })
     }
 
@@ -160,8 +185,8 @@ impl Frame<'_> {
             }
             let measurements = self.measurements(&kept);
             let prior = self.rate_prior(&state);
-            let (refined, iterations) =
-                refine(self.cameras, &measurements, &state, prior.as_ref(), REFINE_ITERATIONS_MAX);
+            let known = Known { rate: prior.as_ref(), pose: self.prior.as_ref() };
+            let (refined, iterations) = refine_with(self.cameras, &measurements, &state, known, REFINE_ITERATIONS_MAX);
             work.pose_iterations += iterations;
             state = refined;
             let errors2 = errors2(self.cameras, &measurements, &state);
@@ -177,8 +202,11 @@ impl Frame<'_> {
 
     /// What is known of the rate beside the rows; nothing to know where all rows have the frame's time.
     fn rate_prior(&self, state: &Moving) -> Option<RatePrior> {
-        self.sweeps()
-            .then(|| self.motion.map_or(RatePrior::ANY, |motion| motion.rate_prior(self.t_s, &state.body_from_world)))
+        self.sweeps().then(|| {
+            self.felt
+                .or_else(|| self.motion.map(|motion| motion.rate_prior(self.t_s, &state.body_from_world)))
+                .unwrap_or(RatePrior::ANY)
+        })
     }
 
     /// Landmarks found within a radius of where the pose predicts them, and those that it predicts on any picture.

@@ -8,6 +8,7 @@ use crate::pose::Pose;
 use crate::tracker::adjust::{Observation, Problem};
 use crate::tracker::lie::{Sim3, Twist};
 use crate::tracker::matching::Descriptor;
+use crate::tracker::preintegrate::chain::Node;
 use crate::tracker::rig::RigCamera;
 use crate::tracker::sweep::Moving;
 use crate::units::CameraIndex;
@@ -112,6 +113,18 @@ pub struct Window<'a> {
     pub problem: Problem<'a>,
     keyframes: Vec<usize>,
     landmarks: Vec<usize>,
+}
+
+impl Window<'_> {
+    /// Its keyframes as a chain of inertial steps knows them.
+    pub fn nodes(&self, map: &Map) -> Vec<Node> {
+        let node = |(number, &keyframe): (usize, &usize)| {
+            let held = &map.keyframes[keyframe];
+            let free = (number < self.problem.free).then(|| u32_from(number));
+            Node { keyframe: held.id, body_from_world: held.state.body_from_world, free }
+        };
+        self.keyframes.iter().enumerate().map(node).collect()
+    }
 }
 
 impl Map {

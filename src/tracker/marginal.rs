@@ -61,12 +61,7 @@ pub fn marginalise(
         dense.take_out(pivot);
     }
     let staying: Vec<bool> = leaving.iter().map(|leaves| !leaves).collect();
-    let (mut root, mut side) = (Vec::new(), Vec::new());
-    while let Some(pivot) = dense.pivot(&staying) {
-        let (row, right) = dense.take_out(pivot);
-        root.push(row);
-        side.push(right);
-    }
+    let (root, side) = dense.root(&staying);
     // Poses that no row touches stay out.
     let touched = |pose: usize| root.iter().any(|row| row[6 * pose..6 * pose + 6].iter().any(|&x| x != 0.0));
     let kept: Vec<usize> = (0..problem.free).filter(|&pose| !pose_leaves[pose] && touched(pose)).collect();
@@ -77,6 +72,23 @@ pub fn marginalise(
 }
 
 impl Prior {
+    /// From information over six unknowns a pose and others behind them, which are taken out (row-major, with its right side).
+    pub fn of_information(poses: Vec<(u32, Pose)>, kept: usize, (matrix, side): (Vec<f64>, Vec<f64>)) -> Option<Self> {
+        let n = side.len();
+        let scale = (0..n).map(|k| matrix[k * (n + 1)]).collect();
+        let mut dense = Dense { n, matrix, side, scale };
+        let others: Vec<bool> = (0..n).map(|k| k >= kept).collect();
+        while let Some(pivot) = dense.pivot(&others) {
+            dense.take_out(pivot);
+        }
+        let (root, side) = dense.root(&others.iter().map(|other| !other).collect::<Vec<bool>>());
+        let narrow = |row: Vec<f64>| {
+            poses.iter().flat_map(|(pose, _)| row[6 * index(*pose)..6 * index(*pose) + 6].to_vec()).collect()
+        };
+        let root: Vec<Vec<f64>> = root.into_iter().map(narrow).collect();
+        (!root.is_empty()).then_some(Self { poses, root, side })
+    }
+
     /// Number of directions that the prior measures.
     pub fn rank(&self) -> usize {
         self.root.len()
@@ -190,6 +202,17 @@ impl Dense {
 
     fn add_side(&mut self, pose: usize, side: &Vector6<f64>) {
         (0..6).for_each(|i| self.side[6 * pose + i] += side[i]);
+    }
+
+    /// Rows over some unknowns whose squares sum to what is left of the information, with what each should give.
+    fn root(&mut self, among: &[bool]) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let (mut root, mut side) = (Vec::new(), Vec::new());
+        while let Some(pivot) = self.pivot(among) {
+            let (row, right) = self.take_out(pivot);
+            root.push(row);
+            side.push(right);
+        }
+        (root, side)
     }
 
     /// The unknown with the greatest share of its information left; `None` where all are below the tolerance.

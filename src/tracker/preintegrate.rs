@@ -8,6 +8,8 @@
 //! carries a pose here.
 
 pub mod align;
+pub mod chain;
+pub mod filter;
 
 use glam::{DMat3, DQuat, DVec3};
 use nalgebra::SMatrix;
@@ -200,6 +202,18 @@ impl Preintegrated {
         let density = |k: usize| if k < 3 { noise.gyroscope_noise_density } else { noise.accelerometer_noise_density };
         let scaled = SMatrix::<f64, 9, 6>::from_fn(|i, k| by_noise[(i, k)] * density(k) / dt.sqrt());
         self.covariance = carry * self.covariance * carry.transpose() + scaled * scaled.transpose();
+    }
+
+    /// The same step with another point of the rigid body as its place, given in the unit's frame; velocities stay the unit's.
+    #[must_use]
+    pub fn at_point(mut self, point_m: DVec3) -> Self {
+        self.position_m += self.rotation * point_m - point_m;
+        let by_turn = -(DMat3::from_quat(self.rotation) * skew(point_m));
+        self.position_by_gyroscope += by_turn * self.rotation_by_gyroscope;
+        let mut carry = Matrix9::identity();
+        put(&mut carry, (6, 0), by_turn);
+        self.covariance = carry * self.covariance * carry.transpose();
+        self
     }
 
     /// Rotation, velocity and position steps for biases near those that were taken off, to first order.

@@ -4,11 +4,12 @@
 //! Where rows have their own times, the rate of motion is refined with the pose, held by what earlier frames say of it.
 
 use glam::{DMat3, DVec2, DVec3};
+use nalgebra::{Matrix6, Vector6};
 
 use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
-use crate::tracker::lie::{Twist, se3_exp};
+use crate::tracker::lie::{Twist, se3_exp, se3_log};
 use crate::tracker::rig::RigCamera;
 use crate::tracker::sweep::{Moving, RatePrior};
 use crate::units::CameraIndex;
@@ -171,6 +172,52 @@ pub fn errors2(cameras: &[RigCamera], measurements: &[Measurement], state: &Movi
     measurements.iter().map(error2).collect()
 }
 
+/// What is known of a pose before its picture is asked: a normal law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PosePrior {
+    /// Its middle, `body_from_world`.
+    pub mean: Pose,
+    /// Inverse covariance of the left twist from the middle, linear part first: 1/m^2, 1/(m rad), 1/rad^2.
+    pub information: Matrix6<f64>,
+}
+
+impl PosePrior {
+    /// Equal along all axes.
+    pub fn isotropic(mean: Pose, (sigma_m, sigma_rad): (f64, f64)) -> Self {
+        let inverse2 = |k: usize| if k < 3 { 1.0 / (sigma_m * sigma_m) } else { 1.0 / (sigma_rad * sigma_rad) };
+        Self { mean, information: Matrix6::from_fn(|i, j| if i == j { inverse2(i) } else { 0.0 }) }
+    }
+
+    /// Left twist from the middle to a pose.
+    pub fn deviation(&self, body_from_world: &Pose) -> Vector6<f64> {
+        Vector6::from(se3_log(&body_from_world.then(&self.mean.inverse())).to_array())
+    }
+
+    /// The same, less sure: these standard deviations per axis on top.
+    #[must_use]
+    pub fn loosened(&self, sigma_m: f64, sigma_rad: f64) -> Self {
+        let mut more = Matrix6::zeros();
+        (0..6).for_each(|k| more[(k, k)] = if k < 3 { sigma_m * sigma_m } else { sigma_rad * sigma_rad });
+        let loose = self.information.try_inverse().and_then(|covariance| (covariance + more).try_inverse());
+        Self { information: loose.unwrap_or_else(Matrix6::zeros), ..*self }
+    }
+
+    /// Squared deviation in sigmas.
+    pub fn deviation2(&self, body_from_world: &Pose) -> f64 {
+        let deviation = self.deviation(body_from_world);
+        deviation.dot(&(self.information * deviation))
+    }
+}
+
+/// What is known beside the places: of the rate, and of the pose.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known<'a> {
+    /// With it the rate is an unknown, without it stays as it is.
+    pub rate: Option<&'a RatePrior>,
+    /// Nothing where it is missing.
+    pub pose: Option<&'a PosePrior>,
+}
+
 /// Unknowns of a pose, and of a pose with its rate.
 const POSE: usize = 6;
 const BOTH: usize = 12;
@@ -186,7 +233,7 @@ struct Normal {
 struct Fit<'a> {
     cameras: &'a [RigCamera],
     measurements: &'a [Measurement],
-    prior: Option<&'a RatePrior>,
+    known: Known<'a>,
     law: Tailed,
 }
 
@@ -199,8 +246,19 @@ pub fn refine(
     prior: Option<&RatePrior>,
     iterations_max: u32,
 ) -> (Moving, u32) {
+    refine_with(cameras, measurements, start, Known { rate: prior, pose: None }, iterations_max)
+}
+
+/// The same with what is known of the pose. The deviation's own Jacobian is taken as one: a prior that matters is narrow.
+pub fn refine_with(
+    cameras: &[RigCamera],
+    measurements: &[Measurement],
+    start: &Moving,
+    known: Known<'_>,
+    iterations_max: u32,
+) -> (Moving, u32) {
     let law = Tailed::of(&errors2(cameras, measurements, start));
-    let fit = Fit { cameras, measurements, prior, law };
+    let fit = Fit { cameras, measurements, known, law };
     let mut state = *start;
     let mut cost_now = fit.cost(&state);
     let mut damping = 1e-4;
@@ -227,40 +285,47 @@ pub fn refine(
     (state, iterations_max)
 }
 
-/// Cramer-Rao bound of a position given the map: standard deviation per axis, mean over the axes, of the best unbiased estimate from these
-/// measurements, in metres. Their noise is the one that their own errors show (by the median), not the assumed one. `None` where the
-/// measurements leave a direction open.
-pub fn position_bound_m(
+/// What measurements alone know of a pose: information of the left twist, with the rate, where it is unknown, taken out. Their noise is
+/// the one that their own errors show (by the median), not the assumed one.
+pub fn information(
     cameras: &[RigCamera],
     measurements: &[Measurement],
     state: &Moving,
     prior: Option<&RatePrior>,
-) -> Option<f64> {
+) -> Matrix6<f64> {
     if measurements.is_empty() {
-        return None;
+        return Matrix6::zeros();
     }
     let law = Tailed::of(&errors2(cameras, measurements, state));
-    let fit = Fit { cameras, measurements, prior, law };
+    let fit = Fit { cameras, measurements, known: Known { rate: prior, pose: None }, law };
     let normal = fit.normal_equations(state, |_| TAILED_INFORMATION / law.scale2);
     let n = normal.n;
-    let mut trace_m2 = 0.0;
-    for axis in 0..3 {
-        // A step of the twist's linear part moves the position by as much, in a turned frame.
-        let (mut matrix, mut side) = (normal.matrix, [0.0; BOTH]);
-        side[axis] = 1.0;
-        if !solve_cholesky(&mut matrix[..n * n], &mut side[..n]) {
-            return None;
-        }
-        trace_m2 += side[axis];
+    let at = |i: usize, j: usize| normal.matrix[i.max(j) * n + i.min(j)];
+    let own = Matrix6::from_fn(at);
+    if n == POSE {
+        return own;
     }
-    Some((trace_m2 / 3.0).sqrt())
+    let coupling = Matrix6::from_fn(|i, j| at(i, POSE + j));
+    let rate = Matrix6::from_fn(|i, j| at(POSE + i, POSE + j));
+    rate.cholesky().map_or(own, |rate| own - coupling * rate.solve(&coupling.transpose()))
+}
+
+/// Cramer-Rao bound of a position given the map: standard deviation per axis, mean over the axes, of the best unbiased estimate from
+/// measurements of this information, in metres. `None` where they leave a direction open.
+pub fn position_bound_m(information: &Matrix6<f64>) -> Option<f64> {
+    // A step of the twist's linear part moves the position by as much, in a turned frame.
+    let covariance = information.cholesky()?.inverse();
+    let variance_m2 = covariance.fixed_view::<3, 3>(0, 0).trace() / 3.0;
+    variance_m2.is_finite().then(|| variance_m2.sqrt())
 }
 
 impl Fit<'_> {
     fn cost(&self, state: &Moving) -> f64 {
-        let held: f64 =
-            self.prior.map_or(0.0, |prior| prior.error(&state.rate).iter().map(|error| error * error).sum());
-        held + errors2(self.cameras, self.measurements, state).iter().map(|&error2| self.law.cost(error2)).sum::<f64>()
+        let rate: f64 =
+            self.known.rate.map_or(0.0, |prior| prior.error(&state.rate).iter().map(|error| error * error).sum());
+        let pose = self.known.pose.map_or(0.0, |prior| prior.deviation2(&state.body_from_world));
+        rate + pose
+            + errors2(self.cameras, self.measurements, state).iter().map(|&error2| self.law.cost(error2)).sum::<f64>()
     }
 
     /// The state after a damped step, its cost, and the step's squared length.
@@ -283,7 +348,7 @@ impl Fit<'_> {
     }
 
     fn normal_equations(&self, state: &Moving, weight_of: impl Fn(f64) -> f64) -> Normal {
-        let n = if self.prior.is_some() { BOTH } else { POSE };
+        let n = if self.known.rate.is_some() { BOTH } else { POSE };
         let mut normal = Normal { n, matrix: [0.0; BOTH * BOTH], side: [0.0; BOTH] };
         let rotation = DMat3::from_quat(state.body_from_world.rotation);
         for m in self.measurements {
@@ -302,7 +367,14 @@ impl Fit<'_> {
                 normal.add(&row, weight, linear.error[axis]);
             }
         }
-        if let Some(prior) = self.prior {
+        if let Some(prior) = self.known.pose {
+            let pull = prior.information * prior.deviation(&state.body_from_world);
+            for i in 0..POSE {
+                normal.side[i] -= pull[i];
+                (0..=i).for_each(|j| normal.matrix[i * n + j] += prior.information[(i, j)]);
+            }
+        }
+        if let Some(prior) = self.known.rate {
             for (k, (error, scale)) in prior.error(&state.rate).into_iter().zip(prior.inverse_sigmas()).enumerate() {
                 normal.side[POSE + k] += scale * error;
                 normal.matrix[(POSE + k) * (n + 1)] += scale * scale;

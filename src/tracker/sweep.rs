@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use crate::pose::Pose;
 use crate::tracker::lie::{Twist, se3_exp, se3_log};
+use crate::tracker::refine::PosePrior;
 use crate::units::Size;
 
 /// When the rows of a camera are exposed.
@@ -137,7 +138,13 @@ pub struct Motion {
     pub body_from_world: Pose,
     /// Mean rate of the step that led there, and its length in seconds.
     pub step: Option<(Twist, f64)>,
+    /// Standard deviation of the last place, per axis, in metres.
+    pub sigma_m: f64,
 }
+
+/// What constant velocity leaves out: accelerations of a hand, as standard deviations per axis.
+const HAND_M_PER_S2: f64 = 7.0;
+const HAND_RAD_PER_S2: f64 = 40.0;
 
 impl Motion {
     /// The body at a time by constant velocity; the last pose where no velocity is known.
@@ -145,6 +152,17 @@ impl Motion {
         let Some((rate, _)) = self.step else { return Moving::resting(self.body_from_world) };
         let body_from_world = se3_exp(rate.scaled(t_s - self.t_s)).then(&self.body_from_world);
         Moving { body_from_world, rate }
+    }
+
+    /// The pose at a time as constant velocity knows it: the last two places' errors, and what a hand may do in between. `None` where no
+    /// velocity is known.
+    pub fn pose_prior(&self, t_s: f64) -> Option<PosePrior> {
+        self.step?;
+        let span_s = t_s - self.t_s;
+        let by_hand = |per_s2: f64| per_s2 * span_s * span_s;
+        // Two places of sigma s, the later one doubled: sqrt(5) s.
+        let sigma_m = (by_hand(HAND_M_PER_S2) * by_hand(HAND_M_PER_S2) + 5.0 * self.sigma_m * self.sigma_m).sqrt();
+        Some(PosePrior::isotropic(self.predict(t_s).body_from_world, (sigma_m, by_hand(HAND_RAD_PER_S2))))
     }
 
     /// What the steps so far and one to a pose say about the rate there.
@@ -166,6 +184,6 @@ impl Motion {
     pub fn then(self, t_s: f64, body_from_world: Pose) -> Self {
         let span_s = t_s - self.t_s;
         let step = Some((mean_rate(&self.body_from_world, &body_from_world, span_s), span_s));
-        Self { t_s, body_from_world, step }
+        Self { t_s, body_from_world, step, ..self }
     }
 }

@@ -7,12 +7,13 @@ use glam::{DMat3, DQuat, DVec3};
 use image::{DynamicImage, ImageFormat, ImageReader};
 
 use super::yaml::{Document, Refusal, shortened};
-use super::{EurocCamera, GROUND_TRUTH_FOLDER, lens};
+use super::{EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, ImuReading, lens};
 use crate::error::Error;
 use crate::files::{content_error, read_bytes, read_text};
 use crate::num;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
+use crate::scene::motion::imu::ImuNoise;
 use crate::scene::motion::recording::{EurocPose, parse_euroc};
 use crate::units::{CameraIndex, Size};
 
@@ -59,6 +60,16 @@ pub struct CameraFolder {
 pub struct EurocReader {
     cameras: Vec<CameraFolder>,
     ground_truth: Option<Vec<TimedPose>>,
+    imu: Option<ImuFolder>,
+}
+
+/// An inertial unit's folder.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImuFolder {
+    /// Its calibration.
+    pub imu: EurocImu,
+    /// Its readings in rising time; of repeats the first.
+    pub readings: Vec<ImuReading>,
 }
 
 impl EurocReader {
@@ -82,7 +93,9 @@ impl EurocReader {
         }
         let path = root.join(GROUND_TRUTH_FOLDER).join("data.csv");
         let ground_truth = if path.is_file() { Some(read_ground_truth(&path)?) } else { None };
-        Ok(Self { cameras, ground_truth })
+        let folder = root.join("imu0");
+        let imu = if folder.is_dir() { Some(open_imu(&folder)?) } else { None };
+        Ok(Self { cameras, ground_truth, imu })
     }
 
     /// The cameras in order.
@@ -93,6 +106,11 @@ impl EurocReader {
     /// True poses of the body, if the folder has them. Times are seconds of the folder's clock; of repeats the first.
     pub fn ground_truth(&self) -> Option<&[TimedPose]> {
         self.ground_truth.as_deref()
+    }
+
+    /// The first inertial unit, if the folder has one.
+    pub fn imu(&self) -> Option<&ImuFolder> {
+        self.imu.as_ref()
     }
 
     /// Reads the picture of a frame, counted from 0 in [`CameraFolder::frames`].
@@ -119,6 +137,57 @@ fn open_camera(folder: &Path) -> Result<CameraFolder, Error> {
     let (frames, repeated) =
         parse_frames(&read_text(&path, CSV_BYTES_MAX)?, &folder.join("data")).map_err(at_line(&path))?;
     Ok(CameraFolder { camera, frames, repeated })
+}
+
+fn open_imu(folder: &Path) -> Result<ImuFolder, Error> {
+    let path = folder.join("sensor.yaml");
+    let imu = Document::parse(&read_text(&path, YAML_BYTES_MAX)?)
+        .and_then(|document| parse_imu(&document))
+        .map_err(at_line(&path))?;
+    let path = folder.join("data.csv");
+    let readings = parse_readings(&read_text(&path, CSV_BYTES_MAX)?).map_err(at_line(&path))?;
+    Ok(ImuFolder { imu, readings })
+}
+
+fn parse_imu(document: &Document) -> Result<EurocImu, Refusal> {
+    let positive = |key: &str| {
+        let value = document.number(key)?;
+        if value >= 0.0 {
+            Ok(value)
+        } else {
+            Err((document.get(key)?.line, format!("{key} = {value}; 0 or above would do")))
+        }
+    };
+    Ok(EurocImu {
+        body_from_imu: parse_pose(document)?,
+        noise: ImuNoise {
+            rate_hz: positive("rate_hz")?,
+            gyroscope_noise_density: positive("gyroscope_noise_density")?,
+            accelerometer_noise_density: positive("accelerometer_noise_density")?,
+            gyroscope_random_walk: positive("gyroscope_random_walk")?,
+            accelerometer_random_walk: positive("accelerometer_random_walk")?,
+        },
+    })
+}
+
+fn parse_readings(text: &str) -> Result<Vec<ImuReading>, Refusal> {
+    let mut readings: Vec<ImuReading> = Vec::new();
+    for (line, fields) in csv_lines(text) {
+        let &[timestamp, wx, wy, wz, ax, ay, az] = fields.as_slice() else {
+            return Err((line, format!("{} fields; a reading is timestamp, w x y z, a x y z", fields.len())));
+        };
+        let timestamp_ns = parse_timestamp(line, timestamp)?;
+        let number = |text: &str| {
+            let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
+            value.ok_or_else(|| (line, format!("'{}' is no finite number", shortened(text))))
+        };
+        let vector = |x, y, z| Ok(DVec3::new(number(x)?, number(y)?, number(z)?));
+        let (angular_velocity_rad_per_s, acceleration_m_per_s2) = (vector(wx, wy, wz)?, vector(ax, ay, az)?);
+        if !check_order(line, readings.last().map(|reading| reading.timestamp_ns), timestamp_ns)? {
+            readings.push(ImuReading { timestamp_ns, angular_velocity_rad_per_s, acceleration_m_per_s2 });
+        }
+    }
+    Ok(readings)
 }
 
 fn parse_camera(document: &Document) -> Result<EurocCamera, Refusal> {

@@ -101,6 +101,12 @@ fn a_written_folder_reads_back_the_same() {
         assert_eq!(poses[1].world_from_body.translation_m, DVec3::new(1.0, -2.0, 3.5));
         // Renormalised on reading: an ulp of a unit number.
         assert!((poses[1].world_from_body.rotation - truth(0).world_from_body.rotation).length() < 1e-15);
+        let unit = reader.imu().unwrap();
+        assert_eq!(unit.imu, EurocImu { body_from_imu: Pose::IDENTITY, noise: MEMS_PHONE });
+        assert_eq!(unit.readings.len(), 2);
+        assert_eq!(unit.readings[1].timestamp_ns, 34_333_333);
+        assert_eq!(unit.readings[1].angular_velocity_rad_per_s, DVec3::X);
+        assert_eq!(unit.readings[1].acceleration_m_per_s2, DVec3::new(0.0, 9.8, 0.1));
         // Seventeen columns, as EuRoC's own.
         let text = fs::read_to_string(scratch.path().join("mav0/state_groundtruth_estimate0/data.csv")).unwrap();
         assert!(text.lines().all(|line| line.split(',').count() == 17), "{text}");

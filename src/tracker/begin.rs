@@ -1,0 +1,85 @@
+//! The tracker's beginning: a map from one frame of cameras that see the same, or from two frames. Enters: frames without a map. Leaves: a
+//! map, in which the first frame's body is the origin.
+
+use super::extend::{self, Growth, adjust_window};
+use super::map::Map;
+use super::rig::View;
+use super::start::Stage;
+use super::sweep::{Motion, Moving};
+use super::{DRAWS, LastKeyframe, Status, TrackedFrame, Tracker, Work, unlocated};
+use crate::draw::DrawKey;
+use crate::pose::Pose;
+
+/// Keyframes whose sights without a landmark wait for a second view where no other camera gives depth: a hand that turns comes by.
+const REACH_WITHOUT_DEPTH: usize = 6;
+
+/// Turns of rates and adjustment at a start from two views of moving rows.
+const SWEPT_ROUNDS: u32 = 3;
+
+impl Tracker {
+    pub(super) fn start(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
+        let mut work = Work::default();
+        if let Some(inertia) = &mut self.inertia {
+            inertia.forget();
+        }
+        let made = self.start_by_depth(t_s, views, &mut work).or_else(|| self.start_by_motion(t_s, views, &mut work));
+        let mut answer = unlocated(t_s, Status::Waiting, work);
+        let Some((state, made)) = made else { return answer };
+        let world_from_body = state.body_from_world.inverse();
+        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: made });
+        self.last_located_frame = Some(self.frame);
+        answer.status = Status::Initialised;
+        answer.world_from_body = Some(world_from_body);
+        answer.tracked_features = made;
+        answer.keyframe = true;
+        answer
+    }
+
+    /// A map from one frame of cameras that see the same; gives the body and the number of landmarks.
+    fn start_by_depth(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
+        if views.len() < 2 {
+            return None;
+        }
+        let mut map = Map::default();
+        let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
+        let start = Moving::resting(Pose::IDENTITY);
+        self.waiting.clear();
+        let made = growth.add_keyframe(&mut map, (t_s, start), &[], &mut self.waiting, work);
+        if made < self.params.start_landmarks_min {
+            return None;
+        }
+        self.map = map;
+        self.unswept_frame = Some(self.frame);
+        self.motion = Some(Motion { t_s, body_from_world: Pose::IDENTITY, step: None, sigma_m: 0.0 });
+        Some((start, made))
+    }
+
+    /// A map from this frame and an earlier one.
+    fn start_by_motion(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
+        let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame).with(3);
+        let stage = Stage { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
+        let begun = self.opening.take(&stage, (t_s, views), work)?;
+        let mut map = Map::default();
+        self.waiting.clear();
+        extend::begin(&mut map, (&begun, t_s, self.frame), &self.params, &mut self.waiting);
+        let mut state = adjust_window(&mut map, (&self.cameras, &self.params), None, work)?;
+        if views.iter().any(View::sweeps) {
+            for _ in 0..SWEPT_ROUNDS {
+                extend::refine_rates(&mut map, &self.cameras, &begun);
+                state = adjust_window(&mut map, (&self.cameras, &self.params), None, work)?;
+            }
+        }
+        let made = crate::num::u32_from(map.landmarks.len());
+        if made < self.params.start_landmarks_min {
+            return None;
+        }
+        self.opening.clear();
+        self.waiting.set_reach(REACH_WITHOUT_DEPTH);
+        let first =
+            Motion { t_s: begun.first_t_s, body_from_world: begun.first.body_from_world, step: None, sigma_m: 0.0 };
+        self.motion = Some(first.then(t_s, state.body_from_world));
+        self.map = map;
+        self.unswept_frame = None;
+        Some((state, made))
+    }
+}

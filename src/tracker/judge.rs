@@ -1,0 +1,100 @@
+//! What a frame is worth: whether its prediction is sure, its pose sound, and whether it becomes a keyframe. Enters: a located frame.
+//! Leaves: judgements and counts; poses stay as they are.
+
+use super::locate::{Found, Located, NARROW_PX};
+use super::preintegrate::filter::Foreseen;
+use super::refine::position_bound_m;
+use super::rig::View;
+use super::sweep::Moving;
+use super::{Inlier, Tracker};
+use crate::num::{greater, index};
+use crate::pose::Pose;
+
+/// A pose whose place is known worse than to this share of the median depth, and so many times worse than those before, makes no landmarks.
+const SOUND_SHARE_MAX: f64 = 0.001;
+const SOUND_FACTOR: f64 = 2.5;
+/// Those before are averaged over so many frames.
+const USUAL_FRAMES: f64 = 300.0;
+
+/// What a pose is worth.
+#[derive(Clone, Copy, Debug)]
+pub struct Judgement {
+    /// Cramer-Rao bound of the place given the map.
+    pub position_bound_m: Option<f64>,
+    /// Whether landmarks may be made from it.
+    pub is_sound: bool,
+}
+
+impl Tracker {
+    /// Whether a foreseen pose leaves less open than a narrow search reaches: three sigma of turn and of place at the least depth.
+    pub(super) fn is_sure(&self, foreseen: &Foreseen) -> bool {
+        let (sigma_m, sigma_rad) = foreseen.sigmas();
+        let focal_px = self.cameras[0].focal_px;
+        3.0 * focal_px * (sigma_rad + sigma_m) < NARROW_PX
+    }
+
+    /// Judges a pose; what is felt besides the picture vouches for it.
+    pub(super) fn judge(&mut self, located: &Located, is_felt: bool) -> Judgement {
+        let position_bound_m = position_bound_m(&located.information);
+        let is_sound = is_felt || self.is_sound(located, position_bound_m);
+        self.weak_frames = if is_sound { 0 } else { self.weak_frames + 1 };
+        let bound_m = position_bound_m.unwrap_or(self.usual_bound_m);
+        let usual_m = if self.usual_bound_m > 0.0 { self.usual_bound_m } else { bound_m };
+        self.usual_bound_m = usual_m + (bound_m - usual_m) / USUAL_FRAMES;
+        Judgement { position_bound_m, is_sound }
+    }
+
+    /// Whether a pose is known well enough to make landmarks from: they would carry its error on.
+    fn is_sound(&self, located: &Located, position_bound_m: Option<f64>) -> bool {
+        let body_from_world = &located.state.body_from_world;
+        let depth_m = |found: &Found| body_from_world.point(self.map.landmarks[found.landmark].position_m).length();
+        let mut depths_m: Vec<f64> = located.inliers.iter().map(depth_m).collect();
+        depths_m.sort_by(f64::total_cmp);
+        let median_m = depths_m.get(depths_m.len() / 2).copied().unwrap_or(0.0);
+        let known = |bound_m: f64| bound_m <= greater(SOUND_SHARE_MAX * median_m, SOUND_FACTOR * self.usual_bound_m);
+        self.cameras.len() == 1 || position_bound_m.is_some_and(known)
+    }
+
+    /// Counts what was predicted and found, for culling; gives the inliers and the number of different landmarks.
+    pub(super) fn account(&mut self, views: &[View], located: &Located) -> (Vec<Inlier>, u32) {
+        for &number in &located.in_view {
+            self.map.landmarks[number].predicted += 1;
+        }
+        let mut different = 0;
+        for found in &located.inliers {
+            let landmark = &mut self.map.landmarks[found.landmark];
+            if landmark.last_frame != self.frame {
+                landmark.last_frame = self.frame;
+                landmark.found += 1;
+                different += 1;
+            }
+        }
+        let inlier = |found: &Found| Inlier {
+            camera: found.camera,
+            feature: views[index(found.camera.0)].sights[found.sight].feature,
+            landmark: self.map.landmarks[found.landmark].id,
+        };
+        (located.inliers.iter().map(inlier).collect(), different)
+    }
+
+    pub(super) fn innovation_px(&self, views: &[View], located: &Located, predicted: &Moving) -> Option<f64> {
+        let distance_px = |found: &Found| {
+            let sight = &views[index(found.camera.0)].sights[found.sight];
+            let landmark_m = predicted.at(sight.offset_s).point(self.map.landmarks[found.landmark].position_m);
+            let (place_px, _) = self.cameras[index(found.camera.0)].project_with_jacobian(landmark_m)?;
+            Some((sight.place_px - place_px).length())
+        };
+        let mut distances_px: Vec<f64> = located.inliers.iter().filter_map(distance_px).collect();
+        distances_px.sort_by(f64::total_cmp);
+        distances_px.get(distances_px.len() / 2).copied()
+    }
+
+    pub(super) fn keyframe_is_due(&self, world_from_body: &Pose, tracked: u32) -> bool {
+        let Some(last) = self.last_keyframe else { return true };
+        let moved = last.world_from_body.inverse().then(world_from_body);
+        self.frame - last.frame >= u64::from(self.params.keyframe_frames_max)
+            || moved.translation_m.length() > self.params.keyframe_distance_m
+            || moved.angle_rad() > self.params.keyframe_angle_rad
+            || f64::from(tracked) < self.params.keyframe_share_min * f64::from(last.landmarks)
+    }
+}

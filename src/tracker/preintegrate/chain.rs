@@ -1,0 +1,244 @@
+//! What an inertial unit says of the keyframes of a window: preintegrated steps from one to the next. Enters: the keyframes' poses and the
+//! filter's knowledge of biases, gravity and unit of length. Leaves: a prior on the poses, the velocities taken out.
+//!
+//! The steps bind neighbours (Forster et al. 2017, section VI), not the window to the world: what the map has wrong since long the window
+//! may still mend. Biases, gravity and unit are shared by the window and known as the filter knows them.
+
+use nalgebra::{Matrix6, SMatrix};
+
+use super::filter::{GRAVITY, GYROSCOPE, Inertia, Knowledge, UNIT, VELOCITY};
+use super::{Preintegrated, State};
+use crate::num::index;
+use crate::pose::Pose;
+use crate::tracker::lie::se3_adjoint;
+use crate::tracker::marginal::Prior;
+use glam::DVec3;
+
+/// A step between two keyframes.
+#[derive(Clone, Debug)]
+pub struct Link {
+    from: u32,
+    to: u32,
+    step: Preintegrated,
+    /// Velocity at its later end as the filter had it, in metres, and its variance per axis.
+    later: (DVec3, f64),
+}
+
+/// A keyframe of a window.
+#[derive(Clone, Copy, Debug)]
+pub struct Node {
+    /// Its number in the map.
+    pub keyframe: u32,
+    /// Its pose.
+    pub body_from_world: Pose,
+    /// Its number in the adjustment; `None` where it is held.
+    pub free: Option<u32>,
+}
+
+/// Links kept: those of the longest window.
+const LINKS_MAX: usize = 50;
+/// Gravity must be known to this share, else the chain says nothing.
+const GRAVITY_SHARE_MAX: f64 = 0.02;
+/// The filter's velocity is not taken for better than this, in m/s.
+const VELOCITY_SIGMA: f64 = 0.005;
+/// Unknowns that the window shares: two biases, gravity, logarithm of the unit.
+const SHARED: usize = 10;
+/// Their variance's floor: a unit known by definition must leave the matrix regular.
+const VARIANCE_FLOOR: f64 = 1e-12;
+
+/// Information over poses, velocities and shared unknowns, dense.
+struct System {
+    n: usize,
+    matrix: Vec<f64>,
+    side: Vec<f64>,
+}
+
+/// Derivatives of a link's residual by both poses, both velocities and what is shared; rows rotation, velocity, position.
+struct Rows {
+    blocks: Vec<(usize, SMatrix<f64, 9, 6>)>,
+    velocities: [(usize, SMatrix<f64, 9, 3>); 2],
+    shared: SMatrix<f64, 9, SHARED>,
+    residual: SMatrix<f64, 9, 1>,
+}
+
+impl Inertia {
+    /// Takes the step between two keyframes, each with its number and time; without all readings nothing.
+    pub fn link(&mut self, (from, from_s): (u32, f64), (to, to_s): (u32, f64)) {
+        let Some(now) = &self.now else { return };
+        let Some(step) = self.step((from_s, to_s), now.state.bias) else { return };
+        let variance =
+            (0..3).map(|k| now.covariance[(VELOCITY + k, VELOCITY + k)]).sum::<f64>() / (3.0 * now.unit * now.unit);
+        let later = (now.state.velocity_m_per_s / now.unit, variance);
+        self.links.push_back(Link { from, to, step, later });
+        if self.links.len() > LINKS_MAX {
+            self.links.pop_front();
+        }
+    }
+
+    /// What the steps say of a window; `None` where too little is known, or no step lies in it.
+    pub fn chain(&self, nodes: &[Node]) -> Option<Prior> {
+        let now = self.now.as_ref()?;
+        let (_, gravity_share) = self.gravity()?;
+        if !(gravity_share < GRAVITY_SHARE_MAX && self.knows_unit()) {
+            return None;
+        }
+        let of = |keyframe: u32| nodes.iter().find(|node| node.keyframe == keyframe);
+        let used: Vec<(&Link, &Node, &Node)> = self
+            .links
+            .iter()
+            .filter_map(|link| Some((link, of(link.from)?, of(link.to)?)))
+            .filter(|(_, from, to)| from.free.is_some() || to.free.is_some())
+            .collect();
+        if used.is_empty() {
+            return None;
+        }
+        let poses = nodes.iter().filter_map(|node| node.free).map(|free| index(free) + 1).max()?;
+        let mut system = System::new(6 * poses + 6 * used.len() + SHARED);
+        let velocities = self.velocities(now, &used);
+        // Links that meet share a velocity: each has two of its own, of which the later is the next one's earlier.
+        let mut place = 6 * poses;
+        for (k, &(link, from, to)) in used.iter().enumerate() {
+            let ends = (velocities[k].0, velocities[k].1);
+            let rows = self.rows(now, link, (from, to), (ends, place));
+            system.add(&rows, link)?;
+            place += if used.get(k + 1).is_some_and(|(next, ..)| next.from == link.to) { 3 } else { 6 };
+        }
+        // Where the first step starts, the filter knew the velocity from all that was before.
+        if let Some(before) = used.first().and_then(|(first, ..)| self.links.iter().find(|link| link.to == first.from))
+        {
+            system.hold_velocity(6 * poses, (velocities[0].0, before.later));
+        }
+        system.hold_shared(now)?;
+        let first: Vec<(u32, Pose)> = nodes.iter().filter_map(|n| Some((n.free?, n.body_from_world))).collect();
+        Prior::of_information(first, 6 * poses, (system.matrix, system.side))
+    }
+
+    /// The body's place and the unit's axes at a keyframe, in metres.
+    fn metric(&self, unit: f64, node: &Node) -> Pose {
+        let pose = node.body_from_world.inverse().then(&self.axes());
+        Pose { translation_m: pose.translation_m / unit, ..pose }
+    }
+
+    /// Velocities at both ends of each link that fit its way. All is linear in them, so any would do that are near, as long as links that
+    /// meet have the same.
+    fn velocities(&self, now: &Knowledge, used: &[(&Link, &Node, &Node)]) -> Vec<(DVec3, DVec3)> {
+        let gravity = now.gravity / now.unit;
+        let of = |&(link, from, to): &(&Link, &Node, &Node)| {
+            let (a, b, dt) = (self.metric(now.unit, from), self.metric(now.unit, to), link.step.span_s);
+            let (_, gain, way) = link.step.corrected(&now.state.bias);
+            let start = (b.translation_m - a.translation_m - a.rotation * way) / dt - gravity * (0.5 * dt);
+            (start, start + gravity * dt + a.rotation * gain)
+        };
+        let mut velocities: Vec<(DVec3, DVec3)> = used.iter().map(of).collect();
+        for k in 1..used.len() {
+            if used[k].0.from == used[k - 1].0.to {
+                velocities[k - 1].1 = velocities[k].0;
+            }
+        }
+        velocities
+    }
+
+    /// Residual and derivatives of one link, in metres.
+    fn rows(
+        &self,
+        now: &Knowledge,
+        link: &Link,
+        (from, to): (&Node, &Node),
+        ((start, end), place): ((DVec3, DVec3), usize),
+    ) -> Rows {
+        let (unit, step, dt) = (now.unit, &link.step, link.step.span_s);
+        let gravity = now.gravity / unit;
+        let (a, b) = (self.metric(unit, from), self.metric(unit, to));
+        let state = |world_from_imu, velocity_m_per_s| State { world_from_imu, velocity_m_per_s, bias: now.state.bias };
+        let states = (&state(a, start), &state(b, end));
+        let residual = step.residual(states, gravity);
+        let (by_from, by_to) = step.jacobians(states, gravity);
+        // A left twist d of body_from_world is -Ad^-1 d on the right of world_from_imu, whose lengths are the map's.
+        let back: Matrix6<f64> = -se3_adjoint(&self.axes().inverse());
+        let to_metres = |mut by: SMatrix<f64, 9, 6>| {
+            by.fixed_columns_mut::<3>(0).scale_mut(1.0 / unit);
+            by * back
+        };
+        let mut blocks = Vec::new();
+        for (node, by) in [(from, &by_from), (to, &by_to)] {
+            if let Some(free) = node.free {
+                blocks.push((6 * index(free), to_metres(by.fixed_view::<9, 6>(0, 0).into_owned())));
+            }
+        }
+        let turn_back = a.rotation.conjugate();
+        let mut by_shared = SMatrix::<f64, 9, SHARED>::zeros();
+        by_shared.fixed_view_mut::<9, 6>(0, 0).copy_from(&by_from.fixed_view::<9, 6>(0, 9));
+        let by_unit = turn_back * ((b.translation_m - a.translation_m) * -1.0);
+        for axis in 0..3 {
+            let by_gravity = turn_back * DVec3::AXES[axis];
+            for k in 0..3 {
+                by_shared[(3 + k, 6 + axis)] = -dt * by_gravity[k];
+                by_shared[(6 + k, 6 + axis)] = -0.5 * dt * dt * by_gravity[k];
+            }
+            by_shared[(6 + axis, 9)] = by_unit[axis];
+        }
+        let velocities = [
+            (place, by_from.fixed_view::<9, 3>(0, 6).into_owned()),
+            (place + 3, by_to.fixed_view::<9, 3>(0, 6).into_owned()),
+        ];
+        Rows { blocks, velocities, shared: by_shared, residual: residual.fixed_rows::<9>(0).into_owned() }
+    }
+}
+
+impl System {
+    fn new(n: usize) -> Self {
+        Self { n, matrix: vec![0.0; n * n], side: vec![0.0; n] }
+    }
+
+    /// Adds a link; `None` where its covariance is singular.
+    fn add(&mut self, rows: &Rows, link: &Link) -> Option<()> {
+        let weight = link.step.covariance.try_inverse()?;
+        let shared = self.n - SHARED;
+        let mut columns: Vec<(usize, SMatrix<f64, 9, 1>)> = Vec::new();
+        for (place, by) in &rows.blocks {
+            columns.extend((0..6).map(|k| (place + k, by.column(k).into_owned())));
+        }
+        for (place, by) in &rows.velocities {
+            columns.extend((0..3).map(|k| (place + k, by.column(k).into_owned())));
+        }
+        columns.extend((0..SHARED).map(|k| (shared + k, rows.shared.column(k).into_owned())));
+        for (i, by) in &columns {
+            let weighted = weight * by;
+            self.side[*i] -= weighted.dot(&rows.residual);
+            for (j, other) in &columns {
+                self.matrix[i * self.n + j] += weighted.dot(other);
+            }
+        }
+        Some(())
+    }
+
+    /// A velocity that is known beside the steps.
+    fn hold_velocity(&mut self, place: usize, (at, (known, variance)): (DVec3, (DVec3, f64))) {
+        let weight = 1.0 / (variance + VELOCITY_SIGMA * VELOCITY_SIGMA);
+        for axis in 0..3 {
+            self.matrix[(place + axis) * (self.n + 1)] += weight;
+            self.side[place + axis] += weight * (known - at)[axis];
+        }
+    }
+
+    /// What the filter knows of the shared unknowns, in metres.
+    fn hold_shared(&mut self, now: &Knowledge) -> Option<()> {
+        let own = now.covariance.fixed_view::<SHARED, SHARED>(GYROSCOPE, GYROSCOPE).into_owned();
+        let mut metric = SMatrix::<f64, SHARED, SHARED>::identity();
+        for axis in 0..3 {
+            let (k, unit) = (GRAVITY - GYROSCOPE + axis, UNIT - GYROSCOPE);
+            metric[(k, k)] = 1.0 / now.unit;
+            metric[(k, unit)] = -now.gravity[axis] / (now.unit * now.unit);
+            metric[(unit, unit)] = 1.0 / now.unit;
+        }
+        let floor = SMatrix::<f64, SHARED, SHARED>::identity() * VARIANCE_FLOOR;
+        let information = (metric * own * metric.transpose() + floor).try_inverse()?;
+        let first = self.n - SHARED;
+        for i in 0..SHARED {
+            for j in 0..SHARED {
+                self.matrix[(first + i) * self.n + first + j] += information[(i, j)];
+            }
+        }
+        Some(())
+    }
+}
