@@ -1,5 +1,5 @@
-// Native and WASM builds give the same bytes: hashes of photons, codes, features, energy and poses over ten random scenarios, and over a run
-// long enough for the tracker to follow, to adjust and, natively, to meet another number of threads.
+// Native and WASM builds give the same bytes: hashes of photons, codes, features, energy and poses over ten random scenarios, and over a
+// run long enough for the tracker to follow and to adjust; that one natively on two threads as well.
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
