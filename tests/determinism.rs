@@ -12,7 +12,7 @@ const FRAMES: u32 = 3;
 
 fn hashes(report: &Value) -> &Value {
     let hashes = &report["hashes"];
-    for stage in ["photons", "codes", "features", "energy"] {
+    for stage in ["photons", "codes", "features", "energy", "poses"] {
         assert_eq!(hashes[stage].as_str().map(str::len), Some(64), "{stage}: {hashes}");
     }
     hashes

@@ -24,7 +24,7 @@ const KEYS: &[&str] = &[
     "energy.blocks energy.total_pj_per_frame energy.power_mw energy.pj_per_pixel features.median_tracked",
     "tracking.ate_m tracking.rpe_m tracking.jitter_frame_m tracking.jitter_d2_m tracking.prediction_error_m",
     "tracking.innovation_px tracking.tracked_fraction tracking.ms_per_frame",
-    "hashes.photons hashes.codes hashes.features hashes.energy cost.render.ms_per_frame cost.tracker.ms_per_frame",
+    "hashes.photons hashes.codes hashes.features hashes.energy hashes.poses cost.render.ms_per_frame cost.tracker.ms_per_frame",
 ];
 
 fn at<'a>(report: &'a Value, path: &str) -> Option<&'a Value> {

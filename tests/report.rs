@@ -124,6 +124,7 @@ mod page {
             "/hashes/codes",
             "/hashes/features",
             "/hashes/energy",
+            "/hashes/poses",
             "/cost/scene/ms_per_frame",
         ];
         for key in keys {

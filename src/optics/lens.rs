@@ -93,6 +93,17 @@ impl Mapping {
         }
     }
 
+    /// [`Mapping::project`] without the derivative, to the same bits.
+    fn place(&self, point: DVec3) -> Option<DVec2> {
+        match self {
+            Self::Pinhole => Radtan::default().place(point),
+            Self::Radtan(radtan) => radtan.place(point),
+            Self::Kb4(_) | Self::DoubleSphere(_) | Self::Eucm(_) | Self::Table(_) => {
+                self.project(point, [1.0; 2]).map(|(place, _)| place)
+            }
+        }
+    }
+
     /// The unit bearing that meets the plane at a place; none where no bearing of the domain does.
     fn unproject(&self, place: DVec2) -> Option<DVec3> {
         match self {
@@ -189,8 +200,7 @@ impl Lens {
     /// None for points outside the mapping's domain: for pinhole and radtan at or behind the camera's plane, for all beyond the angle
     /// where the mapping folds over and would show what a real lens never does.
     pub fn project(&self, point_in_camera: DVec3) -> Option<DVec2> {
-        let (place, _) = self.mapping.project(point_in_camera, [1.0; 2])?;
-        self.to_picture(place)
+        self.to_picture(self.mapping.place(point_in_camera)?)
     }
 
     /// [`Lens::project`] with its derivative by the point, in px per metre.

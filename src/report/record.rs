@@ -302,6 +302,8 @@ pub struct Hashes {
     pub features: String,
     /// Event counts and energies.
     pub energy: String,
+    /// The tracker's answers to all frames.
+    pub poses: String,
 }
 
 /// What a stage of the simulation cost.

@@ -2,6 +2,7 @@
 
 use crate::compute::Feature;
 use crate::plane::Plane;
+use crate::tracker::TrackedFrame;
 
 // Planes enter the hashes as they lie in memory, which is little-endian bytes.
 const _: () = assert!(cfg!(target_endian = "little"), "supported targets are little-endian");
@@ -12,6 +13,7 @@ pub struct StageHashes {
     photons: blake3::Hasher,
     codes: blake3::Hasher,
     features: blake3::Hasher,
+    poses: blake3::Hasher,
 }
 
 impl StageHashes {
@@ -28,8 +30,28 @@ impl StageHashes {
         }
     }
 
-    /// The hashes so far, hexadecimal: photons, codes, features.
-    pub fn hex(&self) -> [String; 3] {
-        [&self.photons, &self.codes, &self.features].map(|hasher| hasher.finalize().to_hex().to_string())
+    /// Adds the tracker's answer to a frame: its pose to the last bit, and what it rests on.
+    pub fn add_pose(&mut self, tracked: &TrackedFrame) {
+        let mut take = |bytes: &[u8]| {
+            self.poses.update(bytes);
+        };
+        take(tracked.status.name().as_bytes());
+        take(&[u8::from(tracked.keyframe), u8::from(tracked.loop_closed)]);
+        if let Some(pose) = tracked.world_from_body {
+            let numbers = pose.rotation.to_array().into_iter().chain(pose.translation_m.to_array());
+            numbers.for_each(|number| take(&number.to_le_bytes()));
+        }
+        for number in [tracked.innovation_px, tracked.position_bound_m].into_iter().flatten() {
+            take(&number.to_le_bytes());
+        }
+        for inlier in &tracked.inliers {
+            let numbers = [inlier.camera.0, inlier.feature, inlier.landmark];
+            numbers.into_iter().for_each(|number| take(&number.to_le_bytes()));
+        }
+    }
+
+    /// The hashes so far, hexadecimal: photons, codes, features, poses.
+    pub fn hex(&self) -> [String; 4] {
+        [&self.photons, &self.codes, &self.features, &self.poses].map(|hasher| hasher.finalize().to_hex().to_string())
     }
 }

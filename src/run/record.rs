@@ -199,8 +199,8 @@ impl Session {
     }
 
     fn hash_record(&self) -> Hashes {
-        let [photons, codes, features, energy] = self.hashes();
-        Hashes { photons, codes, features, energy }
+        let [photons, codes, features, energy, poses] = self.hashes();
+        Hashes { photons, codes, features, energy, poses }
     }
 
     fn set_costs(&self, report: &mut Report) {

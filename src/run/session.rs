@@ -380,6 +380,7 @@ impl Session {
         }
         let pixels = f64_from_usize(self.setup.sensor.size.pixel_count() * frame.cameras.len());
         let tracked = frame.tracked.as_ref();
+        tracked.iter().for_each(|tracked| self.totals.hashes.add_pose(tracked));
         let predicted = tracked.and_then(|tracked| tracked.predicted_position_m).map(|translation_m| TimedPose {
             t_s: frame.t_s,
             world_from_body: Pose { translation_m, ..Pose::IDENTITY },
@@ -427,10 +428,10 @@ impl Session {
         EnergyAccount::of(&self.totals.events, length, &sensor.technology)
     }
 
-    /// Hashes of the bytes of all frames so far, hexadecimal: photons, codes, features, energy.
-    pub fn hashes(&self) -> [String; 4] {
-        let [photons, codes, features] = self.totals.hashes.hex();
-        [photons, codes, features, blake3::hash(&self.energy().to_bytes()).to_hex().to_string()]
+    /// Hashes of the bytes of all frames so far, hexadecimal: photons, codes, features, energy, poses.
+    pub fn hashes(&self) -> [String; 5] {
+        let [photons, codes, features, poses] = self.totals.hashes.hex();
+        [photons, codes, features, blake3::hash(&self.energy().to_bytes()).to_hex().to_string(), poses]
     }
 }
 

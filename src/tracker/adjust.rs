@@ -159,8 +159,8 @@ impl Problem<'_> {
         for o in &self.observations {
             let in_body_m = rotations[index(o.pose)] * points_m[index(o.point)] + poses[index(o.pose)].translation_m;
             let at_row_m = o.row_from_frame.point(in_body_m);
-            let projected = self.cameras[index(o.camera.0)].project_with_jacobian(at_row_m);
-            take(projected.map_or(UNSEEN_SIGMAS2, |(place_px, _)| {
+            let projected = self.cameras[index(o.camera.0)].place(at_row_m);
+            take(projected.map_or(UNSEEN_SIGMAS2, |place_px| {
                 ((o.place_px - place_px) * o.inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
             }));
         }
@@ -187,7 +187,7 @@ impl Problem<'_> {
             pose_sides: vec![Vector6::zeros(); self.free],
             point_blocks: vec![Matrix3::zeros(); self.points_m.len()],
             point_sides: vec![Vector3::zeros(); self.points_m.len()],
-            couplings: Vec::new(),
+            couplings: Vec::with_capacity(self.observations.len()),
             coupled: vec![0..0; self.points_m.len()],
             prior: prior.map(|prior| {
                 let n = 6 * self.free;

@@ -5,6 +5,9 @@
 //! search around their places), the next keyframe must see the same offset, and a pose graph over the keyframes shares it out. The
 //! candidates are bounded, so a keyframe's time is too.
 
+#[cfg(test)]
+mod tests;
+
 use crate::draw::DrawKey;
 use crate::num::{index, u32_from};
 use crate::pose::Pose;

@@ -3,7 +3,7 @@
 
 use super::locate::{Found, Located, NARROW_PX};
 use super::preintegrate::filter::Foreseen;
-use super::refine::position_bound_m;
+use super::refine::{position_bound_m, upper_median};
 use super::rig::View;
 use super::sweep::Moving;
 use super::{Inlier, Tracker};
@@ -81,12 +81,11 @@ impl Tracker {
         let distance_px = |found: &Found| {
             let sight = &views[index(found.camera.0)].sights[found.sight];
             let landmark_m = predicted.at(sight.offset_s).point(self.map.landmarks[found.landmark].position_m);
-            let (place_px, _) = self.cameras[index(found.camera.0)].project_with_jacobian(landmark_m)?;
+            let place_px = self.cameras[index(found.camera.0)].place(landmark_m)?;
             Some((sight.place_px - place_px).length())
         };
-        let mut distances_px: Vec<f64> = located.inliers.iter().filter_map(distance_px).collect();
-        distances_px.sort_by(f64::total_cmp);
-        distances_px.get(distances_px.len() / 2).copied()
+        let distances_px: Vec<f64> = located.inliers.iter().filter_map(distance_px).collect();
+        upper_median(&distances_px)
     }
 
     pub(super) fn keyframe_is_due(&self, world_from_body: &Pose, tracked: u32) -> bool {

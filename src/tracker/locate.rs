@@ -7,9 +7,9 @@ use nalgebra::Matrix6;
 use crate::draw::DrawKey;
 use crate::num::{greater, index, lesser, u32_from};
 use crate::tracker::map::{Landmark, Map};
-use crate::tracker::matching::{Best, Rule, one_to_one};
+use crate::tracker::matching::{Best, Distances, Rule, one_to_one};
 use crate::tracker::ransac::{Search, search};
-use crate::tracker::refine::{Known, Measurement, PosePrior, errors2, information, refine_with};
+use crate::tracker::refine::{Known, Measurement, PosePrior, errors2, information, refine_with, upper_median};
 use crate::tracker::rig::{RigCamera, View};
 use crate::tracker::shift;
 use crate::tracker::sweep::{Motion, Moving, RatePrior};
@@ -262,15 +262,20 @@ impl Frame<'_> {
         let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
         let sights = &self.views[camera].sights;
         let mut pairs = Vec::new();
-        for (sight, seen) in sights.iter().enumerate() {
-            let mut best = Best::NONE;
-            for &number in landmarks {
-                let landmark = &self.map.landmarks[number];
-                let distance = landmark.distance(&seen.descriptor);
+        // Landmark by landmark, then sight by sight: a landmark's views stay at hand for all sights.
+        let mut best_of = vec![Best::NONE; sights.len()];
+        let mut distances = Vec::with_capacity(sights.len());
+        for &number in landmarks {
+            let landmark = &self.map.landmarks[number];
+            let others = sights.iter().map(|sight| &sight.descriptor);
+            Distances { own: &landmark.descriptors, others, least: &mut distances }.fill();
+            for (best, &distance) in best_of.iter_mut().zip(&distances) {
                 if distance < best.second {
-                    offer_unless_twin(&mut best, (number, landmark, distance), &self.map.landmarks);
+                    offer_unless_twin(best, (number, landmark, distance), &self.map.landmarks);
                 }
             }
+        }
+        for (sight, best) in best_of.iter().enumerate() {
             work.descriptors_compared += crate::num::u64_from(landmarks.len());
             if let Some(landmark) = best.accepted(rule) {
                 pairs.push((sight, landmark, best.distance));
@@ -311,8 +316,6 @@ fn offer_unless_twin(best: &mut Best, (number, landmark, distance): (usize, &Lan
 
 /// Gate of inliers, widened where the median says that all places are worse than assumed.
 fn gate(errors2: &[f64]) -> f64 {
-    let mut sorted = errors2.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let median = upper_median(errors2).unwrap_or(0.0);
     GATE_SIGMAS2 * lesser(greater(median / MEDIAN_SIGMAS2, 1.0), GATE_FACTOR_MAX)
 }

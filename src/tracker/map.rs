@@ -297,10 +297,11 @@ impl Map {
                 let is_at_work = landmark.sightings.last().is_some_and(|last| last.keyframe >= window_from);
                 (is_at_work, landmark.keyframe_count(), landmark.last_frame, landmark.id)
             };
-            let mut values: Vec<_> = self.landmarks.iter().map(value).collect();
-            values.sort_unstable();
-            let least = values[values.len() - landmarks_max];
-            self.landmarks.retain(|landmark| value(landmark) >= least);
+            let values: Vec<_> = self.landmarks.iter().map(value).collect();
+            let spare = values.len() - landmarks_max;
+            let least = *values.clone().select_nth_unstable(spare).1;
+            let mut value = values.into_iter();
+            self.landmarks.retain(|_| value.next().is_some_and(|value| value >= least));
         }
     }
 

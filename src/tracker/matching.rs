@@ -1,5 +1,7 @@
 //! Descriptor matching. Enters: 256-bit descriptors and candidate lists. Leaves: pairs with ties broken by the lower number.
 
+use crate::simd::{Kernel, dispatch};
+
 /// A descriptor as four words; bit order is irrelevant to distances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Descriptor([u64; 4]);
@@ -20,6 +22,39 @@ impl Descriptor {
         let [a, b, c, d] = self.0;
         let [e, f, g, h] = other.0;
         (a ^ e).count_ones() + (b ^ f).count_ones() + (c ^ g).count_ones() + (d ^ h).count_ones()
+    }
+}
+
+/// The least distance of each of many descriptors to any of some. One call for many: counting bits is one instruction only where the
+/// machine is known to have it.
+pub struct Distances<'a, I> {
+    /// The few, such as a landmark's views.
+    pub own: &'a [Descriptor],
+    /// The many.
+    pub others: I,
+    /// Takes one distance for each of the many, in their order; emptied first.
+    pub least: &'a mut Vec<u32>,
+}
+
+impl<'a, I: Iterator<Item = &'a Descriptor>> Distances<'a, I> {
+    /// Fills `least`; 256 where `own` is empty.
+    pub fn fill(self) {
+        dispatch(self);
+    }
+}
+
+impl<'a, I: Iterator<Item = &'a Descriptor>> Kernel for Distances<'a, I> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.least.clear();
+        for other in self.others {
+            let mut least = 256;
+            for own in self.own {
+                least = least.min(own.distance(other));
+            }
+            self.least.push(least);
+        }
     }
 }
 
@@ -93,6 +128,20 @@ mod tests {
             assert_eq!(Descriptor::new(&bytes).distance(&Descriptor::new(&[0; 32])), 1, "bit {bit}");
         }
         assert_eq!(Descriptor::new(&[0xFF; 32]).distance(&Descriptor::new(&[0; 32])), 256);
+    }
+
+    #[test]
+    fn many_distances_are_the_least_of_single_ones_at_every_level() {
+        let word = |n: u64| n.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let descriptor = |n: u64| Descriptor([4 * n, 4 * n + 1, 4 * n + 2, 4 * n + 3].map(|n| word(word(n))));
+        let all: Vec<Descriptor> = (0..50).map(descriptor).collect();
+        let mut least = vec![7; 3];
+        for own in [0..0, 3..4, 10..14] {
+            Distances { own: &all[own.clone()], others: all.iter(), least: &mut least }.fill();
+            let single = |other| all[own.clone()].iter().map(|own| own.distance(other)).min().unwrap_or(256);
+            assert_eq!(least, all.iter().map(single).collect::<Vec<u32>>(), "{own:?}");
+        }
+        assert_eq!(least[12], 0, "a descriptor is at no distance from itself");
     }
 
     #[test]

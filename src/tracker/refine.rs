@@ -49,6 +49,7 @@ pub struct Linear {
 }
 
 /// Error and derivatives of a point in the body's frame at the frame's time. `row_from_frame` moves it to the row's.
+#[inline(always)]
 pub fn linearise(
     camera: &RigCamera,
     point_in_body_m: DVec3,
@@ -96,9 +97,7 @@ pub struct Tailed {
 impl Tailed {
     /// The law of these squared errors, by their median.
     pub fn of(errors2: &[f64]) -> Self {
-        let mut sorted = errors2.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(MEDIAN_TAILED2);
+        let median = upper_median(errors2).unwrap_or(MEDIAN_TAILED2);
         Self { scale2: (median / MEDIAN_TAILED2).clamp(SCALE2_RANGE[0], SCALE2_RANGE[1]) }
     }
 
@@ -113,6 +112,13 @@ impl Tailed {
     pub fn weight(self, error2: f64) -> f64 {
         (TAIL_FREEDOM + 2.0) / (TAIL_FREEDOM * self.scale2 + error2)
     }
+}
+
+/// The value in the middle of all, the greater of two. It is the one that sorting would find, without sorting.
+pub fn upper_median(values: &[f64]) -> Option<f64> {
+    let mut values = values.to_vec();
+    let middle = values.len() / 2;
+    (middle < values.len()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// Huber's threshold in sigmas: the 95 % quantile of a two-dimensional normal error, sqrt(5.991).
@@ -164,8 +170,8 @@ pub fn errors2(cameras: &[RigCamera], measurements: &[Measurement], state: &Movi
     let error2 = |m: &Measurement| {
         let in_body_m = rotation * m.point_in_world_m + state.body_from_world.translation_m;
         let at_row_m = if m.offset_s == 0.0 { in_body_m } else { state.row_from_frame(m.offset_s).point(in_body_m) };
-        let projected = cameras[index(m.camera.0)].project_with_jacobian(at_row_m);
-        projected.map_or(UNSEEN_SIGMAS2, |(place_px, _)| {
+        let projected = cameras[index(m.camera.0)].place(at_row_m);
+        projected.map_or(UNSEEN_SIGMAS2, |place_px| {
             ((m.place_px - place_px) * m.inverse_sigma).length_squared().clamp(0.0, UNSEEN_SIGMAS2)
         })
     };
@@ -364,7 +370,11 @@ impl Fit<'_> {
                 for (value, by_row_pose) in row[POSE..].iter_mut().zip(linear.by_row_pose[axis]) {
                     *value = by_row_pose * m.offset_s;
                 }
-                normal.add(&row, weight, linear.error[axis]);
+                if n == BOTH {
+                    normal.add::<BOTH>(&row, weight, linear.error[axis]);
+                } else {
+                    normal.add::<POSE>(&row, weight, linear.error[axis]);
+                }
             }
         }
         if let Some(prior) = self.known.pose {
@@ -385,12 +395,13 @@ impl Fit<'_> {
 }
 
 impl Normal {
-    fn add(&mut self, row: &[f64; BOTH], weight: f64, error: f64) {
-        for i in 0..self.n {
+    /// Adds one scalar error over the first `N = n` unknowns; a number that is known in advance unrolls the loops.
+    fn add<const N: usize>(&mut self, row: &[f64; BOTH], weight: f64, error: f64) {
+        for i in 0..N {
             let weighted = weight * row[i];
             self.side[i] += weighted * error;
             for j in 0..=i {
-                self.matrix[i * self.n + j] += weighted * row[j];
+                self.matrix[i * N + j] += weighted * row[j];
             }
         }
     }

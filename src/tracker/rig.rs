@@ -50,16 +50,21 @@ impl RigCamera {
 
     /// Place of a point of the body's frame; `None` outside the lens' field or outside the picture.
     pub fn project(&self, point_in_body_m: DVec3) -> Option<DVec2> {
+        self.place(point_in_body_m).filter(|&place_px| self.contains(place_px))
+    }
+
+    /// The place of [`RigCamera::project_with_jacobian`] alone, to the same bits.
+    pub fn place(&self, point_in_body_m: DVec3) -> Option<DVec2> {
         let point_m = self.rotation * point_in_body_m + self.camera_from_body.translation_m;
         if !self.may_see(point_m) {
             return None;
         }
-        let place_px = self.calibration.lens.project(point_m)?;
-        self.contains(place_px).then_some(place_px)
+        self.calibration.lens.project(point_m)
     }
 
     /// Place and its derivative by the point in the body's frame (2 x 3, pixels a metre). Not limited to the picture, so
     /// that a refinement can follow a point over the edge.
+    #[inline]
     pub fn project_with_jacobian(&self, point_in_body_m: DVec3) -> Option<(DVec2, ProjectionJacobian)> {
         let point_m = self.rotation * point_in_body_m + self.camera_from_body.translation_m;
         if !self.may_see(point_m) {

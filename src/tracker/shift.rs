@@ -12,6 +12,7 @@ use crate::pose::Pose;
 use crate::tracker::Work;
 use crate::tracker::lie::{Twist, se3_exp};
 use crate::tracker::locate::Frame;
+use crate::tracker::matching::Distances;
 use crate::tracker::sweep::Moving;
 
 /// Edge of a bin of shifts, and bins on each side of none.
@@ -28,6 +29,7 @@ pub fn turned(frame: &Frame<'_>, predicted: &Moving, work: &mut Work) -> Option<
     let recent: Vec<usize> =
         (0..frame.map.landmarks.len()).filter(|&l| frame.map.landmarks[l].last_frame + 1 >= frame.number).collect();
     let mut best: Option<(u32, usize, DVec2)> = None;
+    let (mut near, mut distances) = (Vec::new(), Vec::new());
     for (camera, view) in frame.views.iter().enumerate() {
         let mut votes = vec![0_u32; index(u32::try_from(SIDE_BINS * SIDE_BINS).unwrap_or(0))];
         let mut cast = 0;
@@ -36,17 +38,18 @@ pub fn turned(frame: &Frame<'_>, predicted: &Moving, work: &mut Work) -> Option<
             let in_body_m = rotation * landmark.position_m + predicted.body_from_world.translation_m;
             work.projections += 1;
             let Some(place_px) = view.project(&frame.cameras[camera], in_body_m, predicted) else { continue };
-            let near = view.near(place_px, BIN_PX * f64::from(REACH_BINS));
-            let distances = near.map(|sight| (landmark.distance(&view.sights[sight].descriptor), sight));
-            let distances: Vec<(u32, usize)> = distances.collect();
+            near.clear();
+            near.extend(view.near(place_px, BIN_PX * f64::from(REACH_BINS)));
+            let others = near.iter().map(|&sight: &usize| &view.sights[sight].descriptor);
+            Distances { own: &landmark.descriptors, others, least: &mut distances }.fill();
             work.descriptors_compared += u64_from(distances.len() * landmark.descriptors.len());
-            let Some(least) = distances.iter().map(|(distance, _)| *distance).min() else { continue };
+            let Some(&least) = distances.iter().min() else { continue };
             if least > frame.params.distance_bits_max {
                 continue;
             }
             cast += 1;
             // Equals to within noise vote alike.
-            for &(_, sight) in distances.iter().filter(|(distance, _)| *distance <= least + EQUAL_BITS) {
+            for (&sight, _) in near.iter().zip(&distances).filter(|(_, distance)| **distance <= least + EQUAL_BITS) {
                 let shift_px = view.sights[sight].place_px - place_px;
                 if let Some(bin) = bin(shift_px) {
                     votes[bin] += 1;

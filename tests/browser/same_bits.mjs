@@ -1,4 +1,5 @@
-// Native and WASM builds give the same bytes: hashes of photons, codes, features and energy over ten random scenarios.
+// Native and WASM builds give the same bytes: hashes of photons, codes, features, energy and poses over ten random scenarios, and over a
+// run long enough for the tracker to follow and to adjust; that one natively on two threads as well.
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -26,7 +27,6 @@ function scenario() {
   // Rays to a target, or as many in every pixel.
   const stops = random() < 0.5;
   return {
-    frames: 1 + Math.floor(random() * 3),
     text: `seed = ${Math.floor(random() * 2 ** 31)}
 [scene]
 generator = "box"
@@ -68,45 +68,88 @@ frequency_hz = 800000000
   };
 }
 
+// A lit room that two cameras move through: the tracker starts, follows and adjusts.
+const tracked = {
+  frames: 14,
+  text: `seed = 7
+[scene]
+generator = "box"
+illuminance_lux = 1000.0
+illuminant = "D65"
+[motion]
+kind = "sway"
+offset_m = [0.0, 1.5, 0.3]
+[run]
+frames = 14
+render_tolerance = 4.0
+[optics]
+preset = "radtan_90"
+[sensor]
+width = 320
+height = 240
+[sensor.readout]
+exposure_us = 6000.0
+[compute]
+threshold = 10
+`,
+};
+
+const stages = ["photons", "codes", "features", "energy", "poses"];
 const program = new URL("../../target/release/sensel", import.meta.url).pathname;
 const folder = mkdtempSync(join(tmpdir(), "sensel-bits-"));
-let passed = 0, failed = 0, features = 0;
+let passed = 0, failed = 0, features = 0, poses = 0, keyframes = 0;
+
+// The native program's hashes of a file, or what it complained of.
+function natively(file, threads) {
+  const out = join(folder, "out");
+  const run = spawnSync(program, ["run", file, "--quiet", "--threads", threads, "--out", out], { encoding: "utf8" });
+  if (run.status !== 0) return { complaint: run.stderr };
+  const { hashes } = JSON.parse(readFileSync(join(out, "report.json"), "utf8"));
+  rmSync(out, { recursive: true });
+  return hashes;
+}
+
+function inTheBrowser({ text, frames }) {
+  const session = new Session(text);
+  let summary;
+  for (let frame = 0; frame < frames; frame += 1) {
+    const step = session.step();
+    summary = JSON.parse(step.summary());
+    features += summary.features;
+    poses += summary.has_pose;
+    keyframes += summary.keyframe;
+    step.free();
+  }
+  session.free();
+  return summary.hashes;
+}
+
+const same = (one, other) => stages.every((stage) => one[stage]?.length === 64 && one[stage] === other[stage]);
+
 try {
-  for (let number = 0; number < cases; number += 1) {
-    const { text } = scenario();
+  for (let number = 0; number <= cases; number += 1) {
+    const tried = number < cases ? { ...scenario(), frames: 3 } : tracked;
     const file = join(folder, `case${number}.toml`);
-    writeFileSync(file, text);
-    const native = spawnSync(program, ["run", file, "--quiet", "--out", join(folder, `out${number}`)], { encoding: "utf8" });
-    let same = native.status === 0;
-    let detail = native.stderr;
-    if (same) {
-      const expected = JSON.parse(readFileSync(join(folder, `out${number}`, "report.json"), "utf8"));
-      const session = new Session(text);
-      let summary;
-      for (let frame = 0; frame < 3; frame += 1) {
-        const step = session.step();
-        summary = JSON.parse(step.summary());
-        features += summary.features;
-        step.free();
-      }
-      session.free();
-      same = ["photons", "codes", "features", "energy"].every((stage) => summary.hashes[stage] === expected.hashes[stage]);
-      detail = JSON.stringify({ wasm: summary.hashes, native: expected.hashes });
-    }
-    if (same) passed += 1;
+    writeFileSync(file, tried.text);
+    const native = natively(file, "1");
+    const wasm = native.complaint ? {} : inTheBrowser(tried);
+    const two = number < cases ? native : natively(file, "2");
+    if (same(native, wasm) && same(native, two)) passed += 1;
     else {
       failed += 1;
-      console.log(`case ${number} of seed ${seed} differs: ${detail}\n${text}`);
+      console.log(`case ${number} of seed ${seed} differs: ${JSON.stringify({ wasm, native, two })}\n${tried.text}`);
     }
   }
 } finally {
   rmSync(folder, { recursive: true });
 }
-// Ten cases without a single feature would compare empty lists.
-if (features === 0) {
-  failed += 1;
-  console.log("no case had a feature");
+// Cases without features or poses would compare empty lists.
+for (const [what, count, least] of [["features", features, 1_000], ["poses", poses, 12], ["keyframes", keyframes, 2]]) {
+  console.log(`seed ${seed}: ${count} ${what} compared`);
+  if (count < least) {
+    failed += 1;
+    console.log(`fewer than ${least} ${what}`);
+  }
 }
-console.log(`seed ${seed}: ${features} features compared`);
 console.log(`${passed} passed, ${failed} failed`);
 process.exit(failed === 0 ? 0 : 1);

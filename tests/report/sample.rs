@@ -250,7 +250,7 @@ fn energy() -> EnergyAccount {
 
 fn hashes() -> Hashes {
     let hash = |letter: char| letter.to_string().repeat(64);
-    Hashes { photons: hash('a'), codes: hash('b'), features: hash('c'), energy: hash('d') }
+    Hashes { photons: hash('a'), codes: hash('b'), features: hash('c'), energy: hash('d'), poses: hash('e') }
 }
 
 fn cost() -> sensel::report::Ordered<StageCost> {

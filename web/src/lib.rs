@@ -47,7 +47,8 @@ impl Session {
         let setup = self.run.setup();
         let account = self.run.energy();
         let cameras = sensel::num::f64_from_usize(setup.cameras.len());
-        let [photons, codes, features, energy] = self.run.hashes();
+        let [photons, codes, features, energy, poses] = self.run.hashes();
+        let tracked = frame.tracked.as_ref();
         let camera = &frame.cameras[0];
         let codes_sum: u64 = camera.codes.values().iter().map(|&code| u64::from(code)).sum();
         let pixels = sensel::num::f64_from_usize(setup.sensor.size.pixel_count());
@@ -61,7 +62,9 @@ impl Session {
             "energy_uj": account.total_pj_per_frame() * 1e-6 / cameras,
             "kept": setup.plan.kept.iter().map(|effect| effect.name).collect::<Vec<_>>(),
             "omitted": setup.plan.omitted.iter().map(|effect| effect.name).collect::<Vec<_>>(),
-            "hashes": {"photons": photons, "codes": codes, "features": features, "energy": energy},
+            "hashes": {"photons": photons, "codes": codes, "features": features, "energy": energy, "poses": poses},
+            "has_pose": tracked.is_some_and(|tracked| tracked.world_from_body.is_some()),
+            "keyframe": tracked.is_some_and(|tracked| tracked.keyframe),
         });
         let black_level_dn = setup.sensor.parameters.adc.black_level_dn;
         Ok(Step { bits, black_level_dn, summary: summary.to_string(), frame })

@@ -33,6 +33,11 @@ impl Radtan {
         Some((place, jacobian))
     }
 
+    /// Where a point lands in the plane.
+    pub(super) fn place(&self, point: DVec3) -> Option<DVec2> {
+        Some(self.distort(self.in_domain(point)?).0)
+    }
+
     /// The unit bearing that lands on a place.
     pub(super) fn unproject(&self, place: DVec2) -> Option<DVec3> {
         Some(self.undistort(place)?.extend(1.0).normalize())
@@ -79,6 +84,7 @@ impl Radtan {
     }
 
     /// Where an undistorted place in the plane z = 1 lands, with the Jacobian's entries xx, xy (= yx) and yy.
+    #[inline(always)]
     pub(super) fn distort(&self, at: DVec2) -> (DVec2, [f64; 3]) {
         let Self { k1, k2, p1, p2, k3 } = *self;
         let (x, y) = (at.x, at.y);

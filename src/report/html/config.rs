@@ -18,6 +18,7 @@ pub(super) fn hashes(report: &Report) -> String {
         ("codes", &hashes.codes),
         ("features", &hashes.features),
         ("energy", &hashes.energy),
+        ("poses", &hashes.poses),
     ];
     let table = format!("<table><tbody>{}</tbody></table>", rows.map(row).concat());
     section(
