@@ -2,7 +2,7 @@
 //! not features, are on the link. Bar: 8 ms a frame at 500 features a camera.
 //!
 //! The tracker follows three seconds of a lively hand through the synthetic room of `tests/tracker`; the median and the worst frame of
-//! one run are printed before the samples. The pictures to extract from are drawn, with some 500 features each.
+//! one run are printed before the samples. The pictures to extract from are drawn, with some 1,350 features each.
 
 #[path = "../tests/tracker/synthetic.rs"]
 #[allow(dead_code)]
@@ -26,7 +26,7 @@ const FRAMES: u64 = 90;
 fn frames(features: usize) -> (World, Vec<FrameInput>) {
     let mut world = World::usual(1);
     world.features_max = features;
-    world.landmarks = room(1, 5 * sensel::num::u64_from(features));
+    world.landmarks = room(1, 9 * sensel::num::u64_from(features));
     let pose = |number| lively(sensel::num::f64_from_u64(number) / RATE_HZ);
     let inputs = (0..FRAMES).map(|number| world.frame(number, &pose(number))).collect();
     (world, inputs)
