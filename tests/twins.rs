@@ -184,7 +184,7 @@ fn the_verilog_is_the_clocked_converter_in_every_column_of_random_configs() {
     println!("seed {SEED}");
     let (mut columns_compared, mut clipped) = (0, 0);
     let verilog = Seat::new(WithVerilog.silicon().unwrap());
-    for case in 0..CONFIGS / 4 {
+    for case in 0..CONFIGS / 10 {
         let mut chance = Chance::new(SEED, case);
         let params = random_params(&mut chance);
         if params.check().is_err() {
@@ -208,7 +208,7 @@ fn the_verilog_is_the_clocked_converter_in_every_column_of_random_configs() {
         }
     }
     println!("{columns_compared} columns compared, {clipped} of them clipped");
-    assert!(columns_compared > 5000 && clipped > 500 && clipped < columns_compared / 2);
+    assert!(columns_compared > 2000 && clipped > 200 && clipped < columns_compared / 2);
 }
 
 /// The kickback is no decoration: it moves codes, and it moves them alike on both rungs only if its order of events is right.
@@ -301,7 +301,7 @@ fn frames_of_the_box_room_have_the_same_hashes_on_all_rungs() {
             let mut assignments: Vec<String> = more.iter().map(|assignment| (*assignment).to_owned()).collect();
             assignments.push(format!("run.rung={rung}"));
             let text = "[scene]\ngenerator = \"box\"\nilluminance_lux = 1000.0\n[motion]\noffset_m = [0.0, 1.5, 0.3]\n\
-                        [sensor]\nwidth = 160\nheight = 120\n[run]\nframes = 2\n";
+                        [sensor]\nwidth = 128\nheight = 96\n[run]\nframes = 2\n";
             let resolved = Resolved::from_layers("twins", text, &assignments).unwrap();
             let mut session = Session::new(Setup::new(resolved, &WithVerilog, &NoProgress).unwrap()).unwrap();
             let codes: Vec<_> = (0..2)
@@ -315,7 +315,7 @@ fn frames_of_the_box_room_have_the_same_hashes_on_all_rungs() {
             assert!(clocked == frames("rtl"), "the Verilog gives something else with {more:?}");
         }
         let pixels: usize = sampled.0.iter().map(|codes| codes.values().len()).sum();
-        assert_eq!(pixels, 4 * 160 * 120);
+        assert_eq!(pixels, 4 * 128 * 96);
         assert!(sampled.0 == clocked.0, "codes differ with {more:?}");
         assert_eq!((&sampled.1, &sampled.2), (&clocked.1, &clocked.2), "{more:?}");
         hashes.push(sampled.1);
