@@ -3,11 +3,12 @@
 
 use crate::cases::Random;
 use crate::extractor_forms::compare;
-use crate::extractor_play::{Case, Clock, case_on, flags, hardware, picture, play, widest};
+use crate::extractor_play::{Case, Clock, case_on, hardware, picture, play, widest};
 use crate::judge::{Judge, Pin, bit, bus};
 use crate::photographs::photographs;
 use rtl_models::extractor_core::{ExtractorIn, ExtractorOut};
 use rtl_models::fx_back::{FxBackConfig, FxBackIn, FxBackOut, FxCounts, FxSettings, Record};
+use sensel::files::verilated::extractor_parameters;
 
 fn setting_pins(config: &FxBackConfig, settings: &FxSettings) -> Vec<Pin<'static>> {
     vec![
@@ -199,7 +200,7 @@ fn play_given(judge: &mut Judge, case: &Case, pictures: &[Vec<u16>], met: &mut M
 
 /// A judge of the core on this hardware.
 fn core_judge(built: &FxBackConfig) -> Judge {
-    let flags = flags(built);
+    let flags = extractor_parameters(built);
     let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
     let nothing = ExtractorOut { in_ready: false, back: empty_out(), not_ready: 0 };
     Judge::new("extractor_core", &flags, &core_in(built, &ExtractorIn::default()), &core_out(built, &nothing))
@@ -257,7 +258,7 @@ fn the_back_alone_with_three_engines_and_one_place_in_its_queue_equals_its_twin_
     const SEED: u64 = 54;
     let mut random = Random(SEED);
     let built = hardware(2);
-    let flags = flags(&built);
+    let flags = extractor_parameters(&built);
     let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
     let (nothing, resp) = (empty_out(), [0; 20]);
     let inputs = back_in(&built, &FxBackIn::default(), &resp);

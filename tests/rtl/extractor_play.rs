@@ -234,25 +234,6 @@ pub fn widest() -> FxBackConfig {
     }
 }
 
-/// Verilator's flags for them.
-pub fn flags(config: &FxBackConfig) -> Vec<String> {
-    let flag = |name: &str, value: u32| format!("-G{name}={value}");
-    vec![
-        flag("MAX_WIDTH", config.max_width),
-        flag("PIX_BITS", config.pix_bits),
-        flag("OCTAVES", config.octaves),
-        flag("HARRIS", config.harris.into()),
-        flag("CELL_LOG2", config.cell_log2),
-        flag("PER_CELL", config.per_cell),
-        flag("RING_LOG2", config.ring_log2),
-        flag("ENGINES", config.engines),
-        flag("FIFO_DEPTH", config.fifo_depth),
-        flag("DESC_BITS", config.desc_bits),
-        flag("SYMMETRIC", config.symmetric.into()),
-        flag("SUBPIXEL", config.subpixel.into()),
-    ]
-}
-
 /// A stretch of `frames` pictures on this hardware: twelve numbers in a row meet each policy with each way of taking records.
 pub fn case_on(hardware: FxBackConfig, number: u32, frames: u32, random: &mut Random) -> Case {
     let policy = [Policy::Stall, Policy::DropNewest, Policy::DropWeakest][index(number % 3)];

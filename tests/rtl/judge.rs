@@ -5,6 +5,8 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use rtl_models::verilog::{Source, sources_of};
+
 use crate::verilate::Build;
 
 /// A port's value in one clock.
@@ -71,27 +73,11 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The Verilog files that a block needs, its own first: files whose name stands as a word in one that is needed.
+/// The Verilog files that a block needs, its own first.
 pub fn sources(block: &str) -> Vec<PathBuf> {
     let folder = root().join("rtl_models/verilog");
-    let mut names: Vec<String> = std::fs::read_dir(&folder)
-        .unwrap()
-        .filter_map(|entry| Some(entry.unwrap().file_name().to_str()?.strip_suffix(".sv")?.to_owned()))
-        .filter(|name| name != block)
-        .collect();
-    names.sort();
-    let mut needed = vec![block.to_owned()];
-    let mut next = 0;
-    while next < needed.len() {
-        let text = std::fs::read_to_string(folder.join(format!("{}.sv", needed[next]))).unwrap();
-        let code = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
-        let words: Vec<&str> = code.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
-        let (found, rest) = names.into_iter().partition(|name| words.contains(&name.as_str()));
-        names = rest;
-        needed.extend::<Vec<_>>(found);
-        next += 1;
-    }
-    needed.iter().map(|name| folder.join(format!("{name}.sv"))).collect()
+    let (own, parts): (Vec<&Source>, Vec<&Source>) = sources_of(block).partition(|source| source.module == block);
+    own.iter().chain(&parts).map(|source| folder.join(format!("{}.sv", source.module))).collect()
 }
 
 fn list(macro_name: &str, pins: &[(&'static str, usize)]) -> String {
