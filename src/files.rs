@@ -7,6 +7,7 @@ pub mod euroc;
 pub mod folder;
 pub mod grey;
 pub mod input;
+pub mod map;
 pub mod picture;
 pub mod truth;
 pub mod tum;

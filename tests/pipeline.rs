@@ -5,10 +5,14 @@
 
 mod common;
 
+use std::path::Path;
+
 use common::{SMALL, Scratch, nulls, run_box, sensel};
-use sensel::files::euroc::EurocReader;
+use glam::{DVec2, DVec3};
+use sensel::files::euroc::{EurocReader, FrameEntry};
 use sensel::files::picture;
 use sensel::link;
+use sensel::num::{f64_from_u64, f64_from_usize};
 use sensel::pose::{TimedPose, parse_tum};
 use sensel::units::CameraIndex;
 use serde_json::Value;
@@ -48,10 +52,53 @@ fn same_poses(left: &[TimedPose], right: &[TimedPose]) {
     }
 }
 
+/// The places of a PLY cloud, as its own header describes it.
+fn points(path: &Path) -> Vec<DVec3> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let (header, body) = text.split_once("end_header\n").unwrap();
+    let count: usize = header.split_once("element vertex ").unwrap().1.lines().next().unwrap().parse().unwrap();
+    let names: Vec<&str> = header.lines().filter_map(|line| line.strip_prefix("property ")).collect();
+    assert_eq!(names, ["double x", "double y", "double z", "uint landmark", "uint frames_found", "uint keyframes"]);
+    let rows: Vec<Vec<f64>> =
+        body.lines().map(|line| line.split(' ').map(|word| word.parse().unwrap()).collect()).collect();
+    assert!(rows.len() == count && rows.iter().all(|row| row.len() == 6));
+    // Each has its own number, was found at least where it was made, and made by a keyframe.
+    assert!(rows.windows(2).all(|pair| pair[0][3] < pair[1][3]) && rows.iter().all(|row| row[5] >= 1.0));
+    rows.iter().map(|row| DVec3::new(row[0], row[1], row[2])).collect()
+}
+
+/// The landmarks of `map.ply`, seen from the last pose of `keyframes.tum`, lie on the features of that frame.
+fn the_map_is_what_the_features_show(out: &Path, reader: &EurocReader) {
+    let landmarks = points(&out.join("map.ply"));
+    let keyframes = parse_tum(&std::fs::read_to_string(out.join("keyframes.tum")).unwrap()).unwrap();
+    let last = keyframes.last().unwrap();
+    let camera = &reader.cameras()[0];
+    let near_ns = |frame: &&FrameEntry| (f64_from_u64(frame.timestamp_ns) * 1e-9 - last.t_s).abs() < 1e-6;
+    let stamp = camera.frames.iter().find(near_ns).unwrap().timestamp_ns;
+    let table = std::fs::read_to_string(out.join(format!("features/cam0/{stamp}.csv"))).unwrap();
+    let features: Vec<DVec2> = table
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').take(2).map(|word| word.parse().unwrap()).collect::<Vec<f64>>())
+        .map(|place| DVec2::new(place[0], place[1]))
+        .collect();
+    let world_from_camera = last.world_from_body.then(&camera.camera.body_from_camera);
+    let shown = |landmark: &DVec3| camera.camera.lens.project(world_from_camera.inverse().point(*landmark));
+    let places: Vec<DVec2> = landmarks.iter().filter_map(shown).collect();
+    // Half a pixel of noise and as much of the map: three sigma on each axis.
+    let is_on = |place: &&DVec2| features.iter().any(|feature| feature.distance(**place) < 3.0);
+    let on = places.iter().filter(is_on).count();
+    // By chance alone: features cover this share of the picture with discs of that radius.
+    let by_chance = f64_from_usize(features.len()) * 9.0 * std::f64::consts::PI
+        / f64::from(camera.camera.size.width_px * camera.camera.size.height_px);
+    let share = f64_from_usize(on) / f64_from_usize(places.len());
+    assert!(places.len() > 50 && share > 0.6 && by_chance < 0.2, "{on} of {}, {by_chance} by chance", places.len());
+}
+
 #[test]
 fn a_run_writes_files_that_agree_with_each_other() {
     let folder = Scratch::new("pipeline");
-    let report = run_box(&folder.join("out"), FRAMES, &["--keep", "packets,codes,features,depth"]);
+    let report = run_box(&folder.join("out"), FRAMES, &["--keep", "packets,codes,features,depth,map"]);
     for key in KEYS.iter().flat_map(|line| line.split(' ')) {
         assert!(at(&report, key).is_some(), "{key} is missing");
     }
@@ -104,8 +151,11 @@ fn a_run_writes_files_that_agree_with_each_other() {
     assert_eq!(truth.len(), 4);
     same_poses(reader.ground_truth().unwrap(), &truth);
 
-    let out = folder.join("again.tum");
-    let tracked = sensel(&["track", &folder.join("out"), "--out", &out, "--json"]).json();
+    the_map_is_what_the_features_show(&folder.path().join("out"), &reader);
+
+    let (out, cloud) = (folder.join("again.tum"), folder.join("again.ply"));
+    let tracked = sensel(&["track", &folder.join("out"), "--out", &out, "--map", &cloud, "--json"]).json();
+    assert!(points(Path::new(&cloud)).len() > 50);
     assert_eq!((&tracked["frames"], &tracked["tracked"]), (&4.into(), &4.into()));
     assert_eq!(parse_tum(&std::fs::read_to_string(out).unwrap()).unwrap().len(), 4);
 }

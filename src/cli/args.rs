@@ -88,7 +88,8 @@ pub struct RunArguments {
     /// Effects: all, auto, none, or +name,-name.
     #[arg(long, allow_hyphen_values = true)]
     pub effects: Option<String>,
-    /// What is kept: packets, photons, electrons, codes, features, colour, poses, depth, normals, materials, flow, visibility, stereo, tum.
+    /// What is kept: packets, photons, electrons, codes, features, colour, poses, depth, normals, materials, flow, visibility, stereo,
+    /// tum, map.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub keep: Vec<String>,
 }
@@ -196,6 +197,9 @@ pub struct FeaturesArguments {
 pub struct TrackArguments {
     /// An EuRoC ASL folder (with mav0 or cam0 in it), or one camera's: rgb.txt or images, K.txt, groundtruth.txt.
     pub folder: PathBuf,
+    /// File of the map's landmarks at the end, as a PLY cloud of points.
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
 }
 
 /// What to show of a configuration.

@@ -9,6 +9,7 @@ use std::time::Instant;
 use sensel::error::Error;
 use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuReading, PngDepth};
 use sensel::files::folder::OutputFolder;
+use sensel::files::map::ply;
 use sensel::files::truth::{Keep, Kept, TruthWriter};
 use sensel::num::{u32_from, u64_half_even};
 use sensel::pose::format_tum;
@@ -122,6 +123,10 @@ impl Output {
         write(&folder.join("config.toml"), &session.setup().resolved.canonical_text())?;
         write(&folder.join("trajectory_gt.tum"), &format_tum(&session.truth()))?;
         write(&folder.join("trajectory_est.tum"), &format_tum(&session.estimate()))?;
+        if self.keep.has(Kept::Map) {
+            write(&folder.join("map.ply"), &ply(session.tracker().landmarks()))?;
+            write(&folder.join("keyframes.tum"), &format_tum(&session.tracker().keyframes()))?;
+        }
         self.euroc.finish()?;
         self.kept.finish(session.setup())?;
         self.folder.commit()?;

@@ -8,6 +8,7 @@ use sensel::error::Error;
 use sensel::events::Events;
 use sensel::files::euroc::{CameraFolder, EurocReader, FrameEntry, ImuFolder, ImuReading};
 use sensel::files::grey::{self, Grey};
+use sensel::files::map::ply;
 use sensel::files::tum::TumFolder;
 use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::plane::Plane;
@@ -178,6 +179,9 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     }
     bar.finish_and_clear();
     std::fs::write(&out, format_tum(&course.poses)).map_err(|source| place::io(&out, source))?;
+    if let Some(map) = &arguments.map {
+        std::fs::write(map, ply(tracker.landmarks())).map_err(|source| place::io(map, source))?;
+    }
     say(&recording, &course, &out, shared);
     Ok(())
 }

@@ -8,14 +8,14 @@ use super::row_check::RowCheck;
 use super::rows::{merge_planes, row_times, slot_lengths_clk};
 use super::sensor::SensorSetup;
 use super::setup::Setup;
-use super::transfer::{LinkTotals, frame_time_s};
+use super::transfer::{LinkTotals, frame_time_s, marks};
 use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
 use crate::effects::chain::{Capture, Chain, RowSamples};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
 use crate::fidelity::Rung;
-use crate::num::{f64_from_u64, f64_from_usize, index, u32_from, u64_from};
+use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
@@ -414,6 +414,11 @@ impl Session {
         self.notes.iter().filter_map(pose).collect()
     }
 
+    /// The tracker as it stands after the frames so far.
+    pub fn tracker(&self) -> &Tracker {
+        &self.tracker
+    }
+
     /// Energy of the frames so far.
     pub fn energy(&self) -> EnergyAccount {
         let sensor = &self.setup.sensor;
@@ -433,21 +438,6 @@ impl Session {
         let [photons, codes, features, poses] = self.totals.hashes.hex();
         [photons, codes, features, blake3::hash(&self.energy().to_bytes()).to_hex().to_string(), poses]
     }
-}
-
-/// `indices` are the places of the host's features in the sensor's list.
-fn marks(tracked: Option<&TrackedFrame>, camera: usize, indices: &[u32], features: usize) -> Vec<bool> {
-    let mut marks = vec![false; features];
-    for inlier in tracked.iter().flat_map(|tracked| &tracked.inliers) {
-        if index(inlier.camera.0) != camera {
-            continue;
-        }
-        let place = indices.get(index(inlier.feature)).map(|&place| index(place));
-        if let Some(mark) = place.and_then(|place| marks.get_mut(place)) {
-            *mark = true;
-        }
-    }
-    marks
 }
 
 /// What each camera's extractor makes of its picture, and the events of that.

@@ -7,10 +7,10 @@ use crate::compute::{Extracted, Feature, PATCH_MARGIN_PX};
 use crate::draw::RowPlace;
 use crate::error::Error;
 use crate::link::{self, Flow, FrameMetadata, FrameOut, LinkCounts, Received, Traffic};
-use crate::num::{f64_from_u64, low_u8, low_u32, u32_from, u64_from, u64_half_even};
+use crate::num::{f64_from_u64, index, low_u8, low_u32, u32_from, u64_from, u64_half_even};
 use crate::plane::Plane;
 use crate::readout::{Schedule, Shutter};
-use crate::tracker::{FrameInput, RowClock};
+use crate::tracker::{FrameInput, RowClock, TrackedFrame};
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// What the links of a run did.
@@ -187,4 +187,19 @@ impl Session {
         let indices = (0..u32_from(features.len())).collect();
         Ok((features, indices))
     }
+}
+
+/// Which of a camera's features the tracker's pose rests on; `indices` are the places of the host's features in the sensor's list.
+pub(super) fn marks(tracked: Option<&TrackedFrame>, camera: usize, indices: &[u32], features: usize) -> Vec<bool> {
+    let mut marks = vec![false; features];
+    for inlier in tracked.iter().flat_map(|tracked| &tracked.inliers) {
+        if index(inlier.camera.0) != camera {
+            continue;
+        }
+        let place = indices.get(index(inlier.feature)).map(|&place| index(place));
+        if let Some(mark) = place.and_then(|place| marks.get_mut(place)) {
+            *mark = true;
+        }
+    }
+    marks
 }

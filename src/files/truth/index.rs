@@ -73,6 +73,7 @@ fn meaning(kept: Kept, setup: &Setup) -> Value {
             "png": seen,
         }),
         Kept::Tum => json!({ "folder": "TUM RGB-D, first camera" }),
+        Kept::Map => json!({ "ply": "landmarks in the tracker's world at the end", "tum": "keyframes still held" }),
     }
 }
 

@@ -33,10 +33,12 @@ pub enum Kept {
     Stereo,
     /// A folder as the TUM RGB-D benchmark's.
     Tum,
+    /// The tracker's map as it stands at the end: landmarks and keyframes.
+    Map,
 }
 
 /// All of them, as a user names them.
-const NAMES: [(Kept, &str); 14] = [
+const NAMES: [(Kept, &str); 15] = [
     (Kept::Packets, "packets"),
     (Kept::Photons, "photons"),
     (Kept::Electrons, "electrons"),
@@ -51,6 +53,7 @@ const NAMES: [(Kept, &str); 14] = [
     (Kept::Visibility, "visibility"),
     (Kept::Stereo, "stereo"),
     (Kept::Tum, "tum"),
+    (Kept::Map, "map"),
 ];
 
 impl Kept {
@@ -63,7 +66,7 @@ impl Kept {
     pub(super) fn folders(self, cameras: usize) -> Vec<String> {
         let name = self.name();
         match self {
-            Self::Packets | Self::Tum => Vec::new(),
+            Self::Packets | Self::Tum | Self::Map => Vec::new(),
             Self::Stereo => {
                 let others = 1..cameras;
                 others.flat_map(|other| [pair(0, other), pair(other, 0)]).map(|pair| format!("{name}/{pair}")).collect()
