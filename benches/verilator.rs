@@ -15,15 +15,14 @@
 mod extractor;
 #[path = "verilator/front.rs"]
 mod front;
-#[path = "../tests/rtl/verilate.rs"]
-mod verilate;
 #[path = "verilator/workload.rs"]
 mod workload;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
-use verilate::{Build, version};
+
+use sensel::files::verilator::{Build, version};
 use workload::{CONFIG_PINS, Kind, OUTPUT_PINS, Twin, Workload};
 
 const STYLES: [&str; 3] = ["packed_vectors", "column_loops", "rising_edges"];
@@ -35,33 +34,25 @@ fn root() -> &'static Path {
 fn build(verilator: &str, style: &str) -> PathBuf {
     let list = |names: &[&str]| names.iter().map(|name| format!(" PIN({name})")).collect::<String>();
     let header = format!("#define CONFIG{}\n#define OUTPUTS{}\n", list(CONFIG_PINS), list(OUTPUT_PINS));
-    let folder = root().join("benches/verilator");
-    let mut sources = vec![folder.join(format!("{style}.sv"))];
+    let read = |folder: &str, name: String| {
+        let text = std::fs::read_to_string(root().join(folder).join(&name)).expect("a file of the repository");
+        (name, text.into())
+    };
+    let own = [format!("{style}.sv"), "ports.svh".to_owned(), "front.svh".to_owned()];
     let blocks = ["readout_seq", "ramp_counter", "lane_shift"];
-    sources.extend(blocks.map(|block| root().join(format!("rtl_models/verilog/{block}.sv"))));
-    let include = format!("-I{}", folder.display());
-    Build {
-        verilator,
-        top: style,
-        sources: &sources,
-        harness: &folder.join("harness.cpp"),
-        header: ("pins.h", &header),
-        flags: &[
-            &include,
-            "-Wno-WIDTHCONCAT",
-            "-O3",
-            "--x-assign",
-            "fast",
-            "--x-initial",
-            "fast",
-            "--noassert",
-            "-CFLAGS",
-            "-O3 -march=native",
-            "-MAKEFLAGS",
-            "OPT_FAST=-O3 OPT_SLOW=-O3 OPT_GLOBAL=-O3",
-        ],
-    }
-    .program()
+    let own = own.map(|name| read("benches/verilator", name)).into_iter();
+    let sources = own.chain(blocks.map(|block| read("rtl_models/verilog", format!("{block}.sv")))).collect();
+    let harness = include_str!("verilator/harness.cpp");
+    program(&Build { verilator, top: style, sources, harness, header: &header, flags: &["-Wno-WIDTHCONCAT"] })
+}
+
+/// As fast a program as Verilator and the compiler make: no checks, registers that wake up with 0, this machine's instructions.
+fn program(build: &Build<'_>) -> PathBuf {
+    let mut flags = vec!["-Wall", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert"];
+    flags.extend(["-CFLAGS", "-O3 -march=native", "-MAKEFLAGS", "OPT_FAST=-O3 OPT_SLOW=-O3 OPT_GLOBAL=-O3"]);
+    flags.extend(build.flags);
+    let base = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl");
+    Build { flags: &flags, ..build.clone() }.program(&base).expect("Verilator takes it; without one: ./check --install")
 }
 
 /// Nanoseconds of a frame, and the hash of its pins if asked for.
@@ -130,7 +121,7 @@ fn compare(verilator: &str, latch_mode: bool) {
         "mode": mode,
         "hts": workload.config.seq.hts,
         "clocks": workload.clocks,
-        "verilator": version(verilator, "--version"),
+        "verilator": version(verilator).expect("it was just run"),
         "style": STYLES[fastest],
         "styles_ms": times.map(|time| (time / 1e4).round() / 1e2),
         "verilator_ms": (theirs / 2e4).round() / 1e2,

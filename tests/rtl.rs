@@ -38,8 +38,6 @@ mod photographs;
 mod pins;
 #[path = "rtl/synthesis.rs"]
 mod synthesis;
-#[path = "rtl/verilate.rs"]
-mod verilate;
 
 use cases::{Random, comparators, core_config};
 use judge::Judge;

@@ -7,12 +7,12 @@ use std::time::Instant;
 use sensel::compute::{AlwaysReady, AtOnce, Extracted, Extractor, ExtractorParams};
 use sensel::events::Events;
 use sensel::fidelity::Rung;
+use sensel::files::verilator::{Build, sources, version};
 use sensel::plane::Plane;
 use sensel::units::Size;
 
 use crate::front::{HEIGHT, WIDTH, picture};
-use crate::verilate::{Build, version};
-use crate::{median, root, verilator_frame};
+use crate::{median, program, verilator_frame};
 
 /// Pins of a record that are hashed behind its clock, in this order; the descriptor follows as words of 32 bits.
 const PINS: &[&str] = &["out_x_q4", "out_y_q4", "out_score", "out_angle", "out_octave"];
@@ -21,24 +21,14 @@ fn build(verilator: &str, params: &ExtractorParams) -> PathBuf {
     let pins: String = PINS.iter().map(|name| format!(" PIN({name})")).collect();
     let generics = [("OCTAVES", params.octaves), ("PER_CELL", params.per_cell), ("ENGINES", params.engines)];
     let generics = generics.map(|(name, value)| format!("-G{name}={value}"));
-    let mut flags = vec!["-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert"];
-    flags.extend(["-CFLAGS", "-O3 -march=native", "-MAKEFLAGS", "OPT_FAST=-O3 OPT_SLOW=-O3 OPT_GLOBAL=-O3"]);
-    flags.extend(generics.iter().map(String::as_str));
-    let folder = root().join("rtl_models/verilog");
-    let parts = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
-    let is_part = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("fx_"));
-    let mut sources: Vec<PathBuf> = parts.filter(is_part).collect();
-    sources.sort();
-    sources.insert(0, folder.join("extractor_core.sv"));
-    Build {
+    program(&Build {
         verilator,
         top: "extractor_core",
-        sources: &sources,
-        harness: &root().join("benches/verilator/extractor_harness.cpp"),
-        header: ("pins.h", &format!("#define OUTPUTS{pins}\n")),
-        flags: &flags,
-    }
-    .program()
+        sources: sources("extractor_core"),
+        harness: include_str!("extractor_harness.cpp"),
+        header: &format!("#define OUTPUTS{pins}\n"),
+        flags: &generics.each_ref().map(String::as_str),
+    })
 }
 
 fn hash(extracted: &Extracted) -> u64 {
@@ -91,7 +81,7 @@ pub fn compare(verilator: &str, octaves: u32, threshold: u16) {
         "threshold": threshold,
         "clocks": clocks,
         "features": found.features.len(),
-        "verilator": version(verilator, "--version"),
+        "verilator": version(verilator).expect("it was just run"),
         "verilator_mclk_per_s": per_second(theirs / 2.0),
         "sensel_clocked_mclk_per_s": per_second(clocked / 2.0),
         "sensel_sampled_mclk_per_s": per_second(ours(Rung::Sampled)),

@@ -8,10 +8,10 @@ use std::time::Instant;
 use rtl_models::fx_front::{FRONT_LATENCY, FxFront, FxFrontConfig, FxFrontIn, FxFrontMemory, FxFrontOut, line_words};
 use rtl_models::fx_front_rows::{FrontRows, FrontRowsMemory, FrontSink, RowCorner, RowDone};
 use sensel::draw::mix;
+use sensel::files::verilator::{Build, sources, version};
 use sensel::simd::{Kernel, dispatch};
 
-use crate::verilate::{Build, version};
-use crate::{median, root, verilator_frame};
+use crate::{median, program, verilator_frame};
 
 pub const WIDTH: u32 = 640;
 pub const HEIGHT: u32 = 480;
@@ -108,29 +108,14 @@ pub fn picture() -> Vec<u8> {
 
 fn build(verilator: &str, octaves: u32) -> PathBuf {
     let pins: String = PINS.iter().map(|name| format!(" PIN({name})")).collect();
-    let blocks = ["front", "rows", "window", "fast", "nms", "smooth", "half", "harris", "memory"];
-    let sources = blocks.map(|block| root().join(format!("rtl_models/verilog/fx_{block}.sv")));
-    Build {
+    program(&Build {
         verilator,
         top: "fx_front",
-        sources: &sources,
-        harness: &root().join("benches/verilator/front_harness.cpp"),
-        header: ("pins.h", &format!("#define OUTPUTS{pins}\n")),
-        flags: &[
-            &format!("-GOCTAVES={octaves}"),
-            "-O3",
-            "--x-assign",
-            "fast",
-            "--x-initial",
-            "fast",
-            "--noassert",
-            "-CFLAGS",
-            "-O3 -march=native",
-            "-MAKEFLAGS",
-            "OPT_FAST=-O3 OPT_SLOW=-O3 OPT_GLOBAL=-O3",
-        ],
-    }
-    .program()
+        sources: sources("fx_front"),
+        harness: include_str!("front_harness.cpp"),
+        header: &format!("#define OUTPUTS{pins}\n"),
+        flags: &[&format!("-GOCTAVES={octaves}")],
+    })
 }
 
 fn hash_pins(hash: &mut u64, out: &FxFrontOut) {
@@ -269,7 +254,7 @@ pub fn compare(verilator: &str, octaves: u32) {
         "octaves": octaves,
         "clocks": clocks,
         "corners": frame.corners.len(),
-        "verilator": version(verilator, "--version"),
+        "verilator": version(verilator).expect("it was just run"),
         "verilator_mclk_per_s": per_second(theirs / 2.0),
         "sensel_rows_mclk_per_s": per_second(ours / 2.0),
         "sensel_ticks_mclk_per_s": per_second(tick_ns),

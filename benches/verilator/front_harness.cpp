@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "Vblock.h"
-#include "pins.h"
+#include "block.h"
 #include "verilated.h"
 
 // FNV-1a over 64-bit words.

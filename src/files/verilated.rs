@@ -11,7 +11,7 @@ use rtl_models::extractor_rows::Surroundings;
 use rtl_models::fx_back::{FxBackConfig, FxCounts, Record};
 use rtl_models::verilog::{FRAMES_HARNESS, ROWS_HARNESS};
 
-use super::verilator::{self, Build};
+use super::verilator::{self, Build, sources};
 use crate::error::Error;
 use crate::num::{low_u16, u32_from};
 use crate::silicon::{FrameAsked, FrameGiven, RowAsked, Silicon};
@@ -214,11 +214,8 @@ pub fn extractor_parameters(config: &FxBackConfig) -> Vec<String> {
     ]
 }
 
-/// Registers wake up with any value, as in silicon; warnings of Verilators to come stop nobody.
-fn with_common(parameters: Vec<String>) -> Vec<String> {
-    let common = ["--x-initial", "unique", "--x-assign", "unique", "-O3", "-Wno-fatal", "-CFLAGS", "-O2"];
-    common.map(str::to_owned).into_iter().chain(parameters).collect()
-}
+/// Verilator's program, as the system finds it.
+const VERILATOR: &str = "verilator";
 
 impl Verilated {
     /// Programs are built in this folder when they are needed first.
@@ -226,7 +223,15 @@ impl Verilated {
     /// # Errors
     /// There is no Verilator.
     pub fn new(folder: PathBuf) -> Result<Self, Error> {
-        verilator::version().map(|_| Self { folder, players: Players::default() })
+        verilator::version(VERILATOR).map(|_| Self { folder, players: Players::default() })
+    }
+
+    /// Registers wake up with any value, as in silicon; warnings of Verilators to come stop nobody.
+    fn build(&self, top: &str, parameters: &[String], harness: &str, header: &str) -> Result<PathBuf, Error> {
+        let mut flags = vec!["--x-initial", "unique", "--x-assign", "unique", "-O3", "-Wno-fatal", "-CFLAGS", "-O2"];
+        flags.extend(parameters.iter().map(String::as_str));
+        let sources = sources(top);
+        Build { verilator: VERILATOR, top, sources, harness, header, flags: &flags }.program(&self.folder)
     }
 }
 
@@ -235,8 +240,7 @@ impl Silicon for Verilated {
         const NAME: &str = "sensor_core";
         let build = || {
             let header = format!("#define COLUMNS {COLUMNS}\n");
-            let flags = with_common(vec![format!("-GCOLUMNS={COLUMNS}")]);
-            Build { top: NAME, harness: ROWS_HARNESS, header: &header, flags: &flags }.program(&self.folder)
+            self.build(NAME, &[format!("-GCOLUMNS={COLUMNS}")], ROWS_HARNESS, &header)
         };
         let mut player = self.players.take(NAME, build)?;
         let mut codes = Vec::with_capacity(asked.signal_clk.len());
@@ -253,9 +257,7 @@ impl Silicon for Verilated {
         let name = parameters.join(" ");
         let build = || {
             let header = format!("#define DESCRIPTOR_BYTES {}\n", asked.hardware.desc_bits / 8);
-            let flags = with_common(parameters);
-            let build = Build { top: "extractor_core", harness: FRAMES_HARNESS, header: &header, flags: &flags };
-            build.program(&self.folder)
+            self.build("extractor_core", &parameters, FRAMES_HARNESS, &header)
         };
         let mut player = self.players.take(&name, build)?;
         let given = player.frame(asked, around)?;

@@ -1,13 +1,13 @@
 // Plays pins to one Verilog block, clock by clock. Enters, on stdin, batches: a 32-bit count, then as many records of the input pins, each
 // pin in whole bytes, least significant first. Leaves, on stdout: one record of the output pins after each rising edge.
-// pins.h is written by the test: INPUTS and OUTPUTS list the ports as PIN(name, bytes).
+// block.h is written by the test: INPUTS and OUTPUTS list the ports as PIN(name, bytes).
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <vector>
 
 #include "Vblock.h"
-#include "pins.h"
+#include "block.h"
 #include "verilated.h"
 
 #define PIN(name, bytes) +bytes

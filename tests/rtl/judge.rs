@@ -5,9 +5,7 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use rtl_models::verilog::{Source, sources_of};
-
-use crate::verilate::Build;
+use sensel::files::verilator::{self, Build};
 
 /// A port's value in one clock.
 pub enum Pin<'a> {
@@ -69,15 +67,10 @@ pub struct Judge {
     clocks: u64,
 }
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
 /// The Verilog files that a block needs, its own first.
 pub fn sources(block: &str) -> Vec<PathBuf> {
-    let folder = root().join("rtl_models/verilog");
-    let (own, parts): (Vec<&Source>, Vec<&Source>) = sources_of(block).partition(|source| source.module == block);
-    own.iter().chain(&parts).map(|source| folder.join(format!("{}.sv", source.module))).collect()
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("rtl_models/verilog");
+    verilator::sources(block).iter().map(|(name, _)| folder.join(name)).collect()
 }
 
 fn list(macro_name: &str, pins: &[(&'static str, usize)]) -> String {
@@ -91,17 +84,19 @@ impl Judge {
         let ports = |pins: &[Pin<'_>]| pins.iter().map(|pin| (pin.name(), pin.bytes())).collect::<Vec<_>>();
         let (inputs, outputs) = (ports(inputs), ports(outputs));
         let header = list("INPUTS", &inputs) + &list("OUTPUTS", &outputs);
-        let mut flags = vec!["--x-initial", "unique", "--x-assign", "unique", "-O3", "-CFLAGS", "-O1"];
+        // Warnings are errors.
+        let mut flags = vec!["-Wall", "--x-initial", "unique", "--x-assign", "unique", "-O3", "-CFLAGS", "-O1"];
         flags.extend(parameters);
         let build = Build {
             verilator: "verilator",
             top: block,
-            sources: &sources(block),
-            harness: &root().join("tests/rtl/harness.cpp"),
-            header: ("pins.h", &header),
+            sources: verilator::sources(block),
+            harness: include_str!("harness.cpp"),
+            header: &header,
             flags: &flags,
         };
-        let mut command = Command::new(build.program());
+        let program = build.program(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl"));
+        let mut command = Command::new(program.expect("Verilator takes it; without one: ./check --install"));
         let child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("the program was built");
         Self { block, child, inputs, outputs, stimulus: Vec::new(), expected: Vec::new(), waiting: 0, clocks: 0 }
     }
