@@ -25,7 +25,7 @@
 //! assert!(extract(flat)?.features.is_empty());
 //! let found = extract(peaked)?;
 //! let feature = found.features[0];
-//! assert_eq!((feature.x_q4, feature.y_q4, feature.score, feature.angle), (391, 391, 159, 32));
+//! assert_eq!((feature.x_q4, feature.y_q4, feature.score, feature.angle), (397, 397, 159, 32));
 //! assert_eq!((found.out_clk[0], found.end_clk), (2661, 2408));
 //! # Ok::<(), sensel::error::Error>(())
 //! ```
