@@ -1,4 +1,5 @@
-//! The sub-pixel place of a corner by the weighted centroid of FAST's differences. Enters: picture and corner. Leaves: sixteenths of a pixel.
+//! The sub-pixel place of a corner by the weighted centroid of FAST's differences. Enters: picture and corner. Leaves: sixteenths
+//! of a pixel.
 
 use super::fast::{Corner, arc_difference_at};
 use super::word::Word;
@@ -37,10 +38,10 @@ pub fn responses<W: Word>(picture: &Plane<W>, corner: &Corner) -> [[i32; 3]; 3] 
 /// Centroid of nine values under the weights (1 2 1) both ways, times 2.5, relative to the middle, in sixteenths, rounded half up and
 /// clipped to within a pixel.
 ///
-/// FAST's score is a least of differences: below a pixel it is flat at its top and bent like a tent, so a parabola through it holds to whole
-/// pixels. The centroid moves with all nine values and has no case without an answer. Nine values see only part of a peak, and so their
-/// centroid moves by two fifths of what the corner does; the factor was measured on photographs shifted by known parts of a pixel
-/// (docs/extractor.md), not derived. Nothing but zeros stays in the middle.
+/// FAST's score is a least of differences: below a pixel it is flat at its top and bent like a tent, so a parabola through it holds
+/// to whole pixels. The centroid moves with all nine values and has no case without an answer. Nine values see only part of a peak,
+/// and so their centroid moves by two fifths of what the corner does; the factor was measured on photographs shifted by known parts
+/// of a pixel (docs/extractor.md), not derived. Nothing but zeros stays in the middle.
 pub fn offset_q4(r: &[[i32; 3]; 3]) -> (i32, i32) {
     let column = |x: usize| r[0][x] + 2 * r[1][x] + r[2][x];
     let row = |y: usize| r[y][0] + 2 * r[y][1] + r[y][2];

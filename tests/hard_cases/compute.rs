@@ -1,4 +1,5 @@
-//! Hard cases of the extractor's integers: angles at seams, moments at their greatest, fits of equal or no values, plateaus. Enters: integers.
+//! Hard cases of the extractor's integers: angles at seams, moments at their greatest, fits of equal or no values, plateaus. Enters:
+//! integers.
 
 use sensel::compute::blocks::{Patch, RADIUS_PX, arc_difference, moments, offset_q4};
 use sensel::compute::{Corner, angle_of, fast9};
