@@ -25,7 +25,7 @@
 //! assert!(extract(flat)?.features.is_empty());
 //! let found = extract(peaked)?;
 //! let feature = found.features[0];
-//! assert_eq!((feature.x_q4, feature.y_q4, feature.score, feature.angle), (391, 391, 159, 32));
+//! assert_eq!((feature.x_q4, feature.y_q4, feature.score, feature.angle), (397, 397, 159, 32));
 //! assert_eq!((found.out_clk[0], found.end_clk), (2661, 2408));
 //! # Ok::<(), sensel::error::Error>(())
 //! ```
@@ -118,8 +118,8 @@ impl Feature {
         f64::from(self.y_q4) / f64::from(STEPS_PER_PX)
     }
 
-    /// The pixel (column, row) of the full picture whose area holds the place. The fit moves a place by half a pixel of its octave at
-    /// most, and a place on the seam between two pixels belongs to the later one, as the fit never reaches the seam itself from below.
+    /// The pixel (column, row) of the full picture whose area holds the place; a place on the seam between two belongs to the later
+    /// one. The fit moves a place by up to a pixel of its octave, so the corner's own pixel is this one or a neighbour of it.
     pub fn pixel(&self) -> (u32, u32) {
         let nearest = |place_q4: u16| (u32::from(place_q4) + u32::from(STEPS_PER_PX) / 2) / u32::from(STEPS_PER_PX);
         (nearest(self.x_q4), nearest(self.y_q4))

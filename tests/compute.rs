@@ -158,6 +158,8 @@ const VECTORS: &[(&str, &[u8])] = vectors![
 
 /// Every cell keeps its best four, and all of them are served.
 const MANY: ExtractorParams = ExtractorParams { threshold: 10, per_cell: 4, ..ExtractorParams::USUAL };
+/// The same with each feature in the middle of its corner's pixel.
+const WHOLE: ExtractorParams = ExtractorParams { subpixel: false, ..MANY };
 
 fn features(codes: &Plane<u16>, bits: u32, params: &ExtractorParams) -> Vec<Feature> {
     extract(codes, bits, params, &mut Events::default()).unwrap()
@@ -243,13 +245,21 @@ fn features_are_the_same_at_every_simd_level() {
 fn the_full_list_holds_every_corner_and_only_whole_patches_have_descriptors() {
     let codes = blobs(160, 120);
     let corners = fast9(&to_8_bits(&codes, 16), 10);
-    let listed = every_corner(&codes, 16, &MANY).unwrap();
-    let places: Vec<_> = listed.iter().map(|f| (f.pixel(), f.score)).collect();
-    let expected: Vec<_> = corners.iter().map(|c| ((c.x_px, c.y_px), c.score)).collect();
+    let places: Vec<_> = every_corner(&codes, 16, &WHOLE)
+        .unwrap()
+        .iter()
+        .map(|f| (f.pixel(), f.x_q4 % 16, f.y_q4 % 16, f.score))
+        .collect();
+    let expected: Vec<_> = corners.iter().map(|c| ((c.x_px, c.y_px), 0, 0, c.score)).collect();
     assert_eq!(places, expected);
+    let listed = every_corner(&codes, 16, &MANY).unwrap();
+    assert_eq!(listed.len(), corners.len());
     let (mut whole, mut cut) = (0, 0);
-    for feature in &listed {
-        let inside = has_patch(feature.pixel(), 160, 120);
+    for (feature, corner) in listed.iter().zip(&corners) {
+        // A fit moves a place by a pixel at most.
+        let near = |place_q4: u16, px: u32| (16 * px).abs_diff(place_q4.into()) <= 16;
+        assert!(near(feature.x_q4, corner.x_px) && near(feature.y_q4, corner.y_px), "{feature:?} of {corner:?}");
+        let inside = has_patch((corner.x_px, corner.y_px), 160, 120);
         assert_eq!(feature.descriptor != [0; 32], inside, "corner at {:?}", feature.pixel());
         whole += u32::from(inside);
         cut += u32::from(!inside);
@@ -268,11 +278,11 @@ fn has_patch((x, y): (u32, u32), width_px: u32, height_px: u32) -> bool {
 fn each_cell_gives_its_best_by_cell_rows() {
     let codes = blobs(330, 250);
     let all = every_corner(&codes, 16, &MANY).unwrap();
+    let corners: Vec<_> = every_corner(&codes, 16, &WHOLE).unwrap().iter().map(Feature::pixel).collect();
     for cell_px in [16, 32, 64] {
         for per_cell in 1..=4 {
             let mut cells: BTreeMap<(u32, u32), Vec<Feature>> = BTreeMap::new();
-            for feature in all.iter().filter(|feature| has_patch(feature.pixel(), 330, 250)) {
-                let (x, y) = feature.pixel();
+            for (feature, &(x, y)) in all.iter().zip(&corners).filter(|(_, at)| has_patch(**at, 330, 250)) {
                 cells.entry((y / cell_px, x / cell_px)).or_default().push(*feature);
             }
             for cell in cells.values_mut() {
@@ -406,7 +416,7 @@ fn shorter_words_are_the_longer_ones_cut() {
 fn the_threshold_follows_its_target_from_frame_to_frame() {
     let codes = blobs(320, 240);
     let corners = |threshold: u16| {
-        let listed = every_corner(&codes, 16, &ExtractorParams { threshold, ..MANY }).unwrap();
+        let listed = every_corner(&codes, 16, &ExtractorParams { threshold, ..WHOLE }).unwrap();
         listed.iter().filter(|feature| has_patch(feature.pixel(), 320, 240)).count() as u64
     };
     let target = corners(60);

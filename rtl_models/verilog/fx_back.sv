@@ -202,14 +202,14 @@ module fx_back #(
   end
   fx_orient #(.PIX_BITS(PIX_BITS)) orient (.clk, .rst, .angle_bits, .column_valid, .column_index, .column, .angle_valid, .angle);
 
-  logic signed [3:0] dx, dy;
+  logic signed [4:0] dx, dy;
   generate
     if (SUBPIXEL != 0) begin : fitted
       logic [PIX_BITS-1:0] middle;
       assign middle = score + 1'b1;
       fx_fit #(.PIX_BITS(PIX_BITS)) fit (.clk, .rst, .go(go_fit), .resp({corner[WORD-1-:4*PIX_BITS], middle, corner[WORD-1-4*PIX_BITS-:4*PIX_BITS]}), .dx, .dy);
     end else begin : whole
-      assign {dx, dy} = 8'd0;
+      assign {dx, dy} = 10'd0;
       logic unused_go;
       assign unused_go = go_fit;
     end
@@ -217,8 +217,8 @@ module fx_back #(
 
   // Sixteenths in octave 0, pixel centres whole: a half-scale pixel's centre lies between four.
   logic [15:0] x_q4, y_q4;
-  assign x_q4 = (({x, 4'd8} + {{12{dx[3]}}, dx}) << octave) - 16'd8;
-  assign y_q4 = (({y, 4'd8} + {{12{dy[3]}}, dy}) << octave) - 16'd8;
+  assign x_q4 = (({x, 4'd8} + {{11{dx[4]}}, dx}) << octave) - 16'd8;
+  assign y_q4 = (({y, 4'd8} + {{11{dy[4]}}, dy}) << octave) - 16'd8;
 
   localparam RECORD = 32 + PIX_BITS + 8 + 3 + DESC_BITS;
   logic [ENGINES*RECORD-1:0] records;

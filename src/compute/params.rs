@@ -70,7 +70,7 @@ pub struct ExtractorParams {
     pub per_cell: u32,
     /// Which of a cell's corners are kept.
     pub rank: Rank,
-    /// Fit places to sixteenths of a pixel; else places are whole pixels of their octave.
+    /// Places to sixteenths of a pixel, by the differences around a corner; else places are whole pixels of their octave.
     pub subpixel: bool,
     /// Bits of an angle, 3 to 8; its lower bits are 0.
     pub angle_bits: u32,

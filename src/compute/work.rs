@@ -31,10 +31,8 @@ const HARRIS_OPS: u64 = 2 * 5 + 3 * (4 + 5) + 4;
 /// Three products of gradients; two of sums and the trace's square.
 const HARRIS_MACS: u64 = 3 + 3;
 
-/// Sums of rows and columns, differences and the rounding of two quotients.
-const SUBPIXEL_OPS: u64 = 12 + 2 + 4 + 3 + 4;
-/// Six products of the two-by-two system, and two quotients of four steps each.
-const SUBPIXEL_MACS: u64 = 6 + 2 * 4;
+/// Weighted sums of three rows and three columns, of all nine, two slopes; two dividends of three adds and two quotients of five steps.
+const SUBPIXEL_OPS: u64 = 12 + 2 + 2 + 2 * 3 + 2 * 5;
 /// Products that turn both points of a pair.
 const ROTATOR_MACS: u64 = 2 * 4;
 /// Compares of an angle's slope, each with a product.
@@ -101,7 +99,6 @@ fn entry_words(params: &ExtractorParams) -> u64 {
 fn served(params: &ExtractorParams, features: u64, work: &mut Work) {
     if params.subpixel {
         work.ops += SUBPIXEL_OPS * features;
-        work.macs += SUBPIXEL_MACS * features;
     }
     // The patch goes from the ring to the engine's memory, and its disc into sums of columns and rows on the way.
     let side = u64_from(SIDE);

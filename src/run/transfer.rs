@@ -181,9 +181,9 @@ impl Session {
         // The host runs the same extractor on the picture it received; none of it is the sensor's energy.
         let (extracted, _) = extract_one(sensor, &mut self.extractors[camera], &picture)?;
         let mut features = extracted.features;
-        // Lost rows are black there, and their edges are no corners.
+        // Lost rows are black there, and their edges are no corners. A place may stand in the pixel beside its corner's.
         let lost: Vec<u32> = frame.damaged_rows.into_iter().chain(frame.missing_rows).collect();
-        features.retain(|feature| lost.iter().all(|row| row.abs_diff(feature.pixel().1) > PATCH_MARGIN_PX));
+        features.retain(|feature| lost.iter().all(|row| row.abs_diff(feature.pixel().1) > PATCH_MARGIN_PX + 1));
         let indices = (0..u32_from(features.len())).collect();
         Ok((features, indices))
     }

@@ -1,4 +1,5 @@
-//! Hard cases of the extractor's integers: angles at seams, moments at their greatest, fits without a peak, plateaus. Enters: integers.
+//! Hard cases of the extractor's integers: angles at seams, moments at their greatest, fits of equal or no values, plateaus. Enters:
+//! integers.
 
 use sensel::compute::blocks::{Patch, RADIUS_PX, arc_difference, moments, offset_q4};
 use sensel::compute::{Corner, angle_of, fast9};
@@ -92,31 +93,26 @@ fn moments_at_the_widest_word(stage: &mut Stage) {
     }
 }
 
-/// The least-squares quadratic of nine values solved anew, in 128 bits: f = a + b x + c y + d x^2 + e x y + g y^2 with 12 b = 2 sum x f
-/// and so on; the peak is ((e c - 2 g b), (e b - 2 d c)) / (4 d g - e^2), in sixteenths, half up, within half a pixel.
-fn exact_peak(r: &[[i32; 3]; 3]) -> Option<(i128, i128)> {
+/// The centroid of nine values under the weights (1 2 1) both ways, in 128 bits, before it is clipped to within a pixel.
+fn exact_centroid(r: &[[i32; 3]; 3]) -> Option<(i128, i128)> {
     let sum = |weight: &dyn Fn(i128, i128) -> i128| -> i128 {
         (0..9)
             .map(|n| {
-                weight(n % 3 - 1, n / 3 - 1)
-                    * i128::from(r[usize::try_from(n / 3).unwrap()][usize::try_from(n % 3).unwrap()])
+                let (x, y) = (n % 3 - 1, n / 3 - 1);
+                let value = r[usize::try_from(n / 3).unwrap()][usize::try_from(n % 3).unwrap()];
+                weight(x, y) * (2 - x * x) * (2 - y * y) * i128::from(value)
             })
             .sum()
     };
-    let (b, c) = (2 * sum(&|x, _| x), 2 * sum(&|_, y| y));
-    let (d, g) = (6 * sum(&|x, _| x * x) - 4 * sum(&|_, _| 1), 6 * sum(&|_, y| y * y) - 4 * sum(&|_, _| 1));
-    let e = 3 * sum(&|x, y| x * y);
-    let determinant = 4 * d * g - e * e;
-    if d >= 0 || g >= 0 || determinant <= 0 {
-        return None;
-    }
-    let place = |above: i128| (32 * above + determinant).div_euclid(2 * determinant).clamp(-8, 7);
-    Some((place(e * c - 2 * g * b), place(e * b - 2 * d * c)))
+    let all = sum(&|_, _| 1);
+    // Sixteenths, 2.5 times, half up.
+    let place = |above: i128| (80 * above + all).div_euclid(2 * all);
+    (all > 0).then(|| (place(sum(&|x, _| x)), place(sum(&|_, y| y))))
 }
 
 fn fits(stage: &mut Stage) {
-    let sides = &["flat, ridge or saddle", "peak inside", "peak beyond half a pixel"];
-    let case = stage.case("sub-pixel fit of nine scores", "rational least squares", "1/16 px", sides);
+    let sides = &["nothing but zeros", "inside", "beyond a pixel"];
+    let case = stage.case("sub-pixel fit of nine scores", "weighted centroid in 128 bits", "1/16 px", sides);
     let mut chance = Chance::new(503);
     let hard: [[[i32; 3]; 3]; 8] = [
         [[0; 3]; 3],
@@ -139,13 +135,20 @@ fn fits(stage: &mut Stage) {
     };
     for number in 0..20_000 {
         let r = if number < hard.len() { hard[number] } else { random(&mut chance) };
+        let r = match if number < hard.len() { 0 } else { number % 8 } {
+            // A corner that ends sharply: one side's three values are nothing, the other's as great as the middle.
+            5 => r.map(|[_, middle, _]| [0, middle, r[1][1]]),
+            6 => [[r[1][1]; 3], r[1], [0; 3]],
+            7 => [[0; 3]; 3],
+            _ => r,
+        };
         let (x, y) = offset_q4(&r);
-        let exact = exact_peak(&r);
-        let (x_exact, y_exact) = exact.unwrap_or((0, 0));
-        let at_limit = |place: i128| place == -8 || place == 7;
+        let exact = exact_centroid(&r);
+        let (x_free, y_free) = exact.unwrap_or((0, 0));
+        let (x_exact, y_exact) = (x_free.clamp(-16, 15), y_free.clamp(-16, 15));
         let side = match exact {
             None => 0,
-            Some(_) if at_limit(x_exact) || at_limit(y_exact) => 2,
+            Some(free) if free != (x_exact, y_exact) => 2,
             Some(_) => 1,
         };
         case.hold(side, (x.into(), y.into()) == (x_exact, y_exact), || format!("{r:?}: {x}, {y} for {exact:?}"));
