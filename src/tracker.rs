@@ -38,6 +38,7 @@ use glam::DVec3;
 
 use crate::draw::DrawKey;
 use crate::error::Error;
+use crate::num::index;
 use crate::pose::{Pose, TimedPose};
 
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
@@ -71,6 +72,7 @@ const WEAK_FRAMES_MAX: u32 = 3;
 struct LastKeyframe {
     frame: u64,
     world_from_body: Pose,
+    /// Landmarks that a frame at its place would find.
     landmarks: u32,
 }
 
@@ -323,6 +325,12 @@ impl Tracker {
         if let (Some(inertia), [.., before, last]) = (&mut self.inertia, &self.map.keyframes[..]) {
             inertia.link((before.id, before.t_s), (last.id, last.t_s));
         }
+        // A unit's steps go from keyframe to keyframe, so those stay.
+        if self.inertia.is_none() && self.waiting.waits_for_motion() {
+            let near = (self.params.keyframe_distance_m, self.params.keyframe_angle_rad);
+            self.map.thin(index(self.params.window), near);
+            self.waiting.keep(&self.map.keyframes);
+        }
         let mut state = located.state;
         if let Some(adjusted) = adjust_window(&mut self.map, (&self.cameras, &self.params), self.inertia.as_ref(), work)
         {
@@ -337,7 +345,8 @@ impl Tracker {
             _ => self.stand_at(&state.body_from_world, 1.0),
         }
         let world_from_body = state.body_from_world.inverse();
-        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + made });
+        let expected = if self.waiting.waits_for_motion() { 0 } else { made };
+        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + expected });
     }
 
     /// Looks for an earlier visit of the place that the last keyframe sees, and bends the map where two keyframes agree on one.

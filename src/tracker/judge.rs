@@ -88,8 +88,17 @@ impl Tracker {
         upper_median(&distances_px)
     }
 
-    pub(super) fn keyframe_is_due(&self, world_from_body: &Pose, tracked: u32) -> bool {
-        let Some(last) = self.last_keyframe else { return true };
+    /// Whether a located frame has moved far from the last keyframe, or has lost too many of its landmarks.
+    ///
+    /// Of the points that two cameras make at once nearly all are found again. Those that wait for the body's motion are fewer, and corners
+    /// that flicker as many: counting them as found made a keyframe of every frame or two. There only what was found since counts.
+    pub(super) fn keyframe_is_due(&mut self, world_from_body: &Pose, tracked: u32) -> bool {
+        let waits = self.waiting.waits_for_motion();
+        let Some(last) = &mut self.last_keyframe else { return true };
+        if waits {
+            last.landmarks = last.landmarks.max(tracked);
+        }
+        let last = *last;
         let moved = last.world_from_body.inverse().then(world_from_body);
         self.frame - last.frame >= u64::from(self.params.keyframe_frames_max)
             || moved.translation_m.length() > self.params.keyframe_distance_m
