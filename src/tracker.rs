@@ -100,6 +100,8 @@ pub struct Tracker {
     usual_bound_m: f64,
     /// Places in a row that were known badly.
     weak_frames: u32,
+    /// Least standard deviation of a place: the one given. The parameters hold what the residuals show.
+    place_sigma_px_min: f64,
     /// From the body to the only camera, which the tracker takes for the body's place.
     arm_m: DVec3,
 }
@@ -146,6 +148,7 @@ impl Tracker {
             arm_m,
             usual_bound_m: 0.0,
             weak_frames: 0,
+            place_sigma_px_min: params.place_sigma_px,
         })
     }
 
@@ -189,6 +192,11 @@ impl Tracker {
             if self.map.keyframes.is_empty() { self.start(input.t_s, &views) } else { self.follow(input.t_s, &views) };
         self.frame += 1;
         answer
+    }
+
+    /// Standard deviation of a full-size corner's place as the residuals have shown it of late, in pixels, at least the given one.
+    pub fn place_sigma_px(&self) -> f64 {
+        self.params.place_sigma_px
     }
 
     /// Landmarks as they stand now, in rising order of their numbers.
@@ -235,6 +243,9 @@ impl Tracker {
         let (inliers, tracked_features) = self.account(views, &located);
         self.inliers_before = crate::num::u32_from(inliers.len());
         let position_bound_m = judgement.position_bound_m;
+        if self.hangs_on_motion() {
+            self.learn_noise(views, &located);
+        }
         let keyframe =
             judgement.is_sound && self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
         // The step that leads here is measured before the adjustment: both ends then hang on the same map.
@@ -325,8 +336,7 @@ impl Tracker {
         if let (Some(inertia), [.., before, last]) = (&mut self.inertia, &self.map.keyframes[..]) {
             inertia.link((before.id, before.t_s), (last.id, last.t_s));
         }
-        // A unit's steps go from keyframe to keyframe, so those stay.
-        if self.inertia.is_none() && self.waiting.waits_for_motion() {
+        if self.hangs_on_motion() {
             let near = (self.params.keyframe_distance_m, self.params.keyframe_angle_rad);
             self.map.thin(index(self.params.window), near);
             self.waiting.keep(&self.map.keyframes);
@@ -345,7 +355,7 @@ impl Tracker {
             _ => self.stand_at(&state.body_from_world, 1.0),
         }
         let world_from_body = state.body_from_world.inverse();
-        let expected = if self.waiting.waits_for_motion() { 0 } else { made };
+        let expected = if self.hangs_on_motion() { 0 } else { made };
         self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + expected });
     }
 
@@ -435,6 +445,7 @@ impl Tracker {
         if self.unswept_frame.is_none() && since >= GIVEN_UP_FRAMES && self.map.keyframes.len() < YOUNG_KEYFRAMES {
             self.map = Map::default();
             self.lost = false;
+            self.params.place_sigma_px = self.place_sigma_px_min;
         }
     }
 }
