@@ -243,9 +243,6 @@ impl Tracker {
         let (inliers, tracked_features) = self.account(views, &located);
         self.inliers_before = crate::num::u32_from(inliers.len());
         let position_bound_m = judgement.position_bound_m;
-        if self.hangs_on_motion() {
-            self.learn_noise(views, &located);
-        }
         let keyframe =
             judgement.is_sound && self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
         // The step that leads here is measured before the adjustment: both ends then hang on the same map.

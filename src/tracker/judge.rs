@@ -65,9 +65,12 @@ impl Tracker {
         self.cameras.len() == 1 || position_bound_m.is_some_and(known)
     }
 
-    /// Takes a frame's residuals for the noise of places, by their median. Corners on the steps of few bits jump by a pixel: points made from
-    /// them with the noise of fine pictures look certain, and certain ones are refused.
-    pub(super) fn learn_noise(&mut self, views: &[View], located: &Located) {
+    /// Takes a frame's residuals for the noise of places, by their median. Corners on the steps of few bits jump by a pixel: points made
+    /// from them with the noise of fine pictures look certain, and certain ones are refused.
+    fn learn_noise(&mut self, views: &[View], located: &Located) {
+        if !self.hangs_on_motion() {
+            return;
+        }
         let params = &self.params;
         let error2 = |found: &Found| {
             let sight = &views[index(found.camera.0)].sights[found.sight];
@@ -83,8 +86,9 @@ impl Tracker {
         self.params.place_sigma_px = smoothed_px2.sqrt().clamp(least_px, NOISE_FACTOR_MAX * least_px);
     }
 
-    /// Counts what was predicted and found, for culling; gives the inliers and the number of different landmarks.
+    /// Counts what was predicted and found, for culling, and learns from it; gives the inliers and the number of different landmarks.
     pub(super) fn account(&mut self, views: &[View], located: &Located) -> (Vec<Inlier>, u32) {
+        self.learn_noise(views, located);
         for &number in &located.in_view {
             self.map.landmarks[number].predicted += 1;
         }

@@ -73,8 +73,8 @@ fn one_camera_with_a_rolling_shutter_is_tracked_up_to_scale() {
 }
 
 /// Corners that are found in every other frame, by chance: no frame finds all landmarks that a keyframe sees and makes, so a rule that
-/// counts them makes keyframes that the way does not ask for, and ten of those span less parallax. Every fourth frame is the bound: with that
-/// rule it was one in 3.4, with what is found again one in 4.5.
+/// counts them makes keyframes that the way does not ask for, and ten of those span less parallax. Every fourth frame is the bound: with
+/// that rule it was one in 3.4, with what is found again one in 4.5.
 #[test]
 fn corners_that_flicker_do_not_make_keyframes() {
     for seed in [61, 62] {
@@ -91,7 +91,8 @@ fn corners_that_flicker_do_not_make_keyframes() {
 }
 
 /// The noise of places is what residuals show: 1.5 px in the world show as much, less the share of the 12 unknowns that a frame and the map
-/// fit to them, and what the map is wrong by on top; a third either way. Half a pixel, below the given 0.6 px, leaves a little on top of it.
+/// fit to them, and what the map is wrong by on top; a third either way. Half a pixel, below the given 0.6 px, leaves a little on top of
+/// it.
 #[test]
 fn the_noise_of_places_is_learnt_from_one_cameras_residuals() {
     for (noise_px, least_px, most_px) in [(0.5, 0.6, 0.8), (1.5, 1.0, 2.0)] {
