@@ -38,6 +38,7 @@ use glam::DVec3;
 
 use crate::draw::DrawKey;
 use crate::error::Error;
+use crate::num::index;
 use crate::pose::{Pose, TimedPose};
 
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
@@ -72,6 +73,7 @@ const WEAK_FRAMES_MAX: u32 = 3;
 struct LastKeyframe {
     frame: u64,
     world_from_body: Pose,
+    /// Landmarks that a frame at its place would find.
     landmarks: u32,
 }
 
@@ -99,6 +101,8 @@ pub struct Tracker {
     usual_bound_m: f64,
     /// Places in a row that were known badly.
     weak_frames: u32,
+    /// Least standard deviation of a place: the one given. The parameters hold what the residuals show.
+    place_sigma_px_min: f64,
     /// From the body to the only camera, which the tracker takes for the body's place.
     arm_m: DVec3,
 }
@@ -145,6 +149,7 @@ impl Tracker {
             arm_m,
             usual_bound_m: 0.0,
             weak_frames: 0,
+            place_sigma_px_min: params.place_sigma_px,
         })
     }
 
@@ -188,6 +193,11 @@ impl Tracker {
             if self.map.keyframes.is_empty() { self.start(input.t_s, &views) } else { self.follow(input.t_s, &views) };
         self.frame += 1;
         answer
+    }
+
+    /// Standard deviation of a full-size corner's place as the residuals have shown it of late, in pixels, at least the given one.
+    pub fn place_sigma_px(&self) -> f64 {
+        self.params.place_sigma_px
     }
 
     /// Landmarks as they stand now, in rising order of their numbers.
@@ -324,6 +334,11 @@ impl Tracker {
         if let (Some(inertia), [.., before, last]) = (&mut self.inertia, &self.map.keyframes[..]) {
             inertia.link((before.id, before.t_s), (last.id, last.t_s));
         }
+        if self.hangs_on_motion() {
+            let near = (self.params.keyframe_distance_m, self.params.keyframe_angle_rad);
+            self.map.thin(index(self.params.window), near);
+            self.waiting.keep(&self.map.keyframes);
+        }
         let mut state = located.state;
         if let Some(adjusted) = adjust_window(&mut self.map, (&self.cameras, &self.params), self.inertia.as_ref(), work)
         {
@@ -338,7 +353,8 @@ impl Tracker {
             _ => self.stand_at(&state.body_from_world, 1.0),
         }
         let world_from_body = state.body_from_world.inverse();
-        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + made });
+        let expected = if self.hangs_on_motion() { 0 } else { made };
+        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + expected });
     }
 
     /// Looks for an earlier visit of the place that the last keyframe sees, and bends the map where two keyframes agree on one.
@@ -427,6 +443,7 @@ impl Tracker {
         if self.unswept_frame.is_none() && since >= GIVEN_UP_FRAMES && self.map.keyframes.len() < YOUNG_KEYFRAMES {
             self.map = Map::default();
             self.lost = false;
+            self.params.place_sigma_px = self.place_sigma_px_min;
         }
     }
 }

@@ -5,7 +5,7 @@
 use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::locate::Found;
-use crate::tracker::map::{Landmark, Map, Sighting};
+use crate::tracker::map::{Keyframe, Landmark, Map, Sighting};
 use crate::tracker::matching::Rule;
 use crate::tracker::preintegrate::filter::Inertia;
 use crate::tracker::refine::{Measurement, refine};
@@ -39,6 +39,16 @@ impl Waiting {
     /// Holds so many keyframes from here on.
     pub fn set_reach(&mut self, reach: usize) {
         self.reach = reach;
+    }
+
+    /// Whether new points wait for the body's motion: no two cameras give depth at once.
+    pub fn waits_for_motion(&self) -> bool {
+        self.reach > 1
+    }
+
+    /// Keeps the sights of these keyframes only, given in rising order.
+    pub fn keep(&mut self, keyframes: &[Keyframe]) {
+        self.keyframes.retain(|held| keyframes.binary_search_by_key(&held.keyframe, |keyframe| keyframe.id).is_ok());
     }
 
     /// Forgets all.

@@ -1,7 +1,7 @@
 //! What a frame is worth: whether its prediction is sure, its pose sound, and whether it becomes a keyframe. Enters: a located frame.
 //! Leaves: judgements and counts; poses stay as they are.
 
-use super::locate::{Found, Located, NARROW_PX};
+use super::locate::{Found, Located, MEDIAN_SIGMAS2, NARROW_PX};
 use super::preintegrate::filter::Foreseen;
 use super::refine::{position_bound_m, upper_median};
 use super::rig::View;
@@ -15,6 +15,10 @@ const SOUND_SHARE_MAX: f64 = 0.001;
 const SOUND_FACTOR: f64 = 2.5;
 /// Those before are averaged over so many frames.
 const USUAL_FRAMES: f64 = 300.0;
+
+/// The noise of places is averaged over so many frames, and never taken for more than so many times the given one.
+const NOISE_FRAMES: f64 = 15.0;
+const NOISE_FACTOR_MAX: f64 = 4.0;
 
 /// What a pose is worth.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +35,12 @@ impl Tracker {
         let (sigma_m, sigma_rad) = foreseen.sigmas();
         let focal_px = self.cameras[0].focal_px;
         3.0 * focal_px * (sigma_rad + sigma_m) < NARROW_PX
+    }
+
+    /// Whether all depth and scale come from the rig's own motion: no two cameras see the same, and no inertial unit binds the keyframes by
+    /// its steps from one to the next.
+    pub(super) fn hangs_on_motion(&self) -> bool {
+        self.waiting.waits_for_motion() && self.inertia.is_none()
     }
 
     /// Judges a pose; what is felt besides the picture vouches for it.
@@ -55,8 +65,30 @@ impl Tracker {
         self.cameras.len() == 1 || position_bound_m.is_some_and(known)
     }
 
-    /// Counts what was predicted and found, for culling; gives the inliers and the number of different landmarks.
+    /// Takes a frame's residuals for the noise of places, by their median. Corners on the steps of few bits jump by a pixel: points made
+    /// from them with the noise of fine pictures look certain, and certain ones are refused.
+    fn learn_noise(&mut self, views: &[View], located: &Located) {
+        if !self.hangs_on_motion() {
+            return;
+        }
+        let params = &self.params;
+        let error2 = |found: &Found| {
+            let sight = &views[index(found.camera.0)].sights[found.sight];
+            let landmark_m = located.state.at(sight.offset_s).point(self.map.landmarks[found.landmark].position_m);
+            let place_px = self.cameras[index(found.camera.0)].place(landmark_m)?;
+            Some(((sight.place_px - place_px) * params.inverse_sigma(sight.scale)).length_squared())
+        };
+        let errors2: Vec<f64> = located.inliers.iter().filter_map(error2).collect();
+        let Some(median) = upper_median(&errors2) else { return };
+        let (now_px, least_px) = (params.place_sigma_px, self.place_sigma_px_min);
+        let shown_px2 = now_px * now_px * median / MEDIAN_SIGMAS2;
+        let smoothed_px2 = now_px * now_px + (shown_px2 - now_px * now_px) / NOISE_FRAMES;
+        self.params.place_sigma_px = smoothed_px2.sqrt().clamp(least_px, NOISE_FACTOR_MAX * least_px);
+    }
+
+    /// Counts what was predicted and found, for culling, and learns from it; gives the inliers and the number of different landmarks.
     pub(super) fn account(&mut self, views: &[View], located: &Located) -> (Vec<Inlier>, u32) {
+        self.learn_noise(views, located);
         for &number in &located.in_view {
             self.map.landmarks[number].predicted += 1;
         }
@@ -88,8 +120,17 @@ impl Tracker {
         upper_median(&distances_px)
     }
 
-    pub(super) fn keyframe_is_due(&self, world_from_body: &Pose, tracked: u32) -> bool {
-        let Some(last) = self.last_keyframe else { return true };
+    /// Whether a located frame has moved far from the last keyframe, or has lost too many of its landmarks.
+    ///
+    /// Of the points that two cameras make at once nearly all are found again. Those that wait for the body's motion are fewer, and corners
+    /// that flicker as many: counting them as found made a keyframe of every frame or two. There only what was found since counts.
+    pub(super) fn keyframe_is_due(&mut self, world_from_body: &Pose, tracked: u32) -> bool {
+        let waits = self.hangs_on_motion();
+        let Some(last) = &mut self.last_keyframe else { return true };
+        if waits {
+            last.landmarks = last.landmarks.max(tracked);
+        }
+        let last = *last;
         let moved = last.world_from_body.inverse().then(world_from_body);
         self.frame - last.frame >= u64::from(self.params.keyframe_frames_max)
             || moved.translation_m.length() > self.params.keyframe_distance_m

@@ -80,7 +80,7 @@ const SURPRISE_SIGMAS2: f64 = 25.0;
 /// What the map itself may be off by from one place to the next, in metres and radians.
 const MAP_SIGMAS: [f64; 2] = [0.003, 0.003];
 /// Median of chi2 with 2 degrees of freedom: 2 ln 2.
-const MEDIAN_SIGMAS2: f64 = 1.386;
+pub const MEDIAN_SIGMAS2: f64 = 1.386;
 /// The gate widens by at most this where places are worse than the parameters say.
 const GATE_FACTOR_MAX: f64 = 4.0;
 /// Squared errors before the rate is known are larger by this: 10 px at the first and last row of a quick turn, in place of 3.6.

@@ -21,6 +21,8 @@ const DESCRIPTOR_NEWS_BITS: u32 = 20;
 const OUTLIER_SIGMAS2: f64 = 13.8;
 /// Fewer observations than this in held keyframes do not hold a window.
 const HOLDING_OBSERVATIONS_MIN: usize = 30;
+/// A keyframe may be thinned out where at least this share of its sightings is made by three others too.
+const THINNED_SHARE_MIN: f64 = 0.5;
 /// A landmark must prove itself within so many keyframes.
 const PROBATION_KEYFRAMES: u32 = 3;
 
@@ -305,25 +307,115 @@ impl Map {
         }
     }
 
+    /// Drops keyframes of the window that stand between two near each other, in metres and radians, and see little of their own: ten of
+    /// them span parallax then, in which the depths of one camera hold together. The first keyframe and the last two stay.
+    pub fn thin(&mut self, window: usize, (near_m, near_rad): (f64, f64)) {
+        let count = self.keyframes.len();
+        let is_between = |keyframes: &[Keyframe], k: usize| {
+            let world_from_before = keyframes[k - 1].state.body_from_world.inverse();
+            let step = keyframes[k + 1].state.body_from_world.then(&world_from_before);
+            step.translation_m.length() <= near_m && step.angle_rad() <= near_rad
+        };
+        for _ in 0..count.min(window) {
+            let from = self.keyframes.len().saturating_sub(window).max(1);
+            let to = self.keyframes.len().saturating_sub(2);
+            let shares = self.redundant_shares(from, to);
+            let redundant = |&k: &usize| is_between(&self.keyframes, k) && shares[k - from] >= THINNED_SHARE_MIN;
+            let most = |best: usize, next: usize| if shares[next - from] > shares[best - from] { next } else { best };
+            let Some(dropped) = (from..to).filter(redundant).reduce(most) else { return };
+            self.drop_keyframe(dropped);
+        }
+    }
+
     /// Drops, outside the window and after the first, the keyframe with the greatest share of sightings that three other
     /// keyframes make as well.
     fn drop_most_redundant_keyframe(&mut self, window: usize) {
         let old = self.keyframes.len() - window;
-        let (mut seen, mut spare) = (vec![0_u64; old], vec![0_u64; old]);
+        let shares = self.redundant_shares(0, old);
+        let dropped = (1..old).reduce(|best, next| if shares[next] > shares[best] { next } else { best }).unwrap_or(0);
+        self.drop_keyframe(dropped);
+    }
+
+    /// Of each keyframe of a range, the share of sightings that three other keyframes make as well.
+    fn redundant_shares(&self, from: usize, to: usize) -> Vec<f64> {
+        let keyframes = self.keyframes.get(from..to).unwrap_or_default();
+        let mut counts = vec![(0_u64, 0_u64); keyframes.len()];
         for landmark in &self.landmarks {
             let well_known = landmark.keyframe_count() > 3;
             for sighting in &landmark.sightings {
-                if let Ok(keyframe) = self.keyframes[..old].binary_search_by_key(&sighting.keyframe, |k| k.id) {
-                    seen[keyframe] += 1;
-                    spare[keyframe] += u64::from(well_known);
+                if let Ok(keyframe) = keyframes.binary_search_by_key(&sighting.keyframe, |k| k.id) {
+                    counts[keyframe].0 += 1;
+                    counts[keyframe].1 += u64::from(well_known);
                 }
             }
         }
-        let share = |keyframe: usize| (f64_from_u64(spare[keyframe]) + 1.0) / (f64_from_u64(seen[keyframe]) + 1.0);
-        let dropped = (1..old).reduce(|best, next| if share(next) > share(best) { next } else { best }).unwrap_or(0);
-        let id = self.keyframes.remove(dropped).id;
+        counts.into_iter().map(|(seen, spare)| (f64_from_u64(spare) + 1.0) / (f64_from_u64(seen) + 1.0)).collect()
+    }
+
+    fn drop_keyframe(&mut self, number: usize) {
+        let id = self.keyframes.remove(number).id;
         for landmark in &mut self.landmarks {
             landmark.sightings.retain(|sighting| sighting.keyframe != id);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::f64_from_u64;
+
+    /// Keyframes at these places along x; 20 landmarks seen by all of them, and 30 more by each of `alone` with its next one only.
+    fn map(places_m: &[f64], alone: &[u32]) -> Map {
+        let mut map = Map::default();
+        for (t_s, &x_m) in places_m.iter().enumerate() {
+            let world_from_body = Pose::new(glam::DQuat::IDENTITY, DVec3::X * x_m);
+            map.add_keyframe(f64_from_u64(crate::num::u64_from(t_s)), Moving::resting(world_from_body.inverse()));
+        }
+        let sighting = |keyframe: u32| Sighting {
+            keyframe,
+            camera: CameraIndex(0),
+            place_px: DVec2::ZERO,
+            inverse_sigma: 1.0,
+            offset_s: 0.0,
+        };
+        let mut add = |keyframes: Vec<u32>, count: u32| {
+            for _ in 0..count {
+                let descriptor = Descriptor::new(&[0; 32]);
+                map.add_landmark(DVec3::Z, descriptor, keyframes.iter().copied().map(sighting).collect(), 0);
+            }
+        };
+        add((0..u32_from(places_m.len())).collect(), 20);
+        alone.iter().for_each(|&keyframe| add(vec![keyframe, keyframe + 1], 30));
+        map
+    }
+
+    fn numbers(map: &Map) -> Vec<u32> {
+        map.keyframes.iter().map(|keyframe| keyframe.id).collect()
+    }
+
+    #[test]
+    fn thinning_leaves_keyframes_that_span_the_way_and_the_last_two() {
+        let places_m: Vec<f64> = (0..12).map(|k| 0.02 * f64::from(k)).collect();
+        let mut dense = map(&places_m, &[]);
+        dense.thin(10, (0.1, 0.2));
+        // A window of ten reaches back to the first once two are gone. Any two neighbours but one lie more than 0.1 m apart: six steps.
+        let kept = numbers(&dense);
+        assert_eq!((kept[0], &kept[kept.len() - 2..]), (0, &[10, 11][..]));
+        let inner = &kept[..kept.len() - 1];
+        assert!(inner.windows(3).all(|three| three[2] - three[0] >= 6) && kept.len() < 8, "{kept:?}");
+        let is_held = |s: &Sighting| kept.contains(&s.keyframe);
+        assert!(dense.landmarks.iter().all(|l| l.sightings.len() == kept.len() && l.sightings.iter().all(is_held)));
+        let mut wide = map(&[0.0, 0.06, 0.12, 0.18, 0.24, 0.30], &[]);
+        wide.thin(10, (0.1, 0.2));
+        assert_eq!(numbers(&wide), [0, 1, 2, 3, 4, 5], "keyframes that span parallax stay");
+    }
+
+    #[test]
+    fn a_keyframe_that_sees_much_of_its_own_is_not_thinned_out() {
+        let mut map = map(&[0.0, 0.01, 0.02, 0.03, 0.04, 0.05], &[2]);
+        map.thin(10, (0.1, 0.2));
+        // 20 of the 50 sightings of keyframes 2 and 3 are made by three others.
+        assert_eq!(numbers(&map), [0, 2, 3, 4, 5]);
     }
 }

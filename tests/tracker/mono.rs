@@ -72,6 +72,45 @@ fn one_camera_with_a_rolling_shutter_is_tracked_up_to_scale() {
     }
 }
 
+/// Corners that are found in every other frame, by chance: no frame finds all landmarks that a keyframe sees and makes, so a rule that
+/// counts them makes keyframes that the way does not ask for, and ten of those span less parallax. Every fourth frame is the bound: with
+/// that rule it was one in 3.4, with what is found again one in 4.5.
+#[test]
+fn corners_that_flicker_do_not_make_keyframes() {
+    for seed in [61, 62] {
+        let mut world = mono(seed);
+        world.hardship.missed = 0.5;
+        let answers = follow(&world, lively, 200, 0.0);
+        let (ate_m, tracked, first) = figures(&answers);
+        let keyframes = answers.iter().filter(|(_, answer)| answer.keyframe).count();
+        println!("seed {seed}: {keyframes} keyframes of {tracked} frames, ATE {ate_m} m");
+        assert!(tracked > 180, "seed {seed}: {tracked} tracked from frame {first}");
+        assert!(4 * keyframes <= tracked, "seed {seed}: {keyframes} keyframes of {tracked} frames");
+        assert!(ate_m < 0.01, "seed {seed}: {ate_m} m");
+    }
+}
+
+/// The noise of places is what residuals show: 1.5 px in the world show as much, less the share of the 12 unknowns that a frame and the map
+/// fit to them, and what the map is wrong by on top; a third either way. Half a pixel, below the given 0.6 px, leaves a little on top of
+/// it.
+#[test]
+fn the_noise_of_places_is_learnt_from_one_cameras_residuals() {
+    for (noise_px, least_px, most_px) in [(0.5, 0.6, 0.8), (1.5, 1.0, 2.0)] {
+        let mut world = mono(63);
+        world.hardship.noise_px = noise_px;
+        let mut tracker = Tracker::new(world.cameras.clone(), TrackerParams::room(63)).expect("a valid rig");
+        let located = (0..120).filter(|&number| {
+            let answer = tracker.track(&world.frame(number, &lively(time_s(number))));
+            answer.world_from_body.is_some()
+        });
+        let tracked = located.count();
+        let learnt_px = tracker.place_sigma_px();
+        println!("seed 63: {noise_px} px in the world, {learnt_px} px learnt from {tracked} frames");
+        assert!(tracked > 80, "{noise_px} px: {tracked} frames");
+        assert!((least_px..most_px).contains(&learnt_px), "{noise_px} px: {learnt_px} px");
+    }
+}
+
 /// A rig whose two cameras look to opposite sides, 20 cm apart: nothing is seen twice at one instant.
 fn opposite(seed: u64) -> World {
     let mut world = World::usual(seed);
