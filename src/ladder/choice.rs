@@ -4,8 +4,8 @@
 //! Error falls and time grows along each family of settings (a tolerance, a fixed number of rays, with more, with fewer and without
 //! reflections), so each family is searched by steps from where its own claim would place it. What is measured may be off on frames that
 //! were not looked at: what the mean of these few frames may lie below the mean of all, and a twentieth, are added before it is held
-//! against the goal. Frames are looked at once each, because another frame tells more than the same one again; what is nearly as fast as the
-//! fastest is then timed again.
+//! against the goal. Frames are looked at once each, because another frame tells more than the same one again; what is nearly as
+//! fast as the fastest is then timed again.
 
 use serde::{Deserialize, Serialize};
 

@@ -34,8 +34,8 @@ impl InVerilog {
     pub fn words(&self) -> String {
         let equal = if self.codes.max_dn == 0 { "all codes equal" } else { "CODES DIFFER" };
         format!(
-            "{} of {} rows of the first picture in Verilog ({:.0} ms; {:.1} ms on clocked), {equal}; a frame's time is in proportion, without \
-             the extractor, whose Verilog `run --rung rtl` runs",
+            "{} of {} rows of the first picture in Verilog ({:.0} ms; {:.1} ms on clocked), {equal}; a frame's time is in \
+             proportion, without the extractor, whose Verilog `run --rung rtl` runs",
             self.rows, self.of_rows, self.cost.work_ms, self.clocked.work_ms
         )
     }
