@@ -95,7 +95,7 @@ fn render_grid(own: &Setting, keeps_images: bool) -> Vec<Setting> {
     for reflections in families {
         let of = |rays| Setting { rays, reflections, ..own.clone() };
         all.extend([1, 2, 4, 8, 16].map(|samples| of(Rays::Fixed(samples))));
-        for most in [1024, 65_536] {
+        for most in [256, 1024, 65_536] {
             for tolerance in [8.0, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12] {
                 all.push(of(Rays::Tolerance { tolerance, most }));
             }
