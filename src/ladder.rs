@@ -19,6 +19,7 @@ mod poses;
 mod reference;
 mod rows;
 mod study;
+mod verilog;
 
 pub use choice::{Choice, Goal, choose};
 pub use clocks::{Clocks, Cost};

@@ -13,8 +13,9 @@ use sensel::error::Error;
 use sensel::files::cache::Cache;
 use sensel::files::input::InputFolders;
 use sensel::ladder::{Bench, Clocks, EffectsKnob, Goal, Rays, Setting, Verdict, choose, judge_parts};
-use sensel::run::{Assets, NoProgress, Setup, Stopwatch};
+use sensel::run::{Assets, NoFiles, NoProgress, Setup, Stopwatch};
 use sensel::scene::images::PictureBytes;
+use sensel::scene::lit::BOUNCES_MAX;
 
 const SCENES: [&str; 5] = ["bathroom", "bathroom_night", "hall", "street", "photo_box"];
 const ACCURACIES: [f64; 2] = [0.5, 1.0];
@@ -87,14 +88,14 @@ fn setup(scene: &str, set: &[String]) -> Result<Setup, Error> {
 }
 
 /// Every family of rays and reflections on a fine grid.
-fn render_grid(own: &Setting) -> Vec<Setting> {
+fn render_grid(own: &Setting, keeps_images: bool) -> Vec<Setting> {
     let mut all = Vec::new();
-    let mut families = vec![own.reflections];
-    families.extend((own.reflections > 0).then_some(0));
+    let mut families = if keeps_images { vec![BOUNCES_MAX, own.reflections, 0] } else { vec![own.reflections] };
+    families.dedup();
     for reflections in families {
         let of = |rays| Setting { rays, reflections, ..own.clone() };
         all.extend([1, 2, 4, 8, 16].map(|samples| of(Rays::Fixed(samples))));
-        for most in [256, 1024] {
+        for most in [256, 1024, 65_536] {
             for tolerance in [8.0, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12] {
                 all.push(of(Rays::Tolerance { tolerance, most }));
             }
@@ -112,18 +113,22 @@ fn chain_grid(own: &Setting) -> Vec<Setting> {
 
 fn search(scene: &str, set: &[String]) -> Result<(), Error> {
     let wall = Wall(Instant::now());
-    let bench = Bench { setup: setup(scene, set)?, clocks: Clocks { wall: &wall, work: &Work }, progress: &NoProgress };
+    let clocks = Clocks { wall: &wall, work: &Work };
+    let bench = Bench { setup: setup(scene, set)?, clocks, progress: &NoProgress, assets: &NoFiles };
     let own = Setting::of(&bench.setup.resolved.scenario);
     let frames = HELD_OUT.map(|eighth| eighth * bench.setup.frames / 8);
-    assert!(bench.places(3).iter().all(|seen| !frames.contains(&seen.frame.0)), "frames {frames:?} were seen");
+    assert!(bench.places(5).iter().all(|seen| !frames.contains(&seen.frame.0)), "frames {frames:?} were seen");
     let mut chosen = Vec::new();
     for accuracy in ACCURACIES {
         let choice = choose(&bench, Goal::Accuracy(accuracy))?;
         eprintln!("{scene} {accuracy}: {choice:?}, {:.0} s", wall.now_s());
         chosen.push(Setting::of(&bench.setup.resolved.with(&choice.settings)?.scenario));
     }
+    // Where nothing keeps an image, reflections are a knob of nothing.
+    let keeps_images =
+        bench.setup.world.scene().is_some_and(|scene| scene.has_gloss(bench.setup.fidelity.follows_gloss));
     // What was chosen is timed within the same turns as the grid.
-    let renders = [chosen.clone(), render_grid(&own)].concat();
+    let renders = [chosen.clone(), render_grid(&own, keeps_images)].concat();
     let chains = [chosen.clone(), chain_grid(&own)].concat();
     let parts = judge_parts(&bench, &renders, &chains, &frames, ACCURACIES[0], REPEATS)?;
     let all: Vec<(Setting, Verdict)> = (ACCURACIES.len()..renders.len())

@@ -112,7 +112,7 @@ pub struct RunVerbArguments {
     /// Wall time of a frame of the rig, at most, as in 50ms or 0.2s: a pilot on a few frames picks the most accurate settings.
     #[arg(long, value_name = "TIME")]
     pub time_budget: Option<String>,
-    /// Converts every Nth row once more, clock by clock, and stops at the first code that differs.
+    /// Converts every Nth row once more on the rung above (sampled: clocked; clocked: rtl), and stops at the first code that differs.
     #[arg(long, value_name = "N")]
     pub check_every: Option<u32>,
 }

@@ -60,7 +60,8 @@ pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &Shared)
         Some(choice) => (choice, setup),
         None => {
             let (wall, work, progress) = (Wall::start(), Work::start(), Study::new(shared.quiet));
-            let bench = Bench { setup, clocks: Clocks { wall: &wall, work: &work }, progress: &progress };
+            let clocks = Clocks { wall: &wall, work: &work };
+            let bench = Bench { setup, clocks, progress: &progress, assets };
             let choice = choose(&bench, goal)?;
             let text = serde_json::to_vec(&choice).map_err(|error| Error::Run(error.to_string()))?;
             assets.store(&key, &text);

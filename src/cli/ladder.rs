@@ -29,7 +29,8 @@ pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
     let key = study_key(&setup.resolved);
     let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);
     let (wall, work, progress) = (Wall::start(), Work::start(), Study::new(shared.quiet));
-    let bench = Bench { setup, clocks: Clocks { wall: &wall, work: &work }, progress: &progress };
+    let clocks = Clocks { wall: &wall, work: &work };
+    let bench = Bench { setup, clocks, progress: &progress, assets: &assets };
     let record = ladder(&bench, options, &name, threads)?;
     drop(progress);
     let json = serde_json::to_string_pretty(&record).map_err(|error| Error::Run(format!("ladder.json: {error}")))?;

@@ -128,9 +128,7 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     if electrons {
         session.keep_electrons();
     }
-    if let Some(every) = verb.check_every {
-        session.check_rows(every)?;
-    }
+    let held_to = verb.check_every.map(|every| session.check_rows(every, &assets)).transpose()?;
     let wave_codes = step_all(&mut session, &mut output, waves.as_ref(), shared, &watch)?;
     let frames = session.setup().frames;
     let mut report = session.report(&name)?;
@@ -148,8 +146,8 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
         out!("{}", report.to_json()?);
     } else if !shared.quiet {
         summary(&report, &target, watch.now_s());
-        if verb.check_every.is_some() {
-            outln!("{} rows converted once more, clock by clock: all codes equal", session.rows_checked());
+        if let Some(rung) = held_to {
+            outln!("{} rows converted once more on the rung {}: all codes equal", session.rows_checked(), rung.name());
         }
     }
     Ok(())

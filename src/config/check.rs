@@ -80,7 +80,7 @@ impl Scenario {
         let accuracy = within("run.accuracy", self.run.accuracy, 0.0..=10.0, "0 to 10")?;
         let merges = one_of("run.sampling", &self.run.sampling, &[("stratified", false), ("subframes", true)])?;
         let subframes = within("run.subframes", self.run.subframes, 1..=4096, "1 to 4096")?;
-        let samples_max = within("run.samples_max", self.run.samples_max, 16..=4096, "16 to 4096")?;
+        let samples_max = within("run.samples_max", self.run.samples_max, 16..=65_536, "16 to 65536")?;
         let (samples, render_tolerance) = self.rays(merges)?;
         let subframes = if merges { subframes } else { 0 };
         let reflections = within("run.reflections", self.run.reflections, 0..=4, "0 to 4")?;

@@ -64,7 +64,8 @@ sections! {
         /// Rays are sent where they tell most, until the mean of render variance is at most so many times photon variance, 0.001 to
         /// 1000; in place of `samples_per_pixel`.
         render_tolerance: Option<f64>,
-        /// Rays a pixel at most, with a render tolerance, besides its first 2 (a tolerance of 1 or more) or 4; 16 to 4096.
+        /// Rays a pixel at most, with a render tolerance, besides its first 2 (a tolerance of 1 or more) or 4; 16 to 65536.
+        /// Few pixels get many: those in which small mirrors show a lamp, whose samples are thousands of times as bright as the rest.
         samples_max: u32,
         /// "stratified": every ray has its own instant. "subframes": still pictures are averaged, as others do; a reference.
         sampling: String,

@@ -103,7 +103,7 @@ impl TruthWriter {
     /// What stages before the codes made.
     fn stages(&self, place: &Place<'_>, seen: &CameraFrame) -> Result<(), Error> {
         if self.keep.has(Kept::Photons) {
-            let channels = [("Y", seen.photons.clone())];
+            let channels = [("Y", (*seen.photons).clone())];
             write_exr(&self.path("photons", place, "exr"), channels)?;
         }
         if let Some(electrons) = seen.electrons.as_ref().filter(|_| self.keep.has(Kept::Electrons)) {

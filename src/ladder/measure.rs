@@ -11,7 +11,7 @@ use crate::fidelity::Rung;
 use crate::num::u32_from;
 use crate::report::ladder_record::LADDER_VERSION;
 use crate::run::probe::Place;
-use crate::run::{Progress, Setup};
+use crate::run::{Assets, Progress, Setup};
 use crate::units::FrameIndex;
 
 /// Names what a ladder holds for: the scenario and the program, whatever its knobs of accuracy, frames and threads are.
@@ -59,6 +59,8 @@ pub struct Bench<'a> {
     pub clocks: Clocks<'a>,
     /// Told how far the study has come.
     pub progress: &'a dyn Progress,
+    /// Where a simulator of the sensor's Verilog comes from; where there is none, the ladder says so.
+    pub assets: &'a dyn Assets,
 }
 
 impl Bench<'_> {

@@ -4,7 +4,7 @@
 
 use super::clocks::Cost;
 use super::errors::{Squares, Truth};
-use super::knobs::{EffectsKnob, Rays, Setting};
+use super::knobs::{EffectsKnob, RAYS_MOST, Rays, Setting};
 use super::measure::Bench;
 use crate::compute::Feature;
 use crate::effects::chain::RowSamples;
@@ -19,8 +19,6 @@ use crate::scene::lit::BOUNCES_MAX;
 
 /// The share of the finest accuracy that the reference's standard error may have.
 const SHARE: f64 = 1.0 / 3.0;
-/// Rays a pixel at most in one of its renders.
-const SAMPLES_MAX: u32 = 4096;
 /// Pairs of renders at most; each is made for the whole error, so that more than a few mean that a pixel's noise has no variance.
 const ROUNDS_MAX: u32 = 8;
 
@@ -64,7 +62,7 @@ pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64) -> Result<Ref
     let own = Setting::of(&bench.setup.resolved.scenario);
     let tolerance = (finest * SHARE) * (finest * SHARE);
     let rays = if bench.has_rays() {
-        Rays::Tolerance { tolerance: greater(tolerance, 0.001), most: SAMPLES_MAX }
+        Rays::Tolerance { tolerance: greater(tolerance, 0.001), most: RAYS_MOST }
     } else {
         own.rays
     };

@@ -4,11 +4,12 @@
 use super::clocks::Cost;
 use super::errors::CodeError;
 use super::front::front;
-use super::knobs::{EffectsKnob, Rays, Setting};
+use super::knobs::{EffectsKnob, RAYS_MOST, Rays, Setting};
 use super::measure::{Bench, Options};
 use super::pictures::{Rendered, Sensing, mean_square, outcome, render_all, sense_all};
 use super::poses::{LATER_STAGES, Poses, frames_of, poses_of};
 use super::reference::{Reference, reference};
+use super::verilog::{self, InVerilog};
 use crate::error::Error;
 use crate::fidelity::Rung;
 use crate::num::{f64_from_usize, low_u16, u32_truncated_f32};
@@ -80,6 +81,7 @@ fn render_settings(bench: &Bench<'_>, own: &Setting) -> Vec<Setting> {
     let rays = |rays: Rays| Setting { rays, ..own.clone() };
     all.extend([1, 2, 4, 8, 16].map(|samples| rays(Rays::Fixed(samples))));
     all.extend([8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125].map(|tolerance| rays(Rays::Tolerance { tolerance, most: 256 })));
+    all.extend([0.5, 0.25, 0.125].map(|tolerance| rays(Rays::Tolerance { tolerance, most: RAYS_MOST })));
     all.push(rays(Rays::Subframes(16)));
     all.extend((0..=BOUNCES_MAX).map(|reflections| Setting { reflections, ..own.clone() }));
     for tolerance in [4.0, 0.25] {
@@ -145,6 +147,9 @@ impl Measured<'_> {
         for one in self.rendered.iter().filter(|one| one.setting.reflections == own.reflections) {
             let (knob, value) = match one.setting.rays {
                 Rays::Fixed(samples) => ("samples_per_pixel", samples.to_string()),
+                Rays::Tolerance { tolerance, most: RAYS_MOST } => {
+                    ("render_tolerance", format!("{tolerance}, up to {RAYS_MOST}"))
+                }
                 Rays::Tolerance { tolerance, .. } => ("render_tolerance", tolerance.to_string()),
                 Rays::Subframes(count) => ("subframes", count.to_string()),
             };
@@ -288,7 +293,6 @@ impl Measured<'_> {
 
     /// Rungs that have no codes of their own here.
     fn other_rungs(&self) -> Result<Vec<LadderRow>, Error> {
-        let rtl = "not measured: a frame of SystemVerilog takes minutes under Verilator; tests hold it equal to `clocked` on every clock";
         let empty = |rung: Rung, note: String| LadderRow {
             rung: rung.name().to_owned(),
             knob: "rung".to_owned(),
@@ -301,7 +305,32 @@ impl Measured<'_> {
             Ok(setup) => self.expected_row(&setting, &setup),
             Err(error) => empty(Rung::Expected, format!("not measured: {error}")),
         };
-        Ok(vec![expected, empty(Rung::Rtl, rtl.to_owned())])
+        let rtl = match verilog::measured(self.bench, &self.reference) {
+            Ok(part) => self.rtl_row(&part),
+            Err(error) => empty(Rung::Rtl, format!("not measured: {error}")),
+        };
+        Ok(vec![expected, rtl])
+    }
+
+    /// A part of a picture in the Verilog, the whole in proportion.
+    fn rtl_row(&self, part: &InVerilog) -> LadderRow {
+        let (setting, rendered) = (Setting { rung: Rung::Rtl, ..self.own.clone() }, self.rendered_as(&self.own));
+        let sensor = part.cost.times(f64::from(self.bench.cameras()) * part.frame_over_part);
+        let total = rendered.cost.and(sensor);
+        LadderRow {
+            rung: Rung::Rtl.name().to_owned(),
+            knob: "rung".to_owned(),
+            value: Rung::Rtl.name().to_owned(),
+            ms_per_frame: total.work_ms,
+            wall_ms_per_frame: total.wall_ms,
+            stages: [("render", rendered.cost.work_ms), ("sensor", sensor.work_ms)].into_iter().collect(),
+            rms_dn: Some(part.codes.rms_dn()),
+            max_dn: Some(f64::from(part.codes.max_dn)),
+            rays_per_pixel: Some(rendered.rays_per_pixel),
+            settings: setting.assignments(&self.bench.setup.resolved.scenario),
+            note: Some(part.words()),
+            ..LadderRow::default()
+        }
     }
 
     /// Means of codes against the reference's codes: what differs is the sensor's own noise, which means do not have.

@@ -50,12 +50,15 @@ pub fn check_header(received: [u8; 4]) -> HeaderCheck {
 /// Reflected polynomial x^16 + x^12 + x^5 + 1.
 const POLYNOMIAL: u16 = 0x8408;
 
-/// Remainders of one byte, and of that byte followed by one to seven zero bytes, so that eight bytes go at once.
-static REMAINDERS: [[u16; 256]; 8] = remainders();
+/// Bytes that go at once: each costs a look-up whichever it is, and what waits for the one before is shared by them all.
+const AT_ONCE: usize = 16;
+
+/// Remainders of one byte, and of that byte followed by one to fifteen zero bytes.
+static REMAINDERS: [[u16; 256]; AT_ONCE] = remainders();
 
 #[allow(clippy::cast_possible_truncation)] // A byte's number as a remainder: below 256.
-const fn remainders() -> [[u16; 256]; 8] {
-    let mut tables = [[0; 256]; 8];
+const fn remainders() -> [[u16; 256]; AT_ONCE] {
+    let mut tables = [[0; 256]; AT_ONCE];
     let mut byte = 0;
     while byte < 256 {
         let mut value = byte as u16;
@@ -68,7 +71,7 @@ const fn remainders() -> [[u16; 256]; 8] {
         byte += 1;
     }
     let mut later = 1;
-    while later < 8 {
+    while later < AT_ONCE {
         let mut byte = 0;
         while byte < 256 {
             let before = tables[later - 1][byte];
@@ -83,11 +86,14 @@ const fn remainders() -> [[u16; 256]; 8] {
 /// CRC-16 of a payload: seed 0xFFFF, least significant bit first, no final inversion. An empty payload has 0xFFFF.
 pub fn crc16(payload: &[u8]) -> u16 {
     let mut value = 0xFFFF_u16;
-    let (eights, rest) = payload.as_chunks::<8>();
-    for eight in eights {
+    let (blocks, rest) = payload.as_chunks::<AT_ONCE>();
+    for block in blocks {
         let [low, high] = value.to_le_bytes();
-        let mixed = [eight[0] ^ low, eight[1] ^ high, eight[2], eight[3], eight[4], eight[5], eight[6], eight[7]];
-        value = (0..8).fold(0, |sum, i| sum ^ REMAINDERS[7 - i][usize::from(mixed[i])]);
+        let begun = [block[0] ^ low, block[1] ^ high];
+        // All but the first two bytes wait for nothing.
+        let later = (2..AT_ONCE).fold(0, |sum, i| sum ^ REMAINDERS[AT_ONCE - 1 - i][usize::from(block[i])]);
+        let [first, second] = [0, 1].map(|i| REMAINDERS[AT_ONCE - 1 - i][usize::from(begun[i])]);
+        value = later ^ first ^ second;
     }
     for &byte in rest {
         let [low, _] = value.to_le_bytes();
@@ -115,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_bytes_at_once_are_the_bit_by_bit_definition() {
+    fn many_bytes_at_once_are_the_bit_by_bit_definition() {
         let bytes: Vec<u8> =
             (0..100_u64).map(|i| crate::num::low_u8(crate::num::low_u32(crate::draw::mix(i)))).collect();
         for length in 0..=bytes.len() {

@@ -69,8 +69,10 @@ pub fn pack_frame(frame: &FrameOut, params: &LinkParams, events: &mut Events) ->
     let packets = frame.packets(params);
     let shape = FrameShape::new(codes.map(Plane::size), kind, frame.bits, features.is_some(), params.line_sync);
     let writer = Writer { frame, kind, number: frame_number(frame.metadata.frame), shape };
-    let mut bytes = Vec::new();
-    let mut payload = Vec::new();
+    let row_bytes = codes.map_or(0, |codes| kind.payload_bytes(codes.width_px()));
+    // A row's number in front of it, its header and its CRC take ten bytes.
+    let mut bytes = Vec::with_capacity(codes.map_or(0, Plane::height_px) * (row_bytes + 10));
+    let mut payload = Vec::with_capacity(row_bytes);
     for packet in &packets {
         payload.clear();
         writer.push(*packet, &mut payload, &mut bytes);

@@ -139,57 +139,87 @@ impl RawKind {
         }
     }
 
+    /// Codes in a payload of so many bytes, or nothing if it is no whole number of groups.
+    pub fn pixels_in(self, payload_bytes: usize) -> Option<usize> {
+        let (pixels, bytes) = self.group();
+        payload_bytes.is_multiple_of(bytes).then(|| payload_bytes / bytes * pixels)
+    }
+
     /// The codes of a payload, or nothing if it is no whole number of groups.
     pub fn unpack(self, payload: &[u8]) -> Option<Vec<u16>> {
-        let (pixels, bytes) = self.group();
-        if !payload.len().is_multiple_of(bytes) {
-            return None;
-        }
-        let mut row = Vec::with_capacity(payload.len() / bytes * pixels);
-        match self {
-            Self::Raw6 => unpack_stream::<4, 6>(payload, &mut row),
-            Self::Raw7 => unpack_stream::<8, 7>(payload, &mut row),
-            Self::Raw8 => row.extend(payload.iter().map(|&byte| u16::from(byte))),
-            Self::Raw10 => unpack_split::<4, 2>(payload, &mut row),
-            Self::Raw12 => unpack_split::<2, 4>(payload, &mut row),
-            Self::Raw14 => unpack_split::<4, 6>(payload, &mut row),
-            Self::Raw16 => row.extend(payload.as_chunks::<2>().0.iter().map(|&pair| u16::from_be_bytes(pair))),
-        }
+        let mut row = vec![0; self.pixels_in(payload.len())?];
+        self.unpack_into(payload, &mut row);
         Some(row)
     }
+
+    /// The same into a row of as many codes. Panics at a row of other length.
+    pub fn unpack_into(self, payload: &[u8], row: &mut [u16]) {
+        assert!(self.pixels_in(payload.len()) == Some(row.len()), "a payload fills its row");
+        match self {
+            Self::Raw6 => unpack_stream::<4, 6>(payload, row),
+            Self::Raw7 => unpack_stream::<8, 7>(payload, row),
+            Self::Raw8 => row.iter_mut().zip(payload).for_each(|(code, &byte)| *code = u16::from(byte)),
+            Self::Raw10 => unpack_split::<4, 2>(payload, row),
+            Self::Raw12 => unpack_split::<2, 4>(payload, row),
+            Self::Raw14 => unpack_split::<4, 6>(payload, row),
+            Self::Raw16 => {
+                let pairs = payload.as_chunks::<2>().0;
+                row.iter_mut().zip(pairs).for_each(|(code, &pair)| *code = u16::from_be_bytes(pair));
+            }
+        }
+    }
+}
+
+/// Room for so many groups behind what is there.
+#[inline(always)]
+fn room(groups: usize, group_bytes: usize, payload: &mut Vec<u8>) -> &mut [u8] {
+    let start = payload.len();
+    payload.resize(start + groups * group_bytes, 0);
+    &mut payload[start..]
 }
 
 /// Groups as one word, the first pixel in the lowest bits.
 fn pack_stream<const PIXELS: usize, const BITS: usize>(row: &[u16], payload: &mut Vec<u8>) {
-    for group in row.as_chunks::<PIXELS>().0 {
-        let word = group.iter().rev().fold(0_u64, |word, &code| word << BITS | u64::from(code));
-        payload.extend_from_slice(&word.to_le_bytes()[..PIXELS * BITS / 8]);
+    let group_bytes = PIXELS * BITS / 8;
+    let groups = room(row.len() / PIXELS, group_bytes, payload).chunks_exact_mut(group_bytes);
+    for (codes, group) in row.as_chunks::<PIXELS>().0.iter().zip(groups) {
+        let word = codes.iter().rev().fold(0_u64, |word, &code| word << BITS | u64::from(code));
+        group.copy_from_slice(&word.to_le_bytes()[..PIXELS * BITS / 8]);
     }
 }
 
-fn unpack_stream<const PIXELS: usize, const BITS: usize>(payload: &[u8], row: &mut Vec<u16>) {
-    for group in payload.chunks_exact(PIXELS * BITS / 8) {
+fn unpack_stream<const PIXELS: usize, const BITS: usize>(payload: &[u8], row: &mut [u16]) {
+    let groups = payload.chunks_exact(PIXELS * BITS / 8);
+    for (group, codes) in groups.zip(row.as_chunks_mut::<PIXELS>().0) {
         let word = little_endian(group);
-        row.extend((0..PIXELS).map(|i| low_bits(word >> (i * BITS), BITS)));
+        for (i, code) in codes.iter_mut().enumerate() {
+            *code = low_bits(word >> (i * BITS), BITS);
+        }
     }
 }
 
 /// Groups as the pixels' upper bytes, then their lower bits as one word, the first pixel in the lowest bits.
 fn pack_split<const PIXELS: usize, const LOW: usize>(row: &[u16], payload: &mut Vec<u8>) {
-    for group in row.as_chunks::<PIXELS>().0 {
-        payload.extend(group.iter().map(|&code| low_u8(u32::from(code) >> LOW)));
-        let lows = group.iter().rev().fold(0_u64, |word, &code| word << LOW | u64::from(code) & ((1 << LOW) - 1));
-        payload.extend_from_slice(&lows.to_le_bytes()[..PIXELS * LOW / 8]);
+    let group_bytes = PIXELS + PIXELS * LOW / 8;
+    let groups = room(row.len() / PIXELS, group_bytes, payload).chunks_exact_mut(group_bytes);
+    for (codes, group) in row.as_chunks::<PIXELS>().0.iter().zip(groups) {
+        let (uppers, lows) = group.split_at_mut(PIXELS);
+        for (upper, &code) in uppers.iter_mut().zip(codes) {
+            *upper = low_u8(u32::from(code) >> LOW);
+        }
+        let word = codes.iter().rev().fold(0_u64, |word, &code| word << LOW | u64::from(code) & ((1 << LOW) - 1));
+        lows.copy_from_slice(&word.to_le_bytes()[..PIXELS * LOW / 8]);
     }
 }
 
-fn unpack_split<const PIXELS: usize, const LOW: usize>(payload: &[u8], row: &mut Vec<u16>) {
-    for group in payload.chunks_exact(PIXELS + PIXELS * LOW / 8) {
+fn unpack_split<const PIXELS: usize, const LOW: usize>(payload: &[u8], row: &mut [u16]) {
+    let groups = payload.chunks_exact(PIXELS + PIXELS * LOW / 8);
+    for (group, codes) in groups.zip(row.as_chunks_mut::<PIXELS>().0) {
         let (uppers, lows) = group.split_at(PIXELS);
         let lows = little_endian(lows);
-        row.extend(
-            uppers.iter().enumerate().map(|(i, &upper)| u16::from(upper) << LOW | low_bits(lows >> (i * LOW), LOW)),
-        );
+        for (i, (code, &upper)) in codes.iter_mut().zip(uppers).enumerate() {
+            *code = u16::from(upper) << LOW | low_bits(lows >> (i * LOW), LOW);
+        }
     }
 }
 

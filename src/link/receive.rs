@@ -93,7 +93,16 @@ pub struct Decoded {
 
 /// Decodes packets that stand back to back. Any bytes are taken: damage is counted, never a panic.
 pub fn decode(bytes: &[u8]) -> Decoded {
-    let mut host = Host::default();
+    decoded(bytes, true)
+}
+
+/// The same for a host that looks at features only: frames have no picture, and everything else is as `decode` says.
+pub fn decode_without_pictures(bytes: &[u8]) -> Decoded {
+    decoded(bytes, false)
+}
+
+fn decoded(bytes: &[u8], wants_pictures: bool) -> Decoded {
+    let mut host = Host { decoded: Decoded::default(), open: None, wants_pictures };
     let mut at = 0;
     while at < bytes.len() {
         at = match host.packet(&bytes[at..]) {
@@ -109,15 +118,15 @@ pub fn decode(bytes: &[u8]) -> Decoded {
     host.decoded
 }
 
-#[derive(Default)]
-struct Host {
+struct Host<'a> {
     decoded: Decoded,
-    open: Option<Open>,
+    open: Option<Open<'a>>,
+    wants_pictures: bool,
 }
 
-impl Host {
+impl<'a> Host<'a> {
     /// Takes one packet and gives back its length, or nothing where no packet can be read.
-    fn packet(&mut self, bytes: &[u8]) -> Option<usize> {
+    fn packet(&mut self, bytes: &'a [u8]) -> Option<usize> {
         let Some((&received, after)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
             self.decoded.counts.cut_short += 1;
             return None;
@@ -217,7 +226,7 @@ impl Host {
         }
     }
 
-    fn long(&mut self, channel: u8, data_type: DataType, payload: &[u8], holds: bool) {
+    fn long(&mut self, channel: u8, data_type: DataType, payload: &'a [u8], holds: bool) {
         let understood = match &mut self.open {
             Some(open) if open.virtual_channel == channel => open.take(data_type, payload, holds),
             _ => {
@@ -234,7 +243,7 @@ impl Host {
 
     fn close(&mut self) {
         if let Some(open) = self.open.take() {
-            let (frame, rows_lost, doubled) = open.finish();
+            let (frame, rows_lost, doubled) = open.finish(self.wants_pictures);
             self.decoded.counts.frames_damaged += u64::from(!frame.whole);
             self.decoded.counts.rows_lost += rows_lost;
             self.decoded.counts.packets_doubled += doubled;

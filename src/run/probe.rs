@@ -72,6 +72,12 @@ impl Setup {
         Sensed { codes, events }
     }
 
+    /// Codes of some rows of a picture, of the first slot.
+    pub fn codes_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>, rows: &[RowIndex]) -> Vec<Vec<u16>> {
+        let schedule = self.schedule_at(place);
+        chain.codes_of_rows(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]), rows)
+    }
+
     /// Mean and variance of the codes of a picture, of a setup on the rung `expected`.
     pub fn expected_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>) -> Expected {
         let schedule = self.schedule_at(place);

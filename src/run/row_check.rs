@@ -1,36 +1,61 @@
-//! The running check: every so many rows are converted once more on the rung above. Enters: codes of a picture, and what they were made
-//! from. Leaves: nothing, or the first difference in words. Effects draw by names, so both rungs convert the same samples.
+//! The running check: every so many rows are converted once more on the rung above: clock by clock, or in Verilog. Enters: codes of
+//! a picture, and what they were made from. Leaves: nothing, or the first difference in words. Effects draw by names, so both rungs
+//! convert the same samples.
 
+use super::assets::Assets;
 use super::setup::Setup;
 use crate::effects::chain::{Capture, Chain, RowTimes};
 use crate::error::Error;
 use crate::fidelity::Rung;
 use crate::num::{index, u32_from};
 use crate::plane::Plane;
+use crate::silicon::Seat;
 use crate::units::RowIndex;
 
 /// Rows that are converted once more.
 pub(super) struct RowCheck {
     every: u32,
+    /// The rung of the run, and the one above it.
+    rungs: [Rung; 2],
+    /// What runs the Verilog, if that is the rung above.
+    verilog: Option<Seat>,
     /// The chain of the rung above, at the gain in effect.
     above: Option<Chain>,
     pub rows: u64,
 }
 
 impl RowCheck {
-    /// Every `every`-th row of a run. There is a rung above `sampled` only.
+    /// Every `every`-th row of a run on the rung `sampled` or `clocked`. Above `clocked` stands the Verilog, from these assets.
     ///
     /// # Errors
-    /// A run on another rung, or 0 rows.
-    pub fn new(setup: &Setup, every: u32) -> Result<Self, Error> {
+    /// A run on another rung, 0 rows, no Verilog where it is needed.
+    pub fn new(setup: &Setup, every: u32, assets: &dyn Assets) -> Result<Self, Error> {
         if every == 0 {
             return Err(Error::key("--check-every", every, "1 (every row) or more would do"));
         }
-        if setup.fidelity.rung != Rung::Sampled {
-            let reason = "this rung has none above it that a run can hold it to; run.rung = \"sampled\" would do";
-            return Err(Error::key("--check-every", setup.fidelity.rung.name(), reason));
-        }
-        Ok(Self { every, above: None, rows: 0 })
+        let (above, verilog) = match setup.fidelity.rung {
+            Rung::Sampled => (Rung::Clocked, None),
+            Rung::Clocked => {
+                let silicon = assets.silicon().map_err(|error| {
+                    Error::key(
+                        "--check-every",
+                        every,
+                        format!("the rung above clocked is rtl: {error}; without it, sampled"),
+                    )
+                })?;
+                (Rung::Rtl, Some(Seat::new(silicon)))
+            }
+            Rung::Expected | Rung::Rtl => {
+                let reason = "this rung has none above it that a run can hold it to; sampled or clocked would do";
+                return Err(Error::key("--check-every", setup.fidelity.rung.name(), reason));
+            }
+        };
+        Ok(Self { every, rungs: [setup.fidelity.rung, above], verilog, above: None, rows: 0 })
+    }
+
+    /// The rung that rows are held to.
+    pub fn rung(&self) -> Rung {
+        self.rungs[1]
     }
 
     /// The gain has changed: the converters are others.
@@ -38,10 +63,10 @@ impl RowCheck {
         self.above = None;
     }
 
-    /// Converts rows of one exposure again.
+    /// Converts rows of one exposure again; `make_chain` makes the run's own chain.
     ///
     /// # Errors
-    /// The first code that differs, both ways.
+    /// The first code that differs, both ways; a Verilog that does not answer.
     pub fn check(
         &mut self,
         make_chain: impl FnOnce() -> Chain,
@@ -51,14 +76,17 @@ impl RowCheck {
         codes: &Plane<u16>,
     ) -> Result<(), Error> {
         let rows: Vec<RowIndex> = (0..u32_from(codes.height_px())).step_by(index(self.every)).map(RowIndex).collect();
-        let above = self.above.get_or_insert_with(make_chain);
+        let above =
+            self.above.get_or_insert_with(|| make_chain().on_rung(self.rungs[1]).in_verilog(self.verilog.as_ref()));
         let again = above.codes_of_rows(photons, capture, times, &rows);
+        self.verilog.as_ref().map_or(Ok(()), Seat::check)?;
         self.rows += crate::num::u64_from(rows.len());
         for (row, again) in rows.iter().zip(&again) {
             if let Some(column) = first_difference(codes.row(index(row.0)), again) {
-                let (sampled, clocked) = (codes.at(column, index(row.0)), again[column]);
+                let (code, right) = (codes.at(column, index(row.0)), again[column]);
+                let [rung, above] = self.rungs.map(Rung::name);
                 return Err(Error::Run(format!(
-                    "camera {}, frame {}, slot {}, row {}, column {column}: sampled gives code {sampled}, clocked gives {clocked}",
+                    "camera {}, frame {}, slot {}, row {}, column {column}: {rung} gives code {code}, {above} gives {right}",
                     capture.camera.0, capture.frame.0, capture.slot, row.0
                 )));
             }
@@ -102,9 +130,9 @@ mod tests {
         let times = row_times(&schedule, FrameIndex(0), 0, &[]);
         let capture = Capture::single(CameraIndex(0), FrameIndex(0));
         let codes = setup.first_chain().capture(&photons, capture, &times).codes;
-        let clocked = || setup.first_chain().on_rung(Rung::Clocked);
-        let mut check = RowCheck::new(&setup, 5).unwrap();
-        check.check(clocked, &photons, capture, &times, &codes).unwrap();
+        let own = || setup.first_chain();
+        let mut check = RowCheck::new(&setup, 5, &NoFiles).unwrap();
+        check.check(own, &photons, capture, &times, &codes).unwrap();
         assert_eq!(check.rows, 10);
         let (mut found, mut passed) = (0, 0);
         for row in 0..48 {
@@ -112,7 +140,7 @@ mod tests {
             let mut faulty = codes.clone();
             let right = faulty.at(column, row);
             faulty.row_mut(row)[column] = right ^ 1;
-            match check.check(clocked, &photons, capture, &times, &faulty) {
+            match check.check(own, &photons, capture, &times, &faulty) {
                 Err(error) => {
                     let words = error.to_string();
                     let wanted =
@@ -134,7 +162,7 @@ mod tests {
             ["sensor.adc.kickback_uv=30.0", "sensor.adc.comparator_delay_sigma_clk=2.0", "sensor.adc.ramp_inl_lsb=1.0"];
         for more in [&[][..], &disturbed[..]] {
             let mut session = Session::new(setup(more)).unwrap();
-            session.check_rows(7).unwrap();
+            session.check_rows(7, &NoFiles).unwrap();
             for _ in 0..3 {
                 session.step(&NoClock).unwrap();
             }
@@ -144,7 +172,10 @@ mod tests {
 
     #[test]
     fn a_rung_without_one_above_it_is_refused() {
-        assert_eq!(RowCheck::new(&setup(&["run.rung=clocked"]), 1).err().unwrap().exit_code(), 2);
-        assert_eq!(RowCheck::new(&setup(&[]), 0).err().unwrap().exit_code(), 2);
+        let refused = |more: &[&str], every| RowCheck::new(&setup(more), every, &NoFiles).err().unwrap();
+        let clocked = refused(&["run.rung=clocked"], 1);
+        assert!(clocked.exit_code() == 2 && clocked.to_string().contains("rtl"), "{clocked}");
+        assert_eq!(refused(&["run.rung=expected"], 1).exit_code(), 2);
+        assert_eq!(refused(&[], 0).exit_code(), 2);
     }
 }

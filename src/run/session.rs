@@ -1,11 +1,14 @@
 //! A run in progress: each step senses one frame with every camera, sends it, and lets the host track it.
 
-use super::assets::Stopwatch;
+use std::sync::Arc;
+
+use super::assets::{Assets, Stopwatch};
 use super::extractor::ExtractorTotals;
 use super::felt::Felt;
 use super::hashes::StageHashes;
 use super::row_check::RowCheck;
-use super::rows::{merge_planes, row_times, slot_lengths_clk};
+use super::rows::{merge_planes, row_times};
+use super::seen::{Seen, Still};
 use super::sensor::SensorSetup;
 use super::setup::Setup;
 use super::transfer::{LinkTotals, frame_time_s, marks};
@@ -16,7 +19,6 @@ use crate::error::Error;
 use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
-use crate::optics::Exposure;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
@@ -29,8 +31,8 @@ pub const STAGES: [&str; 6] = ["render", "sensor", "compute", "link", "host_link
 
 /// What one camera made of one frame.
 pub struct CameraFrame {
-    /// Mean photons of each pixel over its exposure.
-    pub photons: Plane<f32>,
+    /// Mean photons of each pixel over its exposure; frames of a still scene share them.
+    pub photons: Arc<Plane<f32>>,
     /// Electrons of each pixel before conversion, of its longest exposure, where `Session::keep_electrons` asked for them.
     pub electrons: Option<Plane<f32>>,
     /// Codes as they leave the readout.
@@ -107,8 +109,7 @@ pub struct Session {
     pub(super) host_clocks: Vec<RowClock>,
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
-    /// Exposures of the frame before where nothing moves or flickers, one entry a camera, with the lengths of their rows by slot.
-    still: Vec<(Vec<Vec<u64>>, Vec<Exposure>)>,
+    still: Still,
     watched: Option<Watched>,
     row_check: Option<RowCheck>,
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
@@ -161,7 +162,7 @@ impl Session {
             host_time_s: None,
             host_clocks: Vec::new(),
             charge_before_e,
-            still: Vec::new(),
+            still: Still::default(),
             watched: None,
             row_check: None,
             electrons_kept: false,
@@ -187,13 +188,16 @@ impl Session {
         self.watched = Some(Watched { frame, rows: rows.to_vec(), samples: Vec::new() });
     }
 
-    /// Converts every `every`-th row of all frames from here on once more, clock by clock: the first code that differs ends the run.
+    /// Converts every `every`-th row of all frames from here on once more on the rung above, which it names: clock by clock for a run on
+    /// `sampled`, in Verilog from these assets for one on `clocked`. The first code that differs ends the run.
     ///
     /// # Errors
-    /// A run that is not on the rung `sampled`, or 0.
-    pub fn check_rows(&mut self, every: u32) -> Result<(), Error> {
-        self.row_check = Some(RowCheck::new(&self.setup, every)?);
-        Ok(())
+    /// A run on another rung, 0, or no Verilog where it is needed.
+    pub fn check_rows(&mut self, every: u32, assets: &dyn Assets) -> Result<Rung, Error> {
+        let check = RowCheck::new(&self.setup, every, assets)?;
+        let rung = check.rung();
+        self.row_check = Some(check);
+        Ok(rung)
     }
 
     /// Rows that were converted once more.
@@ -226,13 +230,11 @@ impl Session {
     ///
     /// # Errors
     /// A picture that cannot be read any more.
-    pub fn expose(&self) -> Result<Vec<Vec<Exposure>>, Error> {
+    pub fn expose(&self) -> Result<Vec<Vec<Seen>>, Error> {
         let frame = self.next_frame();
-        let of = |(camera_index, schedule): (usize, &Schedule)| match self.still.get(camera_index) {
-            Some((lengths, seen)) if *lengths == slot_lengths_clk(schedule, frame) => {
-                Ok(seen.iter().map(|exposure| Exposure { rays: 0, ..exposure.clone() }).collect())
-            }
-            _ => self.setup.exposures_of(frame, camera_index, schedule),
+        let of = |(camera, schedule): (usize, &Schedule)| match self.still.again(camera, schedule, frame) {
+            Some(seen) => Ok(seen),
+            None => Ok(self.setup.exposures_of(frame, camera, schedule)?.into_iter().map(Seen::from).collect()),
         };
         self.setup.exposure.schedules(frame).iter().enumerate().map(of).collect()
     }
@@ -241,13 +243,13 @@ impl Session {
     ///
     /// # Errors
     /// As `step`.
-    pub fn step_with(&mut self, exposures: Vec<Vec<Exposure>>, watch: &dyn Stopwatch) -> Result<Frame, Error> {
+    pub fn step_with(&mut self, exposures: Vec<Vec<Seen>>, watch: &dyn Stopwatch) -> Result<Frame, Error> {
         let frame = self.next_frame();
         let mut lap = Lap::start(watch);
         let schedules = self.setup.exposure.schedules(frame);
         self.count_rays(&exposures);
         if self.setup.is_still() {
-            self.keep_still(&schedules, &exposures);
+            self.still.keep(&schedules, frame, &exposures);
         }
         let codes = self.capture(frame, &schedules, &exposures)?;
         self.totals.stage_s[1] += lap.next_s();
@@ -295,15 +297,7 @@ impl Session {
         FrameIndex(u32_from(self.notes.len()))
     }
 
-    /// Keeps what the cameras saw, unless it is kept for rows of these lengths already.
-    fn keep_still(&mut self, schedules: &[Schedule], exposures: &[Vec<Exposure>]) {
-        let lengths: Vec<_> = schedules.iter().map(|one| slot_lengths_clk(one, self.next_frame())).collect();
-        if self.still.iter().map(|(kept, _)| kept).ne(&lengths) {
-            self.still = lengths.into_iter().zip(exposures.iter().cloned()).collect();
-        }
-    }
-
-    fn count_rays(&mut self, exposures: &[Vec<Exposure>]) {
+    fn count_rays(&mut self, exposures: &[Vec<Seen>]) {
         let slots = f64_from_usize(exposures[0].len());
         for exposure in exposures.iter().flatten() {
             self.totals.rays += exposure.rays;
@@ -316,7 +310,7 @@ impl Session {
         &mut self,
         frame: FrameIndex,
         schedules: &[Schedule],
-        exposures: &[Vec<Exposure>],
+        exposures: &[Vec<Seen>],
     ) -> Result<Vec<Plane<u16>>, Error> {
         let gain = self.setup.exposure.gain(frame);
         if gain.to_bits() != self.gain.to_bits() {
@@ -342,8 +336,8 @@ impl Session {
                 }
                 let captured = self.chain.capture(&exposure.photons, capture, &times);
                 if let Some(check) = &mut self.row_check {
-                    let clocked = || self.setup.chain(gain).on_rung(Rung::Clocked);
-                    check.check(clocked, &exposure.photons, capture, &times, &captured.codes)?;
+                    let own = || self.setup.chain(gain);
+                    check.check(own, &exposure.photons, capture, &times, &captured.codes)?;
                 }
                 self.setup.verilog().map_or(Ok(()), Seat::check)?;
                 self.totals.events.merge(&captured.events);
@@ -376,7 +370,7 @@ impl Session {
         for camera in &frame.cameras {
             self.totals.hashes.add(&camera.photons, &camera.codes, &camera.features);
             self.totals.feature_count += u64_from(camera.features.len());
-            code_sum += camera.codes.values().iter().map(|&code| u64::from(code)).sum::<u64>();
+            code_sum += camera.codes.values().chunks(SUMMED).map(sum_of_codes).sum::<u64>();
         }
         let pixels = f64_from_usize(self.setup.sensor.size.pixel_count() * frame.cameras.len());
         let tracked = frame.tracked.as_ref();
@@ -438,6 +432,13 @@ impl Session {
         let [photons, codes, features, poses] = self.totals.hashes.hex();
         [photons, codes, features, blake3::hash(&self.energy().to_bytes()).to_hex().to_string(), poses]
     }
+}
+
+/// Codes of 16 bits whose sum fits 32.
+const SUMMED: usize = 1 << 15;
+
+fn sum_of_codes(codes: &[u16]) -> u64 {
+    codes.iter().map(|&code| u32::from(code)).sum::<u32>().into()
 }
 
 /// What each camera's extractor makes of its picture, and the events of that.

@@ -134,8 +134,10 @@ impl Session {
     /// A picture that the host's own extractor refuses.
     pub(super) fn receive(&mut self, packets: &[Vec<u8>]) -> Result<HostFrame, Error> {
         let mut received = Vec::with_capacity(packets.len());
+        // Who gets features does not look at the pictures beside them.
+        let features_come = self.setup.sensor.link.mode.sends_features();
         for bytes in packets {
-            let decoded = link::decode(bytes);
+            let decoded = if features_come { link::decode_without_pictures(bytes) } else { link::decode(bytes) };
             self.totals.link.counts.merge(&decoded.counts);
             let mut frames = decoded.frames;
             let best = frames.iter().position(|frame| frame.metadata.is_some()).unwrap_or(0);

@@ -232,8 +232,9 @@ fn frames_of_a_still_scene_after_the_first_send_no_ray_and_are_what_they_would_b
         let (setup, _) = camera(&[]);
         assert!(setup.is_still());
         let mut session = Session::new(setup).unwrap();
-        let seen: Vec<Plane<f32>> =
-            (0..frames).map(|_| session.step(&NoClock).unwrap().cameras.swap_remove(0).photons).collect();
+        let seen: Vec<Plane<f32>> = (0..frames)
+            .map(|_| session.step(&NoClock).unwrap().cameras.swap_remove(0).photons.as_ref().clone())
+            .collect();
         let samples = session.report("still").unwrap().scenario.samples_per_pixel;
         (seen, samples * f64::from(frames))
     };

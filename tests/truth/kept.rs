@@ -227,7 +227,7 @@ fn rows_have_the_poses_of_the_motion_at_the_middle_of_their_exposure() {
         let setup = session.setup();
         let stamp = stamps(&out)[number];
         let photons = channel(&out.join(format!("photons/cam1/{stamp}.exr")), "Y");
-        assert!(photons == frame.cameras[1].photons, "kept photons are the run's, bit for bit");
+        assert!(photons == *frame.cameras[1].photons, "kept photons are the run's, bit for bit");
         let table = std::fs::read_to_string(out.join(format!("poses/cam1/{stamp}.csv"))).unwrap();
         let mut lines = table.lines();
         assert_eq!(lines.next(), Some("row,t_s,px_m,py_m,pz_m,qx,qy,qz,qw"));

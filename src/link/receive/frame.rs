@@ -14,11 +14,12 @@ use crate::num::{index, u32_from, u64_from};
 use crate::plane::Plane;
 use crate::units::Size;
 
-/// A row's packet: its number where it had one, its codes where its CRC held.
-struct Row {
+/// A row's packet: its number where it had one, its payload where that is whole groups whose CRC held. Every bit of such a payload is a
+/// bit of a code, so that equal payloads are equal codes.
+struct Row<'a> {
     number: Option<u32>,
     payload_bytes: usize,
-    codes: Option<Vec<u16>>,
+    payload: Option<&'a [u8]>,
 }
 
 /// Bytes that were skipped after so many rows.
@@ -28,13 +29,13 @@ struct Hole {
 }
 
 /// A frame between its start and its end.
-pub(super) struct Open {
+pub(super) struct Open<'a> {
     pub(super) virtual_channel: u8,
     pub(super) frame_number: u16,
     embedded: Option<(FrameMetadata, FrameShape)>,
     kind: Option<RawKind>,
     line: Option<u32>,
-    rows: Vec<Row>,
+    rows: Vec<Row<'a>>,
     holes: Vec<Hole>,
     records: Vec<Records>,
     doubled: u64,
@@ -45,10 +46,11 @@ pub(super) struct Open {
 /// Which packet, if any, brought each announced row.
 struct Places {
     size: Size,
+    kind: RawKind,
     packets: Vec<Option<usize>>,
 }
 
-impl Open {
+impl<'a> Open<'a> {
     pub(super) fn new(virtual_channel: u8, frame_number: u16) -> Self {
         Self {
             virtual_channel,
@@ -78,7 +80,7 @@ impl Open {
     }
 
     /// Whether the payload was understood.
-    pub(super) fn take(&mut self, data_type: DataType, payload: &[u8], holds: bool) -> bool {
+    pub(super) fn take(&mut self, data_type: DataType, payload: &'a [u8], holds: bool) -> bool {
         let number = self.line.take();
         // Behind a line start stands its row and nothing else.
         self.damaged |= number.is_some() && !matches!(data_type, DataType::Raw(_));
@@ -86,9 +88,9 @@ impl Open {
             DataType::Embedded => self.take_embedded(holds.then_some(payload)),
             DataType::Raw(kind) => {
                 let alike = *self.kind.get_or_insert(kind) == kind;
-                let codes = if holds && alike { kind.unpack(payload) } else { None };
-                let understood = codes.is_some();
-                self.rows.push(Row { number, payload_bytes: payload.len(), codes });
+                let understood = holds && alike && kind.pixels_in(payload.len()).is_some();
+                let payload_bytes = payload.len();
+                self.rows.push(Row { number, payload_bytes, payload: understood.then_some(payload) });
                 understood
             }
             DataType::Features => match holds.then(|| records::parse(payload)).flatten() {
@@ -134,15 +136,15 @@ impl Open {
         }
     }
 
-    /// The frame, announced rows that are lost, and packets that came twice.
-    pub(super) fn finish(mut self) -> (Received, u64, u64) {
+    /// The frame, with its picture if one is wanted, announced rows that are lost, and packets that came twice.
+    pub(super) fn finish(mut self, wants_picture: bool) -> (Received, u64, u64) {
         self.damaged |= self.line.is_some();
         self.records.sort_by_key(|records| (records.first, records.last));
         let places = self.places();
         let (mut damaged_rows, mut missing_rows) = (Vec::new(), Vec::new());
         for (row, packet) in (0..).zip(places.iter().flat_map(|places| &places.packets)) {
             match packet {
-                Some(packet) if self.rows[*packet].codes.is_none() => damaged_rows.push(row),
+                Some(packet) if self.rows[*packet].payload.is_none() => damaged_rows.push(row),
                 Some(_) => {}
                 None => missing_rows.push(row),
             }
@@ -154,9 +156,9 @@ impl Open {
             (None, Some(size)) => size.height_px.into(),
             (None, None) => 0,
         };
-        let picture = places.as_ref().map(|places| self.picture(places));
         let rows_as_announced =
-            announced.is_some() == picture.is_some() && (announced.is_some() || self.rows.is_empty());
+            announced.is_some() == places.is_some() && (announced.is_some() || self.rows.is_empty());
+        let picture = places.as_ref().filter(|_| wants_picture).map(|places| self.picture(places));
         let complete = shape.is_some_and(|shape| {
             rows_as_announced && if shape.features_follow { self.list_is_whole() } else { self.records.is_empty() }
         });
@@ -200,9 +202,8 @@ impl Open {
         let kind = RawKind::ALL.into_iter().find(|kind| kind.data_type() == shape.data_type)?;
         let payload_bytes = kind.payload_bytes(index(size.width_px));
         // A damaged row has to have brought as many bytes as announced, so damage cannot claim memory.
-        let fits = |row: &Row| {
-            row.payload_bytes == payload_bytes && row.codes.as_ref().is_none_or(|c| c.len() == index(size.width_px))
-        };
+        let fills = kind.pixels_in(payload_bytes) == Some(index(size.width_px));
+        let fits = |row: &Row| row.payload_bytes == payload_bytes && (row.payload.is_none() || fills);
         if self.kind.is_some_and(|found| found != kind) || !self.rows.iter().all(fits) {
             return None;
         }
@@ -211,7 +212,7 @@ impl Open {
         } else {
             self.by_count(index(size.height_px), HEADER_BYTES + payload_bytes + CRC_BYTES)?
         };
-        Some(Places { size, packets })
+        Some(Places { size, kind, packets })
     }
 
     /// A number is believed where it is greater than all numbers before it and less than all after it: a line-start packet whose many
@@ -222,7 +223,7 @@ impl Open {
         for (packet, row) in self.rows.iter().enumerate() {
             let number = row.number.map(index).filter(|&number| number < height);
             match number.map(|number| (number, packets[number])) {
-                Some((_, Some(first))) if self.rows[first].codes == row.codes => self.doubled += 1,
+                Some((_, Some(first))) if self.rows[first].payload == row.payload => self.doubled += 1,
                 Some((number, _)) => {
                     packets[number] = Some(packet);
                     numbered.push((number, packet));
@@ -269,8 +270,8 @@ impl Open {
     fn picture(&self, places: &Places) -> Plane<u16> {
         let mut picture = Plane::filled(places.size, 0);
         for (row, packet) in places.packets.iter().enumerate() {
-            if let Some(codes) = packet.and_then(|packet| self.rows[packet].codes.as_ref()) {
-                picture.row_mut(row).copy_from_slice(codes);
+            if let Some(payload) = packet.and_then(|packet| self.rows[packet].payload) {
+                places.kind.unpack_into(payload, picture.row_mut(row));
             }
         }
         picture
