@@ -195,7 +195,9 @@ impl<'a> Picture<'a> {
             for (number, (photons, samples)) in some.iter_mut().enumerate() {
                 let at = twins[chunk * EACH + number].at;
                 if estimates[at].is_refined {
-                    let samples_of_net = estimates[at].samples - first;
+                    // A given number has rays beside it, which a twin chooses for itself.
+                    let grown = estimates[at].samples - first;
+                    let samples_of_net = if rule.share.is_some() { rule.samples } else { grown };
                     let rule =
                         Rule { samples: samples_of_net, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
                     let mut net = Net::new(super::spend::hidden(seen, self.width(), at, first));
