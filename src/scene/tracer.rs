@@ -229,8 +229,8 @@ pub fn blocked_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &
     dispatch(Walk::<H, true> { bvh, holes, packet, stack }).triangle.map(|triangle| triangle != MISS)
 }
 
-/// Lists triangles that a ray may meet whose origin and direction lie between those of a packet's rays: all of them, and some beside. False,
-/// and some of them only, if they are more than `most` or if the rays do not all walk the axes the same way.
+/// Lists triangles that a ray may meet whose origin and direction lie between those of a packet's rays: all of them, and some
+/// beside. False, and some of them only, if they are more than `most` or if the rays do not all walk the axes the same way.
 pub fn along_beam(bvh: &Bvh, packet: &Packet, most: usize, stack: &mut Stack, found: &mut Vec<u32>) -> bool {
     dispatch(Beam { bvh, packet, most, stack, found })
 }

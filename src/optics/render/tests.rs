@@ -182,7 +182,7 @@ fn a_strip_thinner_than_a_sample_has_its_own_area() {
             }
         }
         // 1,024 rays are asked in each pixel that the strip cuts. A slanting edge of their net has a variance of 1 / 9 n^1.5 in a
-        // pixel, so two edges in up to three pixels of a row (more as it lies down: 1 / cos) leave 0.0045; 64 samples leave 0.036, eight times that.
+        // pixel, so two edges in up to three pixels of a row (more as it lies down: 1 / cos) leave 0.0045, and 64 samples 0.036.
         // The rays of a row's pixels are independent, so the mean of 64 is known to an eighth.
         let sigma = 0.0045 / libm::cos(angle_rad);
         let (rms, mean) = ((squares / count).sqrt(), sum / count);
