@@ -6,7 +6,8 @@
 //! more than saturation; "off lamps" is over pixels without a saturated one beside them. "seeds" is half the mean square difference
 //! of two renders with different keys, which has no part of the bias (as "sensor"); "own" is what the render says of itself.
 //! `--quick` renders 320 x 240 pixels; `--reference N` takes another number of samples for the truth, `--only NAME` one motion,
-//! `--most N` fewer rows, `--worst` lists the pixels with the most error; `--reflections N` and `--gloss` follow reflections.
+//! `--least N` and `--most N` fewer rows of a fixed number, `--fixed` none to a target, `--k K` only targets up to K, `--rays` no
+//! sub-frames, `--worst` lists the pixels with the most error; `--reflections N` and `--gloss` follow reflections.
 
 use std::fmt::Write as _;
 
@@ -242,6 +243,9 @@ fn main() {
     let mut curves = Vec::new();
     let only = number_after("--only");
     let most: u32 = number_after("--most").map_or(256, |text| text.parse().expect("a number"));
+    let least: u32 = number_after("--least").map_or(1, |text| text.parse().expect("a number"));
+    let tolerance_most: f64 = number_after("--k").map_or(f64::INFINITY, |text| text.parse().expect("a number"));
+    let targets = || ADAPTIVE.into_iter().filter(|row| row.1 <= tolerance_most && !flag("--fixed"));
     for (name, velocity, turn) in cases.into_iter().filter(|case| only.as_ref().is_none_or(|only| only == case.0)) {
         let case = levelled(&setup, velocity, turn);
         let truth = case.truth(reference_samples);
@@ -255,21 +259,21 @@ fn main() {
         };
         let key = DrawKey::root(1);
         let mut curve = Vec::new();
-        for samples in FIXED.into_iter().filter(|&samples| samples <= most) {
+        for samples in FIXED.into_iter().filter(|&samples| (least..=most).contains(&samples)) {
             let row = case.row(Sampling::fixed(samples, key), &truth);
             print("fixed", row);
             curve.push((row[0], row[2]));
         }
         curves.push((name.to_owned(), curve));
         let mut curve = Vec::new();
-        for (samples_max, tolerance) in ADAPTIVE {
+        for (samples_max, tolerance) in targets() {
             let row = case.row(Sampling { samples_max, tolerance, ..Sampling::fixed(1, key) }, &truth);
             print(&format!("up to {samples_max}, k = {tolerance}"), row);
             curve.push((row[0], row[2]));
         }
         curves.push((format!("{name}, adaptive"), curve));
         let mut curve = Vec::new();
-        for subframes in SUBFRAMES.into_iter().filter(|&subframes| subframes <= most) {
+        for subframes in SUBFRAMES.into_iter().filter(|&subframes| subframes <= most && !flag("--rays")) {
             let row = case.row(Sampling { subframes, ..Sampling::fixed(1, key) }, &truth);
             print(&format!("{subframes} sub-frames"), row);
             curve.push((row[0], row[2]));

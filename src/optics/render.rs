@@ -7,6 +7,7 @@
 
 mod filter;
 mod halves;
+mod outlines;
 mod passes;
 mod pattern;
 mod refine;
@@ -16,10 +17,11 @@ mod shear;
 mod shot;
 mod spend;
 mod twins;
+mod whole;
 
 use super::camera::Camera;
 use crate::draw::DrawKey;
-use crate::num::{index, u64_from};
+use crate::num::{f32_nearest, index, u64_from};
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::LitScene;
@@ -95,9 +97,11 @@ impl Sampling {
 const FIRST_BATCH: [u32; 2] = [4, 2];
 /// Tolerance from which on a target is loose.
 const LOOSE: f64 = 1.0;
-/// From so many on, a fixed number of samples of a picture that moves follows each pixel's own motion. Fewer lose more by rays that
-/// lie apart in time than they gain.
-const ALONG_MOTION_FROM: u32 = 32;
+/// From so many on, a fixed number of samples is a net of each pixel's own, which follows its motion and its outlines. Fewer lose more
+/// by rays that lie apart in time than they gain.
+const OWN_NETS_FROM: u32 = 32;
+/// Outlines are looked for where what they may leave is more than this of the photons' own variance, with a fixed number of samples.
+const OUTLINES_FROM: f64 = 0.002;
 /// Passes that bring a picture to its target at most: each begins where the estimates of the one before lead.
 const PASSES_MAX: usize = 12;
 /// Factor by which the samples of a pixel may grow in one pass.
@@ -119,8 +123,8 @@ pub fn render(
     }
     let samples = sampling.samples_per_pixel * sampling.subframes.max(1);
     assert!(samples > 0, "a render needs a sample");
-    if sampling.subframes == 0 && samples >= ALONG_MOTION_FROM && picture.moves() {
-        return along_motion(&picture, samples);
+    if sampling.subframes == 0 && samples >= OWN_NETS_FROM {
+        return own_nets(&picture, samples);
     }
     let seen = picture.even(samples);
     let ratio = halves::variance_ratio(&seen, samples, sampling.saturation_photons);
@@ -135,22 +139,25 @@ fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
     Plane::from_values(camera.size, photons.collect())
 }
 
-/// The same number of samples for each pixel of a picture that moves, along its own motion. One ray each finds the surface first.
-fn along_motion(picture: &Picture, samples: u32) -> Exposure {
+/// The same number of samples for each pixel, along its own motion. One ray each finds the surface first.
+fn own_nets(picture: &Picture, samples: u32) -> Exposure {
     let saturation_photons = picture.sampling.saturation_photons;
     let seen = picture.even(1);
     let share = Some(refine::share(samples));
-    let rule = Rule { samples, least_gain: None, saturation_photons, share };
-    let mut nets: Vec<Growing> = (0..seen.len()).map(|at| Growing { at, net: Net::new(0.0) }).collect();
+    let outlines_from = Some(f32_nearest(OUTLINES_FROM / picture.sampling.electrons_per_photon));
+    let rule = Rule { samples, least_gain: None, saturation_photons, share, outlines_from };
+    let mut nets: Vec<Growing> = (0..seen.len())
+        .map(|at| Growing { at, net: Net::new(spend::hidden(&seen, index(picture.view.camera.size.width_px), at, 1)) })
+        .collect();
     picture.grow(&mut nets, &seen, &rule);
     let of = |growing: &Growing| Estimate {
         photons: growing.net.photons,
         variance: growing.net.variance(),
-        samples: 1 + samples,
+        samples: 1 + samples + growing.net.extra,
         is_refined: true,
     };
     let estimates: Vec<Estimate> = nets.iter().map(of).collect();
-    told(picture, &estimates, &seen, 1, share)
+    told(picture, &estimates, &seen, 1, &rule)
 }
 
 /// As few samples as bring the mean of variance over photons to what is asked for.
@@ -161,7 +168,7 @@ fn to_target(picture: &Picture) -> Exposure {
     let width = index(picture.view.camera.size.width_px);
     let seen = picture.even(first);
     let mut estimates = spend::first_estimates(&seen, width, first, saturation_photons);
-    let mut rule = Rule { samples: FIRST, least_gain: None, saturation_photons, share: None };
+    let mut rule = Rule { samples: FIRST, least_gain: None, saturation_photons, share: None, outlines_from: None };
     let mut nets: Vec<Growing> = Vec::new();
     for _ in 0..PASSES_MAX {
         if samples_max < FIRST {
@@ -187,14 +194,15 @@ fn to_target(picture: &Picture) -> Exposure {
         }
         rule.samples = rule.samples.saturating_mul(PASS_GROWTH).min(samples_max);
     }
-    told(picture, &estimates, &seen, first, None)
+    told(picture, &estimates, &seen, first, &rule)
 }
 
 /// The picture, and its error as pixels tell that are sampled a second time.
-fn told(picture: &Picture, estimates: &[Estimate], seen: &[Seen], first: u32, share: Option<f32>) -> Exposure {
+fn told(picture: &Picture, estimates: &[Estimate], seen: &[Seen], first: u32, rule: &Rule) -> Exposure {
     let Sampling { saturation_photons, key, electrons_per_photon, .. } = picture.sampling;
-    let twins = twins::choose(estimates, saturation_photons, key.with(TWIN_KEY));
-    let (others, more) = picture.twins(&twins, estimates, seen, first, share);
+    let width = index(picture.view.camera.size.width_px);
+    let twins = twins::choose(estimates, width, saturation_photons, key.with(TWIN_KEY));
+    let (others, more) = picture.twins(&twins, estimates, seen, first, rule);
     let ratio = twins::variance_ratio(estimates, &twins, &others, saturation_photons);
     let rays = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum::<u64>() + more;
     let photons = plane(picture.view.camera, estimates.iter().map(|estimate| estimate.photons));

@@ -229,5 +229,57 @@ pub fn blocked_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &
     dispatch(Walk::<H, true> { bvh, holes, packet, stack }).triangle.map(|triangle| triangle != MISS)
 }
 
+/// Lists triangles that a ray may meet whose origin and direction lie between those of a packet's rays: all of them, and some
+/// beside. False, and some of them only, if they are more than `most` or if the rays do not all walk the axes the same way.
+pub fn along_beam(bvh: &Bvh, packet: &Packet, most: usize, stack: &mut Stack, found: &mut Vec<u32>) -> bool {
+    dispatch(Beam { bvh, packet, most, stack, found })
+}
+
+struct Beam<'a> {
+    bvh: &'a Bvh,
+    packet: &'a Packet,
+    most: usize,
+    stack: &'a mut Stack,
+    found: &'a mut Vec<u32>,
+}
+
+impl Kernel for Beam<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let Beam { bvh, packet, most, stack, found } = self;
+        found.clear();
+        let mut courses = Courses::of(packet);
+        let Some((mask, course)) = courses.take() else { return true };
+        if courses.take().is_some() {
+            return false;
+        }
+        let rays = Rays::of(packet, mask, course);
+        let t_most = packet.t_max.most();
+        let mut depth = enter(&bvh.nodes[0], 0, &rays, t_most, stack, 0);
+        while depth > 0 {
+            depth -= 1;
+            let (node, slot) = (stack.places[depth] >> 3, index(stack.places[depth] & 7));
+            let child = bvh.nodes[index(node)].child[slot];
+            if child & IS_BLOCK == 0 {
+                depth = enter(&bvh.nodes[index(child)], child, &rays, t_most, stack, depth);
+                continue;
+            }
+            let block = &bvh.blocks[index(child ^ IS_BLOCK)];
+            let mut open = block::candidates::<false>(&rays, &block::relative_corners(&rays, block)) & block.present;
+            while open != 0 {
+                let slot = index(open.trailing_zeros() / 8);
+                open &= !(0xFF << (8 * slot));
+                found.push(block.triangle[slot]);
+            }
+            if found.len() > most {
+                return false;
+            }
+        }
+        true
+    }
+}
+
 #[cfg(test)]
 mod tests;

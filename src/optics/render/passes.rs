@@ -95,11 +95,6 @@ impl<'a> Picture<'a> {
         Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels }
     }
 
-    /// Whether the camera moves in any row's exposure.
-    pub fn moves(&self) -> bool {
-        self.timelines.iter().any(|timeline| !timeline.is_still)
-    }
-
     fn width(&self) -> usize {
         index(self.view.camera.size.width_px)
     }
@@ -191,7 +186,7 @@ impl<'a> Picture<'a> {
         estimates: &[Estimate],
         seen: &[Seen],
         first: u32,
-        share: Option<f32>,
+        rule: &Rule,
     ) -> (Vec<f32>, u64) {
         const EACH: usize = CHUNK / 4;
         let mut all: Vec<(f32, u32)> = vec![(0.0, 0); twins.len()];
@@ -200,12 +195,14 @@ impl<'a> Picture<'a> {
             for (number, (photons, samples)) in some.iter_mut().enumerate() {
                 let at = twins[chunk * EACH + number].at;
                 if estimates[at].is_refined {
-                    let samples_of_net = estimates[at].samples - first;
+                    // A given number has rays beside it, which a twin chooses for itself.
+                    let grown = estimates[at].samples - first;
+                    let samples_of_net = if rule.share.is_some() { rule.samples } else { grown };
                     let rule =
-                        Rule { samples: samples_of_net, least_gain: None, saturation_photons: f32::INFINITY, share };
-                    let mut net = Net::new(0.0);
+                        Rule { samples: samples_of_net, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
+                    let mut net = Net::new(super::spend::hidden(seen, self.width(), at, first));
                     self.pixel(at, OF_NET | OF_TWIN).grow(&mut net, self.nearest_m(seen, at), &rule, &mut desk);
-                    (*photons, *samples) = (net.photons, net.samples);
+                    (*photons, *samples) = (net.photons, net.samples + net.extra);
                 } else {
                     (*photons, *samples) = (self.pixel(at, OF_TWIN).even_mean(first, &mut desk), first);
                 }

@@ -11,11 +11,13 @@
 
 use super::filter::Shares;
 use super::halves::LEFT_TYPICAL;
+use super::outlines::Outlines;
 use super::pattern::{scrambled, sobol_reversed, unit};
 use super::rows::{COLUMNS, ROWS};
 use super::shear::sheared;
 use super::shot::{Aim, Pixels, View, bilinear};
 use super::spend::{may_count, ratio};
+use super::whole::Whole;
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, greater, index, low_u32, u32_from, u32_truncated_f32};
 use crate::optics::motion::{Parabolas, Timeline};
@@ -41,6 +43,8 @@ pub struct Rule {
     pub saturation_photons: f32,
     /// Share of the pixel's width that each sample stands for, where it is known beforehand; else that of the samples so far.
     pub share: Option<f32>,
+    /// Variance over photons from which on outlines are looked for; none: never.
+    pub outlines_from: Option<f32>,
 }
 
 impl Rule {
@@ -60,11 +64,13 @@ pub struct Net {
     /// Samples.
     pub samples: u32,
     /// Variance of its samples about their mean.
-    spread: f32,
+    pub spread: f32,
     /// About the variance that the last doubling took away, from this one and those before.
-    taken: f32,
+    pub taken: f32,
     /// What one sample may miss of the pixel, as a variance: it falls as the cube of the samples.
-    hidden: f32,
+    pub hidden: f32,
+    /// Rays beside the samples.
+    pub extra: u32,
 }
 
 /// An edge of contrast c leaves c^2 / 600 (slanting) to c^2 / 1,600 (upright) after sixteen samples, of samples whose spread is c^2 /
@@ -77,7 +83,7 @@ const OF_BEFORE: f32 = 0.5 * 0.353_553_4;
 impl Net {
     /// Before any sample, with what one may miss.
     pub const fn new(hidden: f32) -> Self {
-        Self { photons: 0.0, samples: 0, spread: 0.0, taken: 0.0, hidden }
+        Self { photons: 0.0, samples: 0, spread: 0.0, taken: 0.0, hidden, extra: 0 }
     }
 
     /// About the variance of the mean. Halves of a net agree in the number of samples on either side of an edge more often than not,
@@ -108,13 +114,14 @@ pub struct Pixel<'a> {
 
 /// Room for working on pixels, one after the other.
 pub struct Desk {
-    stack: Stack,
+    pub stack: Stack,
+    pub outlines: Outlines,
 }
 
 impl Desk {
     /// Empty.
     pub fn new() -> Self {
-        Self { stack: Stack::new() }
+        Self { stack: Stack::new(), outlines: Outlines::default() }
     }
 }
 
@@ -123,6 +130,9 @@ impl Pixel<'_> {
     pub fn grow(&self, net: &mut Net, nearest_m: f32, rule: &Rule, desk: &mut Desk) {
         let pixels = self.pixels();
         let velocity_px = self.velocity_px(&pixels, nearest_m);
+        if let (Some(share), Some(least)) = (rule.share, rule.outlines_from) {
+            return self.whole(net, &pixels, &Whole { velocity_px, samples: rule.samples, share, least }, desk);
+        }
         if net.samples == 0 {
             let share = rule.share.unwrap_or(share(FIRST));
             self.begin(net, &pixels, velocity_px, share, desk);
@@ -224,53 +234,67 @@ impl Pixel<'_> {
 
     /// Mean photons of a block of samples, each of which is told.
     fn trace(&self, pixels: &Pixels, block: &Block, desk: &mut Desk, tell: &mut dyn FnMut(u32, f32)) -> f64 {
-        let has_gloss = self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss);
-        let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
         let shares =
             if block.is_sheared { Shares::over_motion(block.share) } else { Shares::even(block.share, block.share) };
         let mut sum = 0.0;
         for from in (0..block.count).step_by(LANES) {
             let lanes = LANES.min(index(block.count - from));
-            let mut shots = Shots {
-                pixel: self,
-                pixels: *pixels,
-                place: [Floats::splat(0.0); 3],
-                motion: None,
-                share: Floats::splat(0.0),
-                lamp_levels: [1.0; LANES],
-                shares: &shares,
-                numbers: [0; LANES],
-                has_gloss,
-                stack: &mut desk.stack,
-            };
-            let mut piece_of = [0; LANES];
-            for lane in 0..lanes {
-                let number = block.first + from + u32_from(lane);
-                let place = sheared(self.even(number), block.velocity_px);
-                for axis in 0..3 {
-                    shots.place[axis].0[lane] = place[axis];
-                }
-                let piece = u32_truncated_f32(place[2] * pieces);
-                piece_of[lane] = index(piece);
-                shots.share.0[lane] = place[2] * pieces - f32_from_u32(piece);
-                shots.lamp_levels[lane] = self.lamp_levels[index(u32_truncated_f32(place[2] * 16.0))];
-                shots.numbers[lane] = number;
-            }
-            shots.pixels.seen.1 = pixels.seen.1.min(lanes);
-            for lane in lanes..LANES {
-                shots.pixels.t_max.0[lane] = -1.0;
-            }
-            if !self.timeline.is_still {
-                let lane = self.at[1] % ROWS * COLUMNS;
-                shots.motion = Some(self.timeline.gathered(lane, &piece_of));
-            }
-            let photons = dispatch(shots);
+            let numbers = std::array::from_fn(|lane| block.first + from + u32_from(lane));
+            let photons = self.shoot(pixels, self.places(block.velocity_px, &numbers, lanes), lanes, &shares, desk);
             for lane in 0..lanes {
                 sum += f64::from(photons.0[lane]);
-                tell(block.first + from + u32_from(lane), photons.0[lane]);
+                tell(numbers[lane], photons.0[lane]);
             }
         }
         sum / f64::from(block.count)
+    }
+
+    /// Photons of a packet's samples.
+    pub fn shoot(&self, pixels: &Pixels, places: Places, lanes: usize, shares: &Shares, desk: &mut Desk) -> Floats {
+        let has_gloss = self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss);
+        let mut shots = Shots { pixel: self, pixels: *pixels, places, shares, has_gloss, stack: &mut desk.stack };
+        shots.pixels.seen.1 = pixels.seen.1.min(lanes);
+        for lane in lanes..LANES {
+            shots.pixels.t_max.0[lane] = -1.0;
+        }
+        dispatch(shots)
+    }
+
+    /// Where and when samples of some numbers lie.
+    pub fn places(&self, velocity_px: [f32; 2], numbers: &[u32; LANES], lanes: usize) -> Places {
+        let mut places = [[0.0; 3]; LANES];
+        for lane in 0..lanes {
+            places[lane] = sheared(self.even(numbers[lane]), velocity_px);
+        }
+        self.placed(&places, numbers, lanes)
+    }
+
+    /// Samples at places and instants.
+    pub fn placed(&self, at: &[[f32; 3]; LANES], numbers: &[u32; LANES], lanes: usize) -> Places {
+        let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
+        let mut places = Places {
+            place: [Floats::splat(0.0); 3],
+            motion: None,
+            share: Floats::splat(0.0),
+            lamp_levels: [1.0; LANES],
+            numbers: *numbers,
+        };
+        let mut piece_of = [0; LANES];
+        for lane in 0..lanes {
+            let place = at[lane];
+            for axis in 0..3 {
+                places.place[axis].0[lane] = place[axis];
+            }
+            let piece = u32_truncated_f32(place[2] * pieces);
+            piece_of[lane] = index(piece);
+            places.share.0[lane] = place[2] * pieces - f32_from_u32(piece);
+            places.lamp_levels[lane] = self.lamp_levels[index(u32_truncated_f32(place[2] * 16.0))];
+        }
+        if !self.timeline.is_still {
+            let lane = self.at[1] % ROWS * COLUMNS;
+            places.motion = Some(self.timeline.gathered(lane, &piece_of));
+        }
+        places
     }
 }
 
@@ -300,17 +324,32 @@ fn across(vector: [f32; 3], direction: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|axis| vector[axis] - along * direction[axis])
 }
 
+/// Where and when the samples of a packet lie.
+pub struct Places {
+    pub place: [Floats; 3],
+    /// None where nothing moves.
+    motion: Option<Parabolas>,
+    pub share: Floats,
+    lamp_levels: [f32; LANES],
+    numbers: [u32; LANES],
+}
+
+impl Places {
+    #[inline(always)]
+    pub fn motion<'a>(&'a self, timeline: &'a Timeline) -> &'a Parabolas {
+        match &self.motion {
+            Some(motion) => motion,
+            None => &timeline.pieces[0],
+        }
+    }
+}
+
 /// A packet of samples of one pixel.
 struct Shots<'a> {
     pixel: &'a Pixel<'a>,
     pixels: Pixels,
-    place: [Floats; 3],
-    /// None where nothing moves.
-    motion: Option<Parabolas>,
-    share: Floats,
-    lamp_levels: [f32; LANES],
+    places: Places,
     shares: &'a Shares,
-    numbers: [u32; LANES],
     has_gloss: bool,
     stack: &'a mut Stack,
 }
@@ -323,16 +362,13 @@ impl Kernel for Shots<'_> {
         let timeline = self.pixel.timeline;
         let pieces = f32_from_u32(u32_from(timeline.pieces.len()));
         let aim = Aim {
-            place: self.place,
-            motion: match &self.motion {
-                Some(motion) => motion,
-                None => &timeline.pieces[0],
-            },
-            share: self.share,
+            place: self.places.place,
+            motion: self.places.motion(timeline),
+            share: self.places.share,
             pieces: if timeline.is_still { 0.0 } else { pieces },
-            lamp_levels: &self.lamp_levels,
+            lamp_levels: &self.places.lamp_levels,
             shares: self.shares,
-            numbers: &self.numbers,
+            numbers: &self.places.numbers,
         };
         self.pixel.view.sample(&self.pixels, &aim, self.has_gloss, self.stack)[0]
     }
@@ -344,7 +380,7 @@ mod tests {
 
     #[test]
     fn halves_that_agree_do_not_make_a_pixel_with_an_edge_exact() {
-        let net = Net { photons: 20.0, samples: 64, spread: 400.0, taken: 0.0, hidden: 0.0 };
+        let net = Net { photons: 20.0, samples: 64, spread: 400.0, taken: 0.0, hidden: 0.0, extra: 0 };
         // Half of spread / n^1.5, exact in these numbers.
         assert_eq!(net.variance(), 0.5 * 400.0 / 512.0);
         let even = Net { spread: 0.0, ..net };

@@ -6,9 +6,9 @@
 //! variance, whoever chose. Those that claim much are taken more often, in proportion to the claim, and count so much less (Hansen
 //! and Hurwitz 1943): the claims decide how sure the answer is, and not where it lies.
 
-use super::spend::Estimate;
+use super::spend::{Estimate, ratio};
 use crate::draw::DrawKey;
-use crate::num::{f64_from_u64, f64_from_usize};
+use crate::num::{f32_from_u32, f64_from_u64, f64_from_usize};
 
 /// A pixel that is taken a second time, and one over its chance to be.
 #[derive(Clone, Copy, Debug)]
@@ -31,26 +31,27 @@ const TWINS_MIN: f64 = 32.0;
 const CLAIM_LEAST: f64 = 0.2;
 
 /// Chooses pixels.
-pub fn choose(estimates: &[Estimate], saturation_photons: f32, key: DrawKey) -> Vec<Twin> {
+pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key: DrawKey) -> Vec<Twin> {
     let samples: u64 = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum();
     let mut twins = Vec::new();
     for is_refined in [false, true] {
-        let is_in = |estimate: &&Estimate| estimate.is_refined == is_refined && estimate.counts(saturation_photons);
-        let of = || estimates.iter().filter(is_in);
+        let is_in = |estimate: &Estimate| estimate.is_refined == is_refined && estimate.counts(saturation_photons);
+        let of = || estimates.iter().enumerate().filter(|(_, estimate)| is_in(estimate));
         let count = f64_from_usize(of().count());
-        let mean = of().map(|estimate| f64::from(estimate.ratio())).sum::<f64>() / count;
-        let claim = |estimate: &Estimate| f64::from(estimate.ratio()) + CLAIM_LEAST * mean;
+        let own = |at: usize| claim(estimates, width, at, saturation_photons);
+        let mean = of().map(|(at, _)| own(at)).sum::<f64>() / count;
+        let claim = |at: usize| own(at) + CLAIM_LEAST * mean;
         let (mut claims, mut cost) = (0.0, 0.0);
-        for estimate in of() {
-            claims += claim(estimate);
-            cost += claim(estimate) * f64::from(estimate.samples);
+        for (at, estimate) in of() {
+            claims += claim(at);
+            cost += claim(at) * f64::from(estimate.samples);
         }
         let affordable = SAMPLES_SHARE * f64_from_u64(samples) * claims / cost;
         let most = crate::num::lesser(TWINS_MAX, f64_from_usize(estimates.len()) * PIXELS_SHARE);
         let wanted = crate::num::greater(crate::num::lesser(most, affordable), TWINS_MIN);
-        for (at, estimate) in estimates.iter().enumerate().filter(|(_, estimate)| is_in(estimate)) {
+        for (at, _) in of() {
             // Where nothing claims an error, all claim the same.
-            let chance = if claims > 0.0 { wanted * claim(estimate) / claims } else { wanted / count };
+            let chance = if claims > 0.0 { wanted * claim(at) / claims } else { wanted / count };
             let draw = f64_from_u64(key.with(crate::num::u64_from(at)).0 >> 11) / 9_007_199_254_740_992.0;
             if draw < chance {
                 twins.push(Twin { at, weight: if chance < 1.0 { 1.0 / chance } else { 1.0 } });
@@ -60,12 +61,28 @@ pub fn choose(estimates: &[Estimate], saturation_photons: f32, key: DrawKey) -> 
     twins
 }
 
+/// Variance over photons that a pixel claims. Beside a lamp few samples may have met it or none, and then say nothing of it: an n-th of
+/// the square of what is missing to saturation.
+fn claim(estimates: &[Estimate], width: usize, at: usize, saturation_photons: f32) -> f64 {
+    let own = &estimates[at];
+    let (x, y, height) = (at % width, at / width, estimates.len() / width);
+    let is_beside_lamp = (y.saturating_sub(1)..(y + 2).min(height)).any(|row| {
+        (x.saturating_sub(1)..(x + 2).min(width))
+            .any(|column| !(estimates[row * width + column].photons < saturation_photons))
+    });
+    let missing = saturation_photons - own.photons;
+    let variance = missing * missing / f32_from_u32(own.samples);
+    f64::from(if is_beside_lamp && variance > own.variance { ratio(own.photons, variance) } else { own.ratio() })
+}
+
 /// The mean of variance over photons of all pixels that count, from what the twins saw.
 pub fn variance_ratio(estimates: &[Estimate], twins: &[Twin], seen: &[f32], saturation_photons: f32) -> f64 {
     let pixels = estimates.iter().filter(|estimate| estimate.counts(saturation_photons)).count();
     let of = |(twin, &other): (&Twin, &f32)| {
         let own = f64::from(estimates[twin.at].photons);
-        let (apart, sum) = (own - f64::from(other), own + f64::from(other));
+        // Nothing beyond saturation shows.
+        let other = f64::from(if other < saturation_photons { other } else { saturation_photons });
+        let (apart, sum) = (own - other, own + other);
         // Half the square over the mean of the two.
         twin.weight * apart * apart / sum
     };
@@ -102,7 +119,7 @@ mod tests {
                 is_refined: at.is_multiple_of(2),
             };
             let estimates: Vec<Estimate> = (0..PIXELS).map(estimate).collect();
-            let twins = choose(&estimates, f32::INFINITY, key.with(3));
+            let twins = choose(&estimates, 200, f32::INFINITY, key.with(3));
             let seen: Vec<f32> = twins.iter().map(|twin| photons(crate::num::u64_from(twin.at), 2)).collect();
             assert!(twins.len() > 200 && twins.len() < 2_400, "{}", twins.len());
             told.push(variance_ratio(&estimates, &twins, &seen, f32::INFINITY));

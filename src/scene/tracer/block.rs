@@ -55,7 +55,7 @@ pub fn relative_corners(rays: &Rays, block: &Block) -> Corners {
 /// its value
 /// at their middle plus or minus its slopes times their reach.
 #[inline(always)]
-fn candidates<const SHARED: bool>(rays: &Rays, corners: &Corners) -> u64 {
+pub fn candidates<const SHARED: bool>(rays: &Rays, corners: &Corners) -> u64 {
     let span = &rays.span;
     let mut size = Eight::splat(0.0);
     for corner in 0..3 {
