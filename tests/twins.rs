@@ -16,7 +16,7 @@ use sensel::fidelity::Rung;
 use sensel::files::verilated::Verilated;
 use sensel::num::{f32_nearest, index, u32_truncated};
 use sensel::run::{Assets, NoClock, NoFiles, NoProgress, Session, Setup};
-use sensel::silicon::{Seat, Silicon};
+use sensel::silicon::Silicon;
 
 const SEED: u64 = 20_261_121;
 const CONFIGS: u64 = 400;
@@ -183,7 +183,7 @@ fn the_closed_form_is_the_clocked_converter_in_every_column_of_random_configs() 
 fn the_verilog_is_the_clocked_converter_in_every_column_of_random_configs() {
     println!("seed {SEED}");
     let (mut columns_compared, mut clipped) = (0, 0);
-    let verilog = Seat::new(WithVerilog.silicon().unwrap());
+    let verilog = sensel::silicon::Seat::new(WithVerilog.silicon().unwrap());
     for case in 0..CONFIGS / 4 {
         let mut chance = Chance::new(SEED, case);
         let params = random_params(&mut chance);
