@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3};
 use sensel::config::Resolved;
 use sensel::files::euroc::EurocReader;
 use sensel::pose::parse_tum;
-use sensel::run::SensorSetup;
+use sensel::run::{NoFiles, NoProgress, SensorSetup, Setup};
 use sensel::scene::motion::imu::{ADIS16448, GRAVITY_M_PER_S2};
 use sensel::scene::motion::so3;
 use sensel::units::{CameraIndex, FrameIndex, RowIndex};
@@ -189,6 +189,26 @@ fn every_kind_of_motion_runs_and_its_effective_configuration_says_the_same() {
         let poses = parse_tum(&text("out/trajectory_gt.tum")).unwrap();
         assert_ne!(poses[0].world_from_body, poses[2].world_from_body, "it moves: {kind}");
     }
+}
+
+/// A tremble of 1 mm is 1 mm away after a quarter of its period, also in a scenario whose recording was scaled; control poses follow the
+/// factor.
+#[test]
+fn metres_that_a_motion_states_are_not_scaled() {
+    let away_m = |motion: &str, t_s: f64| {
+        let scaled = resolved(&format!("[rig]\nbaseline_mm = 0.0\n[motion]\nscale = 0.25\n{motion}")).unwrap();
+        let setup = Setup::new(scaled, &NoFiles, &NoProgress).unwrap();
+        let place_m = |t_s: f64| setup.motion.world_from_body(t_s).unwrap().translation_m;
+        (place_m(t_s) - place_m(0.0)).length()
+    };
+    // A spline of 20 knots a period misses 3e-4 of a sine's height.
+    let tremble_m = away_m("kind = \"still\"\noscillation_mm = 1.0\noscillation_hz = 10.0\n", 0.025);
+    assert!((tremble_m - 1e-3).abs() < 4e-7, "{tremble_m}");
+    let pose = |t_s: f64, x_m: f64| format!("{{ t_s = {t_s:.1}, position_m = [{x_m:.1}, 1.5, 0.0] }}");
+    let poses: Vec<String> = (0..5).map(f64::from).map(|second| pose(second, second)).collect();
+    // Control poses on a line at even steps are the line; the run starts at the second, where the spline does.
+    let along_m = away_m(&format!("kind = \"spline\"\npose = [{}]\n", poses.join(", ")), 0.05);
+    assert!((along_m - 0.25 * 0.05).abs() < 1e-9, "{along_m}");
 }
 
 #[test]

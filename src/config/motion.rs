@@ -90,6 +90,16 @@ impl Scenario {
         }
     }
 
+    /// Factor on the source's translation: `motion.scale`, or 1 where the source's own keys state metres.
+    ///
+    /// # Errors
+    /// As `motion_source`.
+    pub fn motion_scale(&self) -> Result<f64, Error> {
+        let scale = within("motion.scale", self.motion.scale, 1e-9..=100.0, "above 0 to 100")?;
+        let states_metres = matches!(self.motion_source()?, Source::Oscillation { .. } | Source::Gait(_));
+        Ok(if states_metres { 1.0 } else { scale })
+    }
+
     fn still(&self) -> Result<Source<'_>, Error> {
         let section = &self.motion;
         let height_mm = within("motion.oscillation_mm", section.oscillation_mm, 0.0..=1000.0, "0 to 1,000")?;

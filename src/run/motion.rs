@@ -47,7 +47,7 @@ pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Res
         return Err(Error::key("motion.offset_m", format!("{offset_m}"), "finite metres would do"));
     }
     let start_s = within("motion.start_s", section.start_s, 0.0..=START_S_MAX, "0 to 10,000")?;
-    let scale = within("motion.scale", section.scale, 1e-9..=100.0, "above 0 to 100")?;
+    let scale = scenario.motion_scale()?;
     let asked = Span { start_s: start_s + run.start_s, end_s: start_s + run.end_s };
     let Some((spline, notes)) = spline(scenario, asked, assets)? else {
         return Ok(Placed { motion: Motion::Still(Pose::new(turn, offset_m)), notes: Vec::new() });

@@ -132,7 +132,8 @@ sections! {
         kind: Option<String>,
         /// Time in the trajectory at which the run starts, counted from its first pose. 0 to 10,000.
         start_s: f64,
-        /// Factor on the trajectory's translation, above 0 to 100.
+        /// Factor on the translation of a file, of control poses and of the sway, above 0 to 100. Walk, run and tremble state their
+        /// own metres.
         scale: f64,
         /// Place of the trajectory's first pose of the run (or of a still rig) in the scene.
         offset_m: [f64; 3],
