@@ -316,19 +316,23 @@ impl Measured<'_> {
     fn rtl_row(&self, part: &InVerilog) -> LadderRow {
         let (setting, rendered) = (Setting { rung: Rung::Rtl, ..self.own.clone() }, self.rendered_as(&self.own));
         let sensor = part.cost.times(f64::from(self.bench.cameras()) * part.frame_over_part);
+        LadderRow { note: Some(part.words()), ..self.rung_row(&setting, rendered, sensor, &part.codes) }
+    }
+
+    /// A rung that is not among the combinations: what it renders and what its sensor takes and shows.
+    fn rung_row(&self, setting: &Setting, rendered: &Rendered, sensor: Cost, codes: &CodeError) -> LadderRow {
         let total = rendered.cost.and(sensor);
         LadderRow {
-            rung: Rung::Rtl.name().to_owned(),
+            rung: setting.rung.name().to_owned(),
             knob: "rung".to_owned(),
-            value: Rung::Rtl.name().to_owned(),
+            value: setting.rung.name().to_owned(),
             ms_per_frame: total.work_ms,
             wall_ms_per_frame: total.wall_ms,
             stages: [("render", rendered.cost.work_ms), ("sensor", sensor.work_ms)].into_iter().collect(),
-            rms_dn: Some(part.codes.rms_dn()),
-            max_dn: Some(f64::from(part.codes.max_dn)),
+            rms_dn: Some(codes.rms_dn()),
+            max_dn: Some(f64::from(codes.max_dn)),
             rays_per_pixel: Some(rendered.rays_per_pixel),
             settings: setting.assignments(&self.bench.setup.resolved.scenario),
-            note: Some(part.words()),
             ..LadderRow::default()
         }
     }
@@ -344,24 +348,12 @@ impl Measured<'_> {
             codes.add(&mean, &judged.codes);
             sensor = sensor.and(cost.times(f64::from(self.bench.cameras()) / pictures));
         }
-        let total = rendered.cost.and(sensor);
         let error = mean_square(&rendered.errors).sqrt();
+        let note = "ends at the image; in DN its means differ from drawn codes by the sensor's own noise";
         LadderRow {
-            rung: Rung::Expected.name().to_owned(),
-            knob: "rung".to_owned(),
-            value: Rung::Expected.name().to_owned(),
-            ms_per_frame: total.work_ms,
-            wall_ms_per_frame: total.wall_ms,
-            stages: [("render", rendered.cost.work_ms), ("sensor", sensor.work_ms)].into_iter().collect(),
-            rms_dn: Some(codes.rms_dn()),
-            max_dn: Some(f64::from(codes.max_dn)),
             photon_noise_ratio: (error >= self.options.finest).then_some(error),
-            rays_per_pixel: Some(rendered.rays_per_pixel),
-            settings: setting.assignments(&self.bench.setup.resolved.scenario),
-            note: Some(
-                "ends at the image; in DN its means differ from drawn codes by the sensor's own noise".to_owned(),
-            ),
-            ..LadderRow::default()
+            note: Some(note.to_owned()),
+            ..self.rung_row(setting, rendered, sensor, &codes)
         }
     }
 
