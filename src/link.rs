@@ -30,6 +30,6 @@ pub use packet::{CRC_BYTES, HEADER_BYTES, frame_number};
 pub use params::{LinkParams, Mode, WhenFull};
 pub use plan::{Batch, FramePlan, Packet, after_the_rows, by_cell_row, by_row, evenly};
 pub use raw::RawKind;
-pub use receive::{Decoded, LinkCounts, Received, decode, decode_without_pictures};
+pub use receive::{Decoded, Decoder, LinkCounts, Received, decode, decode_without_pictures};
 pub use records::{FEATURE_BYTES, FEATURE_HEADER_BYTES, FEATURES_PER_PACKET_MAX};
 pub use traffic::Traffic;

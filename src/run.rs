@@ -8,6 +8,7 @@ mod exposure;
 mod facts;
 mod felt;
 mod hashes;
+mod host;
 mod light;
 mod motion;
 mod on_link;
@@ -26,6 +27,7 @@ pub mod world;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
 pub use felt::noise_of;
+pub use host::{Host, HostFrame};
 pub use on_link::LinkTimes;
 pub use seen::Seen;
 pub use sensor::SensorSetup;

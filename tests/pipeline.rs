@@ -160,6 +160,70 @@ fn a_run_writes_files_that_agree_with_each_other() {
     assert_eq!(parse_tum(&std::fs::read_to_string(out).unwrap()).unwrap().len(), 4);
 }
 
+/// What the tracker makes of the packets that a run kept is what it made of them during the run: rows of a rolling shutter at their own
+/// times, damaged packets, pictures without features. Calibration and readings went through EuRoC's text.
+#[test]
+fn packets_that_a_run_kept_give_its_own_poses_again() {
+    let rolling = ["sensor.readout.shutter=rolling", "link.bit_error_rate=1e-5", "motion.kind=walk"];
+    let frames = ["link.mode=frames", "link.line_sync=true", "link.bit_error_rate=1e-6"];
+    for (name, set) in [("rolling", rolling), ("frames", frames)] {
+        let folder = Scratch::new(name);
+        let more: Vec<&str> = set
+            .iter()
+            .flat_map(|key| ["--set", key])
+            .chain(["--keep", "packets", "--set", "scene.bake=direct"])
+            .collect();
+        let report = run_box(&folder.join("out"), 5, &more);
+        let est = folder.join("again.tum");
+        let tracked = sensel(&["track", &folder.join("out"), "--out", &est, "--json"]).json();
+        assert_eq!(tracked["from"], "packets", "{name}");
+        let poses = |path: &Path| parse_tum(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let run = poses(&folder.path().join("out/trajectory_est.tum"));
+        assert!(run.len() >= 4, "{name}: {} poses", run.len());
+        same_poses(&poses(Path::new(&est)), &run);
+        // The host's counts are the run's own.
+        for key in ["packets", "headers_corrected", "payloads_refused", "frames_damaged", "rows_lost"] {
+            assert_eq!(tracked["link"][key], report["link"][key], "{name}: {key}");
+        }
+        let damaged = tracked["link"]["payloads_refused"].as_u64().unwrap();
+        assert!(damaged > 0, "{name}: no payload was refused");
+
+        // From pictures the rows have no times, so the rolling path is another one.
+        let seen = folder.join("seen.tum");
+        let pictures = sensel(&["track", &folder.join("out"), "--from", "pictures", "--out", &seen, "--json"]).json();
+        assert_eq!((&pictures["from"], &pictures["link"]), (&"pictures".into(), &Value::Null));
+        if name == "rolling" {
+            let pairs = poses(Path::new(&seen)).into_iter().zip(&run);
+            let apart = |(a, b): (TimedPose, &TimedPose)| {
+                a.world_from_body.translation_m.distance(b.world_from_body.translation_m)
+            };
+            assert!(pairs.map(apart).fold(0.0, f64::max) > 1e-5, "rows' times do nothing");
+        }
+    }
+}
+
+#[test]
+fn packets_are_not_asked_for_another_extractor() {
+    let folder = Scratch::new("asked");
+    run_box(&folder.join("out"), 1, &["--keep", "packets", "--set", "scene.bake=direct"]);
+    let (out, est) = (folder.join("out"), folder.join("est.tum"));
+    let another = ["track", &out, "--out", &est, "--set", "compute.threshold=9"];
+    let refused = sensel(&[&another[..], &["--from", "packets"]].concat());
+    assert_eq!(refused.code, 2);
+    assert!(
+        refused.stderr.contains("compute.threshold") && refused.stderr.contains("--from pictures"),
+        "{}",
+        refused.stderr
+    );
+    assert_eq!(sensel(&[&another[..], &["--json"]].concat()).json()["from"], "pictures");
+    // A camera whose packets are gone.
+    std::fs::remove_file(folder.path().join("out/cam1.csi2")).unwrap();
+    std::fs::remove_file(&est).unwrap();
+    let missing = sensel(&["track", &out, "--out", &est, "--from", "packets"]);
+    assert!(missing.code == 4 && missing.stderr.contains("cam1.csi2"), "{}", missing.stderr);
+    assert_eq!(sensel(&["track", &out, "--out", &est, "--json"]).json()["from"], "pictures");
+}
+
 /// A flat target of known light through an ideal chain: photons of the render's own count (its plane is tested in optics) are not
 /// needed, because light is proportional to lux: with twice the light the mean code above black doubles. The absolute
 /// level: E = pi L T / (1 + 4 N^2) with L = rho lux / pi, 10,880 photons per lux s um^2 of D65, QE 0.6 and fill factor 0.9,

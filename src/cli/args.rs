@@ -197,6 +197,10 @@ pub struct FeaturesArguments {
 pub struct TrackArguments {
     /// An EuRoC ASL folder (with mav0 or cam0 in it), or one camera's: rgb.txt or images, K.txt, groundtruth.txt.
     pub folder: PathBuf,
+    /// Where features come from: packets that a run kept in the folder (each row has its own time there), or its pictures through the
+    /// extractor on the host. Without a word: packets if there are any and no compute key is set.
+    #[arg(long, value_name = "WHAT", value_parser = ["packets", "pictures"])]
+    pub from: Option<String>,
     /// File of the map's landmarks at the end, as a PLY cloud of points.
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,

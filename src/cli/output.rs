@@ -137,8 +137,7 @@ impl Output {
         let motion = &session.setup().motion;
         let failed = |error: sensel::scene::motion::MotionError| Error::Run(error.to_string());
         let truth = session.truth();
-        let end_s = truth.last().map_or(0.0, |last| last.t_s);
-        let readings = session.setup().imu_samples(end_s)?;
+        let readings = session.setup().imu_samples(session.setup().end_s())?;
         for reading in &readings {
             self.euroc.add_imu(&ImuReading {
                 timestamp_ns: u64_half_even(reading.t_s * 1e9),

@@ -1,108 +1,39 @@
-//! `sensel track`: the tracker alone, on the pictures of an EuRoC or TUM folder, real or simulated, of any number of cameras.
+//! `sensel track`: the tracker alone, on the pictures of an EuRoC or TUM folder, real or simulated, of any number of cameras, or on the
+//! packets that a run kept.
+
+mod packets;
+mod pictures;
+mod recording;
 
 use std::path::{Path, PathBuf};
 
-use sensel::compute::{AlwaysReady, AtOnce, Extractor, Feature, Pixels, Records};
+use indicatif::ProgressBar;
+use sensel::compute::Feature;
 use sensel::config::Resolved;
 use sensel::error::Error;
-use sensel::events::Events;
-use sensel::files::euroc::{CameraFolder, EurocReader, FrameEntry, ImuFolder, ImuReading};
-use sensel::files::grey::{self, Grey};
+use sensel::files::euroc::{ImuFolder, ImuReading};
 use sensel::files::map::ply;
-use sensel::files::tum::TumFolder;
+use sensel::link::LinkCounts;
 use sensel::num::{f64_from_i64, f64_from_u64};
-use sensel::plane::Plane;
-use sensel::pose::{Pose, TimedPose, format_tum};
+use sensel::pose::{TimedPose, format_tum};
 use sensel::report::{TrajectoryFigures, trajectory_figures};
-use sensel::tracker::{
-    CameraCalibration, FrameInput, ImuCalibration, Reading, Status, TrackedFrame, Tracker, TrackerParams,
-};
+use sensel::run::SensorSetup;
+use sensel::tracker::{FrameInput, ImuCalibration, Reading, RowClock, Status, TrackedFrame, Tracker, TrackerParams};
 use serde_json::json;
 
 use super::args::{Shared, TrackArguments};
 use super::{listing, place, progress};
+use packets::Packets;
+use pictures::Pictures;
+use recording::Recording;
 
-/// Pictures of two cameras this near in time are one frame of the rig.
-const PAIR_NS_MAX: u64 = 1_000_000;
-
-/// A recording, whichever its layout.
-struct Recording {
-    cameras: Vec<CameraCalibration>,
-    /// Pictures of each camera in rising time.
-    frames: Vec<Vec<FrameEntry>>,
-    ground_truth: Option<Vec<TimedPose>>,
-    imu: Option<ImuFolder>,
-}
-
-impl Recording {
-    fn open(folder: &Path) -> Result<Self, Error> {
-        if TumFolder::is_one(folder) {
-            let TumFolder { frames, lens, ground_truth } = TumFolder::open(folder)?;
-            let Some(first) = frames.first() else {
-                let reason = "lists no picture".to_owned();
-                return Err(Error::Content { file: folder.display().to_string(), reason });
-            };
-            let size = grey::read(&first.path)?.codes.size();
-            let camera = CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY };
-            return Ok(Self { cameras: vec![camera], frames: vec![frames], ground_truth, imu: None });
-        }
-        let reader = EurocReader::open(folder)?;
-        let calibration = |folder: &CameraFolder| CameraCalibration {
-            lens: folder.camera.lens,
-            size: folder.camera.size,
-            body_from_camera: folder.camera.body_from_camera,
-        };
-        Ok(Self {
-            cameras: reader.cameras().iter().map(calibration).collect(),
-            frames: reader.cameras().iter().map(|folder| folder.frames.clone()).collect(),
-            ground_truth: reader.ground_truth().map(<[TimedPose]>::to_vec),
-            imu: reader.imu().cloned(),
-        })
-    }
-
-    /// The truth of what the tracker reports: the body, or one camera's own place.
-    fn reported(&self, truth: &[TimedPose]) -> Vec<TimedPose> {
-        let arm = match &self.cameras[..] {
-            [only] => Pose { translation_m: only.body_from_camera.translation_m, ..Pose::IDENTITY },
-            _ => Pose::IDENTITY,
-        };
-        truth.iter().map(|pose| TimedPose { world_from_body: pose.world_from_body.then(&arm), ..*pose }).collect()
-    }
-
-    /// Indices of pictures that belong together, one a camera, in rising time.
-    fn together(&self) -> Vec<Vec<usize>> {
-        let mut at = vec![0; self.frames.len()];
-        let mut all = Vec::new();
-        for (first, frame) in self.frames[0].iter().enumerate() {
-            let mut indices = vec![first];
-            for (camera, frames) in self.frames.iter().enumerate().skip(1) {
-                let next = &mut at[camera];
-                while *next < frames.len() && frames[*next].timestamp_ns + PAIR_NS_MAX < frame.timestamp_ns {
-                    *next += 1;
-                }
-                let is_near = |other: &FrameEntry| other.timestamp_ns.abs_diff(frame.timestamp_ns) <= PAIR_NS_MAX;
-                indices.extend(frames.get(*next).filter(|other| is_near(other)).map(|_| *next));
-            }
-            if indices.len() == self.frames.len() {
-                all.push(indices);
-            }
-        }
-        all
-    }
-
-    fn load(&self, camera: usize, frame: usize) -> Result<(Plane<u16>, u32), Error> {
-        let entry = &self.frames[camera][frame];
-        let Grey { codes, bits, .. } = grey::read(&entry.path)?;
-        let (found, wanted) = (codes.size(), self.cameras[camera].size);
-        if found == wanted {
-            return Ok((codes, bits));
-        }
-        let reason = format!(
-            "is {}x{}; the camera's pictures are {}x{}",
-            found.width_px, found.height_px, wanted.width_px, wanted.height_px
-        );
-        Err(Error::Content { file: entry.path.display().to_string(), reason })
-    }
+/// One frame of the rig, as a recording brings it.
+pub struct Brought {
+    timestamp_ns: u64,
+    /// One list a camera.
+    features: Vec<Vec<Feature>>,
+    /// When each camera's rows were exposed; none where nobody says so.
+    clocks: Vec<RowClock>,
 }
 
 /// What the tracker made of a recording.
@@ -116,6 +47,28 @@ struct Course {
 }
 
 impl Course {
+    /// Tracks frame by frame. Some recorders stamp with nanoseconds since 1970: without another origin the tracker's own clock starts with
+    /// the first frame.
+    fn follow(
+        &mut self,
+        tracker: &mut Tracker,
+        mut readings: &[ImuReading],
+        mut origin_ns: Option<u64>,
+        frames: impl Iterator<Item = Result<Brought, Error>>,
+        bar: &ProgressBar,
+    ) -> Result<(), Error> {
+        for brought in frames {
+            let Brought { timestamp_ns, features, clocks } = brought?;
+            let origin_ns = *origin_ns.get_or_insert(timestamp_ns);
+            let t_s = f64_from_u64(timestamp_ns - origin_ns) * 1e-9;
+            tracker.feel(&felt(&mut readings, (origin_ns, timestamp_ns)));
+            let tracked = tracker.track(&FrameInput { t_s, features, clocks });
+            self.add(f64_from_u64(timestamp_ns) * 1e-9, &tracked);
+            bar.inc(1);
+        }
+        Ok(())
+    }
+
     fn add(&mut self, t_s: f64, tracked: &TrackedFrame) {
         self.frames += 1;
         self.poses.extend(tracked.world_from_body.map(|world_from_body| TimedPose { t_s, world_from_body }));
@@ -132,9 +85,46 @@ impl Course {
     }
 }
 
+/// Where features come from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Source {
+    Packets,
+    Pictures,
+}
+
+impl Source {
+    /// What was asked for. Without a word packets are taken where a run kept them, unless a key asks for another extractor than was on its
+    /// sensor.
+    fn of(arguments: &TrackArguments, shared: &Shared, cameras: usize) -> Result<Self, Error> {
+        let key = shared.set.iter().find(|key| key.trim_start().starts_with("compute"));
+        match (arguments.from.as_deref(), key) {
+            (Some("pictures"), _) => Ok(Self::Pictures),
+            (Some(_), Some(key)) => {
+                let (key, value) = key.split_once('=').unwrap_or((key, ""));
+                let reason = "packets bring what the sensor found; --from pictures would do";
+                Err(Error::key(key.trim(), value.trim(), reason))
+            }
+            (Some(_), None) => Ok(Self::Packets),
+            (None, Some(_)) => Ok(Self::Pictures),
+            (None, None) => {
+                let are_kept = (0..cameras).all(|camera| packets::file(&arguments.folder, camera).is_file());
+                Ok(if are_kept { Self::Packets } else { Self::Pictures })
+            }
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Packets => "packets",
+            Self::Pictures => "pictures",
+        }
+    }
+}
+
 /// `sensel track`.
 pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     let recording = Recording::open(&arguments.folder)?;
+    let from = Source::of(arguments, shared, recording.cameras.len())?;
     // A folder that a run wrote brings its own configuration; any other takes the defaults.
     let own = arguments.folder.join("config.toml");
     let (layer, text) = match std::fs::read_to_string(&own) {
@@ -143,11 +133,7 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     };
     let resolved = Resolved::from_layers(&layer, &text, &shared.set)?;
     let out = output_file(shared)?;
-    let extractor = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
-    let mut extractors = vec![Extractor::new(&extractor); recording.cameras.len()];
-    let params =
-        TrackerParams { seed: shared.seed.unwrap_or(resolved.scenario.seed), ..resolved.scenario.tracker_params()? };
-    let mut tracker = Tracker::new(recording.cameras.clone(), params)?;
+    let mut tracker = tracker(&recording, &resolved, shared)?;
     let feels =
         resolved.scenario.tracker_feels(recording.imu.is_some()).map_err(|error| resolved.tree.locate(error))?;
     let unit = recording.imu.as_ref().filter(|_| feels);
@@ -155,35 +141,36 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
         let noise = sensel::run::noise_of(&imu.noise);
         tracker = tracker.with_imu(ImuCalibration { body_from_imu: imu.body_from_imu, noise });
     }
-    let mut readings = unit.map_or(&[][..], |unit| &unit.readings);
+    let readings = unit.map_or(&[][..], |unit| &unit.readings);
 
-    let together = recording.together();
-    // Some recorders stamp with nanoseconds since 1970; the tracker's own clock starts with the first frame.
-    let start_ns = together.first().map_or(0, |indices| recording.frames[0][indices[0]].timestamp_ns);
-    let bar = progress::bar("frames", together.len().try_into().unwrap_or(u64::MAX), shared.quiet);
+    let extractor = resolved.scenario.extractor().map_err(|error| resolved.tree.locate(error))?;
+    let pictures = Pictures::new(&recording.cameras, &recording.frames, &extractor);
+    let bar = progress::bar("frames", pictures.rig_frames().try_into().unwrap_or(u64::MAX), shared.quiet);
     let mut course = Course::default();
-    for indices in &together {
-        let mut features: Vec<Vec<Feature>> = Vec::new();
-        for (camera, (&frame, extractor)) in indices.iter().zip(&mut extractors).enumerate() {
-            let (codes, bits) = recording.load(camera, frame)?;
-            let io = (&mut AtOnce as &mut dyn Pixels, &mut AlwaysReady as &mut dyn Records);
-            features.push(extractor.frame(&codes, bits, (1, 1), io, &mut Events::default())?.features);
+    let mut link = None;
+    match from {
+        Source::Pictures => course.follow(&mut tracker, readings, None, pictures, &bar)?,
+        Source::Packets => {
+            let sensor = SensorSetup::new(&resolved)?;
+            let mut packets = Packets::open(&arguments.folder, recording.cameras.len(), &sensor)?;
+            // A sensor's clock begins with its run, as the unit's does.
+            course.follow(&mut tracker, readings, Some(0), &mut packets, &bar)?;
+            link = Some(packets.counts());
         }
-        let timestamp_ns = recording.frames[0][indices[0]].timestamp_ns;
-        // Recordings do not say when their rows were exposed.
-        let t_s = f64_from_u64(timestamp_ns - start_ns) * 1e-9;
-        tracker.feel(&felt(&mut readings, (start_ns, timestamp_ns)));
-        let tracked = tracker.track(&FrameInput { t_s, features, clocks: Vec::new() });
-        course.add(f64_from_u64(timestamp_ns) * 1e-9, &tracked);
-        bar.inc(1);
     }
     bar.finish_and_clear();
     std::fs::write(&out, format_tum(&course.poses)).map_err(|source| place::io(&out, source))?;
     if let Some(map) = &arguments.map {
         std::fs::write(map, ply(tracker.landmarks())).map_err(|source| place::io(map, source))?;
     }
-    say(&recording, &course, &out, shared);
+    say(&recording, &course, &out, (from, link), shared);
     Ok(())
+}
+
+fn tracker(recording: &Recording, resolved: &Resolved, shared: &Shared) -> Result<Tracker, Error> {
+    let params =
+        TrackerParams { seed: shared.seed.unwrap_or(resolved.scenario.seed), ..resolved.scenario.tracker_params()? };
+    Tracker::new(recording.cameras.clone(), params)
 }
 
 /// The readings up to the first one after a frame, on the tracker's clock; the rest stays.
@@ -200,6 +187,15 @@ fn felt(readings: &mut &[ImuReading], (start_ns, frame_ns): (u64, u64)) -> Vec<R
     now.iter().map(reading).collect()
 }
 
+fn link_json(counts: LinkCounts) -> serde_json::Value {
+    json!({
+        "packets": counts.packets, "headers_corrected": counts.headers_corrected, "headers_refused": counts.headers_refused,
+        "payloads_refused": counts.payloads_refused, "packets_cut_short": counts.cut_short,
+        "packets_doubled": counts.packets_doubled, "bytes_skipped": counts.bytes_skipped,
+        "frames_damaged": counts.frames_damaged, "rows_lost": counts.rows_lost,
+    })
+}
+
 /// Where the trajectory goes. Without `--out` an existing file is not replaced.
 fn output_file(shared: &Shared) -> Result<PathBuf, Error> {
     let default = PathBuf::from("trajectory_est.tum");
@@ -213,7 +209,13 @@ fn output_file(shared: &Shared) -> Result<PathBuf, Error> {
     }
 }
 
-fn say(recording: &Recording, course: &Course, out: &Path, shared: &Shared) {
+fn say(
+    recording: &Recording,
+    course: &Course,
+    out: &Path,
+    (from, link): (Source, Option<LinkCounts>),
+    shared: &Shared,
+) {
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
     let figures = truth.and_then(|truth| trajectory_figures(&truth, &course.poses).ok());
     let ate_m = |part: fn(&TrajectoryFigures) -> Option<f64>| figures.as_ref().and_then(part);
@@ -224,11 +226,14 @@ fn say(recording: &Recording, course: &Course, out: &Path, shared: &Shared) {
         let events: Vec<_> = course.events.iter().map(|(t_s, event)| json!({"t_s": t_s, "event": event})).collect();
         let json = json!({
             "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "ate_m": rigid_m,
-            "ate_sim3_m": scaled_m, "events": events,
+            "ate_sim3_m": scaled_m, "events": events, "from": from.name(), "link": link.map(link_json),
         });
         listing::print_json(&json);
     } else if !shared.quiet {
-        outln!("trajectory: {}", out.display());
+        outln!("trajectory: {}, from {}", out.display(), from.name());
+        if let Some(counts) = link.filter(|counts| !counts.clean()) {
+            outln!("link: {}", link_json(counts));
+        }
         // One camera's path has a unit of its own.
         let (ate_m, how) = if recording.cameras.len() == 1 { (scaled_m, ", scale aligned") } else { (rigid_m, "") };
         if let Some(ate_m) = ate_m {

@@ -5,6 +5,7 @@
 //! open frame or starts one after it; a real receiver has the lane's own start of transmission for that.
 
 mod frame;
+mod stream;
 
 use crate::compute::Feature;
 use crate::link::checks::{HeaderCheck, check_header, crc16};
@@ -13,6 +14,8 @@ use crate::link::packet::{CRC_BYTES, DataType, HEADER_BYTES, is_long};
 use crate::num::u64_from;
 use crate::plane::Plane;
 use frame::Open;
+
+pub use stream::Decoder;
 
 /// A frame as the host has it.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,17 +105,10 @@ pub fn decode_without_pictures(bytes: &[u8]) -> Decoded {
 }
 
 fn decoded(bytes: &[u8], wants_pictures: bool) -> Decoded {
-    let mut host = Host { decoded: Decoded::default(), open: None, wants_pictures };
+    let mut host = Host::new(wants_pictures, None);
     let mut at = 0;
     while at < bytes.len() {
-        at = match host.packet(&bytes[at..]) {
-            Some(length) => at + length,
-            None => {
-                let skipped = 1 + host.next_packet(&bytes[at + 1..]);
-                host.skip(skipped.min(bytes.len() - at));
-                at + skipped
-            }
-        };
+        at += host.step(&bytes[at..]);
     }
     host.close();
     host.decoded
@@ -121,10 +117,27 @@ fn decoded(bytes: &[u8], wants_pictures: bool) -> Decoded {
 struct Host<'a> {
     decoded: Decoded,
     open: Option<Open<'a>>,
+    /// Whether the open frame's start was the last that was read.
+    is_fresh: bool,
     wants_pictures: bool,
 }
 
 impl<'a> Host<'a> {
+    fn new(wants_pictures: bool, open: Option<Open<'a>>) -> Self {
+        Self { decoded: Decoded::default(), open, is_fresh: false, wants_pictures }
+    }
+
+    /// Takes a packet, or skips to the next one that can be believed. Gives back how many bytes that were, at least one.
+    fn step(&mut self, bytes: &'a [u8]) -> usize {
+        self.is_fresh = false;
+        if let Some(length) = self.packet(bytes) {
+            return length;
+        }
+        let skipped = (1 + self.next_packet(&bytes[1..])).min(bytes.len());
+        self.skip(skipped);
+        skipped
+    }
+
     /// Takes one packet and gives back its length, or nothing where no packet can be read.
     fn packet(&mut self, bytes: &'a [u8]) -> Option<usize> {
         let Some((&received, after)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
@@ -211,6 +224,7 @@ impl<'a> Host<'a> {
         if data_type == DataType::FrameStart {
             self.close();
             self.open = Some(Open::new(channel, field));
+            self.is_fresh = true;
             return;
         }
         match &mut self.open {

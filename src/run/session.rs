@@ -6,6 +6,7 @@ use super::assets::{Assets, Stopwatch};
 use super::extractor::ExtractorTotals;
 use super::felt::Felt;
 use super::hashes::StageHashes;
+use super::host::Host;
 use super::row_check::RowCheck;
 use super::rows::{merge_planes, row_times};
 use super::seen::{Seen, Still};
@@ -23,7 +24,7 @@ use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
 use crate::silicon::Seat;
-use crate::tracker::{RowClock, Status, TrackedFrame, Tracker};
+use crate::tracker::{Status, TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// Stages whose time is measured, in the data's order.
@@ -103,10 +104,7 @@ pub struct Session {
     pub(super) gain: f64,
     /// How much later than scheduled each row of the window is read in a frame that carries rows; empty where none waits for the link.
     delays_s: Vec<f64>,
-    /// Time of the frame before by the host's knowledge.
-    pub(super) host_time_s: Option<f64>,
-    /// When each camera's rows were exposed in the last frame that said so.
-    pub(super) host_clocks: Vec<RowClock>,
+    pub(super) host: Host,
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
     still: Still,
@@ -159,8 +157,7 @@ impl Session {
             chain,
             gain,
             delays_s,
-            host_time_s: None,
-            host_clocks: Vec::new(),
+            host: Host::default(),
             charge_before_e,
             still: Still::default(),
             watched: None,

@@ -249,7 +249,7 @@ impl Setup {
     }
 
     /// When the last exposure of the run ends.
-    pub(super) fn end_s(&self) -> f64 {
+    pub fn end_s(&self) -> f64 {
         span_of_run(&self.sensor, self.windows.len(), self.frames).end_s
     }
 

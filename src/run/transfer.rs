@@ -1,16 +1,17 @@
 //! From the sensor to the host over the link. Enters: codes and features of a frame. Leaves: the bytes as they arrive, and what the host
 //! may believe of them. Everything that the host does here it knows from bytes, configuration and its own clock.
 
+use super::host::HostFrame;
 use super::on_link::rows_in;
-use super::session::{Session, extract_one};
-use crate::compute::{Extracted, Feature, PATCH_MARGIN_PX};
+use super::session::Session;
+use crate::compute::Extracted;
 use crate::draw::RowPlace;
 use crate::error::Error;
-use crate::link::{self, Flow, FrameMetadata, FrameOut, LinkCounts, Received, Traffic};
+use crate::link::{self, Flow, FrameMetadata, FrameOut, LinkCounts, Traffic};
 use crate::num::{f64_from_u64, index, low_u8, low_u32, u32_from, u64_from, u64_half_even};
 use crate::plane::Plane;
 use crate::readout::{Schedule, Shutter};
-use crate::tracker::{FrameInput, RowClock, TrackedFrame};
+use crate::tracker::TrackedFrame;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// What the links of a run did.
@@ -45,14 +46,6 @@ impl LinkTotals {
             self.feature_latency_s = Some(crate::num::greater(longest_s, latency_s));
         }
     }
-}
-
-/// A frame of the rig as the host has it.
-pub(super) struct HostFrame {
-    /// What the tracker gets.
-    pub input: FrameInput,
-    /// Of each camera: the places of its features in the sensor's own list.
-    pub indices: Vec<Vec<u32>>,
 }
 
 /// `t_frame` on the nanosecond, as the embedded line carries it.
@@ -127,8 +120,7 @@ impl Session {
         Ok(arrived)
     }
 
-    /// The host's side of the link: from bytes to what the tracker may know. Damaged packets bring nothing; a frame whose time is lost
-    /// is taken to follow the one before it at the configured rate.
+    /// The host's side of the link: from bytes to what the tracker may know.
     ///
     /// # Errors
     /// A picture that the host's own extractor refuses.
@@ -143,51 +135,7 @@ impl Session {
             let best = frames.iter().position(|frame| frame.metadata.is_some()).unwrap_or(0);
             received.push((best < frames.len()).then(|| frames.swap_remove(best)));
         }
-        // A rig has one time a frame: its first camera's, or the next one's that arrived.
-        let stamp = received.iter().flatten().find_map(|frame| frame.metadata).map(|metadata| metadata.timestamp_ns);
-        let t_s = match (stamp, self.host_time_s) {
-            (Some(timestamp_ns), _) => f64_from_u64(timestamp_ns) * 1e-9,
-            (None, Some(before_s)) => before_s + self.setup.sensor.schedule.frame_time_s(),
-            (None, None) => 0.0,
-        };
-        self.host_time_s = Some(t_s);
-        self.host_clocks.resize(received.len(), RowClock::default());
-        for (clock, frame) in self.host_clocks.iter_mut().zip(&received) {
-            if let Some(metadata) = frame.as_ref().and_then(|frame| frame.metadata) {
-                let offset_s = f64_from_u64(metadata.timestamp_ns) * 1e-9 - t_s;
-                *clock = RowClock { offset_s, row_time_s: f64::from(metadata.row_time_ns) * 1e-9 };
-            }
-        }
-        let input = FrameInput { t_s, features: Vec::new(), clocks: self.host_clocks.clone() };
-        let mut host = HostFrame { input, indices: Vec::new() };
-        for (camera, frame) in received.into_iter().enumerate() {
-            let (features, indices) = match frame {
-                Some(frame) => self.features_of(camera, frame)?,
-                None => (Vec::new(), Vec::new()),
-            };
-            host.input.features.push(features);
-            host.indices.push(indices);
-        }
-        Ok(host)
-    }
-
-    /// Features that arrived, or those that the host's own extractor finds, and their places in the list that is shown.
-    fn features_of(&mut self, camera: usize, frame: Received) -> Result<(Vec<Feature>, Vec<u32>), Error> {
-        let sensor = &self.setup.sensor;
-        if sensor.link.mode.sends_features() {
-            return Ok((frame.features, frame.feature_indices));
-        }
-        let Some(picture) = frame.picture.filter(|picture| picture.size() == sensor.size) else {
-            return Ok((Vec::new(), Vec::new()));
-        };
-        // The host runs the same extractor on the picture it received; none of it is the sensor's energy.
-        let (extracted, _) = extract_one(sensor, &mut self.extractors[camera], &picture)?;
-        let mut features = extracted.features;
-        // Lost rows are black there, and their edges are no corners. A place may stand in the pixel beside its corner's.
-        let lost: Vec<u32> = frame.damaged_rows.into_iter().chain(frame.missing_rows).collect();
-        features.retain(|feature| lost.iter().all(|row| row.abs_diff(feature.pixel().1) > PATCH_MARGIN_PX + 1));
-        let indices = (0..u32_from(features.len())).collect();
-        Ok((features, indices))
+        self.host.hear(&self.setup.sensor, &mut self.extractors, received)
     }
 }
 

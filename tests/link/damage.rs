@@ -3,7 +3,7 @@
 use sensel::compute::Feature;
 use sensel::draw::{RowPlace, mix};
 use sensel::link::{
-    Batch, Decoded, FrameOut, LinkCounts, LinkParams, Mode, Received, decode, distribute, flip_bits, merge,
+    Batch, Decoded, Decoder, FrameOut, LinkCounts, LinkParams, Mode, Received, decode, distribute, flip_bits, merge,
 };
 use sensel::plane::Plane;
 use sensel::units::{CameraIndex, FrameIndex, RowIndex};
@@ -342,4 +342,57 @@ fn bits_flip_at_the_rate_that_is_asked_for_anywhere_and_by_their_own_draws() {
     }
     let mut same = clean.clone();
     assert_eq!((flip_bits(&mut same, 0.0, place(0, 0)), same == clean, tried), (0, true, 9));
+}
+
+/// `decode` in pieces whose lengths are drawn up to `piece_bytes`, and the pieces after which frames came.
+fn in_pieces(bytes: &[u8], piece_bytes: usize, seed: u64) -> (Decoded, usize) {
+    let mut decoder = Decoder::new(true);
+    let (mut frames, mut rest, mut pieces, mut brought) = (Vec::new(), bytes, 0_u64, 0);
+    while !rest.is_empty() {
+        let length = (mix(seed + pieces) as usize % piece_bytes).min(rest.len());
+        let (piece, after) = rest.split_at(length);
+        let ended = decoder.push(piece);
+        brought += usize::from(!ended.is_empty());
+        frames.extend(ended);
+        rest = after;
+        pieces += 1;
+    }
+    let Decoded { frames: last, counts } = decoder.finish();
+    frames.extend(last);
+    (Decoded { frames, counts }, brought)
+}
+
+#[test]
+fn a_stream_in_pieces_is_the_stream_at_once() {
+    // Rows of 1,280 bytes, so that 24 frames are several times as long as the longest packet.
+    let (codes, features) = (codes(1_024, 20, 10), features(40));
+    let batches = [Batch { features: 40, after_row: 9 }];
+    let mut cases = 0;
+    for (params, share) in [(OV7251, 0.0), (NUMBERED, 0.0), (OV7251, 1e-5), (NUMBERED, 1e-4), (OV7251, 1e-3)] {
+        for seed in 0..6 {
+            let mut bytes = Vec::new();
+            for number in 0..24 {
+                let out = FrameOut { batches: &batches, features_per_gap: 40, ..frame(number, &codes, 10, &features) };
+                bytes.extend(packed(&out, &params));
+            }
+            let place = RowPlace { seed, camera: CameraIndex(0), frame: FrameIndex(0), slot: 0, row: RowIndex(0) };
+            flip_bits(&mut bytes, share, place);
+            // Cut at the end, and somewhere within.
+            bytes.truncate(bytes.len() - mix(seed) as usize % 3_000);
+            let hole = mix(seed + 1) as usize % bytes.len();
+            let hole_bytes = (mix(seed + 2) as usize % 5_000).min(bytes.len() - hole);
+            bytes.drain(hole..hole + hole_bytes);
+            let whole = decode(&bytes);
+            for piece_bytes in [2_000, 70_000, 1 << 20] {
+                let (found, brought) = in_pieces(&bytes, piece_bytes, seed);
+                let case = format!("seed {seed}, share {share}, pieces below {piece_bytes}");
+                assert_eq!(found.counts, whole.counts, "{case}");
+                assert!(found.frames == whole.frames, "{case}");
+                // Frames come as they end, not all at the last.
+                assert!(brought >= if piece_bytes < 100_000 { 3 } else { 1 } || share > 1e-4, "{case}: {brought}");
+                cases += 1;
+            }
+        }
+    }
+    assert_eq!(cases, 5 * 6 * 3);
 }

@@ -1,0 +1,171 @@
+//! Packets that a run kept, as the host heard them. Enters: one file a camera, packets of all its frames back to back, damaged as they may
+//! be. Leaves: the features of one frame of the rig after the other, with the time of each row.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use sensel::compute::Extractor;
+use sensel::error::Error;
+use sensel::link::{Decoder, LinkCounts, Received};
+use sensel::num::u64_half_even;
+use sensel::run::{Host, SensorSetup};
+
+use super::{Brought, place};
+
+/// Bytes that are read at once.
+const PIECE_BYTES: usize = 1 << 20;
+/// Frame numbers in short packets go from 1 to this and begin again.
+const NUMBERS: u64 = 65_535;
+
+/// The file of a camera's packets.
+pub fn file(folder: &Path, camera: usize) -> PathBuf {
+    folder.join(format!("cam{camera}.csi2"))
+}
+
+/// Packets of all cameras.
+pub struct Packets<'a> {
+    sensor: &'a SensorSetup,
+    streams: Vec<Stream>,
+    host: Host,
+    extractors: Vec<Extractor>,
+}
+
+impl<'a> Packets<'a> {
+    /// Opens the files of so many cameras.
+    ///
+    /// # Errors
+    /// A file that is not there.
+    pub fn open(folder: &Path, cameras: usize, sensor: &'a SensorSetup) -> Result<Self, Error> {
+        let wants_pictures = !sensor.link.mode.sends_features();
+        let streams = (0..cameras).map(|camera| Stream::open(file(folder, camera), wants_pictures));
+        let streams = streams.collect::<Result<Vec<_>, Error>>()?;
+        let extractors = vec![Extractor::new(&sensor.extractor); cameras];
+        Ok(Self { sensor, streams, host: Host::default(), extractors })
+    }
+
+    /// What was right and wrong on all links so far; complete after the last frame.
+    pub fn counts(&self) -> LinkCounts {
+        let mut counts = LinkCounts::default();
+        self.streams.iter().for_each(|stream| counts.merge(&stream.counts));
+        counts
+    }
+
+    fn bring(&mut self) -> Result<Option<Brought>, Error> {
+        let mut next = None;
+        for stream in &mut self.streams {
+            let number = stream.next_number()?;
+            next = match (next, number) {
+                (Some(a), Some(b)) => Some(u64::min(a, b)),
+                (one, other) => one.or(other),
+            };
+        }
+        let Some(number) = next else { return Ok(None) };
+        let mut received = Vec::with_capacity(self.streams.len());
+        for stream in &mut self.streams {
+            received.push(stream.take(number, self.sensor)?);
+        }
+        let heard = self.host.hear(self.sensor, &mut self.extractors, received)?;
+        let timestamp_ns = u64_half_even(heard.input.t_s * 1e9);
+        Ok(Some(Brought { timestamp_ns, features: heard.input.features, clocks: heard.input.clocks }))
+    }
+}
+
+impl Iterator for Packets<'_> {
+    type Item = Result<Brought, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.bring().transpose()
+    }
+}
+
+/// One camera's packets.
+struct Stream {
+    path: PathBuf,
+    file: File,
+    /// None after the last byte.
+    decoder: Option<Decoder>,
+    ready: VecDeque<Received>,
+    /// Frame of the run, and its number on the link, that was read last.
+    last: Option<(u64, u16)>,
+    counts: LinkCounts,
+    piece: Vec<u8>,
+}
+
+impl Stream {
+    fn open(path: PathBuf, wants_pictures: bool) -> Result<Self, Error> {
+        let file = File::open(&path).map_err(|source| place::io(&path, source))?;
+        Ok(Self {
+            path,
+            file,
+            decoder: Some(Decoder::new(wants_pictures)),
+            ready: VecDeque::new(),
+            last: None,
+            counts: LinkCounts::default(),
+            piece: vec![0; PIECE_BYTES],
+        })
+    }
+
+    /// The next frame of the run that something arrived of; none after the last. What comes of frames that are over is passed by.
+    fn next_number(&mut self) -> Result<Option<u64>, Error> {
+        loop {
+            let next = self.peek()?;
+            let is_over = |number: u64| self.last.is_some_and(|(last, _)| number <= last);
+            if !next.is_some_and(is_over) {
+                return Ok(next);
+            }
+            self.ready.pop_front();
+        }
+    }
+
+    fn peek(&mut self) -> Result<Option<u64>, Error> {
+        while self.ready.is_empty() {
+            let Some(decoder) = &mut self.decoder else { return Ok(None) };
+            let length = self.file.read(&mut self.piece).map_err(|source| place::io(&self.path, source))?;
+            self.ready.extend(decoder.push(&self.piece[..length]));
+            if length == 0 {
+                let rest = self.decoder.take().map(Decoder::finish).unwrap_or_default();
+                self.counts = rest.counts;
+                self.ready.extend(rest.frames);
+            }
+        }
+        Ok(self.ready.front().map(|frame| self.number_of(frame)))
+    }
+
+    /// The embedded line says which frame of the run it is; without it, the number on the link does, which begins again.
+    fn number_of(&self, frame: &Received) -> u64 {
+        match (frame.metadata, self.last) {
+            (Some(metadata), _) => metadata.frame.0.into(),
+            (None, Some((number, on_link))) => {
+                number + (u64::from(frame.frame_number) + NUMBERS - u64::from(on_link)) % NUMBERS
+            }
+            (None, None) => u64::from(frame.frame_number).saturating_sub(1),
+        }
+    }
+
+    /// What arrived of a frame: of several that damage made of one, the first whose embedded line holds.
+    fn take(&mut self, number: u64, sensor: &SensorSetup) -> Result<Option<Received>, Error> {
+        let mut best: Option<Received> = None;
+        while self.peek()?.is_some_and(|next| next <= number) {
+            let Some(frame) = self.ready.pop_front() else { break };
+            self.check_size(&frame, sensor)?;
+            self.last = Some((self.number_of(&frame), frame.frame_number));
+            if best.as_ref().is_none_or(|best| best.metadata.is_none() && frame.metadata.is_some()) {
+                best = Some(frame);
+            }
+        }
+        Ok(best)
+    }
+
+    fn check_size(&self, frame: &Received, sensor: &SensorSetup) -> Result<(), Error> {
+        let Some(found) = frame.shape.and_then(|shape| shape.size()).filter(|size| *size != sensor.size) else {
+            return Ok(());
+        };
+        let reason = format!(
+            "holds pictures of {}x{}; config.toml beside it says {}x{}",
+            found.width_px, found.height_px, sensor.size.width_px, sensor.size.height_px
+        );
+        Err(Error::Content { file: self.path.display().to_string(), reason })
+    }
+}
