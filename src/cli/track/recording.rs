@@ -1,5 +1,5 @@
-//! What a recording says of the rig beside its pictures. Enters: an EuRoC folder, or one camera's. Leaves: calibration, truth, inertial unit,
-//! and where its pictures are.
+//! What a recording says of the rig beside its pictures. Enters: an EuRoC folder, or one camera's. Leaves: calibration, truth, inertial
+//! unit, and where its pictures are.
 
 use std::path::Path;
 
