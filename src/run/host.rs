@@ -1,5 +1,5 @@
-//! The host's end of a rig's links, between decoder and tracker. Enters: each camera's frame, damaged or lost as it may be. Leaves: what the
-//! tracker may know of it. All of it is known from bytes, the sensor's configuration and the host's own clock.
+//! The host's end of a rig's links, between decoder and tracker. Enters: each camera's frame, damaged or lost as it may be. Leaves: what
+//! the tracker may know of it. All of it is known from bytes, the sensor's configuration and the host's own clock.
 
 use super::sensor::SensorSetup;
 use super::session::extract_one;
