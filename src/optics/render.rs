@@ -68,6 +68,9 @@ pub struct Sampling {
     pub electrons_per_photon: f64,
     /// Photons beyond which a pixel shows no difference, so that its render noise does not count. They are rendered all the same.
     pub saturation_photons: f32,
+    /// Whether triangles count by their shares of a pixel where there are 32 samples of each or more; else all samples count alike, which
+    /// is a reference only.
+    pub outlines: bool,
     /// Names the pattern of samples.
     pub key: DrawKey,
 }
@@ -84,6 +87,7 @@ impl Sampling {
             follows_gloss: true,
             electrons_per_photon: 1.0,
             saturation_photons: f32::INFINITY,
+            outlines: true,
             key,
         }
     }
@@ -144,7 +148,8 @@ fn own_nets(picture: &Picture, samples: u32) -> Exposure {
     let saturation_photons = picture.sampling.saturation_photons;
     let seen = picture.even(1);
     let share = Some(refine::share(samples));
-    let outlines_from = Some(f32_nearest(OUTLINES_FROM / picture.sampling.electrons_per_photon));
+    let outlines_from =
+        picture.sampling.outlines.then(|| f32_nearest(OUTLINES_FROM / picture.sampling.electrons_per_photon));
     let rule = Rule { samples, least_gain: None, saturation_photons, share, outlines_from };
     let mut nets: Vec<Growing> = (0..seen.len())
         .map(|at| Growing { at, net: Net::new(spend::hidden(&seen, index(picture.view.camera.size.width_px), at, 1)) })
