@@ -17,7 +17,7 @@ mod case;
 #[path = "sampling/picture.rs"]
 mod picture;
 
-use case::{Row, levelled};
+use case::{Case, Row, Truth, levelled};
 use glam::DVec3;
 use sensel::config::Resolved;
 use sensel::draw::DrawKey;
@@ -82,6 +82,19 @@ fn print(label: &str, row: &Row) {
     );
 }
 
+/// What is known of a truth, and the head of its table.
+fn print_truth(name: &str, case: &Case, truth: &Truth) {
+    let [all, sensor] = case.noise_of(truth);
+    println!("\n{name}: the truth's own noise is {all:.4}, as the sensor shows it {sensor:.4}");
+    if let Some(samples) = number_after("--plain") {
+        let ([all, acted], share) = case.common(truth, samples.parse().expect("a number"));
+        println!("{name}: against {samples} samples without outlines {:.4} +- {:.4}", all[0], all[1]);
+        println!("{name}: where outlines act ({share:.4}) {:.4} +- {:.4}", acted[0], acted[1]);
+    }
+    println!("\n| {name} | rays | error | sensor | off lamps | seeds | bias | own | mean off | cpu |");
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+}
+
 fn main() {
     let number = |name: &str, unless: u32| number_after(name).map_or(unless, |text| text.parse().expect("a number"));
     let setup = setup();
@@ -98,18 +111,7 @@ fn main() {
     for (name, velocity, turn) in cases.into_iter().filter(|case| only.as_ref().is_none_or(|only| only == case.0)) {
         let case = levelled(&setup, name, velocity, turn);
         let truth = case.truth(number("--reference", 2_048));
-        let [all, sensor] = case.noise_of(&truth);
-        println!("\n{name}: the truth's own noise is {all:.4}, as the sensor shows it {sensor:.4}");
-        if let Some(samples) = number_after("--plain") {
-            let ([all, acted], share) = case.common(&truth, samples.parse().expect("a number"));
-            println!(
-                "{name}: against {samples} samples without outlines {:.4} +- {:.4}; where outlines act ({share:.4}) {:.4} +- {:.4}",
-                all[0], all[1], acted[0], acted[1]
-            );
-        }
-        println!(
-            "\n| {name} | rays | error | sensor | off lamps | seeds | bias | own | mean off | cpu |\n|---|---|---|---|---|---|---|---|---|---|"
-        );
+        print_truth(name, &case, &truth);
         let key = DrawKey::root(1);
         let mut curve = Vec::new();
         for samples in FIXED.into_iter().filter(|&samples| (least..=most).contains(&samples)) {
