@@ -6,6 +6,7 @@
 //! have two, to tell that error (`twins`).
 
 mod filter;
+mod fit;
 mod halves;
 mod outlines;
 mod passes;
@@ -21,7 +22,7 @@ mod whole;
 
 use super::camera::Camera;
 use crate::draw::DrawKey;
-use crate::num::{f32_nearest, index, u64_from};
+use crate::num::{f32_from_u32, f32_nearest, index, u64_from};
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::LitScene;
@@ -68,6 +69,9 @@ pub struct Sampling {
     pub electrons_per_photon: f64,
     /// Photons beyond which a pixel shows no difference, so that its render noise does not count. They are rendered all the same.
     pub saturation_photons: f32,
+    /// Whether triangles count by their shares of a pixel where there are 32 samples of each or more; else all samples count alike, which
+    /// is a reference only.
+    pub outlines: bool,
     /// Names the pattern of samples.
     pub key: DrawKey,
 }
@@ -84,6 +88,7 @@ impl Sampling {
             follows_gloss: true,
             electrons_per_photon: 1.0,
             saturation_photons: f32::INFINITY,
+            outlines: true,
             key,
         }
     }
@@ -144,12 +149,14 @@ fn own_nets(picture: &Picture, samples: u32) -> Exposure {
     let saturation_photons = picture.sampling.saturation_photons;
     let seen = picture.even(1);
     let share = Some(refine::share(samples));
-    let outlines_from = Some(f32_nearest(OUTLINES_FROM / picture.sampling.electrons_per_photon));
+    let outlines_from =
+        picture.sampling.outlines.then(|| f32_nearest(OUTLINES_FROM / picture.sampling.electrons_per_photon));
     let rule = Rule { samples, least_gain: None, saturation_photons, share, outlines_from };
     let mut nets: Vec<Growing> = (0..seen.len())
         .map(|at| Growing { at, net: Net::new(spend::hidden(&seen, index(picture.view.camera.size.width_px), at, 1)) })
         .collect();
     picture.grow(&mut nets, &seen, &rule);
+    ask_beside(picture, &mut nets, &seen, &rule);
     let of = |growing: &Growing| Estimate {
         photons: growing.net.photons,
         variance: growing.net.variance(),
@@ -158,6 +165,37 @@ fn own_nets(picture: &Picture, samples: u32) -> Exposure {
     };
     let estimates: Vec<Estimate> = nets.iter().map(of).collect();
     told(picture, &estimates, &seen, 1, &rule)
+}
+
+/// Takes pixels anew that were not asked for their outlines, where what a neighbour's samples met may be hidden from their own. One ray of
+/// each pixel, which `spend::hidden` knows before, seldom meets what is thinner than a pixel.
+fn ask_beside(picture: &Picture, nets: &mut [Growing], seen: &[Seen], rule: &Rule) {
+    let (Some(least), width) = (rule.outlines_from, index(picture.view.camera.size.width_px)) else { return };
+    let n = f32_from_u32(rule.samples);
+    let hidden = |at: usize| {
+        let (x, y, mut most) = (at % width, at / width, 0.0_f32);
+        for row in y.saturating_sub(1)..(y + 2).min(nets.len() / width) {
+            for column in x.saturating_sub(1)..(x + 2).min(width) {
+                let contrast2 = nets[row * width + column].net.contrast2;
+                most = if contrast2 > most { contrast2 } else { most };
+            }
+        }
+        most * spend::OF_HIDDEN
+    };
+    let is_hidden = |growing: &&Growing| {
+        let net = &growing.net;
+        !net.is_asked && spend::ratio(net.photons, hidden(growing.at) / (n * n * n)) > least
+    };
+    let mut again: Vec<Growing> = nets
+        .iter()
+        .filter(is_hidden)
+        .map(|growing| Growing { at: growing.at, net: Net::new(hidden(growing.at)) })
+        .collect();
+    picture.grow(&mut again, seen, rule);
+    for mut growing in again {
+        growing.net.extra += rule.samples;
+        nets[growing.at].net = growing.net;
+    }
 }
 
 /// As few samples as bring the mean of variance over photons to what is asked for.

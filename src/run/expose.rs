@@ -41,6 +41,7 @@ pub(super) fn expose(
         follows_gloss: setup.fidelity.follows_gloss,
         electrons_per_photon: setup.sensor.electrons_per_photon(),
         saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
+        outlines: true,
         key: repeated(if slot == 0 { key } else { key.with(u64_from(slot)) }, setup.fidelity.render_repeat),
     };
     let rows = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));

@@ -11,13 +11,14 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+use super::fit::{Fit, REGRESSORS};
 use super::refine::Places;
 use super::shot::{Pixels, bilinear};
 use crate::num::{f64_from_usize, index, u32_from};
 use crate::optics::motion::Timeline;
-use crate::scene::Scene;
 use crate::scene::lanes::{Floats, LANES, Vectors, dot3, splat3, sub3};
-use crate::scene::tracer::{MISS, Packet, Stack, along_beam};
+use crate::scene::tracer::{Hits, MISS, Packet, Stack, along_beam};
+use crate::scene::{LitScene, Scene};
 use crate::simd::{Kernel, dispatch};
 
 /// Rays of a packet.
@@ -50,7 +51,7 @@ impl Kernel for Ways<'_> {
 }
 
 /// Triangles that are listed, at most.
-pub const LISTED_MAX: usize = 1_024;
+const LISTED_MAX: usize = 8_192;
 /// Says that a ray meets first what no sample did.
 const UNMET: u16 = u16::MAX;
 /// Groups of alike triangles, at most.
@@ -109,14 +110,24 @@ pub struct Outlines {
     corners_m: Vec<[[f32; 3]; 3]>,
     /// Of each ray, the number of the first listed triangle; beyond the last where it meets none.
     front: Vec<u16>,
+    /// Where in the pixel and when each lies.
+    places: Vec<[f32; 3]>,
+    /// How far each goes, and the weights of its triangle's second and third corner.
+    met: Vec<[f32; 3]>,
+    /// What textures do at samples, and at the first rays of the finer net.
+    tints: [Vec<f32>; 2],
 }
 
 impl Outlines {
-    /// Lists the triangles that the rays of a pixel may meet. False if there are none to tell apart, or too many.
-    pub fn list(&mut self, scene: &Scene, beam: &Beam, stack: &mut Stack) -> bool {
+    /// Lists the triangles that the rays of a pixel may meet up to a distance. False if there are none to tell apart, or too many.
+    pub fn list(&mut self, scene: &Scene, beam: &Beam, far_m: f32, stack: &mut Stack) -> bool {
         self.corners_m.clear();
         self.front.clear();
-        let (t_min, t_max) = (Floats::splat(0.0), Floats::splat(f32::MAX));
+        self.places.clear();
+        self.met.clear();
+        self.tints.iter_mut().for_each(Vec::clear);
+        let far_m = if far_m < f32::MAX { far_m } else { f32::MAX };
+        let (t_min, t_max) = (Floats::splat(0.0), Floats::splat(far_m));
         let packet = Packet { origin_m: beam.origin_m, direction: beam.direction, t_min, t_max };
         let are_all = along_beam(&scene.bvh, &packet, LISTED_MAX, stack, &mut self.triangles);
         // In an order that no tree has a say in.
@@ -126,13 +137,54 @@ impl Outlines {
     }
 
     /// Asks for some more rays of a packet.
-    pub fn ask(&mut self, rays: &Beam, lanes: usize) {
+    pub fn ask(&mut self, rays: &Beam, places: &Places, lanes: usize) {
+        for lane in 0..lanes {
+            self.places.push([0, 1, 2].map(|axis| places.place[axis].0[lane]));
+        }
         let none = self.corners_m.len();
-        let first = dispatch(Front { corners_m: &self.corners_m, rays });
+        let (first, met) = dispatch(Front { corners_m: &self.corners_m, rays });
+        self.met.extend((0..lanes).map(|lane| met.map(|numbers| numbers.0[lane])));
         self.front.extend(first[..lanes].iter().map(|&number| {
             let number = if number == MISS { none } else { index(number) };
             u16::try_from(number).expect("fewer triangles are listed")
         }));
+    }
+
+    /// What some rays met, by what was asked.
+    pub fn hits(&self, from: usize, lanes: usize) -> Hits {
+        let zero = Floats::splat(0.0);
+        let mut hits = Hits { t: Floats::splat(f32::MAX), triangle: [MISS; LANES], u: zero, v: zero };
+        for lane in 0..LANES {
+            // Lanes without a ray repeat the last, so that those of one triangle stay together.
+            let ray = from + lane.min(lanes - 1);
+            if let Some(&triangle) = self.triangles.get(usize::from(self.front[ray])) {
+                hits.triangle[lane] = triangle;
+                [hits.t.0[lane], hits.u.0[lane], hits.v.0[lane]] = self.met[ray];
+            }
+        }
+        hits
+    }
+
+    /// Whether any of the triangles that samples or others met has a texture.
+    pub fn has_texture(&self, scene: &LitScene) -> bool {
+        let is_textured = |front: &u16| {
+            self.triangles
+                .get(usize::from(*front))
+                .is_some_and(|&triangle| scene.texture_of(scene.face(triangle)).is_some())
+        };
+        self.front.iter().any(is_textured)
+    }
+
+    /// Keeps what textures do to some more samples, or rays of the finer net.
+    pub fn tint(&mut self, tints: &[f32], is_fine: bool) {
+        self.tints[usize::from(is_fine)].extend_from_slice(tints);
+    }
+
+    /// Tint, place and time of a ray; no tint where none is known.
+    fn place(&self, ray: usize, is_fine: bool) -> [f64; REGRESSORS] {
+        let [x, y, t] = self.places[ray].map(f64::from);
+        let tint = self.tints[usize::from(is_fine)].get(ray).map_or(0.0, |&tint| f64::from(tint));
+        [tint, x - 0.5, y - 0.5, t - 0.5]
     }
 
     /// Numbers of up to as many rays as a packet has that meet first what none of the first `count` does.
@@ -158,8 +210,32 @@ impl Outlines {
         (lanes > 0).then_some((numbers, lanes))
     }
 
+    /// What is known of each group's rays, and the shares of the gap and of each ray.
+    fn shares(&self, group_of: &[usize]) -> (Vec<Fit>, f64, f64) {
+        let mut finer = vec![Fit::default(); GROUPS_MAX];
+        let mut tinted = vec![Kind::default(); GROUPS_MAX];
+        let (mut of_gap, each) = (0.0, 1.0 / f64_from_usize(self.front.len()));
+        for (ray, &front) in self.front.iter().enumerate() {
+            if front == UNMET {
+                of_gap += each;
+                continue;
+            }
+            let group = group_of[usize::from(front)];
+            finer[group].add_place(&self.place(ray, true));
+            if let Some(&tint) = self.tints[1].get(ray) {
+                tinted[group].add(f64::from(tint));
+            }
+        }
+        for (finer, tinted) in finer.iter_mut().zip(&tinted) {
+            // The mean of those that are known stands for all.
+            finer.places[0] = tinted.mean().unwrap_or(0.0) * finer.count;
+        }
+        (finer, of_gap, each)
+    }
+
     /// What samples say whose photons are given, with the mean of those rays that were traced for a gap, if any were.
-    pub fn told(&self, photons: &dyn Fn(usize) -> f64, count: usize, gap: Option<f64>) -> Told {
+    pub fn told(&self, lights: &[f32], gap: Option<f64>) -> Told {
+        let (photons, count) = (|sample: usize| f64::from(lights[sample]), lights.len());
         let none = self.corners_m.len();
         let mut kinds = vec![Kind::default(); none + 1];
         let base = photons(0);
@@ -167,41 +243,37 @@ impl Outlines {
             kinds[usize::from(self.front[sample])].add(photons(sample) - base);
         }
         let group_of = groups(&kinds);
-        let mut shares = [0.0; GROUPS_MAX];
-        let (mut of_gap, each) = (0.0, 1.0 / f64_from_usize(self.front.len()));
-        for &front in &self.front {
-            if front == UNMET {
-                of_gap += each;
-            } else {
-                shares[group_of[usize::from(front)]] += each;
-            }
-        }
+        let (finer, of_gap, each) = self.shares(&group_of);
         let sums = |from: usize, to: usize| {
-            let mut groups = [Kind::default(); GROUPS_MAX];
+            let mut groups = vec![Fit::default(); GROUPS_MAX];
             for sample in from..to {
-                groups[group_of[usize::from(self.front[sample])]].add(photons(sample) - base);
+                groups[group_of[usize::from(self.front[sample])]]
+                    .add(&self.place(sample, false), photons(sample) - base);
             }
             groups
         };
         let all = sums(0, count);
-        let whole = all.iter().fold(Kind::default(), |sum, kind| sum.with(*kind)).mean().unwrap_or(0.0);
-        let mean = |groups: &[Kind; GROUPS_MAX]| {
+        let whole = all.iter().map(|fit| fit.sum).sum::<f64>() / f64_from_usize(count);
+        let fits: Vec<([f64; REGRESSORS], f64)> = all.iter().map(Fit::slopes).collect();
+        let mean = |groups: &[Fit]| {
             let mut mean = base + of_gap * gap.map_or(whole, |photons| photons - base);
-            for (number, share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
+            for (number, finer) in finer.iter().enumerate().filter(|(_, finer)| finer.count > 0.0) {
                 // What only the other half met counts as there.
-                mean += share * groups[number].mean().or(all[number].mean()).unwrap_or(whole);
+                let group = if groups[number].count > 0.0 { &groups[number] } else { &all[number] };
+                let light = if group.count > 0.0 { group.at(&finer.places(), &fits[number].0) } else { whole };
+                mean += finer.count * each * light;
             }
             mean
         };
         let halves = [mean(&sums(0, count / 2)), mean(&sums(count / 2, count))];
-        let apart: f64 = all.iter().map(Kind::apart).sum();
-        let spread = if apart > 0.0 { apart / f64_from_usize(count) } else { 0.0 };
+        let spread: f64 = fits.iter().map(|fit| fit.1).sum::<f64>() / f64_from_usize(count);
         Told { mean: mean(&all), spread, halves }
     }
 }
 
 /// What samples say by themselves.
-pub fn plain(photons: &dyn Fn(usize) -> f64, count: usize) -> Told {
+pub fn plain(lights: &[f32]) -> Told {
+    let (photons, count) = (|sample: usize| f64::from(lights[sample]), lights.len());
     let mean = |from: usize, to: usize| (from..to).map(photons).sum::<f64>() / f64_from_usize(to - from);
     let all = mean(0, count);
     let square = |sample: usize| (photons(sample) - all) * (photons(sample) - all);
@@ -258,21 +330,23 @@ fn groups(kinds: &[Kind]) -> Vec<usize> {
     group_of
 }
 
-/// Which of some triangles each ray of a packet meets first, `MISS` for none.
+/// Which of some triangles each ray of a packet meets first, `MISS` for none, how far away, and at which weights of the second and third
+/// corner.
 struct Front<'a> {
     corners_m: &'a [[[f32; 3]; 3]],
     rays: &'a Beam,
 }
 
 impl Kernel for Front<'_> {
-    type Output = [u32; LANES];
+    type Output = ([u32; LANES], [Floats; 3]);
 
     #[inline(always)]
-    fn run(self) -> [u32; LANES] {
+    fn run(self) -> ([u32; LANES], [Floats; 3]) {
         let Beam { origin_m, direction } = self.rays;
         // One over the distance, so that a plane's grows evenly across a picture.
         let (zero, mut nearest) = (Floats::splat(0.0), Floats::splat(0.0));
         let mut first = [MISS; LANES];
+        let mut weights = [zero; 3];
         for (number, corners) in self.corners_m.iter().enumerate() {
             let from = corners.map(|corner| sub3(splat3(corner), *origin_m));
             let mut sides = [zero; 3];
@@ -291,8 +365,18 @@ impl Kernel for Front<'_> {
             let nearer = inside & nearest.below(near);
             nearest = nearer.select(near, nearest);
             first = nearer.select_u32([u32_from(number); LANES], first);
+            for corner in 0..3 {
+                weights[corner] = nearer.select(sides[corner], weights[corner]);
+            }
         }
-        first
+        let [c, a, b] = weights;
+        let (sum, mut met) = (a + b + c, [nearest, b, c]);
+        for lane in 0..LANES {
+            met[0].0[lane] = 1.0 / nearest.0[lane];
+            met[1].0[lane] = b.0[lane] / sum.0[lane];
+            met[2].0[lane] = c.0[lane] / sum.0[lane];
+        }
+        (first, met)
     }
 }
 

@@ -71,6 +71,10 @@ pub struct Net {
     pub hidden: f32,
     /// Rays beside the samples.
     pub extra: u32,
+    /// Square of what the sample that is farthest from their mean differs from it by, where outlines may be looked for.
+    pub contrast2: f32,
+    /// Whether what they leave was worth asking for outlines.
+    pub is_asked: bool,
 }
 
 /// An edge of contrast c leaves c^2 / 600 (slanting) to c^2 / 1,600 (upright) after sixteen samples, of samples whose spread is c^2 /
@@ -83,7 +87,8 @@ const OF_BEFORE: f32 = 0.5 * 0.353_553_4;
 impl Net {
     /// Before any sample, with what one may miss.
     pub const fn new(hidden: f32) -> Self {
-        Self { photons: 0.0, samples: 0, spread: 0.0, taken: 0.0, hidden, extra: 0 }
+        let (contrast2, is_asked) = (0.0, false);
+        Self { photons: 0.0, samples: 0, spread: 0.0, taken: 0.0, hidden, extra: 0, contrast2, is_asked }
     }
 
     /// About the variance of the mean. Halves of a net agree in the number of samples on either side of an edge more often than not,
@@ -240,7 +245,8 @@ impl Pixel<'_> {
         for from in (0..block.count).step_by(LANES) {
             let lanes = LANES.min(index(block.count - from));
             let numbers = std::array::from_fn(|lane| block.first + from + u32_from(lane));
-            let photons = self.shoot(pixels, self.places(block.velocity_px, &numbers, lanes), lanes, &shares, desk);
+            let places = self.places(block.velocity_px, &numbers, lanes);
+            let [photons, _] = self.shoot(pixels, places, lanes, &shares, desk);
             for lane in 0..lanes {
                 sum += f64::from(photons.0[lane]);
                 tell(numbers[lane], photons.0[lane]);
@@ -249,8 +255,15 @@ impl Pixel<'_> {
         sum / f64::from(block.count)
     }
 
-    /// Photons of a packet's samples.
-    pub fn shoot(&self, pixels: &Pixels, places: Places, lanes: usize, shares: &Shares, desk: &mut Desk) -> Floats {
+    /// Photons of a packet's samples, and how far each went.
+    pub fn shoot(
+        &self,
+        pixels: &Pixels,
+        places: Places,
+        lanes: usize,
+        shares: &Shares,
+        desk: &mut Desk,
+    ) -> [Floats; 2] {
         let has_gloss = self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss);
         let mut shots = Shots { pixel: self, pixels: *pixels, places, shares, has_gloss, stack: &mut desk.stack };
         shots.pixels.seen.1 = pixels.seen.1.min(lanes);
@@ -342,6 +355,21 @@ impl Places {
             None => &timeline.pieces[0],
         }
     }
+
+    /// The samples, each of which stands for some shares.
+    #[inline(always)]
+    pub fn aim<'a>(&'a self, timeline: &'a Timeline, shares: &'a Shares) -> Aim<'a> {
+        let pieces = f32_from_u32(u32_from(timeline.pieces.len()));
+        Aim {
+            place: self.place,
+            motion: self.motion(timeline),
+            share: self.share,
+            pieces: if timeline.is_still { 0.0 } else { pieces },
+            lamp_levels: &self.lamp_levels,
+            shares,
+            numbers: &self.numbers,
+        }
+    }
 }
 
 /// A packet of samples of one pixel.
@@ -355,22 +383,12 @@ struct Shots<'a> {
 }
 
 impl Kernel for Shots<'_> {
-    type Output = Floats;
+    type Output = [Floats; 2];
 
     #[inline(always)]
-    fn run(self) -> Floats {
-        let timeline = self.pixel.timeline;
-        let pieces = f32_from_u32(u32_from(timeline.pieces.len()));
-        let aim = Aim {
-            place: self.places.place,
-            motion: self.places.motion(timeline),
-            share: self.places.share,
-            pieces: if timeline.is_still { 0.0 } else { pieces },
-            lamp_levels: &self.places.lamp_levels,
-            shares: self.shares,
-            numbers: &self.places.numbers,
-        };
-        self.pixel.view.sample(&self.pixels, &aim, self.has_gloss, self.stack)[0]
+    fn run(self) -> [Floats; 2] {
+        let aim = self.places.aim(self.pixel.timeline, self.shares);
+        self.pixel.view.sample(&self.pixels, &aim, self.has_gloss, self.stack)
     }
 }
 
@@ -380,7 +398,7 @@ mod tests {
 
     #[test]
     fn halves_that_agree_do_not_make_a_pixel_with_an_edge_exact() {
-        let net = Net { photons: 20.0, samples: 64, spread: 400.0, taken: 0.0, hidden: 0.0, extra: 0 };
+        let net = Net { photons: 20.0, samples: 64, spread: 400.0, ..Net::new(0.0) };
         // Half of spread / n^1.5, exact in these numbers.
         assert_eq!(net.variance(), 0.5 * 400.0 / 512.0);
         let even = Net { spread: 0.0, ..net };

@@ -9,7 +9,8 @@ use crate::optics::motion::{Parabolas, Turn, Turns};
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors, add3, sub3};
 use crate::scene::light::{BANDS, Bands};
-use crate::scene::lit::{by_band, by_lane};
+use crate::scene::lit::{Met, by_band, by_lane};
+use crate::scene::texture::Footprints;
 use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline_through};
 
 /// What all rays of a render share.
@@ -103,14 +104,22 @@ pub struct Aim<'a> {
     pub numbers: &'a [u32; LANES],
 }
 
+impl Aim<'_> {
+    /// Bearings, poses and rays.
+    #[inline(always)]
+    fn rays(&self, pixels: &Pixels) -> (Vectors, Turns, Packet) {
+        let bearing = bilinear(&pixels.corners, self.place[0], self.place[1]);
+        let pose = self.motion.at(self.share);
+        let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
+        (bearing, pose, Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max })
+    }
+}
+
 impl View<'_> {
     /// Photons of a sample in each lane, and how far it went.
     #[inline(always)]
     pub fn sample(&self, pixels: &Pixels, aim: &Aim, has_gloss: bool, stack: &mut Stack) -> [Floats; 2] {
-        let bearing = bilinear(&pixels.corners, aim.place[0], aim.place[1]);
-        let pose = aim.motion.at(aim.share);
-        let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
-        let packet = Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
+        let (bearing, pose, packet) = aim.rays(pixels);
         let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
         let shot = Shot { pixels, aim, bearing, pose, hits, packet };
         // No closures: they would not be compiled for the kernel's own level.
@@ -133,9 +142,34 @@ impl View<'_> {
         [photons, hits.t]
     }
 
-    /// Light of a packet that met one triangle at about one distance, and whether that keeps an image: one ellipse serves all look-ups.
+    /// What the textures at some hits are of white in each lane, in photons for a lux-equivalent of every band: how samples of one light
+    /// differ.
+    #[inline(always)]
+    pub fn tint(&self, pixels: &Pixels, aim: &Aim, hits: Hits) -> Floats {
+        let (bearing, pose, packet) = aim.rays(pixels);
+        let shot = Shot { pixels, aim, bearing, pose, hits, packet };
+        let [r, g, b, n] = match self.scene.one_met(&hits) {
+            Some(triangle) if are_alike(hits.t) => self.colours_of_one(triangle, &shot),
+            _ => {
+                let met = self.scene.met(&hits);
+                by_band(&self.scene.colours(&hits, &met, &shot.footprints(&met)))
+            }
+        };
+        let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
+        r * per_r + g * per_g + b * per_b + n * per_n
+    }
+
+    /// Light of a packet that met one triangle at about one distance, and whether that keeps an image.
     #[inline(always)]
     fn shade_one(&self, triangle: u32, shot: &Shot) -> ([Floats; BANDS], bool) {
+        let colours = self.colours_of_one(triangle, shot);
+        let lux = self.scene.exitances_of_one(&shot.hits, &shot.packet.direction, &colours, shot.aim.lamp_levels);
+        (lux, self.scene.face(triangle).has_gloss(self.follows_gloss))
+    }
+
+    /// Colours of one triangle's texture: one ellipse serves all look-ups.
+    #[inline(always)]
+    fn colours_of_one(&self, triangle: u32, shot: &Shot) -> [Floats; BANDS] {
         let face = self.scene.face(triangle);
         let hits = &shot.hits;
         let mut colours = [Floats::splat(1.0); BANDS];
@@ -161,31 +195,17 @@ impl View<'_> {
             let (footprint, shift_texels) = ellipse_of_one(&ray, &shot.off_centre(), shot.aim.shares);
             colours = by_band(&texture.over_alike(&face.uv(hits.u, hits.v), &shift_texels, &footprint));
         }
-        let lux = self.scene.exitances_of_one(hits, &shot.packet.direction, &colours, shot.aim.lamp_levels);
-        (lux, face.has_gloss(self.follows_gloss))
+        colours
     }
 
     /// Light of any packet, and whether any lane met what keeps an image.
     #[inline(always)]
     fn shade_mixed(&self, shot: &Shot) -> ([Floats; BANDS], bool) {
-        let Shot { pixels, aim, hits, packet, pose, .. } = shot;
+        let Shot { pixels, aim, hits, packet, .. } = shot;
         let met = self.scene.met(hits);
         let mut footprints = None;
         if self.scene.has_textures() {
-            let right = pose.turned(sub3(pixels.corners[1], pixels.corners[0]));
-            let down = pose.turned(sub3(pixels.corners[2], pixels.corners[0]));
-            let mut travel_m = [Floats::splat(0.0); 3];
-            if aim.pieces > 0.0 {
-                let change = aim.motion.change_at(aim.share, aim.pieces);
-                travel_m = add3(change.place_m(), scaled(change.turned(shot.bearing), hits.t));
-            }
-            let steps = Steps {
-                direction: packet.direction,
-                steps_m: [scaled(right, hits.t), scaled(down, hits.t), travel_m],
-                pixel_m: pixels.spread * hits.t,
-                off_centre: shot.off_centre(),
-            };
-            footprints = Some(ellipses(&Surfaces { normal: met.normal(), slopes: met.slopes() }, &steps, aim.shares));
+            footprints = Some(shot.footprints(&met));
         }
         let mut lux = self.scene.exitances_lux(hits, &met, &packet.direction, footprints.as_ref(), aim.lamp_levels);
         for &lane in &pixels.seen.0[..pixels.seen.1] {
@@ -208,6 +228,26 @@ struct Shot<'a> {
 }
 
 impl Shot<'_> {
+    /// What each lane's ray stands for on its texture.
+    #[inline(always)]
+    fn footprints(&self, met: &Met) -> Footprints {
+        let Shot { pixels, aim, hits, packet, pose, .. } = self;
+        let right = pose.turned(sub3(pixels.corners[1], pixels.corners[0]));
+        let down = pose.turned(sub3(pixels.corners[2], pixels.corners[0]));
+        let mut travel_m = [Floats::splat(0.0); 3];
+        if aim.pieces > 0.0 {
+            let change = aim.motion.change_at(aim.share, aim.pieces);
+            travel_m = add3(change.place_m(), scaled(change.turned(self.bearing), hits.t));
+        }
+        let steps = Steps {
+            direction: packet.direction,
+            steps_m: [scaled(right, hits.t), scaled(down, hits.t), travel_m],
+            pixel_m: pixels.spread * hits.t,
+            off_centre: self.off_centre(),
+        };
+        ellipses(&Surfaces { normal: met.normal(), slopes: met.slopes() }, &steps, aim.shares)
+    }
+
     /// Where in the pixel and in the exposure each sample lies, from -1/2 to 1/2.
     #[inline(always)]
     fn off_centre(&self) -> [Floats; 3] {

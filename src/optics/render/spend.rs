@@ -101,8 +101,11 @@ pub fn hidden(seen: &[Seen], width: usize, at: usize, samples: u32) -> f32 {
             most = if contrast2 > most { contrast2 } else { most };
         }
     }
-    most * (1.0 / 6.0)
+    most * OF_HIDDEN
 }
+
+/// What of the square of a contrast one sample may have missed.
+pub const OF_HIDDEN: f32 = 1.0 / 6.0;
 
 /// Square of a contrast over the spread of four samples, one or two of which have it: 16 / 3 and 4.
 const PER_SPREAD: f32 = 5.0;

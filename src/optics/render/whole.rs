@@ -3,12 +3,13 @@
 
 use super::filter::Shares;
 use super::outlines::{Told, Ways, plain};
-use super::refine::{Desk, Net, Pixel};
+use super::refine::{Desk, Net, Pixel, Places};
 use super::shot::Pixels;
 use super::spend::ratio;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
-use crate::scene::lanes::LANES;
-use crate::simd::dispatch;
+use crate::scene::lanes::{Floats, LANES};
+use crate::scene::tracer::Hits;
+use crate::simd::{Kernel, dispatch};
 
 /// Rays that are asked which triangle is in front, over those that are traced,
 const FINER: u32 = 16;
@@ -16,6 +17,13 @@ const FINER: u32 = 16;
 const FINE_MAX: u32 = 4_096;
 /// and so many times as many at least, so that nothing is left that more samples do not take away.
 const FINER_LEAST: u32 = 4;
+
+/// How much farther than the farthest sample triangles are listed: directions of a pixel's rays differ in length by less.
+const FARTHER: f32 = 1.01;
+
+/// Rays whose textures are looked at, over the samples, and what of a sample's share of the width each stands for.
+const TINTED: u32 = FINER_LEAST;
+const TINTED_SHARE: f32 = 0.5;
 
 /// Corners of a pixel at four instants of the exposure.
 const CORNERS: [[f32; 3]; LANES] = {
@@ -41,58 +49,127 @@ pub struct Whole {
     pub least: f32,
 }
 
+impl Net {
+    fn take(&mut self, told: &Told) {
+        let apart = f32_nearest(told.halves[1] - told.halves[0]);
+        (self.photons, self.spread) = (f32_nearest(told.mean), f32_nearest(told.spread));
+        self.taken = 0.25 * apart * apart;
+    }
+}
+
 impl Pixel<'_> {
     /// Takes all of a pixel's samples.
     pub fn whole(&self, net: &mut Net, pixels: &Pixels, whole: &Whole, desk: &mut Desk) {
         let shares = Shares::over_motion(whole.share);
-        let mut photons: Vec<f32> = Vec::with_capacity(index(whole.samples));
+        let (mut lights, mut far_m) = (Vec::with_capacity(index(whole.samples)), 0.0_f32);
         for from in (0..whole.samples).step_by(LANES) {
             let lanes = LANES.min(index(whole.samples - from));
             let places = self.places(whole.velocity_px, &numbers(from), lanes);
-            photons.extend_from_slice(&self.shoot(pixels, places, lanes, &shares, desk).0[..lanes]);
-        }
-        let of = |sample: usize| f64::from(photons[sample]);
-        let plain = plain(&of, photons.len());
-        let n = f32_from_u32(whole.samples);
-        let left = f32_nearest(plain.spread) / (n * n.sqrt()) + net.hidden / (n * n * n);
-        let mut told = plain;
-        if ratio(f32_nearest(plain.mean), left) > whole.least && pixels.seen.1 > 0 {
-            let (gap, is_known) = self.ask(net, pixels, whole, desk);
-            if is_known {
-                told = desk.outlines.told(&of, photons.len(), gap);
+            let [seen, gone_m] = self.shoot(pixels, places, lanes, &shares, desk);
+            lights.extend_from_slice(&seen.0[..lanes]);
+            for &gone_m in &gone_m.0[..lanes] {
+                far_m = if gone_m > far_m { gone_m } else { far_m };
             }
         }
-        let Told { mean, spread, halves } = told;
-        let apart = f32_nearest(halves[1] - halves[0]);
-        (net.photons, net.samples) = (f32_nearest(mean), whole.samples);
-        (net.spread, net.taken) = (f32_nearest(spread), 0.25 * apart * apart);
+        net.samples = whole.samples;
+        net.take(&plain(&lights));
+        for &photons in &lights {
+            let apart = photons - net.photons;
+            net.contrast2 = if apart * apart > net.contrast2 { apart * apart } else { net.contrast2 };
+        }
+        let n = f32_from_u32(whole.samples);
+        let left = net.spread / (n * n.sqrt()) + net.hidden / (n * n * n);
+        net.is_asked = ratio(net.photons, left) > whole.least;
+        if net.is_asked {
+            self.tell(net, pixels, whole, &lights, far_m, desk);
+        }
     }
 
-    /// Sorts the rays of the finer net. Gives back the mean of those that met what no sample did, and whether the triangles are known.
-    fn ask(&self, net: &mut Net, pixels: &Pixels, whole: &Whole, desk: &mut Desk) -> (Option<f64>, bool) {
+    /// Lets each triangle count by its share of the finer net, if the triangles can be known.
+    fn tell(&self, net: &mut Net, pixels: &Pixels, whole: &Whole, lights: &[f32], far_m: f32, desk: &mut Desk) {
+        if pixels.seen.1 == 0 || !self.ask(far_m, pixels, whole, desk) {
+            return;
+        }
+        let (gap, rays) = self.gap(pixels, whole, desk);
+        net.extra += rays;
+        let mut told = desk.outlines.told(lights, gap);
+        let n = f32_from_u32(whole.samples);
+        let left = f32_nearest(told.spread) / (n * n.sqrt());
+        if ratio(f32_nearest(told.mean), left) > whole.least && desk.outlines.has_texture(self.view.scene) {
+            self.tint(pixels, whole, desk);
+            told = desk.outlines.told(lights, gap);
+        }
+        net.take(&told);
+    }
+
+    /// Sorts the rays of the finer net, and says whether the triangles are known.
+    fn ask(&self, far_m: f32, pixels: &Pixels, whole: &Whole, desk: &mut Desk) -> bool {
         let corners = self.placed(&CORNERS, &[0; LANES], LANES);
         let beam = dispatch(Ways { timeline: self.timeline, pixels, places: &corners });
-        if !desk.outlines.list(self.view.scene.scene(), &beam, &mut desk.stack) {
-            return (None, false);
+        if !desk.outlines.list(self.view.scene.scene(), &beam, FARTHER * far_m, &mut desk.stack) {
+            return false;
         }
         let samples = whole.samples;
-        let times = (FINE_MAX / samples).clamp(FINER_LEAST, FINER);
         // The samples themselves come first, in packets of their own: the last may be short.
-        for (first, end) in [(0, samples), (samples, samples * times)] {
+        for (first, end) in [(0, samples), (samples, finer(samples))] {
             for from in (first..end).step_by(LANES) {
                 let lanes = LANES.min(index(end - from));
                 let places = self.places(whole.velocity_px, &numbers(from), lanes);
                 let rays = dispatch(Ways { timeline: self.timeline, pixels, places: &places });
-                desk.outlines.ask(&rays, lanes);
+                desk.outlines.ask(&rays, &places, lanes);
             }
         }
-        let Some((numbers, lanes)) = desk.outlines.unmet(index(samples)) else { return (None, true) };
-        let places = self.places(whole.velocity_px, &numbers, lanes);
-        let photons = self.shoot(pixels, places, lanes, &Shares::over_motion(whole.share), desk);
-        net.extra = u32_from(lanes);
-        let sum: f64 = photons.0[..lanes].iter().map(|&photons| f64::from(photons)).sum();
-        (Some(sum / f64_from_usize(lanes)), true)
+        true
     }
+
+    /// Looks at the textures where the samples and the first rays of the finer net meet them.
+    fn tint(&self, pixels: &Pixels, whole: &Whole, desk: &mut Desk) {
+        let samples = whole.samples;
+        let finer = samples * TINTED;
+        for (first, end, is_fine) in [(0, samples, false), (0, samples, true), (samples, finer, true)] {
+            let shares = Shares::over_motion(if is_fine { TINTED_SHARE * whole.share } else { whole.share });
+            for from in (first..end).step_by(LANES) {
+                let lanes = LANES.min(index(end - from));
+                let places = self.places(whole.velocity_px, &numbers(from), lanes);
+                let hits = desk.outlines.hits(index(from), lanes);
+                let tint = dispatch(Tints { pixel: self, pixels, places: &places, shares: &shares, hits });
+                desk.outlines.tint(&tint.0[..lanes], is_fine);
+            }
+        }
+    }
+
+    /// The mean of some rays that met what no sample did, if there are any, and how many were traced.
+    fn gap(&self, pixels: &Pixels, whole: &Whole, desk: &mut Desk) -> (Option<f64>, u32) {
+        let Some((numbers, lanes)) = desk.outlines.unmet(index(whole.samples)) else { return (None, 0) };
+        let places = self.places(whole.velocity_px, &numbers, lanes);
+        let [photons, _] = self.shoot(pixels, places, lanes, &Shares::over_motion(whole.share), desk);
+        let sum: f64 = photons.0[..lanes].iter().map(|&photons| f64::from(photons)).sum();
+        (Some(sum / f64_from_usize(lanes)), u32_from(lanes))
+    }
+}
+
+/// What textures do to the samples of a packet.
+struct Tints<'a> {
+    pixel: &'a Pixel<'a>,
+    pixels: &'a Pixels,
+    places: &'a Places,
+    shares: &'a Shares,
+    hits: Hits,
+}
+
+impl Kernel for Tints<'_> {
+    type Output = Floats;
+
+    #[inline(always)]
+    fn run(self) -> Floats {
+        let aim = self.places.aim(self.pixel.timeline, self.shares);
+        self.pixel.view.tint(self.pixels, &aim, self.hits)
+    }
+}
+
+/// Rays of the finer net of so many samples.
+fn finer(samples: u32) -> u32 {
+    samples * (FINE_MAX / samples).clamp(FINER_LEAST, FINER)
 }
 
 fn numbers(from: u32) -> [u32; LANES] {

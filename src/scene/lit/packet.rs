@@ -247,6 +247,15 @@ impl LitScene {
         met
     }
 
+    /// Colours of the textures of what a packet met; white where there is none.
+    #[inline(always)]
+    pub fn colours(&self, hits: &Hits, met: &Met, footprints: &Footprints) -> [Bands; LANES] {
+        let mut colours = [[1.0; BANDS]; LANES];
+        let texture = met.texture();
+        Lookups::of(met.uv(hits.u, hits.v), &texture, &self.scene.mesh.textures, footprints).run(&mut colours);
+        colours
+    }
+
     /// As `exitance_lux` for all lanes of a packet that hit something, and dark for the others. Footprints may be left out where no
     /// surface has a texture.
     #[inline(always)]
@@ -258,11 +267,10 @@ impl LitScene {
         footprints: Option<&Footprints>,
         lamp_levels: &[f32; LANES],
     ) -> [Bands; LANES] {
-        let mut colours = [[1.0; BANDS]; LANES];
-        if let Some(footprints) = footprints {
-            let texture = met.texture();
-            Lookups::of(met.uv(hits.u, hits.v), &texture, &self.scene.mesh.textures, footprints).run(&mut colours);
-        }
+        let colours = match footprints {
+            Some(footprints) => self.colours(hits, met, footprints),
+            None => [[1.0; BANDS]; LANES],
+        };
         let along = dot3(met.normal(), *direction);
         let (mut corners, mut grid_steps) = ([[0; LANES]; 3], [0; LANES]);
         for lane in 0..LANES {
