@@ -65,8 +65,8 @@ impl Tracker {
     }
 
     /// Takes a frame's residuals for the noise of places, by their median. Corners on the steps of few bits jump by a pixel: points made
-    /// from them with the noise of fine pictures look certain, and certain ones are refused. The residuals of a false map grow without end, and
-    /// a noise that grew with them would let anything fit: what the start has shown is the bound.
+    /// from them with the noise of fine pictures look certain, and certain ones are refused. The residuals of a false map grow without end,
+    /// and a noise that grew with them would let anything fit: what the start has shown is the bound.
     fn learn_noise(&mut self, views: &[View], located: &Located) {
         if !self.hangs_on_motion() {
             return;

@@ -3,8 +3,8 @@
 //!
 //! Two views alone fit many false motions: a few pairs that agree by chance, a plane's other motion, a turn taken for a step. A path
 //! through all views is fitted to each candidate under Student's t; the cheapest one counts, if it costs clearly less than any
-//! other. What noise and false pairs leave open of it is measured, not assumed: each half of the points, taken alone from its own samples on,
-//! must come to the same motion. The difference of two halves has twice the standard deviation of the whole.
+//! other. What noise and false pairs leave open of it is measured, not assumed: each half of the points, taken alone from its own samples
+//! on, must come to the same motion. The difference of two halves has twice the standard deviation of the whole.
 
 use glam::DVec3;
 
