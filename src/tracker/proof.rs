@@ -343,8 +343,8 @@ mod tests {
                 let last = path.poses[VIEWS - 1];
                 // What the halves may differ by; the whole has half of it.
                 assert!(last.translation_m.angle_between(DVec3::X) < HALVES_RAD_MAX, "seed {seed}: {last:?}");
-                // Residuals mix errors: between a normal law's 0.5 px and a uniform one's, whose squares have their median at 2 a^2 / pi for
-                // a = 3^0.5 sigma, 0.59 px. A median of 350 to 500 is known to 5 %; three times that on either side.
+                // Residuals mix errors: between a normal law's 0.5 px and a uniform one's, whose squares have their median at
+                // 2 a^2 / pi for a = 3^0.5 sigma, 0.59 px. A median of 350 to 500 is known to 5 %; three times that either way.
                 let noise_px = path.noise_sigmas * params_px();
                 assert!((0.425..0.68).contains(&noise_px), "seed {seed}: {noise_px} px");
                 assert!(path.points_m.len() >= 50, "seed {seed}: {} points", path.points_m.len());
