@@ -27,12 +27,15 @@ mod params;
 pub mod polynomial;
 pub mod pose_graph;
 pub mod preintegrate;
+mod proof;
 pub mod ransac;
 pub mod refine;
 pub mod rig;
 mod shift;
 pub mod start;
 pub mod sweep;
+mod tracks;
+mod unit;
 
 use glam::DVec3;
 
@@ -103,6 +106,8 @@ pub struct Tracker {
     weak_frames: u32,
     /// Least standard deviation of a place: the one given. The parameters hold what the residuals show.
     place_sigma_px_min: f64,
+    /// The greatest that residuals are believed to show.
+    place_sigma_px_max: f64,
     /// From the body to the only camera, which the tracker takes for the body's place.
     arm_m: DVec3,
 }
@@ -150,6 +155,7 @@ impl Tracker {
             usual_bound_m: 0.0,
             weak_frames: 0,
             place_sigma_px_min: params.place_sigma_px,
+            place_sigma_px_max: begin::UNPROVEN_NOISE * params.place_sigma_px,
         })
     }
 

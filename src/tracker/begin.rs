@@ -8,6 +8,7 @@ use super::start::Stage;
 use super::sweep::{Motion, Moving};
 use super::{DRAWS, LastKeyframe, Status, TrackedFrame, Tracker, Work, unlocated};
 use crate::draw::DrawKey;
+use crate::num::{greater, lesser};
 use crate::pose::Pose;
 
 /// Keyframes whose sights without a landmark wait for a second view where no other camera gives depth: a hand that turns comes by.
@@ -15,6 +16,11 @@ const REACH_WITHOUT_DEPTH: usize = 6;
 
 /// Turns of rates and adjustment at a start from two views of moving rows.
 const SWEPT_ROUNDS: u32 = 3;
+
+/// The noise of places is never taken for more than so many times the given one; where the start was proved by several views, for so many
+/// times what these have shown: to a place's own noise comes as much of its landmark's and of the pose.
+pub const UNPROVEN_NOISE: f64 = 4.0;
+const PROVEN_NOISE: f64 = 2.0;
 
 impl Tracker {
     pub(super) fn start(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
@@ -73,6 +79,9 @@ impl Tracker {
         if made < self.params.start_landmarks_min {
             return None;
         }
+        let shown_px = self.place_sigma_px_min * greater(begun.noise_sigmas.unwrap_or(1.0), 1.0);
+        let most_px = UNPROVEN_NOISE * self.place_sigma_px_min;
+        self.place_sigma_px_max = begun.noise_sigmas.map_or(most_px, |_| lesser(PROVEN_NOISE * shown_px, most_px));
         self.opening.clear();
         self.waiting.set_reach(REACH_WITHOUT_DEPTH);
         let first =

@@ -12,6 +12,7 @@ use crate::tracker::refine::{Measurement, refine};
 use crate::tracker::rig::{RigCamera, Sight, View};
 use crate::tracker::start::Begun;
 use crate::tracker::sweep::{Moving, RatePrior};
+use crate::tracker::unit::solve_in_unit;
 use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
@@ -314,7 +315,11 @@ pub fn adjust_window(
     let free = index(params.window);
     let mut window = map.window(cameras, free, 2 * free);
     let prior = inertia.and_then(|inertia| inertia.chain(&window.nodes(map)));
-    let outcome = window.problem.solve_tailed(prior.as_ref(), params.adjust_iterations);
+    let outcome = if cameras.len() == 1 && prior.is_none() {
+        solve_in_unit(&mut window.problem, params.adjust_iterations)
+    } else {
+        window.problem.solve_tailed(prior.as_ref(), params.adjust_iterations)
+    };
     work.adjust_iterations += outcome.iterations;
     work.adjusted_observations += crate::num::u64_from(window.problem.observations.len());
     map.put_back(&window);

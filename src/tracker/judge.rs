@@ -16,9 +16,8 @@ const SOUND_FACTOR: f64 = 2.5;
 /// Those before are averaged over so many frames.
 const USUAL_FRAMES: f64 = 300.0;
 
-/// The noise of places is averaged over so many frames, and never taken for more than so many times the given one.
+/// The noise of places is averaged over so many frames.
 const NOISE_FRAMES: f64 = 15.0;
-const NOISE_FACTOR_MAX: f64 = 4.0;
 
 /// What a pose is worth.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +65,8 @@ impl Tracker {
     }
 
     /// Takes a frame's residuals for the noise of places, by their median. Corners on the steps of few bits jump by a pixel: points made
-    /// from them with the noise of fine pictures look certain, and certain ones are refused.
+    /// from them with the noise of fine pictures look certain, and certain ones are refused. The residuals of a false map grow without end,
+    /// and a noise that grew with them would let anything fit: what the start has shown is the bound.
     fn learn_noise(&mut self, views: &[View], located: &Located) {
         if !self.hangs_on_motion() {
             return;
@@ -83,7 +83,7 @@ impl Tracker {
         let (now_px, least_px) = (params.place_sigma_px, self.place_sigma_px_min);
         let shown_px2 = now_px * now_px * median / MEDIAN_SIGMAS2;
         let smoothed_px2 = now_px * now_px + (shown_px2 - now_px * now_px) / NOISE_FRAMES;
-        self.params.place_sigma_px = smoothed_px2.sqrt().clamp(least_px, NOISE_FACTOR_MAX * least_px);
+        self.params.place_sigma_px = smoothed_px2.sqrt().clamp(least_px, self.place_sigma_px_max);
     }
 
     /// Counts what was predicted and found, for culling, and learns from it; gives the inliers and the number of different landmarks.

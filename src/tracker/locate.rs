@@ -90,6 +90,9 @@ const TWIN_DISTANCE_M: f64 = 0.1;
 /// Steps of a refinement; it stops by itself after some four.
 const REFINE_ITERATIONS_MAX: u32 = 12;
 
+/// Proven landmarks hold a pose alone where there are so many times those that it needs.
+const PROVEN_FACTOR: u32 = 2;
+
 impl Frame<'_> {
     /// Finds the pose near a prediction; `None` where the landmarks do not support one.
     pub fn near(&self, predicted: &Moving, work: &mut Work) -> Option<Located> {
@@ -183,17 +186,24 @@ impl Frame<'_> {
             if u32_from(kept.len()) < self.params.inliers_min {
                 return None;
             }
-            let measurements = self.measurements(&kept);
+            let proven: Vec<Found> = kept.iter().filter(|found| self.is_proven(found)).copied().collect();
+            let held = if u32_from(proven.len()) >= PROVEN_FACTOR * self.params.inliers_min { &proven } else { &kept };
+            let measurements = self.measurements(held);
             let prior = self.rate_prior(&state);
             let known = Known { rate: prior.as_ref(), pose: self.prior.as_ref() };
             let (refined, iterations) = refine_with(self.cameras, &measurements, &state, known, REFINE_ITERATIONS_MAX);
             work.pose_iterations += iterations;
             state = refined;
-            let errors2 = errors2(self.cameras, &measurements, &state);
-            let gate = gate(&errors2);
+            let gate = gate(&errors2(self.cameras, &measurements, &state));
+            let errors2 = errors2(self.cameras, &self.measurements(&kept), &state);
             kept = kept.iter().zip(&errors2).filter(|(_, e)| **e <= gate).map(|(found, _)| *found).collect();
         }
         (u32_from(kept.len()) >= self.params.inliers_min).then_some((state, kept))
+    }
+
+    /// Whether more than two views of one camera stand behind a landmark: two rays always nearly meet, and only a third can contradict.
+    fn is_proven(&self, found: &Found) -> bool {
+        self.cameras.len() > 1 || self.map.landmarks[found.landmark].keyframe_count() > 2
     }
 
     fn sweeps(&self) -> bool {

@@ -6,16 +6,18 @@
 //! turn of their arms tells the length: each other camera's pairs must stand on the planes that the whole rig's motion spans, an equation
 //! linear in the scale (Pless, "Using many cameras as one", CVPR 2003).
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser, u64_from};
 use crate::pose::Pose;
-use crate::tracker::initial::{Pair, Search, TwoView, turn, two_view};
-use crate::tracker::lie::{Twist, so3_log};
+use crate::tracker::initial::{Pair, Refusal, Search, turn, two_view};
+use crate::tracker::lie::{Twist, se3_exp, so3_log};
 use crate::tracker::matching::{Best, Rule};
+use crate::tracker::proof::{self, Court, Seen};
 use crate::tracker::rig::{RigCamera, Sight, View};
 use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
+use crate::tracker::tracks::{Tracks, median_step_px};
 use crate::tracker::{TrackerParams, Work};
 
 /// Median depth of the first points of a map without a metre, in its unit. The tracker's lengths are those of a room, so this is one's.
@@ -30,6 +32,10 @@ const POINTS_SHARE: usize = 2;
 const SCALE_SIGMA_MAX: f64 = 0.05;
 /// Before a body that moves is known to, a turn between neighbouring frames explains its pairs to so many sigmas only.
 const TURN_SIGMAS: f64 = 4.0;
+
+/// A view between the two is kept where the corners have moved so far since the last one, and so many at most.
+const BETWEEN_STEP_PX: f64 = 4.0;
+const BETWEEN_MAX: usize = 12;
 
 /// A frame as the start needs it.
 #[derive(Clone, Debug)]
@@ -46,6 +52,10 @@ struct Shot {
 pub struct Opening {
     first: Option<Shot>,
     last: Option<Shot>,
+    /// One camera's corners of the opening frame.
+    tracks: Tracks,
+    /// Views between, each with what it shows of them.
+    between: Vec<(Shot, Vec<(usize, usize)>)>,
 }
 
 /// Two views that a map can start from.
@@ -65,6 +75,8 @@ pub struct Begun {
     pub camera: usize,
     /// Sight in the opening view, sight in this one, point in the world in metres.
     pub points: Vec<(usize, usize, DVec3)>,
+    /// Noise of places that the views between have shown, in units of the assumed one; `None` where two views are all there is.
+    pub noise_sigmas: Option<f64>,
 }
 
 /// The surroundings of a start.
@@ -84,22 +96,50 @@ impl Opening {
     pub fn take(&mut self, stage: &Stage<'_>, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<Begun> {
         let mut shot = Shot { frame: stage.frame, t_s, views: views.to_vec(), rate: None };
         let sweeps = views.iter().any(View::sweeps);
-        if let Some(last) = self.last.as_ref().filter(|_| sweeps) {
-            shot.rate = stage.turn_rate(last, &shot, work);
+        let alone = views.len() == 1;
+        if let Some(last) = self.last.as_ref().filter(|_| sweeps || alone) {
+            let turning = stage.turn_rate(last, &shot, work);
+            if alone {
+                self.tracks.follow(
+                    (&stage.cameras[0], &views[0], stage.turn(turning, t_s - last.t_s)),
+                    stage.params,
+                    work,
+                );
+            }
+            shot.rate = turning.filter(|_| sweeps);
             let opens = |first: &&mut Shot| first.frame == last.frame && first.rate.is_none();
             if let Some(first) = self.first.as_mut().filter(opens) {
                 first.rate = shot.rate;
             }
         }
         let begun = match &self.first {
+            Some(first) if first.t_s < t_s && alone => {
+                stage.hold_alone(first, &shot, (&self.tracks, &self.between), work)
+            }
             Some(first) if first.t_s < t_s => stage.hold(first, &shot, work),
             _ => Err(()),
         };
         if begun.is_err() {
             self.first = Some(shot.clone());
+            self.between.clear();
+            self.tracks = if alone { Tracks::of(&shot.views[0]) } else { Tracks::default() };
+        } else if alone {
+            self.keep_between(&shot);
         }
-        self.last = sweeps.then_some(shot);
+        self.last = (sweeps || alone).then_some(shot);
         begun.ok().flatten()
+    }
+
+    /// Keeps a view in which the corners have moved on; of too many every other.
+    fn keep_between(&mut self, shot: &Shot) {
+        let pairs = self.tracks.pairs();
+        let step_px = self.between.last().map_or(Some(f64::INFINITY), |(before, held)| {
+            median_step_px((&before.views[0], held), (&shot.views[0], &pairs))
+        });
+        if step_px.is_none_or(|step_px| step_px >= BETWEEN_STEP_PX) {
+            self.between.push((shot.clone(), pairs));
+            proof::thin(&mut self.between, BETWEEN_MAX);
+        }
     }
 
     /// Forgets all frames.
@@ -109,6 +149,71 @@ impl Opening {
 }
 
 impl Stage<'_> {
+    /// One camera's frame against the opening one and those between.
+    fn hold_alone(
+        &self,
+        first: &Shot,
+        second: &Shot,
+        (tracks, between): (&Tracks, &[(Shot, Vec<(usize, usize)>)]),
+        work: &mut Work,
+    ) -> Result<Option<Begun>, ()> {
+        let least = crate::num::index(self.params.start_landmarks_min);
+        let numbers = tracks.pairs();
+        if numbers.len() < PAIRS_FACTOR * least {
+            return Err(());
+        }
+        let (first_views, second_views) = (self.straight(first), self.straight(second));
+        let pair = |&(i, j): &(usize, usize)| Pair {
+            first: first_views[0].sights[i].straight,
+            second: second_views[0].sights[j].straight,
+        };
+        let own: Vec<Pair> = numbers.iter().map(pair).collect();
+        let search = self.search(0, 1.0);
+        let Some(found) = two_view(&own, &search, self.key) else { return Ok(None) };
+        if found
+            .check(least.max(own.len() / POINTS_SHARE), PARALLAX_RAD_MIN)
+            .is_err_and(|why| why != Refusal::TwoMotions)
+        {
+            return Ok(None);
+        }
+        let views: Vec<Seen<'_>> = std::iter::once(seen(first, &first_views, &[]))
+            .chain(between.iter().map(|(shot, pairs)| seen(shot, &shot.views, pairs)))
+            .chain([seen(second, &second_views, &numbers)])
+            .collect();
+        let court = Court { cameras: self.cameras, params: self.params, views: &views, search };
+        let Some(path) = court.prove(&found, self.key.with(4), work) else { return Ok(None) };
+        if path.points_m.len() < least {
+            return Ok(None);
+        }
+        let second_from_first = path.poses[path.poses.len() - 1];
+        let mean = mean_rate(&Pose::IDENTITY, &second_from_first, second.t_s - first.t_s);
+        let moving = |body_from_world: Pose, shot: &Shot| Moving {
+            body_from_world,
+            rate: shot.rate.map_or(AT_REST, |rate| Twist { linear_m: mean.linear_m, ..rate }),
+        };
+        let sight_of = |track: usize| numbers.binary_search_by_key(&track, |pair| pair.0).ok().map(|at| numbers[at].1);
+        let points =
+            path.points_m.iter().filter_map(|&(track, point_m)| sight_of(track).map(|j| (track, j, point_m))).collect();
+        let (first_state, second_state) = (moving(Pose::IDENTITY, first), moving(second_from_first, second));
+        Ok(Some(Begun {
+            first_t_s: first.t_s,
+            first_views,
+            first: first_state,
+            second: second_state,
+            second_views,
+            camera: 0,
+            points,
+            noise_sigmas: Some(path.noise_sigmas),
+        }))
+    }
+
+    /// The camera's turn over a time, at a rate of the body's.
+    fn turn(&self, turning: Option<Twist>, span_s: f64) -> DQuat {
+        let axis_rad = turning.map_or(DVec3::ZERO, |rate| rate.angular_rad * span_s);
+        se3_exp(Twist { linear_m: DVec3::ZERO, angular_rad: self.cameras[0].camera_from_body.direction(axis_rad) })
+            .rotation
+    }
+
     /// Two frames against each other: a start, none yet, or an opening that has too little in common with the present.
     fn hold(&self, first: &Shot, second: &Shot, work: &mut Work) -> Result<Option<Begun>, ()> {
         let (first_views, second_views) = (self.straight(first), self.straight(second));
@@ -129,13 +234,9 @@ impl Stage<'_> {
         if found.check(points_min, PARALLAX_RAD_MIN).is_err() {
             return Ok(None);
         }
-        let scale = if self.cameras.len() == 1 {
-            median_depth(&found).map(|depth| MONO_DEPTH_M / depth)
-        } else {
-            let others: Vec<(usize, Vec<Pair>)> =
-                (0..numbers.len()).filter(|&camera| camera != best).map(|camera| (camera, pairs(camera))).collect();
-            self.rig_scale(best, &found.second_from_first, &others)
-        };
+        let others: Vec<(usize, Vec<Pair>)> =
+            (0..numbers.len()).filter(|&camera| camera != best).map(|camera| (camera, pairs(camera))).collect();
+        let scale = self.rig_scale(best, &found.second_from_first, &others);
         let Some(scale) = scale else { return Ok(None) };
         let mounting = self.cameras[best].calibration.body_from_camera;
         let moved = Pose { translation_m: found.second_from_first.translation_m * scale, ..found.second_from_first };
@@ -158,6 +259,7 @@ impl Stage<'_> {
             second_views,
             camera: best,
             points,
+            noise_sigmas: None,
         }))
     }
 
@@ -276,8 +378,14 @@ fn common_root(lines: &[Line], agreeing_min: usize) -> Option<f64> {
     (is_known && agreeing >= agreeing_min && 2 * agreeing >= lines.len()).then_some(scale)
 }
 
-fn median_depth(found: &TwoView) -> Option<f64> {
-    let mut depths: Vec<f64> = found.points.iter().flatten().map(|point| point.length()).collect();
+/// A view as the proof takes it, its sights straight where bearings of it are asked for.
+fn seen<'a>(shot: &Shot, views: &'a [View], pairs: &'a [(usize, usize)]) -> Seen<'a> {
+    Seen { t_s: shot.t_s, sights: &views[0].sights, rate: shot.rate, pairs }
+}
+
+/// The distance in the middle.
+pub fn median_depth(points: impl Iterator<Item = DVec3>) -> Option<f64> {
+    let mut depths: Vec<f64> = points.map(|point| point.length()).collect();
     depths.sort_by(f64::total_cmp);
     depths.get(depths.len() / 2).copied().filter(|depth| depth.is_finite() && *depth > 0.0)
 }

@@ -1,0 +1,108 @@
+//! Corners of an opening frame followed from picture to picture. Enters: neighbouring views and the turn between them. Leaves: which sight
+//! of the present view is which of the opening's.
+//!
+//! Two views far apart that are matched by descriptors alone share 44 to 82 % of false pairs in a room of wallpaper after half a second, as
+//! many as can agree on a false motion. From one picture to the next a corner moves a few pixels once the turn is taken off,
+//! and there little resembles it.
+
+use glam::{DQuat, DVec3};
+
+use crate::num::u64_from;
+use crate::tracker::matching::{Best, Descriptor, Rule, one_to_one};
+use crate::tracker::rig::{RigCamera, View};
+use crate::tracker::{TrackerParams, Work};
+
+/// Frames for which a corner that flickers is looked for where the turns have taken it.
+const MISSING_FRAMES_MAX: u32 = 15;
+
+/// A corner of the opening view.
+#[derive(Clone, Debug)]
+struct Track {
+    /// Where it is, or was taken by turns, in the camera's frame.
+    bearing: DVec3,
+    /// What it looked like at first and last.
+    looks: [Descriptor; 2],
+    missing: u32,
+    /// Its sight in the present view.
+    sight: Option<usize>,
+}
+
+/// All corners of an opening view.
+#[derive(Clone, Debug, Default)]
+pub struct Tracks {
+    tracks: Vec<Track>,
+}
+
+impl Tracks {
+    /// Every sight of a view begins a track of its number.
+    pub fn of(view: &View) -> Self {
+        let track = |(number, sight): (usize, &crate::tracker::rig::Sight)| Track {
+            bearing: sight.bearing,
+            looks: [sight.descriptor; 2],
+            missing: 0,
+            sight: Some(number),
+        };
+        Self { tracks: view.sights.iter().enumerate().map(track).collect() }
+    }
+
+    /// Takes the next view; `turn` leads from the last camera to this one.
+    pub fn follow(
+        &mut self,
+        (camera, view, turn): (&RigCamera, &View, DQuat),
+        params: &TrackerParams,
+        work: &mut Work,
+    ) {
+        let rule = Rule { distance_max: params.distance_bits_max, ratio_max: 0.8 };
+        let mut pairs = Vec::new();
+        for (number, track) in self.tracks.iter_mut().enumerate() {
+            (track.bearing, track.sight) = (turn * track.bearing, None);
+            track.missing += 1;
+            if track.missing > MISSING_FRAMES_MAX {
+                continue;
+            }
+            let Some(place_px) = camera.project(camera.calibration.body_from_camera.direction(track.bearing)) else {
+                continue;
+            };
+            let mut best = Best::NONE;
+            for sight in view.near(place_px, params.search_radius_px) {
+                let distance = |look: &Descriptor| look.distance(&view.sights[sight].descriptor);
+                best.offer(sight, distance(&track.looks[0]).min(distance(&track.looks[1])));
+                work.descriptors_compared += u64_from(track.looks.len());
+            }
+            pairs.extend(best.accepted(rule).map(|sight| (number, sight, best.distance)));
+        }
+        for (number, sight) in one_to_one(&pairs, view.sights.len()) {
+            let (track, found) = (&mut self.tracks[number], &view.sights[sight]);
+            (track.bearing, track.looks[1]) = (found.bearing, found.descriptor);
+            (track.missing, track.sight) = (0, Some(sight));
+        }
+    }
+
+    /// Tracks that the present view shows: sight of the opening view, sight of this one.
+    pub fn pairs(&self) -> Vec<(usize, usize)> {
+        let pair = |(number, track): (usize, &Track)| track.sight.map(|sight| (number, sight));
+        self.tracks.iter().enumerate().filter_map(pair).collect()
+    }
+}
+
+/// Median distance in pixels between the places of the same tracks in two views; `None` where they share none.
+pub fn median_step_px(
+    (before, before_pairs): (&View, &[(usize, usize)]),
+    (now, now_pairs): (&View, &[(usize, usize)]),
+) -> Option<f64> {
+    let steps_px: Vec<f64> = shared(before_pairs, now_pairs)
+        .map(|(_, i, j)| (now.sights[j].place_px - before.sights[i].place_px).length())
+        .collect();
+    crate::tracker::refine::upper_median(&steps_px)
+}
+
+/// Tracks of both lists, which rise: track, sight in the first view, sight in the second.
+fn shared<'a>(
+    first: &'a [(usize, usize)],
+    second: &'a [(usize, usize)],
+) -> impl Iterator<Item = (usize, usize, usize)> + 'a {
+    first.iter().filter_map(|&(track, i)| {
+        let at = second.binary_search_by_key(&track, |pair| pair.0).ok()?;
+        Some((track, i, second[at].1))
+    })
+}

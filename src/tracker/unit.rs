@@ -1,0 +1,109 @@
+//! The unit of length of a map that one camera made. Enters: an adjustment whose unit nothing holds. Leaves: the adjustment solved, its
+//! unit as it was.
+//!
+//! One camera's pictures are the same at any size of the world, so an adjustment that holds a single pose leaves one direction unmeasured.
+//! Steps along it cost nothing and add up: with few-bit pictures the first adjustments shrank maps to a twentieth, and then the
+//! tracker's lengths (least distance of a landmark, distance between keyframes) no longer were those of a room.
+
+use glam::DVec3;
+
+use crate::pose::Pose;
+use crate::tracker::adjust::{Outcome, Problem};
+
+/// Adjusts under the errors' own law. Where one pose is held, the free ones keep the sum of their distances from it.
+pub fn solve_in_unit(problem: &mut Problem<'_>, iterations_max: u32) -> Outcome {
+    let spread_m = spread_m(problem);
+    let outcome = problem.solve_tailed(None, iterations_max);
+    if problem.free + 1 == problem.poses.len() {
+        multiply(problem, spread_m / self::spread_m(problem));
+    }
+    outcome
+}
+
+/// Where the body of a pose stands.
+fn place_m(body_from_world: &Pose) -> DVec3 {
+    body_from_world.inverse().translation_m
+}
+
+/// Sum of the free poses' distances from the last held one, in metres.
+fn spread_m(problem: &Problem<'_>) -> f64 {
+    let held_m = problem.poses.last().map_or(DVec3::ZERO, place_m);
+    problem.poses[..problem.free].iter().map(|pose| (place_m(pose) - held_m).length()).sum()
+}
+
+/// Multiplies all distances from the last pose. A factor that no spread gives (0 over 0) leaves the problem as it is.
+fn multiply(problem: &mut Problem<'_>, factor: f64) {
+    let Some(held_m) = problem.poses.last().map(place_m).filter(|_| factor.is_finite() && factor > 0.0) else { return };
+    let scaled = |at_m: DVec3| held_m + (at_m - held_m) * factor;
+    problem.points_m.iter_mut().for_each(|point_m| *point_m = scaled(*point_m));
+    for pose in &mut problem.poses[..problem.free] {
+        pose.translation_m = -(pose.rotation * scaled(place_m(pose)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::optics::lens::{Intrinsics, Lens, Mapping};
+    use crate::tracker::adjust::Observation;
+    use crate::tracker::lie::{Twist, se3_exp};
+    use crate::tracker::rig::{CameraCalibration, RigCamera};
+    use crate::units::{CameraIndex, Size};
+
+    /// Two free poses and a held one before 40 points, places off by up to 0.5 px.
+    fn problem(cameras: &[RigCamera]) -> Problem<'_> {
+        let number = |n: u32, k: u32| f64::from((n * 7_919 + k * 104_729) % 1_000) / 500.0 - 1.0;
+        let points_m: Vec<DVec3> =
+            (0..40).map(|n| DVec3::new(number(n, 1), number(n, 2) * 0.7, 2.5 + number(n, 3))).collect();
+        let pose = |x_m: f64| se3_exp(Twist { linear_m: DVec3::new(x_m, 0.0, -x_m), angular_rad: DVec3::Y * x_m });
+        let poses = vec![pose(0.1), pose(-0.08), pose(0.02)];
+        let mut observations = Vec::new();
+        for (point, point_m) in (0..).zip(&points_m) {
+            for (pose, body_from_world) in (0..).zip(&poses) {
+                let Some(place_px) = cameras[0].place(body_from_world.point(*point_m)) else { continue };
+                let off_px = 0.5 * DVec2::new(number(point, 4 + pose), number(point, 9 + pose));
+                let (camera, inverse_sigma, row_from_frame) = (CameraIndex(0), 2.0, Pose::IDENTITY);
+                let place_px = place_px + off_px;
+                observations.push(Observation { pose, point, camera, place_px, inverse_sigma, row_from_frame });
+            }
+        }
+        Problem { cameras, poses, free: 2, points_m, observations }
+    }
+
+    fn camera() -> Vec<RigCamera> {
+        let intrinsics = Intrinsics { fx_px: 320.0, fy_px: 320.0, cx_px: 319.5, cy_px: 239.5 };
+        let size = Size { width_px: 640, height_px: 480 };
+        let lens = Lens { intrinsics, mapping: Mapping::Pinhole };
+        vec![RigCamera::new(CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY })]
+    }
+
+    #[test]
+    fn a_map_of_one_camera_keeps_its_unit_over_a_hundred_adjustments() {
+        let cameras = camera();
+        let mut held = problem(&cameras);
+        let before_m = spread_m(&held);
+        let of_truth: f64 = held.errors2().iter().sum();
+        for _ in 0..100 {
+            solve_in_unit(&mut held, 4);
+        }
+        // A hundred sums of two lengths, each rounded some ten times by 2^-53.
+        assert!((spread_m(&held) / before_m - 1.0).abs() < 1e-12, "{} m of {before_m} m", spread_m(&held));
+        // Poses and points take up half of the noise that the true ones leave.
+        let left: f64 = held.errors2().iter().sum();
+        assert!(left < of_truth, "{left} of {of_truth} are left");
+    }
+
+    #[test]
+    fn pictures_are_the_same_at_any_size() {
+        let cameras = camera();
+        let mut held = problem(&cameras);
+        held.solve_tailed(None, 20);
+        let before = held.errors2();
+        multiply(&mut held, 7.0);
+        // Places of 500 px rounded by 2^-53 some hundred times, half a pixel a sigma: squares of 10 sigmas move by 2e-10.
+        let moved = before.iter().zip(held.errors2()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(moved < 1e-9 && before.len() >= 100, "{moved} over {} places", before.len());
+    }
+}
