@@ -127,7 +127,8 @@ fn explore(
         let mut met = 0;
         for setting in family {
             let Some(verdict) = held_out.render_within(setting, loosest)? else { continue };
-            let meets = verdict.photon_noise_ratio.hypot(least_chain) <= finest;
+            let square = verdict.photon_noise_ratio * verdict.photon_noise_ratio + least_chain * least_chain;
+            let meets = square <= finest * finest;
             met = if meets { met + 1 } else { 0 };
             all.push((setting.clone(), verdict));
             if met == 2 {
