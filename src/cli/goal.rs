@@ -67,7 +67,11 @@ pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &Shared)
             let bench = Bench { setup, clocks, progress: &progress, assets };
             let choice = choose(&bench, goal)?;
             if !shared.quiet {
-                eprintln!("sensel: the pilot took {}", duration(wall.now_s()));
+                eprintln!(
+                    "sensel: the pilot took {}, {} of processor time",
+                    duration(wall.now_s()),
+                    duration(work.now_s() - work_before_s)
+                );
             }
             let text = serde_json::to_vec(&choice).map_err(|error| Error::Run(error.to_string()))?;
             assets.store(&key, &text);
