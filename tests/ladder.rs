@@ -154,8 +154,8 @@ fn the_error_of_a_setting_is_what_its_own_renders_differ_by() {
     }
 }
 
-/// The pilot sees frames 0, 2, 3, 5, 6, 8, 9 and 11 of 12; the word holds on others. Without a clock all settings take as long, so that the first
-/// that meets the goal is taken: what is tested is the error alone.
+/// The pilot sees frames 0, 2, 3, 5, 6, 8, 9 and 11 of 12; the word holds on others. Without a clock all settings take as long, so that
+/// the first that meets the goal is taken: what is tested is the error alone.
 #[test]
 fn the_chosen_setting_keeps_its_word_on_frames_that_the_pilot_did_not_see() {
     let bench = bench(&[]);
