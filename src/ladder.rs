@@ -10,21 +10,24 @@
 
 mod choice;
 mod clocks;
+mod curve;
 mod errors;
 mod front;
 mod knobs;
+mod margin;
 mod measure;
 mod pictures;
 mod poses;
 mod reference;
 mod rows;
+mod search;
 mod study;
 mod verilog;
 
-pub use choice::{Choice, Goal, choose};
+pub use choice::{Choice, Goal, PILOT_FRAMES, choose};
 pub use clocks::{Clocks, Cost};
 pub use errors::{Match, feature_f1};
 pub use knobs::{EffectsKnob, Rays, Setting};
 pub use measure::{Bench, Options, study_key};
 pub use rows::ladder;
-pub use study::{Parts, Verdict, judge, judge_parts};
+pub use study::{HeldOut, Verdict, judge};

@@ -12,7 +12,7 @@ use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::files::cache::Cache;
 use sensel::files::input::InputFolders;
-use sensel::ladder::{Bench, Clocks, EffectsKnob, Goal, Rays, Setting, Verdict, choose, judge_parts};
+use sensel::ladder::{Bench, Clocks, EffectsKnob, Goal, HeldOut, PILOT_FRAMES, Rays, Setting, Verdict, choose};
 use sensel::run::{Assets, NoFiles, NoProgress, Setup, Stopwatch};
 use sensel::scene::images::PictureBytes;
 use sensel::scene::lit::BOUNCES_MAX;
@@ -20,9 +20,11 @@ use sensel::scene::lit::BOUNCES_MAX;
 const SCENES: [&str; 5] = ["bathroom", "bathroom_night", "hall", "street", "photo_box"];
 const ACCURACIES: [f64; 2] = [0.5, 1.0];
 const REPEATS: u32 = 3;
+/// What one look shows to take at most so many times as long as the fastest is timed in turns with it.
+const NEARLY: f64 = 1.2;
 
-/// Two frames between those that a pilot looks at, an eighth and five eighths into the run.
-const HELD_OUT: [u32; 2] = [1, 5];
+/// Frames that are judged, in eighths of the run: between those that a pilot looks at.
+const HELD_OUT: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 struct Wall(Instant);
 
@@ -87,18 +89,19 @@ fn setup(scene: &str, set: &[String]) -> Result<Setup, Error> {
     Setup::new(resolved, &Files(InputFolders::new(folders), Cache::open(None, 1 << 30).ok()), &NoProgress)
 }
 
-/// Every family of rays and reflections on a fine grid.
-fn render_grid(own: &Setting, keeps_images: bool) -> Vec<Setting> {
+/// Every family of rays and reflections on a fine grid, each from coarse to fine.
+fn render_grid(own: &Setting, keeps_images: bool) -> Vec<Vec<Setting>> {
     let mut all = Vec::new();
-    let mut families = if keeps_images { vec![BOUNCES_MAX, own.reflections, 0] } else { vec![own.reflections] };
-    families.dedup();
-    for reflections in families {
+    let mut numbers = if keeps_images { vec![BOUNCES_MAX, own.reflections, 0] } else { vec![own.reflections] };
+    numbers.dedup();
+    for reflections in numbers {
         let of = |rays| Setting { rays, reflections, ..own.clone() };
-        all.extend([1, 2, 4, 8, 16].map(|samples| of(Rays::Fixed(samples))));
+        all.push([1, 2, 4, 8, 16].map(|samples| of(Rays::Fixed(samples))).into());
         for most in [256, 1024, 65_536] {
-            for tolerance in [8.0, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12] {
-                all.push(of(Rays::Tolerance { tolerance, most }));
-            }
+            let tolerances = [8.0, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12];
+            let finer = [0.09, 0.06, 0.045, 0.03, 0.02, 0.014, 0.01];
+            let tolerances = tolerances.into_iter().chain(finer.into_iter().filter(|_| most == 65_536));
+            all.push(tolerances.map(|tolerance| of(Rays::Tolerance { tolerance, most })).collect());
         }
     }
     all
@@ -111,48 +114,101 @@ fn chain_grid(own: &Setting) -> Vec<Setting> {
     [0.01, 0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0].map(|tolerance| Setting { effects: of(tolerance), ..own.clone() }).into()
 }
 
+/// Every point of the grid that meets the loosest goal, each render measured once. Along the tolerances of one family errors fall and times
+/// grow, so that what is finer than two neighbours that meet the finest goal is beaten by them and is not rendered.
+fn explore(
+    held_out: &HeldOut<'_>,
+    families: &[Vec<Setting>],
+    least_chain: f64,
+) -> Result<Vec<(Setting, Verdict)>, Error> {
+    let [finest, loosest] = ACCURACIES;
+    let mut all = Vec::new();
+    for family in families {
+        let mut met = 0;
+        for setting in family {
+            let Some(verdict) = held_out.render_within(setting, loosest)? else { continue };
+            let square = verdict.photon_noise_ratio * verdict.photon_noise_ratio + least_chain * least_chain;
+            let meets = square <= finest * finest;
+            met = if meets { met + 1 } else { 0 };
+            all.push((setting.clone(), verdict));
+            if met == 2 {
+                break;
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Whether a render is nearly the fastest that meets some goal with some chain, by what one look at it says.
+fn is_near(one: &Verdict, all: &[(Setting, Verdict)], chains: &[Verdict]) -> bool {
+    ACCURACIES.into_iter().any(|accuracy| {
+        let time = |render: &Verdict| {
+            let both = chains.iter().map(|chain| render.and(*chain)).filter(|both| both.photon_noise_ratio <= accuracy);
+            both.map(|both| both.cost.work_ms).fold(f64::INFINITY, f64::min)
+        };
+        let least_ms = all.iter().map(|(_, render)| time(render)).fold(f64::INFINITY, f64::min);
+        time(one) <= NEARLY * least_ms
+    })
+}
+
 fn search(scene: &str, set: &[String]) -> Result<(), Error> {
     let wall = Wall(Instant::now());
     let clocks = Clocks { wall: &wall, work: &Work };
     let bench = Bench { setup: setup(scene, set)?, clocks, progress: &NoProgress, assets: &NoFiles };
     let own = Setting::of(&bench.setup.resolved.scenario);
     let frames = HELD_OUT.map(|eighth| eighth * bench.setup.frames / 8);
-    assert!(bench.places(5).iter().all(|seen| !frames.contains(&seen.frame.0)), "frames {frames:?} were seen");
+    assert!(
+        bench.places(PILOT_FRAMES).iter().all(|seen| !frames.contains(&seen.frame.0)),
+        "frames {frames:?} were seen"
+    );
     let mut chosen = Vec::new();
     for accuracy in ACCURACIES {
+        let (before_s, work_s) = (wall.now_s(), Work.now_s());
         let choice = choose(&bench, Goal::Accuracy(accuracy))?;
-        eprintln!("{scene} {accuracy}: {choice:?}, {:.0} s", wall.now_s());
+        let (took_s, took_work_s) = (wall.now_s() - before_s, Work.now_s() - work_s);
+        eprintln!("{scene} {accuracy}: {choice:?}, {took_s:.0} s, {took_work_s:.0} s of CPU");
         chosen.push(Setting::of(&bench.setup.resolved.with(&choice.settings)?.scenario));
     }
     // Where nothing keeps an image, reflections are a knob of nothing.
     let keeps_images =
         bench.setup.world.scene().is_some_and(|scene| scene.has_gloss(bench.setup.fidelity.follows_gloss));
-    // What was chosen is timed within the same turns as the grid.
-    let renders = [chosen.clone(), render_grid(&own, keeps_images)].concat();
+    let held_out = HeldOut::new(&bench, &frames, ACCURACIES[0])?;
     let chains = [chosen.clone(), chain_grid(&own)].concat();
-    let parts = judge_parts(&bench, &renders, &chains, &frames, ACCURACIES[0], REPEATS)?;
+    let chain_verdicts = held_out.chains(&chains, 2 * REPEATS)?;
+    let of_grid = &chain_verdicts[ACCURACIES.len()..];
+    let least_chain = of_grid.iter().map(|chain| chain.photon_noise_ratio).fold(f64::INFINITY, f64::min);
+    let seen = explore(&held_out, &render_grid(&own, keeps_images), least_chain)?;
+    eprintln!("{scene}: {} renders of the grid meet {}, {:.0} s", seen.len(), ACCURACIES[1], wall.now_s());
+    let near = seen.iter().filter(|(_, verdict)| is_near(verdict, &seen, of_grid)).map(|(setting, _)| setting.clone());
+    // What was chosen is timed within the same turns as what is nearly the best of the grid.
+    let renders: Vec<Setting> = chosen.iter().cloned().chain(near).collect();
+    let verdicts = held_out.renders(&renders, REPEATS)?;
     let all: Vec<(Setting, Verdict)> = (ACCURACIES.len()..renders.len())
         .flat_map(|render| (ACCURACIES.len()..chains.len()).map(move |chain| (render, chain)))
         .map(|(render, chain)| {
             let setting = Setting { effects: chains[chain].effects.clone(), ..renders[render].clone() };
-            (setting, parts.renders[render].and(parts.chains[chain]))
+            (setting, verdicts[render].and(chain_verdicts[chain]))
         })
         .collect();
     for (place, accuracy) in ACCURACIES.into_iter().enumerate() {
-        let found = parts.renders[place].and(parts.chains[place]);
-        let met = all.iter().filter(|(_, verdict)| verdict.photon_noise_ratio <= accuracy);
-        let best = met.min_by(|a, b| a.1.cost.work_ms.total_cmp(&b.1.cost.work_ms));
-        let (words, error, cost_ms) = best.map_or(("none".to_owned(), f64::NAN, f64::NAN), |(setting, verdict)| {
-            (setting.words(), verdict.photon_noise_ratio, verdict.cost.work_ms)
-        });
-        println!(
-            "| {scene} | {accuracy} | {} | {:.3} | {:.0} | {words} | {error:.3} | {cost_ms:.0} | {:.2} |",
-            chosen[place].words(),
-            found.photon_noise_ratio,
-            found.cost.work_ms,
-            found.cost.work_ms / cost_ms
-        );
+        let found = verdicts[place].and(chain_verdicts[place]);
+        print_row(scene, accuracy, &chosen[place], found, &all);
     }
-    eprintln!("{scene}: {:.0} s", wall.now_s());
+    eprintln!("{scene}: {:.0} s, {:.0} s of CPU in all", wall.now_s(), Work.now_s());
     Ok(())
+}
+
+fn print_row(scene: &str, accuracy: f64, chosen: &Setting, found: Verdict, all: &[(Setting, Verdict)]) {
+    let met = all.iter().filter(|(_, verdict)| verdict.photon_noise_ratio <= accuracy);
+    let best = met.min_by(|a, b| a.1.cost.work_ms.total_cmp(&b.1.cost.work_ms));
+    let (words, error, cost_ms) = best.map_or(("none".to_owned(), f64::NAN, f64::NAN), |(setting, verdict)| {
+        (setting.words(), verdict.photon_noise_ratio, verdict.cost.work_ms)
+    });
+    println!(
+        "| {scene} | {accuracy} | {} | {:.3} | {:.1} | {words} | {error:.3} | {cost_ms:.1} | {:.2} |",
+        chosen.words(),
+        found.photon_noise_ratio,
+        found.cost.work_ms,
+        found.cost.work_ms / cost_ms
+    );
 }

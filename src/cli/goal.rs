@@ -1,8 +1,8 @@
 //! `run --accuracy` and `run --time-budget`: from a goal to settings, by a pilot or by what an earlier pilot found.
 
 use sensel::error::Error;
-use sensel::ladder::{Bench, Choice, Clocks, Goal, choose};
-use sensel::run::{Assets, Setup};
+use sensel::ladder::{Bench, Choice, Clocks, Goal, PILOT_FRAMES, choose};
+use sensel::run::{Assets, Setup, Stopwatch};
 
 use super::args::{RunVerbArguments, Shared};
 use super::clocks::{Wall, Work};
@@ -61,8 +61,18 @@ pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &Shared)
         None => {
             let (wall, work, progress) = (Wall::start(), Work::start(), Study::new(shared.quiet));
             let clocks = Clocks { wall: &wall, work: &work };
+            if !shared.quiet {
+                announce(&setup);
+            }
             let bench = Bench { setup, clocks, progress: &progress, assets };
             let choice = choose(&bench, goal)?;
+            if !shared.quiet {
+                eprintln!(
+                    "sensel: the pilot took {}, {} of processor time",
+                    duration(wall.now_s()),
+                    duration(work.now_s() - work_before_s)
+                );
+            }
             let text = serde_json::to_vec(&choice).map_err(|error| Error::Run(error.to_string()))?;
             assets.store(&key, &text);
             (choice, bench.setup)
@@ -75,15 +85,41 @@ pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &Shared)
     setup.again(resolved)
 }
 
+/// Frames of the run that a picture of the pilot costs, about: two halves of a reference at a quarter of the goal's variance, and ten
+/// settings near the goal.
+const PICTURES_A_PICTURE: u32 = 18;
+
+/// What the pilot will do, before it does it.
+fn announce(setup: &Setup) {
+    let (pictures, size) = (PILOT_FRAMES.min(setup.frames), setup.sensor.size);
+    let cameras = u32::try_from(setup.cameras.len()).unwrap_or(1);
+    eprintln!(
+        "sensel: a pilot looks for the cheapest settings: a reference of {pictures} pictures of {} x {}, then a dozen settings or so on \
+         them. It takes about as long as {} frames of the run at that accuracy. What it finds is kept for this configuration.",
+        size.width_px,
+        size.height_px,
+        (PICTURES_A_PICTURE * pictures).div_ceil(cameras)
+    );
+}
+
+fn duration(seconds: f64) -> String {
+    if seconds < 100.0 { format!("{seconds:.0} s") } else { format!("{:.1} min", seconds / 60.0) }
+}
+
 fn say(choice: &Choice, goal: Goal, is_kept: bool) {
     let asked = match goal {
         Goal::Accuracy(accuracy) => format!("at most {accuracy} of photon noise"),
         Goal::Time(wall_ms) => format!("at most {wall_ms} ms a frame"),
     };
-    let from = if is_kept { "by an earlier pilot" } else { "by a pilot on a few frames" };
+    let from = if is_kept { "by an earlier pilot" } else { "by a pilot" };
     eprintln!(
-        "sensel: {asked}: {} ({from}: error {:.2}, {:.2} with its margin; {:.0} ms a frame; of {} settings)",
-        choice.words, choice.photon_noise_ratio, choice.with_margin, choice.wall_ms_per_frame, choice.tried
+        "sensel: {asked}: {} ({from} on {} pictures: error {:.2}, {:.2} with its margin; {:.0} ms a frame; of {} settings)",
+        choice.words,
+        choice.pictures,
+        choice.photon_noise_ratio,
+        choice.with_margin,
+        choice.wall_ms_per_frame,
+        choice.tried
     );
 }
 

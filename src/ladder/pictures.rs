@@ -5,7 +5,7 @@ use super::clocks::Cost;
 use super::errors::{CodeError, Match, Squares, feature_f1};
 use super::knobs::Setting;
 use super::measure::Bench;
-use super::reference::Reference;
+use super::reference::{Judged, Reference};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
@@ -83,14 +83,11 @@ pub fn render_all(
                 rays_per_pixel: 0.0,
             };
             for (picture, judged) in reference.judged.iter().enumerate() {
-                let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(judged.place));
+                let (seen, cost) = seen(bench, setup, judged)?;
                 best[number][picture] = best[number][picture].best(cost);
-                let exposures = exposures?;
-                let rays: u64 = exposures.iter().map(|exposure| exposure.rays).sum();
-                let slots = f64_from_usize(exposures.len() * pictures);
-                one.rays_per_pixel += f64_from_u64(rays) / (bench.pixels() * slots);
-                one.errors.push(bench.judge().render_error(&exposures[0].photons, &judged.truths[0]));
-                one.photons.push(exposures.into_iter().map(|exposure| exposure.photons).collect());
+                one.rays_per_pixel += seen.rays_per_pixel / f64_from_usize(pictures);
+                one.errors.push(seen.error);
+                one.photons.push(seen.photons);
             }
             if repeat == 0 {
                 rendered.push(one);
@@ -101,6 +98,58 @@ pub fn render_all(
         one.cost = per_rig(bench, &best);
     }
     Ok(rendered)
+}
+
+/// Renders a setting's pictures, in an order that is spread over all of them at every time, until there is no hope for it any more.
+/// Photons are not kept; errors stand in the order of the frames.
+pub fn render_until(
+    bench: &Bench<'_>,
+    reference: &Reference,
+    setting: &Setting,
+    hopeless: &dyn Fn(&Rendered) -> bool,
+) -> Result<Rendered, Error> {
+    let setup = bench.setup_of(setting)?;
+    let mut order: Vec<usize> = (0..reference.judged.len()).collect();
+    // The greatest steps first, as a ruler's marks are.
+    order.sort_by_key(|place| place.reverse_bits());
+    let (mut errors, mut costs, mut rays_per_pixel) = (Vec::new(), Vec::new(), 0.0);
+    loop {
+        let place = order[errors.len()];
+        let (seen, cost) = seen(bench, &setup, &reference.judged[place])?;
+        errors.push((place, seen.error));
+        costs.push(cost);
+        rays_per_pixel += seen.rays_per_pixel;
+        errors.sort_by_key(|(place, _)| *place);
+        let one = Rendered {
+            setting: setting.clone(),
+            photons: Vec::new(),
+            errors: errors.iter().map(|(_, error)| *error).collect(),
+            cost: per_rig(bench, &costs),
+            rays_per_pixel: rays_per_pixel / f64_from_usize(costs.len()),
+        };
+        if errors.len() == order.len() || hopeless(&one) {
+            return Ok(one);
+        }
+    }
+}
+
+/// One picture of a setting.
+struct Seen {
+    photons: Vec<Plane<f32>>,
+    error: Squares,
+    rays_per_pixel: f64,
+}
+
+fn seen(bench: &Bench<'_>, setup: &Setup, judged: &Judged) -> Result<(Seen, Cost), Error> {
+    let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(judged.place));
+    let exposures = exposures?;
+    let rays: u64 = exposures.iter().map(|exposure| exposure.rays).sum();
+    let seen = Seen {
+        error: bench.judge().render_error(&exposures[0].photons, &judged.truths[0]),
+        rays_per_pixel: f64_from_u64(rays) / (bench.pixels() * f64_from_usize(exposures.len())),
+        photons: exposures.into_iter().map(|exposure| exposure.photons).collect(),
+    };
+    Ok((seen, cost))
 }
 
 /// Takes the reference's photons through every setting's chain so many times, in turns.

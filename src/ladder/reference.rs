@@ -17,8 +17,8 @@ use crate::run::Setup;
 use crate::run::probe::Place;
 use crate::scene::lit::BOUNCES_MAX;
 
-/// The share of the finest accuracy that the reference's standard error may have.
-const SHARE: f64 = 1.0 / 3.0;
+/// The share of the finest accuracy that the standard error of a ladder's reference may have.
+pub const SHARE: f64 = 1.0 / 3.0;
 /// Pairs of renders at most; each is made for the whole error, so that more than a few mean that a pixel's noise has no variance.
 const ROUNDS_MAX: u32 = 8;
 
@@ -54,13 +54,14 @@ pub struct Reference {
     pub costs: [Cost; 3],
 }
 
-/// Renders the reference of some pictures and takes it through the sensor.
+/// Renders the reference of some pictures and takes it through the sensor. Its standard error is at most this share of the finest
+/// accuracy.
 ///
 /// # Errors
 /// A standard error that stays too great, with the finest accuracy that would do.
-pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64) -> Result<Reference, Error> {
+pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64, share: f64) -> Result<Reference, Error> {
     let own = Setting::of(&bench.setup.resolved.scenario);
-    let tolerance = (finest * SHARE) * (finest * SHARE);
+    let tolerance = (finest * share) * (finest * share);
     let rays = if bench.has_rays() {
         Rays::Tolerance { tolerance: greater(tolerance, 0.001), most: RAYS_MOST }
     } else {
@@ -74,14 +75,14 @@ pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64) -> Result<Ref
         halves.add_round(bench, &mut setup, places)?;
         let squares = halves.squares(bench);
         standard_error = squares.mean().sqrt();
-        if standard_error <= SHARE * finest || !bench.has_rays() {
+        if standard_error <= share * finest || !bench.has_rays() {
             return judged(bench, setting, &setup, places, halves, standard_error, squares.pixels);
         }
         if halves.rounds == ROUNDS_MAX {
             break;
         }
     }
-    let would_do = standard_error / SHARE;
+    let would_do = standard_error / share;
     Err(Error::Run(format!(
         "the reference's standard error stays at {standard_error:.3} of photon noise; an accuracy of {would_do:.2} would do"
     )))

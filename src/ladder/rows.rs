@@ -8,7 +8,7 @@ use super::knobs::{EffectsKnob, RAYS_MOST, Rays, Setting};
 use super::measure::{Bench, Options};
 use super::pictures::{Rendered, Sensing, mean_square, outcome, render_all, sense_all};
 use super::poses::{LATER_STAGES, Poses, frames_of, poses_of};
-use super::reference::{Reference, reference};
+use super::reference::{Reference, SHARE, reference};
 use super::verilog::{self, InVerilog};
 use crate::error::Error;
 use crate::fidelity::Rung;
@@ -47,7 +47,7 @@ struct Draft {
 pub fn ladder(bench: &Bench<'_>, options: Options, name: &str, threads: u32) -> Result<LadderRecord, Error> {
     let own = Setting { rung: Rung::Sampled, ..Setting::of(&bench.setup.resolved.scenario) };
     let places = bench.places(options.frames);
-    let reference = reference(bench, &places, options.finest)?;
+    let reference = reference(bench, &places, options.finest, SHARE)?;
     let rendered = render_all(bench, &reference, &render_settings(bench, &own), options.repeats)?;
     // Sensors are quick: more turns cost little and bring the least time out of a busy machine.
     let sensing = sense_all(bench, &reference, &sensing_settings(&own), 3 * options.repeats)?;

@@ -5,9 +5,10 @@ use super::clocks::Cost;
 use super::errors::Squares;
 use super::knobs::Setting;
 use super::measure::Bench;
-use super::pictures::{mean_square, render_all, sense_all};
-use super::reference::reference;
+use super::pictures::{Rendered, mean_square, render_all, render_until, sense_all};
+use super::reference::{Reference, SHARE, reference};
 use crate::error::Error;
+use crate::num::f64_from_usize;
 use crate::run::probe::Place;
 use crate::units::FrameIndex;
 
@@ -35,40 +36,56 @@ impl Verdict {
     }
 }
 
-/// Renders and chains, each judged alone: any of the one goes with any of the other.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parts {
-    /// One entry a setting of rays and reflections: the render's error and time.
-    pub renders: Vec<Verdict>,
-    /// One entry a setting of effects: the chain's error and time, on the reference's photons.
-    pub chains: Vec<Verdict>,
+/// Frames of the first camera with their reference, ready to judge.
+pub struct HeldOut<'a> {
+    bench: &'a Bench<'a>,
+    reference: Reference,
 }
 
-/// Judges renders and chains apart on these frames of the first camera, against one reference that can tell errors from `finest` on.
-///
-/// # Errors
-/// As `ladder`.
-pub fn judge_parts(
-    bench: &Bench<'_>,
-    renders: &[Setting],
-    chains: &[Setting],
-    frames: &[u32],
-    finest: f64,
-    repeats: u32,
-) -> Result<Parts, Error> {
-    let places: Vec<Place> = frames.iter().map(|&frame| Place { frame: FrameIndex(frame), camera: 0 }).collect();
-    let reference = reference(bench, &places, finest)?;
-    let verdict = |errors: &[Squares], cost: Cost, rays_per_pixel: f64| Verdict {
-        photon_noise_ratio: mean_square(errors).sqrt(),
-        cost,
-        rays_per_pixel,
-    };
-    let rendered = render_all(bench, &reference, renders, repeats)?;
-    let sensed = sense_all(bench, &reference, chains, repeats)?;
-    Ok(Parts {
-        renders: rendered.iter().map(|one| verdict(&one.errors, one.cost, one.rays_per_pixel)).collect(),
-        chains: sensed.iter().map(|one| verdict(&one.errors, one.cost, 0.0)).collect(),
-    })
+impl<'a> HeldOut<'a> {
+    /// A reference of these frames that can tell errors from `finest` on.
+    ///
+    /// # Errors
+    /// As `ladder`.
+    pub fn new(bench: &'a Bench<'a>, frames: &[u32], finest: f64) -> Result<Self, Error> {
+        let places: Vec<Place> = frames.iter().map(|&frame| Place { frame: FrameIndex(frame), camera: 0 }).collect();
+        Ok(Self { bench, reference: reference(bench, &places, finest, SHARE)? })
+    }
+
+    /// Renders alone, timed so many times in turns.
+    ///
+    /// # Errors
+    /// As `ladder`.
+    pub fn renders(&self, settings: &[Setting], repeats: u32) -> Result<Vec<Verdict>, Error> {
+        let rendered = render_all(self.bench, &self.reference, settings, repeats)?;
+        Ok(rendered.iter().map(|one| verdict(&one.errors, one.cost, one.rays_per_pixel)).collect())
+    }
+
+    /// A render alone, timed once; none where its error is above `worst` whatever its last frames show.
+    ///
+    /// # Errors
+    /// As `ladder`.
+    pub fn render_within(&self, setting: &Setting, worst: f64) -> Result<Option<Verdict>, Error> {
+        let all = f64_from_usize(self.reference.judged.len());
+        let hopeless =
+            |one: &Rendered| f64_from_usize(one.errors.len()) / all * mean_square(&one.errors) > worst * worst;
+        let one = render_until(self.bench, &self.reference, setting, &hopeless)?;
+        let is_whole = one.errors.len() == self.reference.judged.len() && !hopeless(&one);
+        Ok(is_whole.then(|| verdict(&one.errors, one.cost, one.rays_per_pixel)))
+    }
+
+    /// Chains alone, on the reference's photons, timed so many times in turns.
+    ///
+    /// # Errors
+    /// As `ladder`.
+    pub fn chains(&self, settings: &[Setting], repeats: u32) -> Result<Vec<Verdict>, Error> {
+        let sensed = sense_all(self.bench, &self.reference, settings, repeats)?;
+        Ok(sensed.iter().map(|one| verdict(&one.errors, one.cost, 0.0)).collect())
+    }
+}
+
+fn verdict(errors: &[Squares], cost: Cost, rays_per_pixel: f64) -> Verdict {
+    Verdict { photon_noise_ratio: mean_square(errors).sqrt(), cost, rays_per_pixel }
 }
 
 /// Judges settings on these frames of the first camera against a reference that can tell errors from `finest` on.
@@ -82,6 +99,7 @@ pub fn judge(
     finest: f64,
     repeats: u32,
 ) -> Result<Vec<Verdict>, Error> {
-    let parts = judge_parts(bench, settings, settings, frames, finest, repeats)?;
-    Ok(parts.renders.iter().zip(&parts.chains).map(|(render, chain)| render.and(*chain)).collect())
+    let held_out = HeldOut::new(bench, frames, finest)?;
+    let (renders, chains) = (held_out.renders(settings, repeats)?, held_out.chains(settings, repeats)?);
+    Ok(renders.iter().zip(&chains).map(|(render, chain)| render.and(*chain)).collect())
 }
