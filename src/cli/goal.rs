@@ -60,6 +60,7 @@ pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &Shared)
         Some(choice) => (choice, setup),
         None => {
             let (wall, work, progress) = (Wall::start(), Work::start(), Study::new(shared.quiet));
+            let work_before_s = work.now_s();
             let clocks = Clocks { wall: &wall, work: &work };
             if !shared.quiet {
                 announce(&setup);
