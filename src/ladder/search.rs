@@ -24,6 +24,9 @@ const WORTH: f64 = 0.97;
 const FAR: f64 = 2.0;
 /// The least that `run.render_tolerance` takes, and beyond what no target spares a ray any more: the first batch serves it.
 const TOLERANCES: [f64; 2] = [0.001, 16.0];
+/// How much finer than the reference's own a tolerance may be: where glints have most of the error, all tolerances show more than they aim
+/// at, and it is the last of them that meets the goal.
+const BEYOND: f64 = 4.0;
 /// Power of the rank along a knob, beyond what was measured: time goes as the root of a tolerance at most, error as its root.
 const RANK_POWER: f64 = -0.5;
 /// Settings that a pilot looks at, about: for the bar alone.
@@ -102,11 +105,21 @@ impl Pilot<'_> {
         for _ in 0..STEPS_MAX[1] {
             let tolerance = rounded(self.place(place));
             if !self.family(reflections).any(|(measured, _)| is_close(measured, tolerance)) {
-                return (TOLERANCES[0]..=TOLERANCES[1]).contains(&tolerance).then_some(tolerance);
+                let [fine, coarse] = self.tolerances();
+                return (fine..=coarse).contains(&tolerance).then_some(tolerance);
             }
             place /= CLOSE;
         }
         None
+    }
+
+    /// The finest and the coarsest tolerance worth a look. What is much finer than the reference is not told apart by it.
+    fn tolerances(&self) -> [f64; 2] {
+        let of_reference = match self.reference.setting.rays {
+            Rays::Tolerance { tolerance, .. } => tolerance,
+            Rays::Fixed(_) | Rays::Subframes(_) => 0.0,
+        };
+        [greater(TOLERANCES[0], of_reference / BEYOND), TOLERANCES[1]]
     }
 
     /// What was measured along the tolerances.
@@ -129,7 +142,7 @@ impl Pilot<'_> {
             let points = || self.family(reflections).map(|(tolerance, one)| (self.place(tolerance), one));
             let bounded =
                 Curve::new(points().map(|(place, one)| (place, raised(self.bounded(one, sensing))))).growing();
-            let [fine, coarse] = TOLERANCES.map(|end| self.place(end));
+            let [fine, coarse] = self.tolerances().map(|end| self.place(end));
             let place = bounded.reaches(raised(AIM * self.bound()))?;
             let place = greater(lesser(fine, coarse), lesser(place, greater(fine, coarse)));
             let ranks = Curve::new(points().map(|(place, one)| (place, self.rank(one, sensing))));
