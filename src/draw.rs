@@ -53,6 +53,11 @@ impl DrawKey {
         Self(mix(mix(self.0) ^ field))
     }
 
+    /// One number in [0, 1), a multiple of 2^-53: the key's own upper bits, for who draws once a key.
+    pub fn uniform(self) -> f64 {
+        crate::num::f64_from_u64(self.0 >> 11) / 9_007_199_254_740_992.0
+    }
+
     /// The key of one effect's draws in one exposure of one camera, whatever the row: worked out once a frame it saves each row ten
     /// mixings in series.
     pub fn of_exposure(effect: EffectNumber, place: RowPlace) -> Self {

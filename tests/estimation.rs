@@ -19,14 +19,9 @@ use glam::{DQuat, DVec3};
 use sensel::draw::DrawKey;
 use sensel::pose::Pose;
 
-/// A uniform number in 0..1.
-fn uniform(key: DrawKey) -> f64 {
-    sensel::num::f64_from_u64(key.0 >> 11) / 9_007_199_254_740_992.0
-}
-
 /// A standard normal number (Box-Muller).
 fn normal(key: DrawKey) -> f64 {
-    let (u, v) = (1.0 - uniform(key.with(0)), uniform(key.with(1)));
+    let (u, v) = (1.0 - key.with(0).uniform(), key.with(1).uniform());
     (-2.0 * libm::log(u)).sqrt() * libm::cos(std::f64::consts::TAU * v)
 }
 

@@ -86,20 +86,13 @@ pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &Shared)
     setup.again(resolved)
 }
 
-/// Frames of the run that a picture of the pilot costs, about: two halves of a reference at a quarter of the goal's variance, and ten
-/// settings near the goal.
-const PICTURES_A_PICTURE: u32 = 18;
-
 /// What the pilot will do, before it does it.
 fn announce(setup: &Setup) {
     let (pictures, size) = (PILOT_FRAMES.min(setup.frames), setup.sensor.size);
-    let cameras = u32::try_from(setup.cameras.len()).unwrap_or(1);
     eprintln!(
         "sensel: a pilot looks for the cheapest settings: a reference of {pictures} pictures of {} x {}, then a dozen settings or so on \
-         them. It takes about as long as {} frames of the run at that accuracy. What it finds is kept for this configuration.",
-        size.width_px,
-        size.height_px,
-        (PICTURES_A_PICTURE * pictures).div_ceil(cameras)
+         them; minutes where pictures are large and the goal is fine. What it finds is kept for this configuration.",
+        size.width_px, size.height_px,
     );
 }
 

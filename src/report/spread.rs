@@ -110,11 +110,11 @@ pub fn spectrum(errors: &[PoseError], rate_hz: f64) -> Vec<SpectrumPoint> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::num::{f64_from_u64, u32_from};
+    use crate::num::u32_from;
 
     /// A number in -1..1 of a place.
     fn number(place: u64) -> f64 {
-        f64_from_u64(DrawKey::root(5).with(place).0 >> 11) / 4_503_599_627_370_496.0 - 1.0
+        2.0 * DrawKey::root(5).with(place).uniform() - 1.0
     }
 
     fn errors(vector_m: impl Fn(usize) -> DVec3) -> Vec<PoseError> {

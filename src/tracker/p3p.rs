@@ -116,8 +116,7 @@ mod tests {
 
     /// A number in -1..1 of a case.
     fn number(seed: u64, case: u64, place: u64) -> f64 {
-        let bits = DrawKey::root(seed).with(case).with(place).0 >> 11;
-        crate::num::f64_from_u64(bits) / 4_503_599_627_370_496.0 - 1.0
+        2.0 * DrawKey::root(seed).with(case).with(place).uniform() - 1.0
     }
 
     #[test]

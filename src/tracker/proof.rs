@@ -48,7 +48,7 @@ pub struct Seen<'a> {
 }
 
 /// What is to be proved, and with what.
-pub struct Court<'a> {
+pub struct Hypothesis<'a> {
     /// The rig's only camera.
     pub cameras: &'a [RigCamera],
     /// The tracker's parameters.
@@ -72,7 +72,7 @@ pub struct Path {
     cost: f64,
 }
 
-impl Court<'_> {
+impl Hypothesis<'_> {
     /// The path that the pairs prove; `None` where they prove none.
     pub fn prove(&self, found: &TwoView, key: DrawKey, work: &mut Work) -> Option<Path> {
         let all: Vec<usize> = self.pairs().iter().map(|pair| pair.0).collect();
@@ -265,7 +265,6 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::num::f64_from_u64;
     use crate::optics::lens::{Intrinsics, Lens, Mapping};
     use crate::tracker::lie::se3_exp;
     use crate::tracker::matching::Descriptor;
@@ -274,10 +273,6 @@ mod tests {
 
     const VIEWS: usize = 5;
     const SIGMA_PX: f64 = 0.5;
-
-    fn uniform(key: DrawKey) -> f64 {
-        f64_from_u64(key.0 >> 11) / 9_007_199_254_740_992.0
-    }
 
     /// A camera that moves 0.2 m and turns 0.1 rad past 100 points 2 to 4 m away; places off by the square root of three sigma at most.
     /// Of `wrong` tracks of a hundred the last view shows something else.
@@ -288,11 +283,11 @@ mod tests {
             let sight = |track: u64| {
                 let lost = view + 1 == VIEWS && track * 7 % 100 < wrong;
                 let own = key.with(track).with(u64::from(lost));
-                let at = |axis: u64| 2.0 * uniform(own.with(axis)) - 1.0;
+                let at = |axis: u64| 2.0 * own.with(axis).uniform() - 1.0;
                 let depth_m = 3.0 + at(2);
                 let point_m = DVec3::new(0.6 * depth_m * at(0), 0.5 * depth_m * at(1), depth_m);
                 let off = |axis: u64| {
-                    SIGMA_PX * 3_f64.sqrt() * (2.0 * uniform(own.with(9 + u64_from(view)).with(axis)) - 1.0)
+                    SIGMA_PX * 3_f64.sqrt() * (2.0 * own.with(9 + u64_from(view)).with(axis).uniform() - 1.0)
                 };
                 let place_px =
                     camera.place(pose.point(point_m)).expect("before the camera") + DVec2::new(off(0), off(1));
@@ -327,9 +322,9 @@ mod tests {
         let views: Vec<Seen<'_>> = all.iter().map(|sights| &sights[..]).enumerate().map(seen).collect();
         let params = TrackerParams::room(seed);
         let search = Search { sigma_rad: params.place_sigma_px / 320.0, samples_max: 400, confidence: 0.999 };
-        let court = Court { cameras: &cameras, params: &params, views: &views, search };
-        let found = two_view(&court.of_tracks(&(0..100).collect::<Vec<_>>()), &search, key)?;
-        court.prove(&found, key, &mut Work::default())
+        let hypothesis = Hypothesis { cameras: &cameras, params: &params, views: &views, search };
+        let found = two_view(&hypothesis.of_tracks(&(0..100).collect::<Vec<_>>()), &search, key)?;
+        hypothesis.prove(&found, key, &mut Work::default())
     }
 
     #[test]

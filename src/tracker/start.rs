@@ -14,7 +14,7 @@ use crate::pose::Pose;
 use crate::tracker::initial::{Pair, Refusal, Search, turn, two_view};
 use crate::tracker::lie::{Twist, se3_exp, so3_log};
 use crate::tracker::matching::{Best, Rule};
-use crate::tracker::proof::{self, Court, Seen};
+use crate::tracker::proof::{self, Hypothesis, Seen};
 use crate::tracker::rig::{RigCamera, Sight, View};
 use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
 use crate::tracker::tracks::{Tracks, median_step_px};
@@ -148,6 +148,30 @@ impl Opening {
     }
 }
 
+/// A start from two frames and the motion between them, with the points that a camera saw in both.
+fn begun(
+    (first, first_views): (&Shot, Vec<View>),
+    (second, second_views): (&Shot, Vec<View>),
+    second_from_first: Pose,
+    (camera, points): (usize, Vec<(usize, usize, DVec3)>),
+) -> Begun {
+    let mean = mean_rate(&Pose::IDENTITY, &second_from_first, second.t_s - first.t_s);
+    let moving = |body_from_world: Pose, shot: &Shot| Moving {
+        body_from_world,
+        rate: shot.rate.map_or(AT_REST, |rate| Twist { linear_m: mean.linear_m, ..rate }),
+    };
+    Begun {
+        first_t_s: first.t_s,
+        first: moving(Pose::IDENTITY, first),
+        second: moving(second_from_first, second),
+        first_views,
+        second_views,
+        camera,
+        points,
+        noise_sigmas: None,
+    }
+}
+
 impl Stage<'_> {
     /// One camera's frame against the opening one and those between.
     fn hold_alone(
@@ -180,31 +204,17 @@ impl Stage<'_> {
             .chain(between.iter().map(|(shot, pairs)| seen(shot, &shot.views, pairs)))
             .chain([seen(second, &second_views, &numbers)])
             .collect();
-        let court = Court { cameras: self.cameras, params: self.params, views: &views, search };
-        let Some(path) = court.prove(&found, self.key.with(4), work) else { return Ok(None) };
+        let hypothesis = Hypothesis { cameras: self.cameras, params: self.params, views: &views, search };
+        let Some(path) = hypothesis.prove(&found, self.key.with(4), work) else { return Ok(None) };
         if path.points_m.len() < least {
             return Ok(None);
         }
         let second_from_first = path.poses[path.poses.len() - 1];
-        let mean = mean_rate(&Pose::IDENTITY, &second_from_first, second.t_s - first.t_s);
-        let moving = |body_from_world: Pose, shot: &Shot| Moving {
-            body_from_world,
-            rate: shot.rate.map_or(AT_REST, |rate| Twist { linear_m: mean.linear_m, ..rate }),
-        };
         let sight_of = |track: usize| numbers.binary_search_by_key(&track, |pair| pair.0).ok().map(|at| numbers[at].1);
         let points =
             path.points_m.iter().filter_map(|&(track, point_m)| sight_of(track).map(|j| (track, j, point_m))).collect();
-        let (first_state, second_state) = (moving(Pose::IDENTITY, first), moving(second_from_first, second));
-        Ok(Some(Begun {
-            first_t_s: first.t_s,
-            first_views,
-            first: first_state,
-            second: second_state,
-            second_views,
-            camera: 0,
-            points,
-            noise_sigmas: Some(path.noise_sigmas),
-        }))
+        let begun = begun((first, first_views), (second, second_views), second_from_first, (0, points));
+        Ok(Some(Begun { noise_sigmas: Some(path.noise_sigmas), ..begun }))
     }
 
     /// The camera's turn over a time, at a rate of the body's.
@@ -241,26 +251,11 @@ impl Stage<'_> {
         let mounting = self.cameras[best].calibration.body_from_camera;
         let moved = Pose { translation_m: found.second_from_first.translation_m * scale, ..found.second_from_first };
         let second_from_first = mounting.then(&moved).then(&mounting.inverse());
-        let mean = mean_rate(&Pose::IDENTITY, &second_from_first, second.t_s - first.t_s);
-        let moving = |body_from_world: Pose, shot: &Shot| Moving {
-            body_from_world,
-            rate: shot.rate.map_or(AT_REST, |rate| Twist { linear_m: mean.linear_m, ..rate }),
-        };
         let placed = |(&(i, j), point): (&(usize, usize), &Option<DVec3>)| {
             point.map(|point_m| (i, j, mounting.point(point_m * scale)))
         };
         let points = numbers[best].iter().zip(&found.points).filter_map(placed).collect();
-        let (first_state, second_state) = (moving(Pose::IDENTITY, first), moving(second_from_first, second));
-        Ok(Some(Begun {
-            first_t_s: first.t_s,
-            first_views,
-            first: first_state,
-            second: second_state,
-            second_views,
-            camera: best,
-            points,
-            noise_sigmas: None,
-        }))
+        Ok(Some(begun((first, first_views), (second, second_views), second_from_first, (best, points))))
     }
 
     fn search(&self, camera: usize, widening: f64) -> Search {

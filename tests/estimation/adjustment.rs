@@ -135,7 +135,7 @@ fn frame(cameras: &[RigCamera], truth: &Pose, count: usize, key: DrawKey) -> Vec
     let mut seen = Vec::new();
     for n in 0..count {
         let key = key.with(u64_from(n));
-        let spread = |k: u64| super::uniform(key.with(k)) - 0.5;
+        let spread = |k: u64| key.with(k).uniform() - 0.5;
         let in_body_m = DVec3::new(3.0 * spread(1), 2.0 * spread(2), 3.0 + 2.0 * spread(3));
         for (camera, rig) in cameras.iter().enumerate() {
             let Some(place_px) = rig.project(in_body_m) else { continue };

@@ -9,7 +9,7 @@ use sensel::tracker::initial::{
 };
 use sensel::tracker::lie::so3_exp;
 
-use super::{normal, normals, uniform};
+use super::{normal, normals};
 
 /// Half a pixel of a lens of 320 px.
 const SEARCH: Search = Search { sigma_rad: 0.5 / 320.0, samples_max: 500, confidence: 0.999 };
@@ -17,7 +17,7 @@ const SEARCH: Search = Search { sigma_rad: 0.5 / 320.0, samples_max: 500, confid
 /// Points 2 to 6 m before the camera, within 90 degrees; on the plane `z = 3 + x / 4` where wanted.
 fn cloud(key: DrawKey, count: usize, plane: bool) -> Vec<DVec3> {
     let point = |n: usize| {
-        let spread = |k: u64| uniform(key.with(u64_from(n)).with(k)) - 0.5;
+        let spread = |k: u64| key.with(u64_from(n)).with(k).uniform() - 0.5;
         let (x, y) = (1.8 * spread(1), 1.4 * spread(2));
         let z = if plane { 3.0 / (1.0 - 0.25 * x) } else { 4.0 + 4.0 * spread(3) };
         DVec3::new(x * z, y * z, z)
@@ -239,7 +239,7 @@ fn points_behind_a_camera_and_at_infinity_are_not_triangulated() {
     let (mut before, mut not) = (0, 0);
     for n in 1..=200 {
         let z = normal(DrawKey::root(n)) * 5.0;
-        let point = DVec3::new(uniform(DrawKey::root(n + 900)) - 0.5, 0.3, z);
+        let point = DVec3::new(DrawKey::root(n + 900).uniform() - 0.5, 0.3, z);
         let pair =
             Pair { first: (point * z.signum()).normalize(), second: (motion.point(point) * z.signum()).normalize() };
         let found = triangulated(&motion, &pair);

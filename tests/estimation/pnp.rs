@@ -13,7 +13,7 @@ use sensel::tracker::rig::RigCamera;
 use sensel::tracker::sweep::Moving;
 use sensel::units::CameraIndex;
 
-use super::{apart, normals, uniform};
+use super::{apart, normals};
 
 const LIMITS: Search = Search { samples_max: 300, confidence: 0.999, gate_sigmas2: 9.21 };
 
@@ -45,7 +45,7 @@ fn measured(in_body_m: &[DVec3], truth: &Pose) -> (Vec<Measurement>, Vec<DVec3>)
 }
 
 fn spread(seed: u64, count: usize) -> Vec<DVec3> {
-    let number = |n: usize, k: u64| uniform(DrawKey::root(seed).with(u64_from(n)).with(k)) - 0.5;
+    let number = |n: usize, k: u64| DrawKey::root(seed).with(u64_from(n)).with(k).uniform() - 0.5;
     (0..count).map(|n| DVec3::new(3.0 * number(n, 1), 2.0 * number(n, 2), 3.5 + 2.0 * number(n, 3))).collect()
 }
 

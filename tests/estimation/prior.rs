@@ -10,7 +10,7 @@ use sensel::tracker::marginal::{Prior, gauge, marginalise};
 use sensel::tracker::rig::RigCamera;
 use sensel::units::CameraIndex;
 
-use super::{apart, normals, uniform};
+use super::{apart, normals};
 
 fn rig() -> Vec<RigCamera> {
     let right = Pose::new(glam::DQuat::IDENTITY, DVec3::new(0.065, 0.0, 0.0));
@@ -25,7 +25,7 @@ fn window(cameras: &[RigCamera], seed: u64, noise_px: f64) -> Problem<'_> {
         se3_exp(Twist::from_array([-0.1 * n, 0.02 * n, 0.03 * n, 0.01 * n, -0.02 * n, 0.03 * n]))
     };
     let poses: Vec<Pose> = (0..6).map(pose).collect();
-    let spread = |n: usize, k: u64| uniform(key.with(u64_from(n)).with(k)) - 0.5;
+    let spread = |n: usize, k: u64| key.with(u64_from(n)).with(k).uniform() - 0.5;
     let points_m: Vec<DVec3> =
         (0..60).map(|n| DVec3::new(4.0 * spread(n, 1), 2.5 * spread(n, 2), 3.0 + 2.0 * spread(n, 3))).collect();
     let mut observations = Vec::new();

@@ -51,14 +51,9 @@ pub fn time_s(number: u64) -> f64 {
     f64_from_u64(number) / RATE_HZ
 }
 
-/// A uniform number in 0..1.
-pub fn uniform(key: DrawKey) -> f64 {
-    f64_from_u64(key.0 >> 11) / 9_007_199_254_740_992.0
-}
-
 /// A normal number (Box-Muller).
 pub fn normal(key: DrawKey) -> f64 {
-    let (u, v) = (1.0 - uniform(key.with(0)), uniform(key.with(1)));
+    let (u, v) = (1.0 - key.with(0).uniform(), key.with(1).uniform());
     (-2.0 * libm::log(u)).sqrt() * libm::cos(std::f64::consts::TAU * v)
 }
 
@@ -108,7 +103,7 @@ pub fn room(seed: u64, count: u64) -> Vec<Landmark> {
     (0..count)
         .map(|number| {
             let key = key.with(number);
-            let mut pick = uniform(key.with(0)) * (areas[0] + areas[1] + areas[2]);
+            let mut pick = key.with(0).uniform() * (areas[0] + areas[1] + areas[2]);
             let axis = if pick < areas[0] {
                 0
             } else if pick < areas[0] + areas[1] {
@@ -116,8 +111,8 @@ pub fn room(seed: u64, count: u64) -> Vec<Landmark> {
             } else {
                 2
             };
-            pick = uniform(key.with(1));
-            let mut place = [2, 3, 4].map(|field| 2.0 * uniform(key.with(field)) - 1.0);
+            pick = key.with(1).uniform();
+            let mut place = [2, 3, 4].map(|field| 2.0 * key.with(field).uniform() - 1.0);
             place[axis] = if pick < 0.5 { -1.0 } else { 1.0 };
             Landmark { place_m: DVec3::from_array(place) * ROOM_M, look: key.with(9) }
         })
@@ -201,7 +196,7 @@ impl World {
         for (number, landmark) in self.landmarks.iter().enumerate() {
             let key = key.with(u64_from(number));
             let Some(place_px) = self.place_px(camera, landmark.place_m, of_row) else { continue };
-            if uniform(key.with(0)) < self.hardship.missed {
+            if key.with(0).uniform() < self.hardship.missed {
                 continue;
             }
             let noise_px = DVec2::new(normal(key.with(1)), normal(key.with(2))) * self.hardship.noise_px;
@@ -210,7 +205,7 @@ impl World {
         }
         for number in 0..u64::from(u32_truncated(f64_from_u64(u64_from(features.len())) * self.hardship.spurious)) {
             let key = key.with(1_000_000 + number);
-            let place_px = DVec2::new(uniform(key.with(0)) * 639.0, uniform(key.with(1)) * 479.0);
+            let place_px = DVec2::new(key.with(0).uniform() * 639.0, key.with(1).uniform() * 479.0);
             features.extend(corner(place_px, calibration.size, bits(key.with(2), |_| false)));
         }
         thin_out(features, self.features_max, key)
@@ -218,7 +213,7 @@ impl World {
 
     /// A landmark's descriptor with some bits flipped.
     fn view_of(&self, look: DrawKey, view: DrawKey) -> [u8; 32] {
-        bits(look, |bit| uniform(view.with(bit)) < self.hardship.flipped)
+        bits(look, |bit| view.with(bit).uniform() < self.hardship.flipped)
     }
 }
 

@@ -12,7 +12,7 @@ const LENSES: u64 = 40;
 
 /// A number of 0..1 that is a function of its place.
 fn random(key: DrawKey, number: u64) -> f64 {
-    crate::num::f64_from_u64(key.with(number).0 >> 11) / 9_007_199_254_740_992.0
+    key.with(number).uniform()
 }
 
 fn between(key: DrawKey, number: u64, least: f64, most: f64) -> f64 {

@@ -52,7 +52,7 @@ pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key
         for (at, _) in of() {
             // Where nothing claims an error, all claim the same.
             let chance = if claims > 0.0 { wanted * claim(at) / claims } else { wanted / count };
-            let draw = f64_from_u64(key.with(crate::num::u64_from(at)).0 >> 11) / 9_007_199_254_740_992.0;
+            let draw = key.with(crate::num::u64_from(at)).uniform();
             if draw < chance {
                 twins.push(Twin { at, weight: if chance < 1.0 { 1.0 / chance } else { 1.0 } });
             }

@@ -44,14 +44,10 @@ fn believed(keyframe: u64) -> Pose {
     })
 }
 
-fn uniform(key: DrawKey) -> f64 {
-    f64_from_u64(key.0 >> 11) / 9_007_199_254_740_992.0
-}
-
 /// Points 1.5 to 3 m outside the circle, up to 1.2 m above and below it.
 fn point_m(seed: u64, number: u64) -> DVec3 {
     let key = DrawKey::root(seed).with(number);
-    let [around, out, up] = [0, 1, 2].map(|field| uniform(key.with(field)));
+    let [around, out, up] = [0, 1, 2].map(|field| key.with(field).uniform());
     turn(std::f64::consts::TAU * around) * DVec3::new(0.0, 2.4 * up - 1.2, 4.5 + 1.5 * out)
 }
 
@@ -79,7 +75,7 @@ impl Ring {
                 continue;
             };
             let noise_px =
-                |field| 0.5 * (uniform(DrawKey::root(self.seed).with(number).with(keyframe).with(field)) - 0.5);
+                |field| 0.5 * (DrawKey::root(self.seed).with(number).with(keyframe).with(field).uniform() - 0.5);
             let steps = |place_px: f64| low_u16(u32_truncated(16.0 * crate::num::greater(place_px, 0.0)));
             let (x_q4, y_q4) = (steps(place_px.x + noise_px(7)), steps(place_px.y + noise_px(8)));
             let look = DrawKey::root(self.seed).with(number).with(9);
