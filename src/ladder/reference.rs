@@ -19,8 +19,11 @@ use crate::scene::lit::BOUNCES_MAX;
 
 /// The share of the finest accuracy that the standard error of a ladder's reference may have.
 pub const SHARE: f64 = 1.0 / 3.0;
-/// Pairs of renders at most; each is made for the whole error, so that more than a few mean that a pixel's noise has no variance.
-const ROUNDS_MAX: u32 = 8;
+/// Pairs of renders at most. Each is made for the whole error; where glints have most of it more are needed, because a pixel in which no
+/// ray met one claims no error.
+const ROUNDS_MAX: u32 = 32;
+/// Pairs after which their number is foretold: an error of independent pairs falls with their root.
+const ROUNDS_LEAST: u32 = 4;
 
 /// One judged picture.
 pub struct Judged {
@@ -78,7 +81,9 @@ pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64, share: f64) -
         if standard_error <= share * finest || !bench.has_rays() {
             return judged(bench, setting, &setup, places, halves, standard_error, squares.pixels);
         }
-        if halves.rounds == ROUNDS_MAX {
+        let ratio = standard_error / (share * finest);
+        let foretold = f64::from(halves.rounds) * ratio * ratio;
+        if halves.rounds == ROUNDS_MAX || (halves.rounds >= ROUNDS_LEAST && foretold > f64::from(ROUNDS_MAX)) {
             break;
         }
     }

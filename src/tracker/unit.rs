@@ -98,7 +98,7 @@ mod tests {
         for _ in 1..100 {
             solve_in_unit(&mut held, 4);
         }
-        // The tailed law is fitted anew to what each adjustment left, and with three views a point it narrows to a limit above the sum's least.
+        // The tailed law is fitted anew to what each adjustment left; with three views a point it narrows to a limit above the least sum.
         assert!((0.7 * law..1.0).contains(&share(&held)), "{} of what the truth leaves", share(&held));
         // A hundred sums of two lengths, each rounded some ten times by 2^-53.
         assert!((spread_m(&held) / before_m - 1.0).abs() < 1e-12, "{} m of {before_m} m", spread_m(&held));
