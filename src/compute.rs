@@ -1,6 +1,7 @@
 //! The fixed-point feature extractor on the sensor. Enters: codes of a frame. Leaves: features, their clocks and counted events.
 //!
-//! The way of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved; FAST-9/16 scores every pixel behind seven
+//! The way of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved;
+//! FAST-9/16 scores every pixel behind seven
 //! rows, strict non-maximum suppression keeps the peaks, and each cell of a grid keeps its best. Rows of cells go through a
 //! queue to a few engines, which read a corner's patch of the smoothed picture and give it a sub-pixel place, an orientation
 //! and a rotated BRIEF descriptor. Integers only. Pictures are worked on as a whole; `stream` says what happens when, and

@@ -452,10 +452,10 @@ fn the_threshold_follows_its_target_from_frame_to_frame() {
     );
 }
 
-/// On every rung a picture of few bits is what the same extractor makes of its smoothed words, at the least threshold of such codes, and later by
-/// the rows that the kernel waits for. Without smoothing two bits give FAST three scores at most.
+/// Functions and the hardware's twin give the same of few bits, at the least threshold of such codes, and later by the rows that the
+/// kernel waits for. Without smoothing two bits give FAST three scores at most.
 #[test]
-fn codes_of_few_bits_are_smoothed_on_every_rung_and_finer_ones_are_not() {
+fn codes_of_few_bits_are_smoothed_in_functions_and_twin_and_finer_ones_are_not() {
     let codes = blobs(160, 120);
     let usual = ExtractorParams { target_features: 0, ..ExtractorParams::USUAL };
     let off = ExtractorParams { smoothing: Smoothing::Off, ..usual };

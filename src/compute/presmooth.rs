@@ -1,10 +1,10 @@
 //! Smoothing before corners are looked for. Enters: words of a picture of few bits. Leaves: the picture under a 7x7 binomial kernel.
 //!
-//! Codes of two bits are four plateaus: FAST's differences take three values, so a threshold has nothing between all corners and none; single
-//! pixels of noise at a plateau's edge are corners, and what an edge's place was within a pixel is lost. A mean of many pixels brings back levels
-//! between the four, and an edge's place with them, because noise and the shape of the edge let neighbours change at different places.
-//! In hardware: six row memories before the extractor's own, shifts and adds. It stands before every form of the extractor and has no
-//! twin of its own, as the grey of a mosaic has none.
+//! Codes of two bits are four plateaus: FAST's differences take three values, so a threshold has nothing between all corners and none;
+//! single pixels of noise at a plateau's edge are corners, and what an edge's place was within a pixel is lost. A mean of many pixels
+//! brings back levels between the four, and an edge's place with them, because noise and the shape of the edge let neighbours change at
+//! different places. In hardware: six row memories before the extractor's own, shifts and adds. It stands before every form of the
+//! extractor and has no twin of its own, as the grey of a mosaic has none.
 
 use super::rows::Pixels;
 use super::word::Word;
@@ -19,8 +19,8 @@ const REACH_PX: u32 = 3;
 const REACH: usize = 3;
 /// Rows that are held: all but the newest.
 const ROWS: u64 = 6;
-/// 1 6 15 20 15 6 1: three sums of pairs, three adds for the weights (6 = 4 + 2, 15 = 16 - 1, 20 = 16 + 4) and three for the sum; twice, and the
-/// rounding.
+/// 1 6 15 20 15 6 1: three sums of pairs, three adds for the weights (6 = 4 + 2, 15 = 16 - 1, 20 = 16 + 4) and three for the sum;
+/// twice, and the rounding.
 const OPS: u64 = 2 * (3 + 3 + 3) + 1;
 
 /// The picture weighted by (1 6 15 20 15 6 1) in both directions over 4096, rounded half up; standard deviation 1.22 px. Beyond an edge
@@ -78,8 +78,8 @@ fn weigh([a, b, c, d, e, f, g]: [u32; 7]) -> u32 {
     (a + g) + 6 * (b + f) + 15 * (c + e) + 20 * d
 }
 
-/// When smoothed words are there: the last code that one is made of is three rows below and three columns to the right. Beyond the last row the
-/// kernel goes on by itself.
+/// When smoothed words are there: the last code that one is made of is three rows below and three columns to the right. Beyond the
+/// last row the kernel goes on by itself.
 pub(super) struct Behind<'a> {
     pub pixels: &'a mut dyn Pixels,
     pub height_px: usize,
