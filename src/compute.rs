@@ -1,6 +1,7 @@
 //! The fixed-point feature extractor on the sensor. Enters: codes of a frame. Leaves: features, their clocks and counted events.
 //!
-//! The way of a frame: codes are shifted to the pipeline's words; octaves are halved; FAST-9/16 scores every pixel behind seven
+//! The way of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved;
+//! FAST-9/16 scores every pixel behind seven
 //! rows, strict non-maximum suppression keeps the peaks, and each cell of a grid keeps its best. Rows of cells go through a
 //! queue to a few engines, which read a corner's patch of the smoothed picture and give it a sub-pixel place, an orientation
 //! and a rotated BRIEF descriptor. Integers only. Pictures are worked on as a whole; `stream` says what happens when, and
@@ -43,6 +44,7 @@ mod orientation;
 mod params;
 mod patch;
 mod pattern;
+mod presmooth;
 mod rows;
 mod sequence;
 mod smooth;
@@ -57,7 +59,7 @@ pub use back::{AlwaysReady, ByteRate, Records};
 pub use fast::{Corner, fast9};
 pub use orientation::angle_of;
 pub use params::{
-    ExtractorParams, OCTAVE_SIDE_PX_MIN, Overflow, PATCH_MARGIN_PX, Pattern, Rank, SIDE_PX_MAX, SIDE_PX_MIN,
+    ExtractorParams, OCTAVE_SIDE_PX_MIN, Overflow, PATCH_MARGIN_PX, Pattern, Rank, SIDE_PX_MAX, SIDE_PX_MIN, Smoothing,
 };
 pub use pattern::pattern;
 pub use rows::{AtOnce, Pixels, RowByRow};
@@ -172,7 +174,8 @@ const SETTLE_FRAMES: u32 = 80;
 #[derive(Clone, Debug)]
 pub struct Extractor {
     params: ExtractorParams,
-    threshold: u16,
+    /// None before the first frame.
+    threshold: Option<u16>,
     rung: Rung,
     verilog: Option<Seat>,
 }
@@ -180,7 +183,7 @@ pub struct Extractor {
 impl Extractor {
     /// Ready for the first frame.
     pub fn new(params: &ExtractorParams) -> Self {
-        Self { params: *params, threshold: params.threshold, rung: Rung::Sampled, verilog: None }
+        Self { params: *params, threshold: None, rung: Rung::Sampled, verilog: None }
     }
 
     /// The same extractor on another rung: as functions over whole pictures, or as the hardware's twin, clock by clock. Both give the
@@ -213,11 +216,14 @@ impl Extractor {
         check_codes(codes, bits)?;
         let grey = (pattern_px != (1, 1)).then(|| luma::luma(codes, pattern_px, events));
         let codes = grey.as_ref().unwrap_or(codes);
+        let (params, smooths) = (self.params.for_codes(bits), self.params.smooths(bits));
+        let mut behind = presmooth::Behind { pixels, height_px: codes.height_px() };
+        let pixels: &mut dyn Pixels = if smooths { &mut behind } else { &mut *behind.pixels };
         let io = (pixels, records);
-        let mut extracted = if self.params.pipeline_bits == 8 {
-            self.of_words(to_words::<u8>(codes, bits, 8), io, events)?
+        let mut extracted = if params.pipeline_bits == 8 {
+            self.of_words(&params, words::<u8>(codes, bits, &params, events), io, events)?
         } else {
-            self.of_words(to_words::<u16>(codes, bits, self.params.pipeline_bits), io, events)?
+            self.of_words(&params, words::<u16>(codes, bits, &params, events), io, events)?
         };
         luma::place_in_mosaic(&mut extracted.features, pattern_px);
         Ok(extracted)
@@ -243,38 +249,42 @@ impl Extractor {
 
     fn of_words<W: Word + rtl_models::fx_front_rows::Word>(
         &mut self,
+        params: &ExtractorParams,
         picture: Plane<W>,
         io: (&mut dyn Pixels, &mut dyn Records),
         events: &mut Events,
     ) -> Result<Extracted, Error> {
         let size = picture.size();
+        // Longer words than those before may ask for less, shorter ones for more.
+        let adapted = self.threshold.filter(|_| params.target_features > 0);
+        let threshold = adapted.map_or(params.threshold, |threshold| threshold.max(params.threshold));
         let (extracted, next) = match self.rung {
-            Rung::Expected | Rung::Sampled => self.functional(picture, io),
-            Rung::Clocked => clocked::frame(&self.params, self.threshold, &picture, io)?,
+            Rung::Expected | Rung::Sampled => functional(params, threshold, picture, io),
+            Rung::Clocked => clocked::frame(params, threshold, &picture, io)?,
             Rung::Rtl => {
                 let verilog = self.verilog.as_ref().expect("who chose this rung gave the Verilog");
-                clocked::frame_in(verilog.silicon(), &self.params, self.threshold, &picture, io)?
+                clocked::frame_in(verilog.silicon(), params, threshold, &picture, io)?
             }
         };
-        self.threshold = next;
-        work::count(&self.params, size, &extracted.counts, u64_from(extracted.features.len()), events);
+        self.threshold = Some(next);
+        work::count(params, size, &extracted.counts, u64_from(extracted.features.len()), events);
         Ok(extracted)
     }
+}
 
-    /// What a frame gives, and the threshold of the next.
-    fn functional<W: Word>(
-        &self,
-        picture: Plane<W>,
-        (pixels, records): (&mut dyn Pixels, &mut dyn Records),
-    ) -> (Extracted, u16) {
-        let threshold = self.threshold;
-        let mut sequence = Sequence::new(&self.params, picture.size(), threshold);
-        let end_clk = sequence.frame(picture, pixels, records);
-        sequence.finish(records);
-        let (counts, left) = (sequence.counts(), sequence.take());
-        let (features, out_clk) = left.iter().map(|record| (record.feature, record.out_clk)).unzip();
-        (Extracted { features, out_clk, counts, threshold, end_clk }, sequence.threshold())
-    }
+/// What a frame gives, and the threshold of the next.
+fn functional<W: Word>(
+    params: &ExtractorParams,
+    threshold: u16,
+    picture: Plane<W>,
+    (pixels, records): (&mut dyn Pixels, &mut dyn Records),
+) -> (Extracted, u16) {
+    let mut sequence = Sequence::new(params, picture.size(), threshold);
+    let end_clk = sequence.frame(picture, pixels, records);
+    sequence.finish(records);
+    let (counts, left) = (sequence.counts(), sequence.take());
+    let (features, out_clk) = left.iter().map(|record| (record.feature, record.out_clk)).unzip();
+    (Extracted { features, out_clk, counts, threshold, end_clk }, sequence.threshold())
 }
 
 /// Codes of 1 to 16 bits as words of the pipeline's: lower bits are cut off, missing ones are 0.
@@ -289,6 +299,12 @@ fn to_words<W: Word>(codes: &Plane<u16>, bits: u32, pipeline_bits: u32) -> Plane
         let shift = pipeline_bits - bits;
         codes.map(|code| W::low(u32::from(code) << shift))
     }
+}
+
+/// The words that corners are looked for in: shifted codes, smoothed where the parameters ask for that.
+fn words<W: Word>(codes: &Plane<u16>, bits: u32, params: &ExtractorParams, events: &mut Events) -> Plane<W> {
+    let words = to_words(codes, bits, params.pipeline_bits);
+    if params.smooths(bits) { presmooth::presmooth(&words, params.pipeline_bits, events) } else { words }
 }
 
 /// Shifts codes of 1 to 16 bits to the words of a pipeline of 8 to 16.
@@ -341,12 +357,14 @@ pub fn extract(
 pub fn every_corner(codes: &Plane<u16>, bits: u32, params: &ExtractorParams) -> Result<Vec<Feature>, Error> {
     ExtractorParams::check_size(codes.size())?;
     check_codes(codes, bits)?;
+    let params = &params.for_codes(bits);
     let threshold = params.threshold;
+    let events = &mut Events::default();
     Ok(if params.pipeline_bits == 8 {
-        let picture = to_words::<u8>(codes, bits, 8);
+        let picture = words::<u8>(codes, bits, params, events);
         describe_every(&picture, &fast9(&picture, u8::low(threshold.into())), params)
     } else {
-        let picture = to_words::<u16>(codes, bits, params.pipeline_bits);
+        let picture = words::<u16>(codes, bits, params, events);
         describe_every(&picture, &fast9(&picture, threshold), params)
     })
 }

@@ -64,9 +64,11 @@ use sweep::{Motion, Moving, ahead_of, between};
 /// The published number of the tracker's draws.
 const DRAWS: u64 = 0x7472_6163_6b65_7231;
 
-/// A map that one camera started and lost for so many frames is given up while it has fewer keyframes than this: its start was false.
+/// A map that one camera started and lost for so many frames is given up while it has fewer keyframes than this, or held for no longer than
+/// this: its start was false. A false map of few bits makes a keyframe of every other frame.
 const GIVEN_UP_FRAMES: u64 = 15;
 const YOUNG_KEYFRAMES: usize = 6;
+const YOUNG_FRAMES: u64 = 30;
 
 /// After so many places in a row that are known badly, each of which hangs on the one before, the next one counts as lost.
 const WEAK_FRAMES_MAX: u32 = 3;
@@ -92,6 +94,7 @@ pub struct Tracker {
     last_keyframe: Option<LastKeyframe>,
     lost: bool,
     last_located_frame: Option<u64>,
+    started_frame: u64,
     /// Sights that supported the last pose.
     inliers_before: u32,
     frame: u64,
@@ -145,6 +148,7 @@ impl Tracker {
             last_keyframe: None,
             lost: false,
             last_located_frame: None,
+            started_frame: 0,
             inliers_before: 0,
             frame: 0,
             unswept_frame: None,
@@ -445,8 +449,9 @@ impl Tracker {
     fn lose(&mut self) {
         self.lost = true;
         self.motion = None;
-        let since = self.last_located_frame.map_or(0, |last| self.frame - last);
-        if self.unswept_frame.is_none() && since >= GIVEN_UP_FRAMES && self.map.keyframes.len() < YOUNG_KEYFRAMES {
+        let last_frame = self.last_located_frame.unwrap_or(self.frame);
+        let is_young = self.map.keyframes.len() < YOUNG_KEYFRAMES || last_frame - self.started_frame < YOUNG_FRAMES;
+        if self.unswept_frame.is_none() && self.frame - last_frame >= GIVEN_UP_FRAMES && is_young {
             self.map = Map::default();
             self.lost = false;
             self.params.place_sigma_px = self.place_sigma_px_min;

@@ -105,6 +105,7 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("compute.cell_px", "3", "16, 32 or 64"),
     ("compute.octaves", "5", "1 to 4"),
     ("compute.per_cell", "0", "1 to 4"),
+    ("compute.smoothing", "gaussian", "off, binomial"),
     ("compute.pipeline_bits", "7", "8 to 16"),
     ("compute.overflow", "drop", "drop_weakest"),
     ("compute.subpixel", "1", "true or false"),

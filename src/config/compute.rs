@@ -2,7 +2,7 @@
 
 use super::check::one_of;
 use super::scenario::Scenario;
-use crate::compute::{ExtractorParams, Overflow, Pattern, Rank};
+use crate::compute::{ExtractorParams, Overflow, Pattern, Rank, Smoothing};
 use crate::error::Error;
 
 impl Scenario {
@@ -17,6 +17,11 @@ impl Scenario {
             threshold: compute.threshold,
             target_features: compute.target_features,
             pipeline_bits: compute.pipeline_bits,
+            smoothing: one_of(
+                "compute.smoothing",
+                &compute.smoothing,
+                &[("auto", Smoothing::Auto), ("off", Smoothing::Off), ("binomial", Smoothing::Binomial)],
+            )?,
             octaves: compute.octaves,
             cell_px: compute.cell_px,
             per_cell: compute.per_cell,

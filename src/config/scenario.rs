@@ -90,6 +90,8 @@ sections! {
         target_features: u32,
         /// Bits of the pipeline's words, 8 to 16; codes are shifted to them.
         pipeline_bits: u32,
+        /// Before corners are looked for: "off", "binomial" (7x7), or "auto" (the latter where codes have 4 bits or fewer).
+        smoothing: String,
         /// Octaves, each of half the sides of the one before, 1 to 4.
         octaves: u32,
         /// Side of the cells that share the features out: 16, 32 or 64.

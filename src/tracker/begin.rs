@@ -34,6 +34,7 @@ impl Tracker {
         let world_from_body = state.body_from_world.inverse();
         self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: made });
         self.last_located_frame = Some(self.frame);
+        self.started_frame = self.frame;
         answer.status = Status::Initialised;
         answer.world_from_body = Some(world_from_body);
         answer.tracked_features = made;

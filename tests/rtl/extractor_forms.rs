@@ -7,7 +7,9 @@ use rtl_models::extractor_core::front_config;
 use rtl_models::extractor_rows::{ExtractorRows, Surroundings, row_corners};
 use rtl_models::fx_back::{Candidate, CellList, Engine, FxBackMemory, FxBackToggles, FxCounts, Policy, Record};
 use rtl_models::fx_front_rows::{self, FrontRows, FrontRowsMemory, RowCorner};
-use sensel::compute::{Counts, ExtractorParams, Feature, Overflow, Pattern, Pixels, Rank, Records, Sequence, Word};
+use sensel::compute::{
+    Counts, ExtractorParams, Feature, Overflow, Pattern, Pixels, Rank, Records, Sequence, Smoothing, Word,
+};
 use sensel::plane::Plane;
 use sensel::units::Size;
 
@@ -18,6 +20,7 @@ pub fn params(case: &Case) -> ExtractorParams {
         threshold: settings.threshold,
         target_features: settings.target.into(),
         pipeline_bits: config.pix_bits,
+        smoothing: Smoothing::Off,
         octaves: config.octaves,
         cell_px: 1 << config.cell_log2,
         per_cell: config.per_cell,

@@ -1,5 +1,8 @@
 //! A recording's pictures through the extractor on the host. Enters: an EuRoC folder of any number of cameras, or a TUM one of one. Leaves:
 //! the features of one frame of the rig after the other.
+//!
+//! Files hold 8 or 16 bits, whatever the sensor had. Codes whose lower bits nobody has ever seen set come from a sensor of fewer, and the
+//! extractor is told so: it then does what it would have done on that sensor.
 
 use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams, Feature, Pixels, Records};
 use sensel::error::Error;
@@ -20,13 +23,16 @@ pub struct Pictures<'a> {
     frames: &'a [Vec<FrameEntry>],
     together: std::vec::IntoIter<Vec<usize>>,
     extractors: Vec<Extractor>,
+    /// Bits that some code of a camera has had so far, as a mask of the files' codes.
+    ever_set: Vec<u16>,
 }
 
 impl<'a> Pictures<'a> {
     /// Those that belong together; no picture is read yet.
     pub fn new(cameras: &'a [CameraCalibration], frames: &'a [Vec<FrameEntry>], extractor: &ExtractorParams) -> Self {
         let extractors = vec![Extractor::new(extractor); cameras.len()];
-        Self { cameras, frames, together: together(frames).into_iter(), extractors }
+        let ever_set = vec![0; cameras.len()];
+        Self { cameras, frames, together: together(frames).into_iter(), extractors, ever_set }
     }
 
     /// Frames of the rig.
@@ -38,6 +44,7 @@ impl<'a> Pictures<'a> {
         let mut features: Vec<Vec<Feature>> = Vec::new();
         for (camera, &frame) in indices.iter().enumerate() {
             let (codes, bits) = self.load(camera, frame)?;
+            let (codes, bits) = without_idle_bits((codes, bits), &mut self.ever_set[camera]);
             let io = (&mut AtOnce as &mut dyn Pixels, &mut AlwaysReady as &mut dyn Records);
             let extractor = &mut self.extractors[camera];
             features.push(extractor.frame(&codes, bits, (1, 1), io, &mut Events::default())?.features);
@@ -70,6 +77,13 @@ impl Iterator for Pictures<'_> {
     }
 }
 
+/// The codes without their lower bits that none has had set so far, and the bits that are left; black pictures stay as they are.
+fn without_idle_bits((codes, bits): (Plane<u16>, u32), ever_set: &mut u16) -> (Plane<u16>, u32) {
+    *ever_set = codes.values().iter().fold(*ever_set, |all, &code| all | code);
+    let idle = ever_set.trailing_zeros();
+    if idle == 0 || idle >= bits { (codes, bits) } else { (codes.map(|code| code >> idle), bits - idle) }
+}
+
 /// Indices of pictures that belong together, one a camera, in rising time.
 fn together(all_frames: &[Vec<FrameEntry>]) -> Vec<Vec<usize>> {
     let mut at = vec![0; all_frames.len()];
@@ -89,4 +103,28 @@ fn together(all_frames: &[Vec<FrameEntry>]) -> Vec<Vec<usize>> {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use sensel::units::Size;
+
+    use super::*;
+
+    #[test]
+    fn bits_that_were_never_set_are_none_of_the_sensors() {
+        let plane = |codes: [u16; 3]| Plane::from_values(Size { width_px: 3, height_px: 1 }, codes.to_vec());
+        let mut ever_set = 0;
+        let mut show = |codes| {
+            let (codes, bits) = without_idle_bits((plane(codes), 8), &mut ever_set);
+            (codes.values().to_vec(), bits)
+        };
+        assert_eq!(show([0, 0, 0]), (vec![0, 0, 0], 8));
+        assert_eq!(show([0, 64, 192]), (vec![0, 1, 3], 2));
+        // The word is as long as the longest so far.
+        assert_eq!(show([0, 128, 16]), (vec![0, 8, 1], 4));
+        assert_eq!(show([0, 64, 128]), (vec![0, 4, 8], 4));
+        assert_eq!(show([255, 64, 128]), (vec![255, 64, 128], 8));
+        assert_eq!(show([0, 64, 128]), (vec![0, 64, 128], 8));
+    }
 }
