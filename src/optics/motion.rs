@@ -3,7 +3,7 @@
 
 use glam::DMat3;
 
-use crate::num::f32_nearest;
+use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u32_truncated_f32};
 use crate::pose::Pose;
 use crate::scene::lanes::{Floats, LANES, Vectors};
 use crate::units::Span;
@@ -103,6 +103,17 @@ impl Parabolas {
     }
 }
 
+impl Parabolas {
+    /// One lane's pose at its share of the span.
+    fn turn_of(&self, lane: usize, share: f32) -> Turn {
+        let mut numbers = [0.0; NUMBERS];
+        for (to, [a, b, c]) in numbers.iter_mut().zip(&self.coefficients) {
+            *to = a.0[lane] + share * (b.0[lane] + share * c.0[lane]);
+        }
+        Turn(numbers)
+    }
+}
+
 /// One lane's pose, or its change.
 #[derive(Clone, Copy, Debug)]
 pub struct Turn([f32; NUMBERS]);
@@ -182,12 +193,20 @@ impl Timeline {
         let first = known[0][0];
         let is_still = known.iter().flatten().all(|parabola| *parabola == first && parabola.is_still());
         let lanes = |piece: usize| Parabolas::of(&std::array::from_fn(|lane| known[lane / (LANES / ROWS)][piece]));
-        let count = if is_still { 1 } else { crate::num::index(pieces) };
+        let count = if is_still { 1 } else { index(pieces) };
         Self { pieces: (0..count).map(lanes).collect(), is_still }
     }
 }
 
 impl Timeline {
+    /// The pose of one lane of the packet at a share of its exposure.
+    pub fn turn_at(&self, lane: usize, share: f32) -> Turn {
+        let pieces = f32_from_u32(u32_from(self.pieces.len()));
+        // The end of the last piece is its own.
+        let piece = u32_truncated_f32(share * pieces).min(u32_from(self.pieces.len() - 1));
+        self.pieces[index(piece)].turn_of(lane, share * pieces - f32_from_u32(piece))
+    }
+
     /// The motion of one lane of the packet, in each lane over a piece of its own.
     pub fn gathered(&self, lane: usize, piece_of: &[usize; LANES]) -> Parabolas {
         let mut all = Parabolas { coefficients: [[Floats::splat(0.0); 3]; NUMBERS] };

@@ -7,7 +7,9 @@
 
 mod filter;
 mod fit;
+mod glints;
 mod halves;
+mod net;
 mod outlines;
 mod passes;
 mod pattern;
@@ -17,6 +19,7 @@ mod rows;
 mod shear;
 mod shot;
 mod spend;
+mod strata;
 mod twins;
 mod whole;
 
@@ -29,8 +32,9 @@ use crate::scene::LitScene;
 use crate::scene::lit::BOUNCES_MAX;
 use crate::units::Span;
 use halves::Seen;
+use net::Net;
 use passes::{Growing, Picture};
-use refine::{FIRST, Net, Rule};
+use refine::{FIRST, Rule};
 use shot::View;
 use spend::Estimate;
 
@@ -107,6 +111,8 @@ const LOOSE: f64 = 1.0;
 const OWN_NETS_FROM: u32 = 32;
 /// Outlines are looked for where what they may leave is more than this of the photons' own variance, with a fixed number of samples.
 const OUTLINES_FROM: f64 = 0.002;
+/// Images of lamps have samples of their own where they would leave more than this share of the target for each of a pixel's samples.
+const BOXES_FROM: f64 = 0.1;
 /// Passes that bring a picture to its target at most: each begins where the estimates of the one before lead.
 const PASSES_MAX: usize = 12;
 /// Factor by which the samples of a pixel may grow in one pass.
@@ -124,12 +130,12 @@ pub fn render(
     let view = View { scene, camera, reflections: sampling.reflections, follows_gloss: sampling.follows_gloss };
     let picture = Picture::new(view, shutter, world_from_body, sampling);
     if sampling.is_adaptive() {
-        return to_target(&picture);
+        return to_target(picture);
     }
     let samples = sampling.samples_per_pixel * sampling.subframes.max(1);
     assert!(samples > 0, "a render needs a sample");
     if sampling.subframes == 0 && samples >= OWN_NETS_FROM {
-        return own_nets(&picture, samples);
+        return own_nets(picture, samples);
     }
     let seen = picture.even(samples);
     let ratio = halves::variance_ratio(&seen, samples, sampling.saturation_photons);
@@ -145,12 +151,14 @@ fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
 }
 
 /// The same number of samples for each pixel, along its own motion. One ray each finds the surface first.
-fn own_nets(picture: &Picture, samples: u32) -> Exposure {
+fn own_nets(mut picture: Picture, samples: u32) -> Exposure {
     let saturation_photons = picture.sampling.saturation_photons;
-    let seen = picture.even(1);
+    let mut seen = picture.even(1);
     let share = Some(refine::share(samples));
     let outlines_from =
         picture.sampling.outlines.then(|| f32_nearest(OUTLINES_FROM / picture.sampling.electrons_per_photon));
+    let beside = outlines_from.map_or(0, |least| picture.part(1, &mut seen, least * f32_from_u32(samples)).rays);
+    let picture = &picture;
     let rule = Rule { samples, least_gain: None, saturation_photons, share, outlines_from };
     let mut nets: Vec<Growing> = (0..seen.len())
         .map(|at| Growing { at, net: Net::new(spend::hidden(&seen, index(picture.view.camera.size.width_px), at, 1)) })
@@ -164,7 +172,8 @@ fn own_nets(picture: &Picture, samples: u32) -> Exposure {
         is_refined: true,
     };
     let estimates: Vec<Estimate> = nets.iter().map(of).collect();
-    told(picture, &estimates, &seen, 1, &rule)
+    let exposure = told(picture, &estimates, &seen, 1, &rule);
+    Exposure { rays: exposure.rays + beside, ..exposure }
 }
 
 /// Takes pixels anew that were not asked for their outlines, where what a neighbour's samples met may be hidden from their own. One ray of
@@ -199,13 +208,16 @@ fn ask_beside(picture: &Picture, nets: &mut [Growing], seen: &[Seen], rule: &Rul
 }
 
 /// As few samples as bring the mean of variance over photons to what is asked for.
-fn to_target(picture: &Picture) -> Exposure {
+fn to_target(mut picture: Picture) -> Exposure {
     let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
     let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
     let first = FIRST_BATCH[usize::from(picture.sampling.tolerance >= LOOSE)];
     let width = index(picture.view.camera.size.width_px);
-    let seen = picture.even(first);
+    let mut seen = picture.even(first);
+    let parted = picture.part(first, &mut seen, f32_nearest(target * BOXES_FROM));
+    let mut beside = parted.rays;
     let mut estimates = spend::first_estimates(&seen, width, first, saturation_photons);
+    parted.correct(&mut estimates);
     let mut rule = Rule { samples: FIRST, least_gain: None, saturation_photons, share: None, outlines_from: None };
     let mut nets: Vec<Growing> = Vec::new();
     for _ in 0..PASSES_MAX {
@@ -232,7 +244,9 @@ fn to_target(picture: &Picture) -> Exposure {
         }
         rule.samples = rule.samples.saturating_mul(PASS_GROWTH).min(samples_max);
     }
-    told(picture, &estimates, &seen, first, &rule)
+    beside += nets.iter().map(|growing| u64::from(growing.net.extra)).sum::<u64>();
+    let exposure = told(&picture, &estimates, &seen, first, &rule);
+    Exposure { rays: exposure.rays + beside, ..exposure }
 }
 
 /// The picture, and its error as pixels tell that are sampled a second time.

@@ -10,7 +10,7 @@ mod one;
 mod packet;
 mod slopes;
 
-pub use gloss::{BOUNCES_MAX, Facet};
+pub use gloss::{BOUNCES_MAX, Facet, is_exact_mirror};
 pub use packet::{Face, Met, by_band, by_lane};
 
 use std::sync::OnceLock;
@@ -20,6 +20,7 @@ use glam::DVec3;
 use super::bake::rays::{Aims, aimed_light, bounce_rays};
 use super::bake::{Bake, BakeSettings};
 use super::flicker::Flicker;
+use super::glints::Glints;
 use super::light::{BANDS, Bands, Illuminant, luminance};
 use super::mesh::{Gloss, Material, dot};
 use super::texture::Footprint;
@@ -88,6 +89,8 @@ pub struct LitScene {
     has_textures: bool,
     /// What of each material keeps an image.
     gloss: Vec<Option<Gloss>>,
+    /// Mirrors, and the lamps that they may show.
+    glints: Glints,
     /// Found once.
     bounds: OnceLock<ExitanceBounds>,
 }
@@ -214,6 +217,7 @@ impl LitScene {
             paints,
             has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
             gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
+            glints: Glints::of(&scene.mesh),
             bounds: OnceLock::new(),
             scene,
         }
@@ -222,6 +226,11 @@ impl LitScene {
     /// The geometry.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// Its mirrors, and the lamps that they may show.
+    pub fn glints(&self) -> &Glints {
+        &self.glints
     }
 
     /// Spectrum of its white light.

@@ -54,6 +54,8 @@ impl Kernel for Ways<'_> {
 const LISTED_MAX: usize = 8_192;
 /// Says that a ray meets first what no sample did.
 const UNMET: u16 = u16::MAX;
+/// Says that a ray lies where the pixel has other samples.
+const TAKEN: u16 = u16::MAX - 1;
 /// Groups of alike triangles, at most.
 const GROUPS_MAX: usize = 6;
 /// Triangles part into two groups if that explains at least this share of what samples still differ by.
@@ -136,17 +138,16 @@ impl Outlines {
         are_all && !self.triangles.is_empty()
     }
 
-    /// Asks for some more rays of a packet.
-    pub fn ask(&mut self, rays: &Beam, places: &Places, lanes: usize) {
-        for lane in 0..lanes {
-            self.places.push([0, 1, 2].map(|axis| places.place[axis].0[lane]));
-        }
+    /// Asks for some more rays of a packet, at places of which some are taken.
+    pub fn ask(&mut self, rays: &Beam, at: &[[f32; 3]], is_taken: &dyn Fn([f32; 3]) -> bool) {
+        let lanes = at.len();
+        self.places.extend_from_slice(at);
         let none = self.corners_m.len();
         let (first, met) = dispatch(Front { corners_m: &self.corners_m, rays });
         self.met.extend((0..lanes).map(|lane| met.map(|numbers| numbers.0[lane])));
-        self.front.extend(first[..lanes].iter().map(|&number| {
+        self.front.extend(first.iter().zip(at).map(|(&number, &at)| {
             let number = if number == MISS { none } else { index(number) };
-            u16::try_from(number).expect("fewer triangles are listed")
+            if is_taken(at) { TAKEN } else { u16::try_from(number).expect("fewer triangles are listed") }
         }));
     }
 
@@ -190,13 +191,14 @@ impl Outlines {
     /// Numbers of up to as many rays as a packet has that meet first what none of the first `count` does.
     pub fn unmet(&mut self, count: usize) -> Option<([u32; LANES], usize)> {
         let mut is_met = vec![false; self.corners_m.len() + 1];
-        for &front in &self.front[..count] {
+        for &front in self.front[..count].iter().filter(|&&front| front != TAKEN) {
             is_met[usize::from(front)] = true;
         }
-        let all = self.front.iter().filter(|&&front| !is_met[usize::from(front)]).count();
+        let is_known = |front: u16| front == TAKEN || is_met[usize::from(front)];
+        let all = self.front.iter().filter(|&&front| !is_known(front)).count();
         let (mut numbers, mut lanes, mut place) = ([0; LANES], 0, 0);
         for (number, front) in self.front.iter_mut().enumerate() {
-            if is_met[usize::from(*front)] {
+            if is_known(*front) {
                 continue;
             }
             *front = UNMET;
@@ -210,14 +212,14 @@ impl Outlines {
         (lanes > 0).then_some((numbers, lanes))
     }
 
-    /// What is known of each group's rays, and the shares of the gap and of each ray.
-    fn shares(&self, group_of: &[usize]) -> (Vec<Fit>, f64, f64) {
+    /// What is known of each group's rays, and the shares of the gap, of what is taken and of each ray.
+    fn shares(&self, group_of: &[usize]) -> (Vec<Fit>, [f64; 3]) {
         let mut finer = vec![Fit::default(); GROUPS_MAX];
         let mut tinted = vec![Kind::default(); GROUPS_MAX];
-        let (mut of_gap, each) = (0.0, 1.0 / f64_from_usize(self.front.len()));
+        let (mut of_gap, mut of_taken, each) = (0.0, 0.0, 1.0 / f64_from_usize(self.front.len()));
         for (ray, &front) in self.front.iter().enumerate() {
-            if front == UNMET {
-                of_gap += each;
+            if front == UNMET || front == TAKEN {
+                *if front == UNMET { &mut of_gap } else { &mut of_taken } += each;
                 continue;
             }
             let group = group_of[usize::from(front)];
@@ -230,7 +232,7 @@ impl Outlines {
             // The mean of those that are known stands for all.
             finer.places[0] = tinted.mean().unwrap_or(0.0) * finer.count;
         }
-        (finer, of_gap, each)
+        (finer, [of_gap, of_taken, each])
     }
 
     /// What samples say whose photons are given, with the mean of those rays that were traced for a gap, if any were.
@@ -239,24 +241,27 @@ impl Outlines {
         let none = self.corners_m.len();
         let mut kinds = vec![Kind::default(); none + 1];
         let base = photons(0);
-        for sample in 0..count {
+        let is_own = |sample: &usize| self.front[*sample] != TAKEN;
+        for sample in (0..count).filter(is_own) {
             kinds[usize::from(self.front[sample])].add(photons(sample) - base);
         }
         let group_of = groups(&kinds);
-        let (finer, of_gap, each) = self.shares(&group_of);
+        let (finer, [of_gap, of_taken, each]) = self.shares(&group_of);
         let sums = |from: usize, to: usize| {
             let mut groups = vec![Fit::default(); GROUPS_MAX];
-            for sample in from..to {
+            for sample in (from..to).filter(is_own) {
                 groups[group_of[usize::from(self.front[sample])]]
                     .add(&self.place(sample, false), photons(sample) - base);
             }
             groups
         };
         let all = sums(0, count);
-        let whole = all.iter().map(|fit| fit.sum).sum::<f64>() / f64_from_usize(count);
+        let counted = all.iter().map(|fit| fit.count).sum::<f64>();
+        let whole = if counted > 0.0 { all.iter().map(|fit| fit.sum).sum::<f64>() / counted } else { 0.0 };
         let fits: Vec<([f64; REGRESSORS], f64)> = all.iter().map(Fit::slopes).collect();
         let mean = |groups: &[Fit]| {
-            let mut mean = base + of_gap * gap.map_or(whole, |photons| photons - base);
+            // What is taken is dark here.
+            let mut mean = base * (1.0 - of_taken) + of_gap * gap.map_or(whole, |photons| photons - base);
             for (number, finer) in finer.iter().enumerate().filter(|(_, finer)| finer.count > 0.0) {
                 // What only the other half met counts as there.
                 let group = if groups[number].count > 0.0 { &groups[number] } else { &all[number] };

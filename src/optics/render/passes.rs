@@ -2,11 +2,14 @@
 //! pixels, or cells of some. Every pixel's result is a function of its own samples, so no order shows.
 
 use super::Sampling;
+use super::glints::{Finder, Glint};
 use super::halves::Seen;
-use super::refine::{Desk, Net, Pixel, Rule, STRATA};
+use super::net::Net;
+use super::refine::{Desk, Pixel, Rule, STRATA};
 use super::rows::{COLUMNS, Pass, ROWS, Rows};
 use super::shot::View;
 use super::spend::Estimate;
+use super::strata::Parted;
 use super::twins::Twin;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
 use crate::optics::motion::Timeline;
@@ -20,6 +23,8 @@ use crate::units::Span;
 const OF_NET: u64 = 1 << 41;
 /// Says that a key is a twin's.
 const OF_TWIN: u64 = 1 << 42;
+/// Says that a key shows where boxes are lit.
+const OF_BOXES: u64 = 1 << 45;
 /// Pixels of a unit of parallel work.
 const CHUNK: usize = 64;
 
@@ -36,6 +41,25 @@ pub struct Picture<'a> {
     per_lux_s: [f64; BANDS],
     /// Level of the flickering lamps in each stratum of each row's exposure.
     lamp_levels: Vec<[f32; STRATA]>,
+    /// Parts of some pixels' exposures that have samples of their own, by place in the picture.
+    boxes: Vec<(usize, Vec<Glint>)>,
+}
+
+/// What parting pixels says of their first batch.
+pub struct Partings {
+    by_place: Vec<(usize, Parted)>,
+    /// Rays that it took.
+    pub rays: u64,
+}
+
+impl Partings {
+    /// Adds what lies in boxes to estimates of the rest.
+    pub fn correct(&self, estimates: &mut [Estimate]) {
+        for (at, parted) in &self.by_place {
+            estimates[*at].photons = parted.photons;
+            estimates[*at].variance += parted.variance;
+        }
+    }
 }
 
 /// A pixel with a net of its own.
@@ -52,7 +76,7 @@ fn rows_of(group: usize, height: usize) -> [usize; ROWS] {
 }
 
 /// Results by number.
-fn collected<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
+pub fn collected<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
@@ -92,7 +116,7 @@ impl<'a> Picture<'a> {
         let level = |row: usize| std::array::from_fn(|stratum| level(&view, shutter[row], stratum, STRATA));
         let lamp_levels = (0..shutter.len()).map(level).collect();
         let per_lux_s = view.camera.photons_per_lux_s(view.scene.illuminant());
-        Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels }
+        Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels, boxes: Vec::new() }
     }
 
     fn width(&self) -> usize {
@@ -141,7 +165,40 @@ impl<'a> Picture<'a> {
         });
     }
 
+    /// Looks for images of lamps, gives boxes of samples to those that would leave more than `least` of their pixel's photons as
+    /// variance for each even sample, and takes their pixels out of the first batch that is `seen`.
+    pub fn part(&mut self, count: u32, seen: &mut [Seen], least: f32) -> Partings {
+        const EACH: usize = CHUNK / 4;
+        let found = Finder { view: self.view, timelines: &self.timelines }.all();
+        let of = |chunk: usize| -> Vec<(usize, Vec<Glint>, Parted, u32)> {
+            let mut desk = Desk::new();
+            let some = &found[chunk * EACH..((chunk + 1) * EACH).min(found.len())];
+            let one = |(at, glints): &(usize, Vec<Glint>)| {
+                let pixel = self.pixel(*at, OF_BOXES);
+                let least = least * seen[*at].photons;
+                let (lit, left, rays) = Pixel { glints, ..pixel }.lit_boxes(least, &mut desk);
+                let pixel = Pixel { glints: &lit, ..self.pixel(*at, OF_NET | OF_BOXES) };
+                let parted = pixel.first_parted(count, seen[*at].nearest_m, left, &mut desk);
+                let rays = rays + count + pixel.beside(count);
+                (*at, lit, parted, rays)
+            };
+            some.iter().map(one).collect()
+        };
+        let parted: Vec<_> = collected(found.len().div_ceil(EACH), of).into_iter().flatten().collect();
+        let mut partings = Partings { by_place: Vec::new(), rays: 0 };
+        for (at, lit, parted, rays) in parted {
+            partings.rays += u64::from(rays);
+            if !lit.is_empty() {
+                seen[at] = parted.outside;
+                partings.by_place.push((at, parted));
+                self.boxes.push((at, lit));
+            }
+        }
+        partings
+    }
+
     fn pixel(&self, at: usize, kind: u64) -> Pixel<'_> {
+        let boxes = self.boxes.binary_search_by_key(&at, |(at, _)| *at);
         let (x, y) = (at % self.width(), at / self.width());
         Pixel {
             view: self.view,
@@ -149,6 +206,7 @@ impl<'a> Picture<'a> {
             lamp_levels: &self.lamp_levels[y],
             photons_per_lux: self.photons_per_lux(x, y),
             at: [x, y],
+            glints: boxes.map_or(&[], |number| self.boxes[number].1.as_slice()),
             key: self.sampling.key.with(u64_from(y)).with(u64_from(x) | kind),
         }
     }
@@ -204,7 +262,8 @@ impl<'a> Picture<'a> {
                     self.pixel(at, OF_NET | OF_TWIN).grow(&mut net, self.nearest_m(seen, at), &rule, &mut desk);
                     (*photons, *samples) = (net.photons, net.samples + net.extra);
                 } else {
-                    (*photons, *samples) = (self.pixel(at, OF_TWIN).even_mean(first, &mut desk), first);
+                    let pixel = self.pixel(at, OF_TWIN);
+                    (*photons, *samples) = (pixel.even_mean(first, &mut desk), first + pixel.beside(first));
                 }
             }
         });

@@ -2,10 +2,12 @@
 //! counted by its share (`outlines`) where that may matter.
 
 use super::filter::Shares;
+use super::net::Net;
 use super::outlines::{Told, Ways, plain};
-use super::refine::{Desk, Net, Pixel, Places};
+use super::refine::{Desk, Pixel, Places};
 use super::shot::Pixels;
 use super::spend::ratio;
+use super::strata::Parting;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::tracer::Hits;
@@ -55,6 +57,14 @@ impl Net {
         (self.photons, self.spread) = (f32_nearest(told.mean), f32_nearest(told.spread));
         self.taken = 0.25 * apart * apart;
     }
+
+    /// Adds what boxes say.
+    fn add(&mut self, told: &Told) {
+        let apart = f32_nearest(told.halves[1] - told.halves[0]);
+        self.photons += f32_nearest(told.mean);
+        self.spread += f32_nearest(told.spread);
+        self.taken += 0.25 * apart * apart;
+    }
 }
 
 impl Pixel<'_> {
@@ -62,10 +72,18 @@ impl Pixel<'_> {
     pub fn whole(&self, net: &mut Net, pixels: &Pixels, whole: &Whole, desk: &mut Desk) {
         let shares = Shares::over_motion(whole.share);
         let (mut lights, mut far_m) = (Vec::with_capacity(index(whole.samples)), 0.0_f32);
+        let mut added = Vec::new();
         for from in (0..whole.samples).step_by(LANES) {
             let lanes = LANES.min(index(whole.samples - from));
-            let places = self.places(whole.velocity_px, &numbers(from), lanes);
-            let [seen, gone_m] = self.shoot(pixels, places, lanes, &shares, desk);
+            let (places, at) = self.places_at(whole.velocity_px, &numbers(from), lanes);
+            let [mut seen, gone_m] = self.shoot(pixels, places, lanes, &shares, desk);
+            if !self.glints.is_empty() {
+                let parting = Parting { pixels, shares: &shares, numbers: &numbers(from), lanes };
+                let mut own = Floats::splat(0.0);
+                self.add_boxes(&parting, &mut own, desk);
+                added.extend_from_slice(&own.0[..lanes]);
+                self.take_out(&at, lanes, &mut seen);
+            }
             lights.extend_from_slice(&seen.0[..lanes]);
             for &gone_m in &gone_m.0[..lanes] {
                 far_m = if gone_m > far_m { gone_m } else { far_m };
@@ -82,6 +100,10 @@ impl Pixel<'_> {
         net.is_asked = ratio(net.photons, left) > whole.least;
         if net.is_asked {
             self.tell(net, pixels, whole, &lights, far_m, desk);
+        }
+        if !added.is_empty() {
+            net.add(&plain(&added));
+            net.extra += self.beside(whole.samples);
         }
     }
 
@@ -114,9 +136,9 @@ impl Pixel<'_> {
         for (first, end) in [(0, samples), (samples, finer(samples))] {
             for from in (first..end).step_by(LANES) {
                 let lanes = LANES.min(index(end - from));
-                let places = self.places(whole.velocity_px, &numbers(from), lanes);
+                let (places, at) = self.places_at(whole.velocity_px, &numbers(from), lanes);
                 let rays = dispatch(Ways { timeline: self.timeline, pixels, places: &places });
-                desk.outlines.ask(&rays, &places, lanes);
+                desk.outlines.ask(&rays, &at[..lanes], &|at| self.is_taken(at));
             }
         }
         true

@@ -26,7 +26,8 @@ const MIRROR_ROUGHNESS_MAX: f32 = 0.1;
 /// From this on the greater part of a surface is a metal.
 const MIRROR_METALLIC_MIN: f32 = 0.5;
 
-pub(super) fn is_exact_mirror(material: &Material) -> bool {
+/// Whether its reflection is taken as a perfect mirror's.
+pub fn is_exact_mirror(material: &Material) -> bool {
     material.metallic >= MIRROR_METALLIC_MIN && material.roughness <= MIRROR_ROUGHNESS_MAX
 }
 
