@@ -47,8 +47,10 @@ pub struct World {
     pub mirrors: Vec<Mirror>,
     /// What shines, and after that what plane mirrors show of it.
     pub lamps: Vec<Lamp>,
-    /// How many are not shown by mirrors.
+    /// How many are not shown by (further) mirrors.
     pub own: usize,
+    /// The plane mirror that shows all this.
+    shown_by: Option<Plane>,
 }
 
 /// The mirrors of a scene and what may shine in them.
@@ -63,6 +65,14 @@ pub struct Glints {
 struct Plane {
     normal: DVec3,
     offset_m: f64,
+    is_double_sided: bool,
+}
+
+impl World {
+    /// Whether an eye is on the side of the mirror that shows it.
+    pub fn is_seen_from(&self, eye_m: DVec3) -> bool {
+        self.shown_by.is_none_or(|plane| plane.is_double_sided || plane.normal.dot(eye_m) > plane.offset_m)
+    }
 }
 
 impl Glints {
@@ -92,11 +102,12 @@ impl Glints {
                 lamps.push(plane.lamp(&lamps[number]));
             }
         }
-        let seen = World { mirrors, lamps, own };
+        let seen = World { mirrors, lamps, own, shown_by: None };
         let shown = |plane: &Plane| World {
             mirrors: seen.mirrors.iter().map(|mirror| plane.mirror(mirror)).collect(),
             lamps: seen.lamps.iter().map(|lamp| plane.lamp(lamp)).collect(),
-            own: 0,
+            own,
+            shown_by: Some(*plane),
         };
         let mut worlds: Vec<World> = planes.iter().map(shown).collect();
         worlds.insert(0, seen);
@@ -114,7 +125,8 @@ fn planes(mirrors: &[Mirror]) -> Vec<Plane> {
             planes[number].0 += area_m2;
         } else if planes.len() < PLANES_TRIED {
             // Scenes of many small flat mirrors have no great one.
-            planes.push((area_m2, Plane { normal: mirror.plane, offset_m: mirror.plane.dot(a) }));
+            let (normal, is_double_sided) = (mirror.plane, mirror.is_double_sided);
+            planes.push((area_m2, Plane { normal, offset_m: normal.dot(a), is_double_sided }));
         }
     }
     planes.retain(|(area_m2, _)| *area_m2 > PLANE_LEAST_M2);

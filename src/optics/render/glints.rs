@@ -11,7 +11,7 @@ use super::passes::collected;
 use super::rows::{COLUMNS, ROWS};
 use super::shot::View;
 use crate::num::{f32_nearest, f64_from_usize, index, u32_truncated};
-use crate::optics::motion::{Timeline, Turn};
+use crate::optics::motion::Timeline;
 use crate::scene::glints::{Lamp, Mirror, Weights, beyond};
 
 /// A part of a pixel's exposure: a box that moves evenly.
@@ -137,6 +137,8 @@ const WIDER: f64 = 1.1;
 const ROUNDING_PX: f64 = 2e-4;
 /// How far beyond its triangle's rim an image may lie at first glance, in weights: the eye moves on until a row is exposed.
 const GLANCE_BEYOND: f64 = 0.5;
+/// Beyond any picture.
+const FAR_PX: f64 = 1e9;
 /// Lamps of which half is no wider have one box that moves with them.
 const SMALL_PX: f64 = 0.25;
 /// Instants at which outlines are looked at, by pixel of their way.
@@ -178,23 +180,22 @@ impl Finder<'_> {
     pub fn all(&self) -> Vec<(usize, Vec<Glint>)> {
         const EACH: usize = 256;
         let mut all: Vec<(usize, Glint)> = Vec::new();
-        let shown = if self.view.reflections > 0 { usize::MAX } else { 0 };
-        let worlds = &self.view.scene.glints().worlds;
-        for world in worlds.iter().take(shown) {
+        let [_, height] = self.size();
+        let eye_m = self.sight(height / 2, 0.5).eye_m;
+        let shows = self.view.reflections > 0;
+        let worlds = self.view.scene.glints().worlds.iter().enumerate();
+        for (_, world) in worlds.filter(|(number, world)| *number == 0 || (shows && world.is_seen_from(eye_m))) {
             let of = |chunk: usize| {
                 let mut found = Vec::new();
                 for mirror in &world.mirrors[chunk * EACH..((chunk + 1) * EACH).min(world.mirrors.len())] {
-                    self.look_at(mirror, &world.lamps, &mut found);
+                    self.look_at(mirror, eye_m, &world.lamps, &mut found);
                 }
                 found
             };
-            all.extend(collected(world.mirrors.len().div_ceil(EACH), of).into_iter().flatten());
-        }
-        // Of the lamps themselves, and where plane mirrors show them.
-        if let Some(seen) = worlds.first() {
-            let lamps = &seen.lamps[..if shown > 0 { seen.lamps.len() } else { seen.own }];
-            let of = |number: usize| self.rims(&lamps[number]);
-            all.extend(collected(lamps.len(), of).into_iter().flatten());
+            let chunks = if shows { world.mirrors.len().div_ceil(EACH) } else { 0 };
+            all.extend(collected(chunks, of).into_iter().flatten());
+            let of = |number: usize| self.rims(&world.lamps[number]);
+            all.extend(collected(world.own, of).into_iter().flatten());
         }
         // Stable: those of one pixel stay in their order.
         all.sort_by_key(|(at, _)| *at);
@@ -205,7 +206,7 @@ impl Finder<'_> {
     fn rims(&self, lamp: &Lamp) -> Vec<(usize, Glint)> {
         let mut found = Vec::new();
         let [width, height] = self.size();
-        let middle = self.project(&self.pose(height / 2, 0.5), lamp.middle_m);
+        let middle = self.project(&self.sight(height / 2, 0.5), lamp.middle_m);
         let Some(row) = middle.and_then(|place| row_within(place.y, height)) else { return found };
         let itself = |target_m: DVec3, _: DVec3, near: Weights| Some((near, target_m));
         if self.track(&itself, lamp, AMID, row).is_some_and(|track| track.half.max_element() < SMALL_PX) {
@@ -216,9 +217,13 @@ impl Finder<'_> {
         if !((greatest - least).max_element() < TRACK_MAX_PX) {
             return found;
         }
+        let amid = self.sight(row, 0.5);
+        let places: Option<Vec<DVec2>> = lamp.corners_m.iter().map(|corner_m| self.project(&amid, *corner_m)).collect();
+        let Some(places) = places else { return found };
+        let rim_m: Vec<DVec3> = hull(&places).into_iter().map(|corner| lamp.corners_m[corner]).collect();
         let steps = index_of((way_px * STEPS_PER_PX).ceil());
         for y in pixels_between(least.y - 2.0, greatest.y + 2.0, height) {
-            let Some(outlines) = self.outlines(lamp, y, steps) else { continue };
+            let Some(outlines) = self.outlines(&rim_m, y, steps) else { continue };
             for x in pixels_between(least.x - 2.0, greatest.x + 2.0, width) {
                 found.extend(self.rim(&outlines, [x, y]).map(|glint| (y * width + x, glint)));
             }
@@ -228,28 +233,26 @@ impl Finder<'_> {
 
     /// What of the picture a lamp passes over a row's exposure, and how far it goes.
     fn swept(&self, lamp: &Lamp, row: usize) -> Option<([DVec2; 2], f64)> {
-        let poses = [0.0, 1.0].map(|t| self.pose(row, t));
-        let [mut least, mut greatest] = [self.project(&poses[0], lamp.middle_m)?; 2];
-        for pose in &poses {
+        let sights = [0.0, 1.0].map(|t| self.sight(row, t));
+        let [mut least, mut greatest] = [self.project(&sights[0], lamp.middle_m)?; 2];
+        for sight in &sights {
             for corner_m in &lamp.corners_m {
-                let place = self.project(pose, *corner_m)?;
+                let place = self.project(sight, *corner_m)?;
                 (least, greatest) = (least.min(place), greatest.max(place));
             }
         }
-        let way_px = self.project(&poses[1], lamp.middle_m)? - self.project(&poses[0], lamp.middle_m)?;
+        let way_px = self.project(&sights[1], lamp.middle_m)? - self.project(&sights[0], lamp.middle_m)?;
         Some(([least, greatest], way_px.abs().max_element()))
     }
 
-    /// Instants of a row's exposure, and the convex outline of a lamp at each.
-    fn outlines(&self, lamp: &Lamp, row: usize, steps: usize) -> Option<Vec<(f64, Vec<DVec2>)>> {
-        let amid = self.pose(row, 0.5);
-        let places: Option<Vec<DVec2>> = lamp.corners_m.iter().map(|corner_m| self.project(&amid, *corner_m)).collect();
-        let rim = hull(&places?);
+    /// Instants of a row's exposure, and what of a convex outline lies in the row at each.
+    fn outlines(&self, rim_m: &[DVec3], row: usize, steps: usize) -> Option<Vec<(f64, Vec<DVec2>)>> {
+        let (top, pad) = (f64_from_usize(row), self.pad());
         let at = |t: f64| {
-            let pose = self.pose(row, f32_nearest(t));
-            let places: Option<Vec<DVec2>> =
-                rim.iter().map(|&corner| self.project(&pose, lamp.corners_m[corner])).collect();
-            Some((t, places?))
+            let sight = self.sight(row, f32_nearest(t));
+            let places: Option<Vec<DVec2>> = rim_m.iter().map(|corner_m| self.project(&sight, *corner_m)).collect();
+            let [least, greatest] = [DVec2::new(-FAR_PX, top - pad), DVec2::new(FAR_PX, top + 1.0 + pad)];
+            Some((t, clipped(&places?, least, greatest)))
         };
         if steps == 0 {
             return Some(vec![at(0.5)?]);
@@ -257,13 +260,19 @@ impl Finder<'_> {
         (0..=steps).map(|step| at(f64_from_usize(step) / f64_from_usize(steps))).collect()
     }
 
+    /// How far beyond a pixel's sides something may lie that it sees.
+    fn pad(&self) -> f64 {
+        BENT_PX / self.view.camera.lens.focal_px() + ROUNDING_PX
+    }
+
     /// The part of a pixel's exposure that outlines reach into.
     fn rim(&self, outlines: &[(f64, Vec<DVec2>)], [x, y]: [usize; 2]) -> Option<Glint> {
         let corner = DVec2::new(f64_from_usize(x), f64_from_usize(y));
-        let pad = DVec2::splat(BENT_PX / self.view.camera.lens.focal_px() + ROUNDING_PX);
+        let pad = self.pad();
+        let (left, right) = (DVec2::new(corner.x - pad, -FAR_PX), DVec2::new(corner.x + 1.0 + pad, FAR_PX));
         let mut bounds: Option<([DVec2; 2], [f64; 2])> = None;
         for (t, outline) in outlines {
-            for place in clipped(outline, corner - pad, corner + 1.0 + pad) {
+            for place in clipped(outline, left, right) {
                 let ([least, greatest], times) = bounds.unwrap_or(([place; 2], [*t; 2]));
                 bounds = Some(([least.min(place), greatest.max(place)], [times[0], *t]));
             }
@@ -284,9 +293,7 @@ impl Finder<'_> {
     }
 
     /// Adds the boxes of images that lamps may have in a triangle.
-    fn look_at(&self, mirror: &Mirror, lamps: &[Lamp], found: &mut Vec<(usize, Glint)>) {
-        let [_, height] = self.size();
-        let eye_m = place_m(&self.pose(height / 2, 0.5));
+    fn look_at(&self, mirror: &Mirror, eye_m: DVec3, lamps: &[Lamp], found: &mut Vec<(usize, Glint)>) {
         let Some(cone) = mirror.cone(eye_m) else { return };
         for lamp in lamps.iter().filter(|lamp| cone.may_meet(lamp)) {
             let Some(at) = mirror.image_of(lamp.middle_m, eye_m, AMID) else { continue };
@@ -303,9 +310,9 @@ impl Finder<'_> {
     /// Adds the boxes of a lamp's image.
     fn add(&self, see: &See, lamp: &Lamp, near: Weights, found: &mut Vec<(usize, Glint)>) {
         let [width, height] = self.size();
-        let pose = self.pose(height / 2, 0.5);
-        let Some((_, place)) = see(lamp.middle_m, place_m(&pose), near) else { return };
-        let Some(seen) = self.project(&pose, place) else { return };
+        let sight = self.sight(height / 2, 0.5);
+        let Some((_, place_m)) = see(lamp.middle_m, sight.eye_m, near) else { return };
+        let Some(seen) = self.project(&sight, place_m) else { return };
         let Some(row) = row_within(seen.y, height) else { return };
         let Some(track) = self.track(see, lamp, near, row) else { return };
         let [least, greatest] = track.bounds();
@@ -324,16 +331,17 @@ impl Finder<'_> {
 
     /// How an image goes over a row's exposure.
     fn track(&self, see: &See, lamp: &Lamp, near: Weights, row: usize) -> Option<Track> {
-        let image = |target_m: DVec3, near: Weights, t: f32| {
-            let pose = self.pose(row, t);
-            let (at, place_m) = see(target_m, place_m(&pose), near)?;
-            Some((at, self.project(&pose, place_m)?))
+        let image = |target_m: DVec3, near: Weights, sight: &Sight| {
+            let (at, place_m) = see(target_m, sight.eye_m, near)?;
+            Some((at, self.project(sight, place_m)?))
         };
-        let (at, middle) = image(lamp.middle_m, near, 0.5)?;
-        let [(_, start), (_, end)] = [image(lamp.middle_m, at, 0.0)?, image(lamp.middle_m, at, 1.0)?];
+        let amid = self.sight(row, 0.5);
+        let (at, middle) = image(lamp.middle_m, near, &amid)?;
+        let (_, start) = image(lamp.middle_m, at, &self.sight(row, 0.0))?;
+        let (_, end) = image(lamp.middle_m, at, &self.sight(row, 1.0))?;
         let (mut half, mut reach) = (DVec2::ZERO, 0.0);
         for half_m in lamp.half_m {
-            let (other, place) = image(lamp.middle_m + half_m, at, 0.5)?;
+            let (other, place) = image(lamp.middle_m + half_m, at, &amid)?;
             half += (place - middle).abs();
             let [u, v] = [other[0] - at[0], other[1] - at[1]];
             reach += crate::num::greater(crate::num::greater(u.abs(), v.abs()), (u + v).abs());
@@ -357,22 +365,24 @@ impl Finder<'_> {
         Some(corner + share - place)
     }
 
-    /// The camera's pose at a share of a row's exposure.
-    fn pose(&self, row: usize, t: f32) -> Turn {
-        self.timelines[row / ROWS].turn_at(row % ROWS * COLUMNS, t)
+    /// From where a row sees at a share of its exposure.
+    fn sight(&self, row: usize, t: f32) -> Sight {
+        let pose = self.timelines[row / ROWS].turn_at(row % ROWS * COLUMNS, t);
+        let wide = |vector: [f32; 3]| DVec3::from_array(vector.map(f64::from));
+        let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| wide(pose.turned(axis)));
+        Sight { eye_m: wide(pose.place_m()), camera_from_world: DMat3::from_cols(x, y, z).inverse() }
     }
 
-    fn project(&self, pose: &Turn, point_m: DVec3) -> Option<DVec2> {
-        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-            .map(|axis| DVec3::from_array(pose.turned(axis).map(f64::from)));
-        let camera_from_world = DMat3::from_cols(axes[0], axes[1], axes[2]).inverse();
-        let place = self.view.camera.lens.project(camera_from_world * (point_m - place_m(pose)))?;
+    fn project(&self, sight: &Sight, point_m: DVec3) -> Option<DVec2> {
+        let place = self.view.camera.lens.project(sight.camera_from_world * (point_m - sight.eye_m))?;
         Some(place + DVec2::splat(0.5))
     }
 }
 
-fn place_m(pose: &Turn) -> DVec3 {
-    DVec3::from_array(pose.place_m().map(f64::from))
+/// A camera at an instant.
+struct Sight {
+    eye_m: DVec3,
+    camera_from_world: DMat3,
 }
 
 /// The row that a place lies in or near, where that is near the picture.

@@ -14,7 +14,7 @@ use crate::scene::lanes::{Floats, LANES};
 
 /// Says that a key is of a box's samples.
 const OF_BOX: u64 = 1 << 44;
-/// Samples that show whether an image is there: it takes a twentieth of its box and more unless something hides it.
+/// Samples, at most, that show whether an image is there: it takes a twentieth of its box and more unless something hides it.
 const PROBES: u32 = 64;
 
 /// What samples of a pixel share that some boxes part.
@@ -97,12 +97,17 @@ impl Pixel<'_> {
         let pixels = self.pixels();
         let shares = Shares::even(share(PROBES), share(PROBES));
         let mut lit: Vec<(f32, Glint)> = Vec::new();
+        let mut rays = 0;
         for (number, glint) in self.glints.iter().enumerate() {
             let mut powers = Powers::NONE;
             for from in (0..PROBES).step_by(LANES) {
                 let numbers = std::array::from_fn(|lane| from + u32_from(lane));
                 let parting = Parting { pixels: &pixels, shares: &shares, numbers: &numbers, lanes: LANES };
                 self.of_box(number, &parting, desk).0.iter().for_each(|&photons| powers.add(photons));
+                rays += u32_from(LANES);
+                if powers.spread_and_tail()[0] > f64::from(least * glint.volume()) {
+                    break;
+                }
             }
             // Samples of a box are worth its volume; an even sample that meets it is worth all, as often as its volume says.
             let variance = f32_nearest(powers.spread_and_tail()[0]) / glint.volume();
@@ -113,7 +118,7 @@ impl Pixel<'_> {
         lit.sort_by(|a, b| b.0.total_cmp(&a.0));
         lit.truncate(EACH_MAX);
         let left = lit.iter().map(|(variance, glint)| variance * glint.volume()).sum();
-        (lit.into_iter().map(|(_, glint)| glint).collect(), left, PROBES * u32_from(self.glints.len()))
+        (lit.into_iter().map(|(_, glint)| glint).collect(), left, rays)
     }
 
     /// A first batch of a pixel with boxes, which is a packet at most. `nearest_m` is what a tile's batch said, `left` the variance of a
