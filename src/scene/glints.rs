@@ -9,6 +9,9 @@ use super::lit::is_exact_mirror;
 use super::mesh::{Mesh, unit_normal};
 use crate::num::index;
 
+/// Lamps times triangles of mirrors from which on none are looked for in mirrors: a glance takes some nanoseconds, so a tenth of a second a
+/// render.
+const PAIRS_MAX: usize = 1 << 24;
 /// A plane mirror shows the whole scene once more: of so many, the greatest, images are looked for through them as well.
 const PLANES_MAX: usize = 2;
 /// And of none smaller than this.
@@ -101,6 +104,9 @@ impl Glints {
             for number in 0..own {
                 lamps.push(plane.lamp(&lamps[number]));
             }
+        }
+        if mirrors.len().saturating_mul(lamps.len()) > PAIRS_MAX {
+            mirrors.clear();
         }
         let seen = World { mirrors, lamps, own, shown_by: None };
         let shown = |plane: &Plane| World {

@@ -183,8 +183,10 @@ impl Finder<'_> {
         let [_, height] = self.size();
         let eye_m = self.sight(height / 2, 0.5).eye_m;
         let shows = self.view.reflections > 0;
-        let worlds = self.view.scene.glints().worlds.iter().enumerate();
-        for (_, world) in worlds.filter(|(number, world)| *number == 0 || (shows && world.is_seen_from(eye_m))) {
+        let worlds = &self.view.scene.glints().worlds;
+        // The first is what is seen without a mirror.
+        let seen = &worlds[..if shows { worlds.len() } else { worlds.len().min(1) }];
+        for world in seen.iter().filter(|world| world.is_seen_from(eye_m)) {
             let of = |chunk: usize| {
                 let mut found = Vec::new();
                 for mirror in &world.mirrors[chunk * EACH..((chunk + 1) * EACH).min(world.mirrors.len())] {
