@@ -16,6 +16,7 @@ use sensel::files::map::ply;
 use sensel::link::LinkCounts;
 use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::pose::{TimedPose, format_tum};
+use sensel::report::figures::{AlignedFigures, Figure, NotMeasurable};
 use sensel::report::{TrajectoryFigures, trajectory_figures};
 use sensel::run::SensorSetup;
 use sensel::tracker::{FrameInput, ImuCalibration, Reading, RowClock, Status, TrackedFrame, Tracker, TrackerParams};
@@ -26,6 +27,9 @@ use super::{listing, place, progress};
 use packets::Packets;
 use pictures::Pictures;
 use recording::Recording;
+
+/// Errors after an alignment, where there is one.
+type Aligned = Result<AlignedFigures, NotMeasurable>;
 
 /// One frame of the rig, as a recording brings it.
 pub struct Brought {
@@ -218,15 +222,22 @@ fn say(
 ) {
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
     let figures = truth.and_then(|truth| trajectory_figures(&truth, &course.poses).ok());
-    let ate_m = |part: fn(&TrajectoryFigures) -> Option<f64>| figures.as_ref().and_then(part);
-    let rigid_m = ate_m(|figures| figures.se3.as_ref().ok().map(|aligned| aligned.ate_m));
-    let scaled_m = ate_m(|figures| figures.sim3.as_ref().ok().map(|aligned| aligned.ate_m));
     let (tracked, frames) = (course.poses.len(), course.frames);
     if shared.json {
         let events: Vec<_> = course.events.iter().map(|(t_s, event)| json!({"t_s": t_s, "event": event})).collect();
+        let ate_m =
+            |part: fn(&TrajectoryFigures) -> &Aligned| part(figures.as_ref()?).as_ref().ok().map(|errors| errors.ate_m);
+        // A relative error does not depend on a rigid alignment.
+        let unaligned = figures.as_ref().map(|figures| &figures.unaligned);
+        let still = figures.as_ref().map(|figures| &figures.still);
+        let d2_m = figures.as_ref().and_then(|figures| figures.se3.as_ref().ok()?.jitter_d2_m.as_ref().ok());
         let json = json!({
-            "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "ate_m": rigid_m,
-            "ate_sim3_m": scaled_m, "events": events, "from": from.name(), "link": link.map(link_json),
+            "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "ate_m": ate_m(|errors| &errors.se3),
+            "ate_sim3_m": ate_m(|errors| &errors.sim3), "rpe_m": unaligned.and_then(|errors| errors.rpe_m.as_ref().ok()),
+            "jitter_frame_m": unaligned.map(|errors| errors.jitter_frame_m), "jitter_d2_m": d2_m,
+            "jitter_still_m": still.and_then(|still| still.jitter_d2_m.as_ref().ok()),
+            "still_steps_under_1um": still.map(|still| still.steps_under_1um),
+            "events": events, "from": from.name(), "link": link.map(link_json),
         });
         listing::print_json(&json);
     } else if !shared.quiet {
@@ -234,14 +245,28 @@ fn say(
         if let Some(counts) = link.filter(|counts| !counts.clean()) {
             outln!("link: {}", link_json(counts));
         }
-        // One camera's path has a unit of its own.
-        let (ate_m, how) = if recording.cameras.len() == 1 { (scaled_m, ", scale aligned") } else { (rigid_m, "") };
-        if let Some(ate_m) = ate_m {
-            outln!("ATE {:.2} mm against the folder's ground truth{how}", 1e3 * ate_m);
+        if let Some(figures) = figures {
+            outln!("against the folder's ground truth: {}", errors(&figures, recording.cameras.len() == 1));
         }
         for (t_s, event) in &course.events {
             outln!("{t_s:.3} s: {event}");
         }
         outln!("{frames} frames, {tracked} tracked, {} without a pose", frames - tracked);
+    }
+}
+
+/// Position error and jitter in words; of a rig that stands still, what can be said without alignment.
+fn errors(figures: &TrajectoryFigures, one_camera: bool) -> String {
+    // One camera's path has a unit of its own.
+    let (aligned, how) = if one_camera { (&figures.sim3, ", scale aligned") } else { (&figures.se3, "") };
+    let mm = |value_m: &f64| format!("{:.3} mm", 1e3 * value_m);
+    let jitter = |d2_m: &Figure| d2_m.as_ref().map_or_else(ToString::to_string, mm);
+    match aligned {
+        Ok(errors) => format!("ATE {}, jitter (d2) {}{how}", mm(&errors.ate_m), jitter(&errors.jitter_d2_m)),
+        Err(reason) => {
+            let still = &figures.still;
+            let frozen = 100.0 * still.steps_under_1um;
+            format!("jitter (d2) {}, {frozen:.1} % of steps under 1 um; no ATE: {reason}", jitter(&still.jitter_d2_m))
+        }
     }
 }

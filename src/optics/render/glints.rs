@@ -9,6 +9,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::passes::collected;
 use super::rows::{COLUMNS, ROWS};
+use super::shear::bounded;
 use super::shot::View;
 use crate::num::{f32_nearest, f64_from_usize, index, u32_truncated};
 use crate::optics::motion::Timeline;
@@ -43,7 +44,7 @@ impl Glint {
 
     /// Three even numbers' place in it.
     pub fn place(&self, [a, b, c]: [f32; 3]) -> [f32; 3] {
-        let t = self.times[0] + c * (self.times[1] - self.times[0]);
+        let t = bounded(self.times[0] + c * (self.times[1] - self.times[0]));
         let at = |axis: usize, share: f32| {
             let [least, greatest] = self.edges[axis];
             least + share * (greatest - least) + self.velocity[axis] * t

@@ -29,7 +29,8 @@ fn sum_of_boxes(p: f32, width: f32) -> (f32, [f32; 2]) {
     (place, [if from > 0.0 { from } else { 0.0 }, if to < 1.0 { to } else { 1.0 }])
 }
 
-fn bounded(share: f32) -> f32 {
+/// A share that a sum may have rounded up to 1, or below 0.
+pub fn bounded(share: f32) -> f32 {
     // The largest number below 1, so that nothing lies in the next pixel or piece of time.
     const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
     if !(share > 0.0) {

@@ -20,18 +20,22 @@ fn pose_tiles(report: &Report) -> String {
     let metres = |value: Option<f64>| value.map(|value| si_parts(value, "m"));
     let why =
         |path: &str, meaning: &str| report.not_measurable.get(path).cloned().unwrap_or_else(|| meaning.to_owned());
-    let d2 = tracking.jitter_d2_m.map_or("not measured".to_owned(), |value| si(value, "m"));
+    // A rig that stands still has no alignment, and needs none.
+    let d2_m = tracking.jitter_d2_m.or(tracking.jitter_still_m);
+    let d2 = d2_m.map_or("not measured".to_owned(), |value| si(value, "m"));
+    // One camera's path has a unit of its own.
+    let (ate_m, path, meaning) = if report.scenario.cameras == 1 {
+        (tracking.ate_sim3_m, "tracking.ate_sim3_m", "RMS distance from the true path after alignment with scale.")
+    } else {
+        (tracking.ate_m, "tracking.ate_m", "RMS distance from the true path after rigid alignment.")
+    };
     let tracked = format!(
         "Median landmarks of a frame's pose; {} of {} frames have a pose.",
         percent(tracking.tracked_fraction),
         grouped(f64::from(report.scenario.frames))
     );
     [
-        Tile {
-            name: "Position error (ATE)",
-            value: metres(tracking.ate_m),
-            meaning: why("tracking.ate_m", "RMS distance from the true path after rigid alignment."),
-        },
+        Tile { name: "Position error (ATE)", value: metres(ate_m), meaning: why(path, meaning) },
         Tile {
             name: "Jitter, frame to frame",
             value: metres(tracking.jitter_frame_m),

@@ -8,6 +8,28 @@ fn uniform(key: DrawKey, number: u64, least: f64, greatest: f64) -> f64 {
     least + (greatest - least) * key.with(number).uniform()
 }
 
+/// The greatest share below 1, stretched over late parts of an exposure, rounds up to its end: beyond the last piece of the motion.
+#[test]
+fn no_sample_of_a_box_lies_after_the_exposure() {
+    const GREATEST: f32 = 1.0 - 1.0 / 16_777_216.0;
+    let (mut tried, mut rounded_up) = (0, 0);
+    for case in 0..1_000 {
+        let key = DrawKey::root(43).with(case);
+        let draw = |number: u64, least: f64, greatest: f64| uniform(key, number, least, greatest);
+        // Enters the pixel late, and is in it at the end.
+        let end = DVec2::new(draw(0, 0.2, 0.8), draw(1, 0.2, 0.8));
+        let start = end - DVec2::new(draw(2, 2.0, 8.0), draw(3, -0.2, 0.2));
+        let half = DVec2::new(draw(4, 0.01, 0.1), draw(5, 0.01, 0.1));
+        let Some(glint) = Glint::within(&Track { start, end, half }, [0, 0], DVec2::ZERO) else { continue };
+        let [from, to] = glint.times;
+        rounded_up += u32::from(from + GREATEST * (to - from) >= 1.0);
+        let [_, _, t] = glint.place([0.5, 0.5, GREATEST]);
+        assert!((0.0..1.0).contains(&t), "{case}: {t} of {glint:?}");
+        tried += 1;
+    }
+    assert!(tried > 500 && rounded_up > 50, "{tried} tried, {rounded_up} would have been after the exposure");
+}
+
 #[test]
 fn even_samples_find_the_share_of_a_box_that_its_own_samples_have_in_the_pixel() {
     const SAMPLES: u32 = 1 << 14;
