@@ -380,6 +380,7 @@ impl Tracker {
             motion: None,
             prior: None,
             felt: None,
+            least_px: self.least_px(),
             sure: false,
             number: self.frame,
             inliers_before: 0,
@@ -433,7 +434,9 @@ impl Tracker {
         let felt = self.inertia.as_ref().and_then(Inertia::rate_prior);
         let sure = foreseen.is_some_and(|foreseen| self.is_sure(&foreseen));
         let motion = self.motion;
-        let frame = Frame { cameras, views, map, params, t_s, motion, prior, felt, sure, number, inliers_before };
+        let least_px = self.least_px();
+        let frame =
+            Frame { cameras, views, map, params, t_s, motion, prior, felt, least_px, sure, number, inliers_before };
         if let Some(located) = predicted.and_then(|predicted| frame.near(&predicted, work)) {
             return Some((located, Status::Tracked));
         }

@@ -223,10 +223,8 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
         100.0 * tracking.tracked_fraction,
         report.features.median_tracked.map_or("no".to_owned(), |count| format!("{count:.0}"))
     );
-    outln!("  ATE           {}  over {:.2} m", figure(tracking.ate_m, 1e3, "mm"), scenario.path_m);
-    if let (1, Some(ate_m), Some(scale)) = (scenario.cameras, tracking.ate_sim3_m, tracking.scale_sim3) {
-        outln!("  scale aligned {:.2} mm, by a scale of {scale:.4}", 1e3 * ate_m);
-    }
+    let how = if scenario.cameras == 1 { ", scale aligned" } else { "" };
+    outln!("  ATE           {}  over {:.2} m{how}", figure(tracking.ate_m, 1e3, "mm"), scenario.path_m);
     outln!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));
     outln!("  jitter (d2)   {}", jitter(tracking));
     outln!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);

@@ -1,6 +1,7 @@
 //! `sensel track`: the tracker alone, on the pictures of an EuRoC or TUM folder, real or simulated, of any number of cameras, or on the
 //! packets that a run kept.
 
+mod figures;
 mod packets;
 mod pictures;
 mod recording;
@@ -16,20 +17,16 @@ use sensel::files::map::ply;
 use sensel::link::LinkCounts;
 use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::pose::{TimedPose, format_tum};
-use sensel::report::figures::{AlignedFigures, Figure, NotMeasurable};
-use sensel::report::{TrajectoryFigures, trajectory_figures};
 use sensel::run::SensorSetup;
 use sensel::tracker::{FrameInput, ImuCalibration, Reading, RowClock, Status, TrackedFrame, Tracker, TrackerParams};
 use serde_json::json;
 
 use super::args::{Shared, TrackArguments};
 use super::{listing, place, progress};
+use figures::Figures;
 use packets::Packets;
 use pictures::Pictures;
 use recording::Recording;
-
-/// Errors after an alignment, where there is one.
-type Aligned = Result<AlignedFigures, NotMeasurable>;
 
 /// One frame of the rig, as a recording brings it.
 pub struct Brought {
@@ -221,24 +218,15 @@ fn say(
     shared: &Shared,
 ) {
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
-    let figures = truth.and_then(|truth| trajectory_figures(&truth, &course.poses).ok());
+    let figures = truth.and_then(|truth| Figures::of(&truth, &course.poses, recording.cameras.len() == 1));
     let (tracked, frames) = (course.poses.len(), course.frames);
     if shared.json {
         let events: Vec<_> = course.events.iter().map(|(t_s, event)| json!({"t_s": t_s, "event": event})).collect();
-        let ate_m =
-            |part: fn(&TrajectoryFigures) -> &Aligned| part(figures.as_ref()?).as_ref().ok().map(|errors| errors.ate_m);
-        // A relative error does not depend on a rigid alignment.
-        let unaligned = figures.as_ref().map(|figures| &figures.unaligned);
-        let still = figures.as_ref().map(|figures| &figures.still);
-        let d2_m = figures.as_ref().and_then(|figures| figures.se3.as_ref().ok()?.jitter_d2_m.as_ref().ok());
-        let json = json!({
-            "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "ate_m": ate_m(|errors| &errors.se3),
-            "ate_sim3_m": ate_m(|errors| &errors.sim3), "rpe_m": unaligned.and_then(|errors| errors.rpe_m.as_ref().ok()),
-            "jitter_frame_m": unaligned.map(|errors| errors.jitter_frame_m), "jitter_d2_m": d2_m,
-            "jitter_still_m": still.and_then(|still| still.jitter_d2_m.as_ref().ok()),
-            "still_steps_under_1um": still.map(|still| still.steps_under_1um),
-            "events": events, "from": from.name(), "link": link.map(link_json),
+        let mut json = json!({
+            "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "events": events,
+            "from": from.name(), "link": link.map(link_json),
         });
+        json.as_object_mut().expect("an object").extend(Figures::json(figures.as_ref()));
         listing::print_json(&json);
     } else if !shared.quiet {
         outln!("trajectory: {}, from {}", out.display(), from.name());
@@ -246,27 +234,11 @@ fn say(
             outln!("link: {}", link_json(counts));
         }
         if let Some(figures) = figures {
-            outln!("against the folder's ground truth: {}", errors(&figures, recording.cameras.len() == 1));
+            outln!("against the folder's ground truth: {figures}");
         }
         for (t_s, event) in &course.events {
             outln!("{t_s:.3} s: {event}");
         }
         outln!("{frames} frames, {tracked} tracked, {} without a pose", frames - tracked);
-    }
-}
-
-/// Position error and jitter in words; of a rig that stands still, what can be said without alignment.
-fn errors(figures: &TrajectoryFigures, one_camera: bool) -> String {
-    // One camera's path has a unit of its own.
-    let (aligned, how) = if one_camera { (&figures.sim3, ", scale aligned") } else { (&figures.se3, "") };
-    let mm = |value_m: &f64| format!("{:.3} mm", 1e3 * value_m);
-    let jitter = |d2_m: &Figure| d2_m.as_ref().map_or_else(ToString::to_string, mm);
-    match aligned {
-        Ok(errors) => format!("ATE {}, jitter (d2) {}{how}", mm(&errors.ate_m), jitter(&errors.jitter_d2_m)),
-        Err(reason) => {
-            let still = &figures.still;
-            let frozen = 100.0 * still.steps_under_1um;
-            format!("jitter (d2) {}, {frozen:.1} % of steps under 1 um; no ATE: {reason}", jitter(&still.jitter_d2_m))
-        }
     }
 }

@@ -150,6 +150,11 @@ pub fn prediction_error_m(truth: &[TimedPose], predicted: &[TimedPose], alignmen
     Ok(rms(pose_errors(&pairs, alignment).iter().map(|error| error.error_m)))
 }
 
+/// Metres in the unit of an estimate that one camera made, by the alignment with scale; none where nothing can be aligned.
+pub fn unit_m(truth: &[TimedPose], estimate: &[TimedPose]) -> Option<f64> {
+    trajectory_figures(truth, estimate).ok()?.sim3.ok().map(|aligned| aligned.alignment.scale)
+}
+
 /// Median; the mean of the middle two of an even number. None of an empty list.
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();

@@ -9,6 +9,7 @@ use crate::facts::{Fact, ScenarioFacts};
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Camera;
 use crate::pose::TimedPose;
+use crate::report::figures::unit_m;
 use crate::report::record::{
     Bandwidth, FactRecord, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, TileRecord,
     Timing, TrackingEvent,
@@ -223,7 +224,7 @@ impl Session {
         report.tracking.tracked_fraction = f64_from_usize(estimate.len()) / frames;
         let mut predicted: Vec<TimedPose> = self.notes.iter().filter_map(|note| note.predicted).collect();
         // The path of one camera has no metre of its own: every figure is of the path brought to metres by the alignment with scale.
-        let unit_m = self.unit_m(&estimate);
+        let unit_m = if self.setup.cameras.len() == 1 { unit_m(&self.truth(), &estimate) } else { None };
         if let Some(unit_m) = unit_m {
             for pose in estimate.iter_mut().chain(&mut predicted) {
                 pose.world_from_body.translation_m *= unit_m;
@@ -244,14 +245,6 @@ impl Session {
             *found *= unit_m.unwrap_or(1.0);
         }
         self.set_course(report, unit_m.unwrap_or(1.0));
-    }
-
-    /// Metres in the unit of a map that one camera made; `None` where the map has metres, or where nothing can be aligned.
-    fn unit_m(&self, estimate: &[TimedPose]) -> Option<f64> {
-        if self.setup.cameras.len() > 1 {
-            return None;
-        }
-        trajectory_figures(&self.truth(), estimate).ok()?.sim3.ok().map(|aligned| aligned.alignment.scale)
     }
 
     /// What befell the tracker, and the bound of its positions.

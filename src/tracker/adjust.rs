@@ -92,10 +92,10 @@ impl Problem<'_> {
         self.solve_under(None, iterations_max)
     }
 
-    /// Adjusts in place, with the errors' own law in place of Huber's kernel, under what is known beside.
-    pub fn solve_tailed(&mut self, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
-        let law = Law::Tailed(Tailed::of(&self.errors2()));
-        self.solve_with(law, prior, iterations_max)
+    /// Adjusts in place, with the errors' own law, no narrower than some pixels, in place of Huber's kernel, under what is known beside.
+    pub fn solve_tailed(&mut self, prior: Option<&Prior>, least_px: f64, iterations_max: u32) -> Outcome {
+        let law = Tailed::of(&self.errors2()).no_narrower(least_px, self.observations.iter().map(|o| o.inverse_sigma));
+        self.solve_with(Law::Tailed(law), prior, iterations_max)
     }
 
     /// Adjusts in place under what left the window before. Derivatives of the prior's poses are taken at their first estimates.

@@ -8,7 +8,7 @@ use crate::tracker::locate::Found;
 use crate::tracker::map::{Keyframe, Landmark, Map, Sighting};
 use crate::tracker::matching::Rule;
 use crate::tracker::preintegrate::filter::Inertia;
-use crate::tracker::refine::{Measurement, refine};
+use crate::tracker::refine::{Measurement, WITHIN_PIXEL_PX, refine};
 use crate::tracker::rig::{RigCamera, Sight, View};
 use crate::tracker::start::Begun;
 use crate::tracker::sweep::{Moving, RatePrior};
@@ -318,7 +318,7 @@ pub fn adjust_window(
     let outcome = if cameras.len() == 1 && prior.is_none() {
         solve_in_unit(&mut window.problem, params.adjust_iterations)
     } else {
-        window.problem.solve_tailed(prior.as_ref(), params.adjust_iterations)
+        window.problem.solve_tailed(prior.as_ref(), WITHIN_PIXEL_PX, params.adjust_iterations)
     };
     work.adjust_iterations += outcome.iterations;
     work.adjusted_observations += crate::num::u64_from(window.problem.observations.len());

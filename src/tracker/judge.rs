@@ -3,7 +3,7 @@
 
 use super::locate::{Found, Located, MEDIAN_SIGMAS2, NARROW_PX};
 use super::preintegrate::filter::Foreseen;
-use super::refine::{position_bound_m, upper_median};
+use super::refine::{WITHIN_PIXEL_PX, upper_median};
 use super::rig::View;
 use super::sweep::Moving;
 use super::{Inlier, Tracker};
@@ -42,9 +42,14 @@ impl Tracker {
         self.waiting.waits_for_motion() && self.inertia.is_none()
     }
 
+    /// Places are off by no less: a map that hangs on its motion learns their noise from what they show.
+    pub(super) fn least_px(&self) -> f64 {
+        if self.hangs_on_motion() { 0.0 } else { WITHIN_PIXEL_PX }
+    }
+
     /// Judges a pose; what is felt besides the picture vouches for it.
     pub(super) fn judge(&mut self, located: &Located, is_felt: bool) -> Judgement {
-        let position_bound_m = position_bound_m(&located.information);
+        let position_bound_m = located.position_bound_m;
         let is_sound = is_felt || self.is_sound(located, position_bound_m);
         self.weak_frames = if is_sound { 0 } else { self.weak_frames + 1 };
         let bound_m = position_bound_m.unwrap_or(self.usual_bound_m);

@@ -9,7 +9,9 @@ use crate::num::{greater, index, lesser, u32_from};
 use crate::tracker::map::{Landmark, Map};
 use crate::tracker::matching::{Best, Distances, Rule, one_to_one};
 use crate::tracker::ransac::{Search, search};
-use crate::tracker::refine::{Known, Measurement, PosePrior, errors2, information, refine_with, upper_median};
+use crate::tracker::refine::{
+    Known, Measurement, PosePrior, Tailed, errors2, information, position_bound_m, refine_with, upper_median,
+};
 use crate::tracker::rig::{RigCamera, View};
 use crate::tracker::shift;
 use crate::tracker::sweep::{Motion, Moving, RatePrior};
@@ -38,6 +40,8 @@ pub struct Located {
     pub in_view: Vec<usize>,
     /// What the picture alone knows of the pose given the map: information of the left twist.
     pub information: Matrix6<f64>,
+    /// Bound of the position at the noise that the picture shows, in metres.
+    pub position_bound_m: Option<f64>,
 }
 
 /// One frame, the map it is held against, and the rules.
@@ -58,6 +62,8 @@ pub struct Frame<'a> {
     pub prior: Option<PosePrior>,
     /// What an inertial unit says of the rate.
     pub felt: Option<RatePrior>,
+    /// Places are off by no less than this.
+    pub least_px: f64,
     /// Whether the prediction leaves no more than a few pixels open.
     pub sure: bool,
     /// Its number.
@@ -174,8 +180,13 @@ impl Frame<'_> {
         let enough = kept >= self.params.inliers_min && 2 * kept >= count && 2 * kept >= support;
         enough.then(|| {
             let prior = self.rate_prior(&state);
-            let information = information(self.cameras, &self.measurements(&inliers), &state, prior.as_ref());
-            Located { state, inliers, in_view, information }
+            let measurements = self.measurements(&inliers);
+            // What the errors show of their noise, by the median, and what they are known to have besides.
+            let shown = Tailed::of(&errors2(self.cameras, &measurements, &state));
+            let under = |law| information(self.cameras, &measurements, &state, prior.as_ref(), law);
+            let position_bound_m = position_bound_m(&under(shown));
+            let information = under(shown.no_narrower(self.least_px, measurements.iter().map(|m| m.inverse_sigma)));
+            Located { state, inliers, in_view, information, position_bound_m }
         })
     }
 
@@ -190,7 +201,7 @@ impl Frame<'_> {
             let held = if u32_from(proven.len()) >= PROVEN_FACTOR * self.params.inliers_min { &proven } else { &kept };
             let measurements = self.measurements(held);
             let prior = self.rate_prior(&state);
-            let known = Known { rate: prior.as_ref(), pose: self.prior.as_ref() };
+            let known = Known { rate: prior.as_ref(), pose: self.prior.as_ref(), least_px: self.least_px };
             let (refined, iterations) = refine_with(self.cameras, &measurements, &state, known, REFINE_ITERATIONS_MAX);
             work.pose_iterations += iterations;
             state = refined;

@@ -13,7 +13,7 @@ use crate::tracker::adjust::{Outcome, Problem};
 /// Adjusts under the errors' own law. Where one pose is held, the free ones keep the sum of their distances from it.
 pub fn solve_in_unit(problem: &mut Problem<'_>, iterations_max: u32) -> Outcome {
     let spread_m = spread_m(problem);
-    let outcome = problem.solve_tailed(None, iterations_max);
+    let outcome = problem.solve_tailed(None, 0.0, iterations_max);
     if problem.free + 1 == problem.poses.len() {
         multiply(problem, spread_m / self::spread_m(problem));
     }
@@ -108,7 +108,7 @@ mod tests {
     fn pictures_are_the_same_at_any_size() {
         let cameras = camera();
         let mut held = problem(&cameras);
-        held.solve_tailed(None, 20);
+        held.solve_tailed(None, 0.0, 20);
         let before = held.errors2();
         multiply(&mut held, 7.0);
         // Places of 500 px rounded by 2^-53 some hundred times, half a pixel a sigma: squares of 10 sigmas move by 2e-10.

@@ -1,6 +1,7 @@
 //! A rig at rest must neither shake nor freeze, and a tremble must come through.
 
 use glam::{DQuat, DVec3};
+use sensel::num::{f64_from_usize, low_u16, u32_truncated};
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::trajectory_figures;
 use sensel::tracker::{Tracker, TrackerParams};
@@ -15,12 +16,26 @@ fn calm(seed: u64) -> World {
 }
 
 fn follow(world: &World, motion: fn(f64) -> Pose, frames: u64) -> (Vec<TimedPose>, Vec<TimedPose>) {
+    follow_places(world, motion, frames, |place_q4| place_q4)
+}
+
+/// The same, of corners whose columns and rows an extractor gives in its own way, in sixteenths of a pixel.
+fn follow_places(
+    world: &World,
+    motion: fn(f64) -> Pose,
+    frames: u64,
+    given: fn(u16) -> u16,
+) -> (Vec<TimedPose>, Vec<TimedPose>) {
     let mut tracker = Tracker::new(world.cameras.clone(), TrackerParams::room(world.seed)).expect("a valid rig");
     let (mut truth, mut estimate) = (Vec::new(), Vec::new());
     for number in 0..frames {
         let timed = |world_from_body: Pose| TimedPose { t_s: time_s(number), world_from_body };
         truth.push(timed(motion(time_s(number))));
-        let answer = tracker.track(&world.frame(number, &motion(time_s(number))));
+        let mut frame = world.frame(number, &motion(time_s(number)));
+        for feature in frame.features.iter_mut().flatten() {
+            (feature.x_q4, feature.y_q4) = (given(feature.x_q4), given(feature.y_q4));
+        }
+        let answer = tracker.track(&frame);
         estimate.push(timed(answer.world_from_body.expect("tracked")));
     }
     (truth, estimate)
@@ -44,21 +59,42 @@ fn trembling(t_s: f64) -> Pose {
     Pose::new(DQuat::IDENTITY, DVec3::new(x_m, 0.0, 0.0))
 }
 
+/// Amplitude of the path along x at 1 Hz, over whole periods, so that the sine and the cosine are orthogonal to each other and to a constant.
+fn amplitude_m(estimate: &[TimedPose]) -> f64 {
+    let of = |wave: fn(f64) -> f64| {
+        let at = |pose: &TimedPose| pose.world_from_body.translation_m.x * wave(std::f64::consts::TAU * pose.t_s);
+        2.0 * estimate.iter().map(at).sum::<f64>() / f64_from_usize(estimate.len())
+    };
+    of(libm::sin).hypot(of(libm::cos))
+}
+
 #[test]
 fn a_tremble_of_a_millimetre_a_second_comes_through_within_a_fifth() {
     for seed in [34, 35, 36] {
-        // Three whole periods, so that the sine and the cosine are orthogonal to each other and to a constant.
-        let frames = 90;
-        let (_, estimate) = follow(&calm(seed), trembling, frames);
-        let (mut sine_m, mut cosine_m) = (0.0, 0.0);
-        for pose in &estimate {
-            let phase = std::f64::consts::TAU * pose.t_s;
-            sine_m += pose.world_from_body.translation_m.x * libm::sin(phase) * 2.0 / 90.0;
-            cosine_m += pose.world_from_body.translation_m.x * libm::cos(phase) * 2.0 / 90.0;
-        }
-        let amplitude_m = (sine_m * sine_m + cosine_m * cosine_m).sqrt();
+        let (_, estimate) = follow(&calm(seed), trembling, 90);
+        let amplitude_m = amplitude_m(&estimate);
         println!("seed {seed}: {:.4} mm at {RATE_HZ} Hz", 1e3 * amplitude_m);
         // Issue 6: within 20 %. The noise of a frame, 0.11 mm, leaves 0.11 * sqrt(2 / 90) = 0.016 mm of an amplitude.
+        assert!((amplitude_m - 1e-3).abs() < 0.2e-3, "seed {seed}: {amplitude_m}");
+    }
+}
+
+/// Places are drawn to whole pixels: a tenth of a motion shows there, and 1.9 of it half-way between. Where little else is wrong with them, those
+/// that stay must not outvote those that go.
+#[test]
+fn a_tremble_comes_through_where_corners_stick_to_whole_pixels() {
+    let sticky = |place_q4: u16| {
+        let place_px = f64::from(place_q4 + 8) / 16.0;
+        let off = place_px - libm::floor(place_px) - 0.5;
+        let drawn = off - 0.9 / std::f64::consts::TAU * libm::sin(std::f64::consts::TAU * off);
+        low_u16(u32_truncated((16.0 * (libm::floor(place_px) + drawn)).round_ties_even()))
+    };
+    for seed in [37, 38, 39] {
+        let mut world = calm(seed);
+        world.hardship.noise_px = 0.05;
+        let (_, estimate) = follow_places(&world, trembling, 90, sticky);
+        let amplitude_m = amplitude_m(&estimate);
+        println!("seed {seed}: {:.4} mm", 1e3 * amplitude_m);
         assert!((amplitude_m - 1e-3).abs() < 0.2e-3, "seed {seed}: {amplitude_m}");
     }
 }

@@ -23,19 +23,18 @@ fn pose_tiles(report: &Report) -> String {
     // A rig that stands still has no alignment, and needs none.
     let d2_m = tracking.jitter_d2_m.or(tracking.jitter_still_m);
     let d2 = d2_m.map_or("not measured".to_owned(), |value| si(value, "m"));
-    // One camera's path has a unit of its own.
-    let (ate_m, path, meaning) = if report.scenario.cameras == 1 {
-        (tracking.ate_sim3_m, "tracking.ate_sim3_m", "RMS distance from the true path after alignment with scale.")
-    } else {
-        (tracking.ate_m, "tracking.ate_m", "RMS distance from the true path after rigid alignment.")
-    };
+    let how = if report.scenario.cameras == 1 { "alignment with scale" } else { "rigid alignment" };
     let tracked = format!(
         "Median landmarks of a frame's pose; {} of {} frames have a pose.",
         percent(tracking.tracked_fraction),
         grouped(f64::from(report.scenario.frames))
     );
     [
-        Tile { name: "Position error (ATE)", value: metres(ate_m), meaning: why(path, meaning) },
+        Tile {
+            name: "Position error (ATE)",
+            value: metres(tracking.ate_m),
+            meaning: why("tracking.ate_m", &format!("RMS distance from the true path after {how}.")),
+        },
         Tile {
             name: "Jitter, frame to frame",
             value: metres(tracking.jitter_frame_m),
