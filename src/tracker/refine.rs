@@ -86,8 +86,8 @@ const TAILED_INFORMATION: f64 = (TAIL_FREEDOM + 2.0) / (TAIL_FREEDOM + 4.0);
 /// The scale of an error's square is kept within this, in sigmas squared: errors of a wrong start must not switch all weights off, and
 /// exact places none on.
 const SCALE2_RANGE: [f64; 2] = [0.04, 16.0];
-/// How far a place is off, by where in its pixel the corner is: 0.16 px over photographs (docs/extractor.md), more over the faint corners of
-/// a dim room, of which 17 % in place of 6 % lie on whole pixels.
+/// How far a place is off, by where in its pixel the corner is: 0.16 px over photographs (docs/extractor.md), more over the faint
+/// corners of a dim room, of which 17 % in place of 6 % lie on whole pixels.
 pub const WITHIN_PIXEL_PX: f64 = 0.19;
 
 /// Places' errors as a bivariate Student's t, whose scale is the errors' own.
