@@ -59,7 +59,8 @@ fn trembling(t_s: f64) -> Pose {
     Pose::new(DQuat::IDENTITY, DVec3::new(x_m, 0.0, 0.0))
 }
 
-/// Amplitude of the path along x at 1 Hz, over whole periods, so that the sine and the cosine are orthogonal to each other and to a constant.
+/// Amplitude of the path along x at 1 Hz. Over whole periods, so that the sine and the cosine are orthogonal to each other and to a
+/// constant.
 fn amplitude_m(estimate: &[TimedPose]) -> f64 {
     let of = |wave: fn(f64) -> f64| {
         let at = |pose: &TimedPose| pose.world_from_body.translation_m.x * wave(std::f64::consts::TAU * pose.t_s);
@@ -79,8 +80,8 @@ fn a_tremble_of_a_millimetre_a_second_comes_through_within_a_fifth() {
     }
 }
 
-/// Places are drawn to whole pixels: a tenth of a motion shows there, and 1.9 of it half-way between. Where little else is wrong with them, those
-/// that stay must not outvote those that go.
+/// Places are drawn to whole pixels: a tenth of a motion shows there, and 1.9 of it half-way between. Where little else is wrong with
+/// them, those that stay must not outvote those that go.
 #[test]
 fn a_tremble_comes_through_where_corners_stick_to_whole_pixels() {
     let sticky = |place_q4: u16| {
