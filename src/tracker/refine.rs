@@ -104,8 +104,8 @@ impl Tailed {
         Self { scale2: (median / MEDIAN_TAILED2).clamp(SCALE2_RANGE[0], SCALE2_RANGE[1]) }
     }
 
-    /// The same, no narrower than some pixels. What a corner's place within its pixel adds, pictures at rest repeat and do not show; under a
-    /// narrower law corners that stay where they are outvote those that follow a tremble.
+    /// The same, no narrower than some pixels. What a corner's place within its pixel adds, pictures at rest repeat and do not show;
+    /// under a narrower law corners that stay where they are outvote those that follow a tremble.
     #[must_use]
     pub fn no_narrower(self, least_px: f64, inverse_sigmas: impl Iterator<Item = f64>) -> Self {
         let least = least_px * inverse_sigmas.fold(0.0, greater);
