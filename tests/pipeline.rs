@@ -185,6 +185,17 @@ fn packets_that_a_run_kept_give_its_own_poses_again() {
         for key in ["packets", "headers_corrected", "payloads_refused", "frames_damaged", "rows_lost"] {
             assert_eq!(tracked["link"][key], report["link"][key], "{name}: {key}");
         }
+        // So are the figures, as far as nine decimals of the poses go: 0.5 nm a coordinate, which a difference of three has four times.
+        for key in ["ate_m", "ate_sim3_m", "jitter_frame_m", "jitter_d2_m", "jitter_still_m", "still_steps_under_1um"] {
+            let (own, again) = (report["tracking"][key].as_f64(), tracked[key].as_f64());
+            let apart = own.zip(again).map(|(own, again)| (own - again).abs());
+            assert!(apart.is_some_and(|apart| apart < 4e-9), "{name}: {key} is {own:?} and {again:?}");
+        }
+        assert_eq!(
+            (&tracked["rpe_m"], &report["tracking"]["rpe_m"]),
+            (&Value::Null, &Value::Null),
+            "less than a second"
+        );
         let damaged = tracked["link"]["payloads_refused"].as_u64().unwrap();
         assert!(damaged > 0, "{name}: no payload was refused");
 

@@ -66,7 +66,7 @@ fn amplitude_m(estimate: &[TimedPose]) -> f64 {
         let at = |pose: &TimedPose| pose.world_from_body.translation_m.x * wave(std::f64::consts::TAU * pose.t_s);
         2.0 * estimate.iter().map(at).sum::<f64>() / f64_from_usize(estimate.len())
     };
-    of(libm::sin).hypot(of(libm::cos))
+    libm::hypot(of(libm::sin), of(libm::cos))
 }
 
 #[test]

@@ -68,3 +68,48 @@ impl fmt::Display for Figures {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DQuat, DVec3};
+    use sensel::pose::Pose;
+
+    fn path(position_m: impl Fn(f64) -> DVec3) -> Vec<TimedPose> {
+        let pose = |number: u32| {
+            let t_s = f64::from(number) / 30.0;
+            TimedPose { t_s, world_from_body: Pose::new(DQuat::IDENTITY, position_m(t_s)) }
+        };
+        (0..60).map(pose).collect()
+    }
+
+    fn curve(t_s: f64) -> DVec3 {
+        DVec3::new(libm::sin(t_s), libm::cos(2.0 * t_s), 0.3 * t_s)
+    }
+
+    #[test]
+    fn the_path_of_one_camera_is_brought_to_metres_and_that_of_two_is_not() {
+        let (truth, half) = (path(curve), path(|t_s| 0.5 * curve(t_s)));
+        let one = Figures::of(&truth, &half, true).unwrap();
+        let json = Figures::json(Some(&one));
+        assert!((json["scale_sim3"].as_f64().unwrap() - 2.0).abs() < 1e-12, "{json:?}");
+        for key in ["ate_m", "ate_sim3_m", "rpe_m", "jitter_frame_m", "jitter_d2_m"] {
+            assert!(json[key].as_f64().unwrap() < 1e-12, "{key}: {json:?}");
+        }
+        assert!(one.to_string().contains("(scale aligned)"), "{one}");
+        let two = Figures::of(&truth, &half, false).unwrap();
+        let json = Figures::json(Some(&two));
+        assert!(json["ate_m"].as_f64().unwrap() > 0.1 && json["ate_sim3_m"].as_f64().unwrap() < 1e-12, "{json:?}");
+        assert!(!two.to_string().contains("scale aligned"), "{two}");
+    }
+
+    #[test]
+    fn a_rig_at_rest_has_its_jitter_and_no_position_error() {
+        let (truth, shaken) = (path(|_| DVec3::ONE), path(|t_s| DVec3::new(1e-3 * libm::sin(700.0 * t_s), 0.0, 0.0)));
+        let figures = Figures::of(&truth, &shaken, false).unwrap();
+        let json = Figures::json(Some(&figures));
+        assert!(json["ate_m"].is_null() && json["jitter_still_m"].as_f64().unwrap() > 1e-4, "{json:?}");
+        assert!(figures.to_string().starts_with("jitter (d2) 0."), "{figures}");
+        assert!(Figures::json(None).values().all(Value::is_null));
+    }
+}
