@@ -31,6 +31,7 @@ mod run;
 mod timing;
 mod track;
 mod waves;
+mod words;
 
 use std::process::ExitCode;
 

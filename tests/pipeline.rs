@@ -31,6 +31,17 @@ const KEYS: &[&str] = &[
     "hashes.photons hashes.codes hashes.features hashes.energy hashes.poses cost.render.ms_per_frame cost.tracker.ms_per_frame",
 ];
 
+/// Those of them that two trajectories of four poses and their bounds tell.
+const FIGURES: &[&str] = &[
+    "ate_m",
+    "ate_sim3_m",
+    "jitter_frame_m",
+    "jitter_d2_m",
+    "jitter_bound_m",
+    "jitter_still_m",
+    "still_steps_under_1um",
+];
+
 fn at<'a>(report: &'a Value, path: &str) -> Option<&'a Value> {
     path.split('.').try_fold(report, |value, key| value.get(key))
 }
@@ -186,7 +197,7 @@ fn packets_that_a_run_kept_give_its_own_poses_again() {
             assert_eq!(tracked["link"][key], report["link"][key], "{name}: {key}");
         }
         // So are the figures, as far as nine decimals of the poses go: 0.5 nm a coordinate, which a difference of three has four times.
-        for key in ["ate_m", "ate_sim3_m", "jitter_frame_m", "jitter_d2_m", "jitter_still_m", "still_steps_under_1um"] {
+        for key in FIGURES {
             let (own, again) = (report["tracking"][key].as_f64(), tracked[key].as_f64());
             let apart = own.zip(again).map(|(own, again)| (own - again).abs());
             assert!(apart.is_some_and(|apart| apart < 4e-9), "{name}: {key} is {own:?} and {again:?}");

@@ -12,7 +12,6 @@ use sensel::files::input::InputFolders;
 use sensel::files::truth::{Keep, Kept};
 use sensel::files::verilated::Verilated;
 use sensel::report::Report;
-use sensel::report::record::Tracking;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
 use sensel::scene::images::PictureBytes;
 use sensel::silicon::Silicon;
@@ -23,7 +22,7 @@ use super::output::Output;
 use super::place::{self, Located};
 use super::progress;
 use super::waves::WaveRequest;
-use super::{expected, goal, interrupt, ladder};
+use super::{expected, goal, interrupt, ladder, words};
 
 /// Most that baked light may take of the user's disk.
 const CACHE_BYTES: u64 = 1 << 30;
@@ -186,19 +185,6 @@ fn per_frame(seconds: f64, frames: u32) -> sensel::report::record::StageCost {
     sensel::report::record::StageCost { ms_per_frame: 1e3 * seconds / f64::from(frames) }
 }
 
-/// Second-difference sigma beside its Cramer-Rao bound; of a rig that stands still without alignment, and beside the share of frozen steps.
-fn jitter(tracking: &Tracking) -> String {
-    let mm = |value_m: f64| format!("{:.3} mm", 1e3 * value_m);
-    let bound = tracking.jitter_bound_m.map_or(String::new(), |bound_m| format!(", Cramer-Rao bound {}", mm(bound_m)));
-    match (tracking.jitter_d2_m, tracking.jitter_still_m, tracking.still_steps_under_1um) {
-        (Some(d2_m), ..) => format!("{}{bound}", mm(d2_m)),
-        (None, Some(d2_m), Some(frozen)) => {
-            format!("{} without alignment{bound}; {:.1} % of steps under 1 um", mm(d2_m), 100.0 * frozen)
-        }
-        _ => "not measurable".to_owned(),
-    }
-}
-
 fn summary(report: &Report, target: &Path, seconds: f64) {
     let scenario = &report.scenario;
     let figure = |value: Option<f64>, factor: f64, unit: &str| {
@@ -226,7 +212,7 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     let how = if scenario.cameras == 1 { ", scale aligned" } else { "" };
     outln!("  ATE           {}  over {:.2} m{how}", figure(tracking.ate_m, 1e3, "mm"), scenario.path_m);
     outln!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));
-    outln!("  jitter (d2)   {}", jitter(tracking));
+    outln!("  jitter (d2)   {}", words::jitter(tracking));
     outln!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
     outln!(
         "  link          {:.2} Mbit/s, features {} smaller than raw",

@@ -42,6 +42,8 @@ pub struct Brought {
 struct Course {
     poses: Vec<TimedPose>,
     frames: usize,
+    /// Bounds of the frames' positions, in the map's unit.
+    bounds: Vec<f64>,
     /// Lost and found again, starts and closed loops, with their times in seconds.
     events: Vec<(f64, &'static str)>,
     last: Option<Status>,
@@ -73,6 +75,7 @@ impl Course {
     fn add(&mut self, t_s: f64, tracked: &TrackedFrame) {
         self.frames += 1;
         self.poses.extend(tracked.world_from_body.map(|world_from_body| TimedPose { t_s, world_from_body }));
+        self.bounds.extend(tracked.position_bound_m);
         let event = match (self.last, tracked.status) {
             (_, Status::Initialised) => Some("initialised"),
             (was, Status::Lost) if was != Some(Status::Lost) => Some("lost"),
@@ -164,13 +167,16 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     if let Some(map) = &arguments.map {
         std::fs::write(map, ply(tracker.landmarks())).map_err(|source| place::io(map, source))?;
     }
-    say(&recording, &course, &out, (from, link), shared);
+    say(&recording, &course, &out, (from, link), (shared, seed(&resolved, shared)));
     Ok(())
 }
 
+fn seed(resolved: &Resolved, shared: &Shared) -> u64 {
+    shared.seed.unwrap_or(resolved.scenario.seed)
+}
+
 fn tracker(recording: &Recording, resolved: &Resolved, shared: &Shared) -> Result<Tracker, Error> {
-    let params =
-        TrackerParams { seed: shared.seed.unwrap_or(resolved.scenario.seed), ..resolved.scenario.tracker_params()? };
+    let params = TrackerParams { seed: seed(resolved, shared), ..resolved.scenario.tracker_params()? };
     Tracker::new(recording.cameras.clone(), params)
 }
 
@@ -215,10 +221,11 @@ fn say(
     course: &Course,
     out: &Path,
     (from, link): (Source, Option<LinkCounts>),
-    shared: &Shared,
+    (shared, seed): (&Shared, u64),
 ) {
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
-    let figures = truth.and_then(|truth| Figures::of(&truth, &course.poses, recording.cameras.len() == 1));
+    let of_rig = (recording.cameras.len(), seed);
+    let figures = Figures::of(truth.as_deref(), course.poses.clone(), &course.bounds, of_rig);
     let (tracked, frames) = (course.poses.len(), course.frames);
     if shared.json {
         let events: Vec<_> = course.events.iter().map(|(t_s, event)| json!({"t_s": t_s, "event": event})).collect();
@@ -226,14 +233,14 @@ fn say(
             "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "events": events,
             "from": from.name(), "link": link.map(link_json),
         });
-        json.as_object_mut().expect("an object").extend(Figures::json(figures.as_ref()));
+        json.as_object_mut().expect("an object").extend(figures.json());
         listing::print_json(&json);
     } else if !shared.quiet {
         outln!("trajectory: {}, from {}", out.display(), from.name());
         if let Some(counts) = link.filter(|counts| !counts.clean()) {
             outln!("link: {}", link_json(counts));
         }
-        if let Some(figures) = figures {
+        if truth.is_some() {
             outln!("against the folder's ground truth: {figures}");
         }
         for (t_s, event) in &course.events {

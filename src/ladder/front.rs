@@ -15,9 +15,8 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     for equal in order.chunk_by(|&a, &b| points[a].1 == points[b].1) {
         let least = equal.iter().fold(f64::INFINITY, |least, &place| lesser(least, points[place].0));
         let first = equal.iter().copied().find(|&place| points[place].0 <= least * (1.0 + APART));
-        let is_faster =
-            |place: &usize| kept.last().is_none_or(|&last| points[*place].0 < points[last].0 * (1.0 - APART));
-        kept.extend(first.filter(is_faster).into_iter().collect::<Vec<_>>());
+        let slower = kept.last().map_or(f64::INFINITY, |&last| points[last].0);
+        kept.extend(first.filter(|&place| points[place].0 < slower * (1.0 - APART)));
     }
     kept.reverse();
     kept

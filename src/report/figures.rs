@@ -150,9 +150,15 @@ pub fn prediction_error_m(truth: &[TimedPose], predicted: &[TimedPose], alignmen
     Ok(rms(pose_errors(&pairs, alignment).iter().map(|error| error.error_m)))
 }
 
-/// Metres in the unit of an estimate that one camera made, by the alignment with scale; none where nothing can be aligned.
-pub fn unit_m(truth: &[TimedPose], estimate: &[TimedPose]) -> Option<f64> {
-    trajectory_figures(truth, estimate).ok()?.sim3.ok().map(|aligned| aligned.alignment.scale)
+/// Brings the path of one camera, which has no metre of its own, to metres by the alignment with scale. Gives the metres in its unit; 1
+/// where the map has metres, or where nothing can be aligned.
+pub fn bring_to_metres(truth: &[TimedPose], estimate: &mut [TimedPose], cameras: usize) -> f64 {
+    let scale = || trajectory_figures(truth, estimate).ok()?.sim3.ok().map(|aligned| aligned.alignment.scale);
+    let unit_m = if cameras == 1 { scale().unwrap_or(1.0) } else { 1.0 };
+    for pose in estimate {
+        pose.world_from_body.translation_m *= unit_m;
+    }
+    unit_m
 }
 
 /// Median; the mean of the middle two of an even number. None of an empty list.

@@ -365,8 +365,8 @@ impl Report {
     }
 
     /// Fills in everything that the two trajectories tell: `tracking`'s errors and each frame's error. Frames must be
-    /// set before; they find their error by time stamp.
-    pub fn set_trajectory(&mut self, figures: Result<TrajectoryFigures, NotMeasurable>) {
+    /// set before; they find their error by time stamp. `unit_m` is what brought the estimate to metres.
+    pub fn set_trajectory(&mut self, figures: Result<TrajectoryFigures, NotMeasurable>, unit_m: f64) {
         let part = |pick: &dyn Fn(&TrajectoryFigures) -> Figure| figures.as_ref().map_err(Clone::clone).and_then(pick);
         let se3 = |f: &TrajectoryFigures| f.se3.clone();
         let sim3 = |f: &TrajectoryFigures| f.sim3.clone();
@@ -377,7 +377,8 @@ impl Report {
         self.tracking.jitter_frame_m =
             self.figure("tracking.jitter_frame_m", part(&|f| Ok(f.unaligned.jitter_frame_m)));
         self.tracking.ate_sim3_m = self.figure("tracking.ate_sim3_m", part(&|f| sim3(f).map(|a| a.ate_m)));
-        self.tracking.scale_sim3 = self.figure("tracking.scale_sim3", part(&|f| sim3(f).map(|a| a.alignment.scale)));
+        self.tracking.scale_sim3 =
+            self.figure("tracking.scale_sim3", part(&|f| sim3(f).map(|a| a.alignment.scale * unit_m)));
         self.tracking.jitter_still_m = self.figure("tracking.jitter_still_m", part(&|f| f.still.jitter_d2_m.clone()));
         self.tracking.still_steps_under_1um =
             self.figure("tracking.still_steps_under_1um", part(&|f| Ok(f.still.steps_under_1um)));
@@ -388,6 +389,16 @@ impl Report {
             self.set_frame_errors(&figures);
         }
         self.note_frames_without_error();
+    }
+
+    /// Fills in the bound of the jitter: root mean square of the frames' bounds, in metres.
+    pub fn set_jitter_bound(&mut self, bounds_m: impl Iterator<Item = f64>) {
+        let (sum_m2, count) = bounds_m.fold((0.0, 0_u32), |(sum, count), bound_m| (sum + bound_m * bound_m, count + 1));
+        let bound = match count {
+            0 => Err(NotMeasurable::Absent("no frame's pose follows from landmarks".to_owned())),
+            _ => Ok((sum_m2 / f64::from(count)).sqrt()),
+        };
+        self.tracking.jitter_bound_m = self.figure("tracking.jitter_bound_m", bound);
     }
 
     fn set_intervals(&mut self, figures: &Result<TrajectoryFigures, NotMeasurable>) {

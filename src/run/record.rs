@@ -9,7 +9,7 @@ use crate::facts::{Fact, ScenarioFacts};
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Camera;
 use crate::pose::TimedPose;
-use crate::report::figures::unit_m;
+use crate::report::figures::bring_to_metres;
 use crate::report::record::{
     Bandwidth, FactRecord, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, TileRecord,
     Timing, TrackingEvent,
@@ -223,12 +223,9 @@ impl Session {
         let mut estimate = self.estimate();
         report.tracking.tracked_fraction = f64_from_usize(estimate.len()) / frames;
         let mut predicted: Vec<TimedPose> = self.notes.iter().filter_map(|note| note.predicted).collect();
-        // The path of one camera has no metre of its own: every figure is of the path brought to metres by the alignment with scale.
-        let unit_m = if self.setup.cameras.len() == 1 { unit_m(&self.truth(), &estimate) } else { None };
-        if let Some(unit_m) = unit_m {
-            for pose in estimate.iter_mut().chain(&mut predicted) {
-                pose.world_from_body.translation_m *= unit_m;
-            }
+        let unit_m = bring_to_metres(&self.truth(), &mut estimate, self.setup.cameras.len());
+        for pose in &mut predicted {
+            pose.world_from_body.translation_m *= unit_m;
         }
         let figures = trajectory_figures(&self.truth(), &estimate);
         let prediction = figures.as_ref().map_err(Clone::clone).and_then(|figures| {
@@ -240,29 +237,13 @@ impl Session {
         let innovation = median(&innovations)
             .ok_or_else(|| NotMeasurable::Absent("no landmark was predicted into a frame and found again".to_owned()));
         report.tracking.innovation_px = report.figure("tracking.innovation_px", innovation);
-        report.set_trajectory(figures);
-        if let Some(found) = report.tracking.scale_sim3.as_mut() {
-            *found *= unit_m.unwrap_or(1.0);
-        }
-        self.set_course(report, unit_m.unwrap_or(1.0));
+        report.set_trajectory(figures, unit_m);
+        report.set_jitter_bound(self.notes.iter().filter_map(|note| note.position_bound_m).map(|bound| bound * unit_m));
+        self.set_course(report);
     }
 
-    /// What befell the tracker, and the bound of its positions.
-    fn set_course(&self, report: &mut Report, unit_m: f64) {
-        let bounds_m2: Vec<f64> = self
-            .notes
-            .iter()
-            .filter_map(|note| note.position_bound_m)
-            .map(|bound| bound * unit_m)
-            .map(|bound_m| bound_m * bound_m)
-            .collect();
-        let count = f64_from_usize(bounds_m2.len());
-        let bound = if bounds_m2.is_empty() {
-            Err(NotMeasurable::Absent("no frame's pose follows from landmarks".to_owned()))
-        } else {
-            Ok((bounds_m2.iter().sum::<f64>() / count).sqrt())
-        };
-        report.tracking.jitter_bound_m = report.figure("tracking.jitter_bound_m", bound);
+    /// What befell the tracker.
+    fn set_course(&self, report: &mut Report) {
         let (mut lost_since_s, mut lost_s, mut before) = (None, Vec::new(), None);
         for note in &self.notes {
             let t_s = note.truth.t_s;

@@ -183,9 +183,11 @@ impl Frame<'_> {
             let measurements = self.measurements(&inliers);
             // What the errors show of their noise, by the median, and what they are known to have besides.
             let shown = Tailed::of(&errors2(self.cameras, &measurements, &state));
+            let known = shown.no_narrower(self.least_px, measurements.iter().map(|m| m.inverse_sigma));
             let under = |law| information(self.cameras, &measurements, &state, prior.as_ref(), law);
-            let position_bound_m = position_bound_m(&under(shown));
-            let information = under(shown.no_narrower(self.least_px, measurements.iter().map(|m| m.inverse_sigma)));
+            let information = under(known);
+            // In motion the two are one mostly.
+            let position_bound_m = position_bound_m(&if shown == known { information } else { under(shown) });
             Located { state, inliers, in_view, information, position_bound_m }
         })
     }

@@ -108,6 +108,7 @@ impl Tailed {
     /// under a narrower law corners that stay where they are outvote those that follow a tremble.
     #[must_use]
     pub fn no_narrower(self, least_px: f64, inverse_sigmas: impl Iterator<Item = f64>) -> Self {
+        // Not beyond the assumed sigma, which whoever tracks exact places has set small.
         let least = least_px * inverse_sigmas.fold(0.0, greater);
         Self { scale2: greater(self.scale2, lesser(least * least, 1.0)) }
     }

@@ -8,7 +8,7 @@ use sensel::tracker::covariance::{frame_bound, frame_information};
 use sensel::tracker::lie::{Twist, se3_exp};
 use sensel::tracker::p3p;
 use sensel::tracker::ransac::{Search, search};
-use sensel::tracker::refine::{Measurement, UNSEEN_SIGMAS2, errors2, refine};
+use sensel::tracker::refine::{Known, Measurement, UNSEEN_SIGMAS2, WITHIN_PIXEL_PX, errors2, refine, refine_with};
 use sensel::tracker::rig::RigCamera;
 use sensel::tracker::sweep::Moving;
 use sensel::units::CameraIndex;
@@ -165,6 +165,56 @@ fn identical_poses_measure_no_motion() {
         let (first, second) = (first.body_from_world, second.body_from_world);
         // Exact places at the exact pose: the residuals are roundings of 600 px, and so are the steps.
         assert!(apart(&first, &truth) < 1e-12 && apart(&first, &second) < 1e-12, "seed {seed}");
+        tried += 1;
+    }
+    assert_eq!(tried, 20);
+}
+
+/// Where places that follow a shift by `parts` (share and slope) draw a pose, in one dimension: the mean under the law's own weights.
+fn followed(parts: [(f64, f64); 2], shift_sigmas: f64, scale2: f64) -> f64 {
+    (0..200).fold(1.0, |found, _| {
+        let (above, below) = parts.iter().fold((0.0, 0.0), |(above, below), &(share, slope)| {
+            let error = shift_sigmas * (slope - found);
+            let weight = share / (4.0 * scale2 + error * error);
+            (above + weight * slope, below + weight)
+        });
+        above / below
+    })
+}
+
+#[test]
+fn corners_that_stick_to_their_pixels_do_not_outvote_those_that_follow() {
+    // Two in three lag behind by half, the third goes ahead: in the mean they follow, as corners within their pixels do.
+    let (parts, shift_px) = ([(2.0 / 3.0, 0.5), (1.0 / 3.0, 2.0)], 0.18);
+    let mut tried = 0;
+    for seed in 1..=20 {
+        let truth = truth(seed);
+        let (exact, _) = measured(&spread(seed, 300), &truth);
+        let shifted: Vec<Measurement> = exact
+            .iter()
+            .enumerate()
+            .map(|(n, m)| {
+                let slope = parts[usize::from(n % 3 == 0)].1;
+                Measurement { place_px: m.place_px + DVec2::new(slope * shift_px, 0.0), ..*m }
+            })
+            .collect();
+        let found = |least_px: f64| {
+            let known = Known { least_px, ..Known::default() };
+            let (pose, _) = refine_with(&cameras(), &shifted, &Moving::resting(truth), known, 50);
+            let place = |m: &Measurement| {
+                let in_body_m = pose.body_from_world.point(m.point_in_world_m);
+                cameras()[0].project_with_jacobian(in_body_m).unwrap().0.x
+            };
+            exact.iter().map(|m| place(m) - m.place_px.x).sum::<f64>() / (300.0 * shift_px)
+        };
+        // The scale of errors as they are is the least there is, 0.2 sigmas of half a pixel.
+        for (least_px, scale_sigmas) in [(0.0, 0.2), (WITHIN_PIXEL_PX, 2.0 * WITHIN_PIXEL_PX)] {
+            let (found, expected) = (found(least_px), followed(parts, 2.0 * shift_px, scale_sigmas * scale_sigmas));
+            // What the six unknowns make of 300 corners that are spread by chance.
+            assert!((found - expected).abs() < 0.02, "seed {seed}, {least_px} px: {found} for {expected}");
+        }
+        let (narrow, wide) = (found(0.0), found(WITHIN_PIXEL_PX));
+        assert!(narrow < 0.88 && wide > 0.91, "seed {seed}: {narrow}, {wide}");
         tried += 1;
     }
     assert_eq!(tried, 20);

@@ -95,7 +95,7 @@ pub fn report() -> Report {
             .to_owned(),
         ..Report::default()
     };
-    report.set_trajectory(figures);
+    report.set_trajectory(figures, 1.0);
     report.tracking.prediction_error_m = Some(0.0061);
     report.tracking.innovation_px = Some(0.42);
     report.tracking.jitter_bound_m = Some(0.0009);

@@ -1,71 +1,72 @@
-//! What `sensel track` says of its trajectory where the folder has the truth. Enters: true and estimated poses. Leaves: the figures of
-//! docs/tracker.md, in words and as JSON.
+//! What `sensel track` says of its trajectory where the folder has the truth. Enters: true and estimated poses, and the frames' bounds.
+//! Leaves: the figures of a report (docs/tracker.md), in words and as JSON.
 
 use std::fmt;
 
 use sensel::pose::TimedPose;
-use sensel::report::figures::{Figure, unit_m};
-use sensel::report::{TrajectoryFigures, trajectory_figures};
+use sensel::report::figures::bring_to_metres;
+use sensel::report::record::Tracking;
+use sensel::report::{Report, trajectory_figures};
 use serde_json::{Map, Value, json};
 
-/// Figures of a trajectory, in metres.
+use crate::cli::words;
+
+/// Figures of a trajectory.
 pub struct Figures {
-    figures: TrajectoryFigures,
-    /// Metres in the unit of a path that one camera made.
-    unit_m: Option<f64>,
+    tracking: Tracking,
+    is_one_camera: bool,
+    /// Why there is no position error.
+    without_ate: Option<String>,
 }
 
+/// Those of a report that two trajectories and the frames' bounds tell.
+const NAMES: [&str; 11] = [
+    "ate_m",
+    "ate_interval_m",
+    "rpe_m",
+    "jitter_frame_m",
+    "jitter_d2_m",
+    "jitter_d2_interval_m",
+    "jitter_bound_m",
+    "ate_sim3_m",
+    "scale_sim3",
+    "jitter_still_m",
+    "still_steps_under_1um",
+];
+
 impl Figures {
-    /// Figures of an estimate; none where too few poses agree in time. The path of one camera is brought to metres first.
-    pub fn of(truth: &[TimedPose], estimate: &[TimedPose], is_one_camera: bool) -> Option<Self> {
-        let unit_m = if is_one_camera { unit_m(truth, estimate) } else { None };
-        let mut in_metres = estimate.to_vec();
-        for pose in &mut in_metres {
-            pose.world_from_body.translation_m *= unit_m.unwrap_or(1.0);
-        }
-        Some(Self { figures: trajectory_figures(truth, &in_metres).ok()?, unit_m })
+    /// Figures of an estimate as a run's report has them; without the truth there is nothing but the bound.
+    pub fn of(
+        truth: Option<&[TimedPose]>,
+        mut estimate: Vec<TimedPose>,
+        bounds: &[f64],
+        (cameras, seed): (usize, u64),
+    ) -> Self {
+        let mut report = Report { seed, ..Report::default() };
+        let truth = truth.unwrap_or(&[]);
+        let unit_m = bring_to_metres(truth, &mut estimate, cameras);
+        report.set_trajectory(trajectory_figures(truth, &estimate), unit_m);
+        report.set_jitter_bound(bounds.iter().map(|bound| bound * unit_m));
+        let without_ate = report.not_measurable.remove("tracking.ate_m");
+        Self { tracking: report.tracking, is_one_camera: cameras == 1, without_ate }
     }
 
-    /// Every figure under its name; null where it is not measurable.
-    pub fn json(figures: Option<&Self>) -> Map<String, Value> {
-        let figure = |pick: &dyn Fn(&TrajectoryFigures) -> Option<f64>| figures.and_then(|all| pick(&all.figures));
-        let known = |value: &Figure| value.as_ref().ok().copied();
-        let named = [
-            ("ate_m", figure(&|all| Some(all.se3.as_ref().ok()?.ate_m))),
-            ("ate_sim3_m", figure(&|all| Some(all.sim3.as_ref().ok()?.ate_m))),
-            (
-                "scale_sim3",
-                figure(&|all| Some(all.sim3.as_ref().ok()?.alignment.scale))
-                    .map(|scale| scale * figures.and_then(|all| all.unit_m).unwrap_or(1.0)),
-            ),
-            // Relative errors do not depend on a rigid alignment.
-            ("rpe_m", figure(&|all| known(&all.unaligned.rpe_m))),
-            ("jitter_frame_m", figure(&|all| Some(all.unaligned.jitter_frame_m))),
-            ("jitter_d2_m", figure(&|all| known(&all.se3.as_ref().ok()?.jitter_d2_m))),
-            ("jitter_still_m", figure(&|all| known(&all.still.jitter_d2_m))),
-            ("still_steps_under_1um", figure(&|all| Some(all.still.steps_under_1um))),
-        ];
-        named.into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
+    /// Every figure under its name in a report; null where it is not measurable.
+    pub fn json(&self) -> Map<String, Value> {
+        let all = json!(self.tracking);
+        NAMES.iter().map(|&name| (name.to_owned(), all[name].clone())).collect()
     }
 }
 
 impl fmt::Display for Figures {
-    /// Position error and jitter; of a rig that stands still, what can be said without alignment.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mm = |value_m: &f64| format!("{:.3} mm", 1e3 * value_m);
-        let figure = |value: &Figure| value.as_ref().map_or_else(ToString::to_string, mm);
-        match &self.figures.se3 {
-            Ok(aligned) => {
-                let how = if self.unit_m.is_some() { " (scale aligned)" } else { "" };
-                write!(f, "ATE {}{how}, RPE over 1 s {}", mm(&aligned.ate_m), figure(&aligned.rpe_m))?;
-                write!(f, ", jitter (d2) {}", figure(&aligned.jitter_d2_m))
-            }
-            Err(reason) => {
-                let still = &self.figures.still;
-                write!(f, "jitter (d2) {} without alignment", figure(&still.jitter_d2_m))?;
-                write!(f, ", {:.1} % of steps under 1 um; no ATE: {reason}", 100.0 * still.steps_under_1um)
-            }
+        let mm = |value_m: Option<f64>| value_m.map_or("not measurable".to_owned(), words::mm);
+        let how = if self.is_one_camera { " (scale aligned)" } else { "" };
+        match &self.without_ate {
+            None => write!(f, "ATE {}{how}, ", mm(self.tracking.ate_m))?,
+            Some(reason) => write!(f, "no ATE ({reason}), ")?,
         }
+        write!(f, "RPE over 1 s {}, jitter (d2) {}", mm(self.tracking.rpe_m), words::jitter(&self.tracking))
     }
 }
 
@@ -90,26 +91,29 @@ mod tests {
     #[test]
     fn the_path_of_one_camera_is_brought_to_metres_and_that_of_two_is_not() {
         let (truth, half) = (path(curve), path(|t_s| 0.5 * curve(t_s)));
-        let one = Figures::of(&truth, &half, true).unwrap();
-        let json = Figures::json(Some(&one));
+        let one = Figures::of(Some(&truth), half.clone(), &[0.003, 0.004], (1, 1));
+        let json = one.json();
         assert!((json["scale_sim3"].as_f64().unwrap() - 2.0).abs() < 1e-12, "{json:?}");
+        // sqrt((3^2 + 4^2) / 2) mm of a map whose unit is 2 m.
+        assert!((json["jitter_bound_m"].as_f64().unwrap() - 2e-3 * 12.5_f64.sqrt()).abs() < 1e-12, "{json:?}");
         for key in ["ate_m", "ate_sim3_m", "rpe_m", "jitter_frame_m", "jitter_d2_m"] {
             assert!(json[key].as_f64().unwrap() < 1e-12, "{key}: {json:?}");
         }
-        assert!(one.to_string().contains("(scale aligned)"), "{one}");
-        let two = Figures::of(&truth, &half, false).unwrap();
-        let json = Figures::json(Some(&two));
+        assert!(one.to_string().contains("(scale aligned)") && one.to_string().contains("bound 7.071 mm"), "{one}");
+        let two = Figures::of(Some(&truth), half, &[], (2, 1));
+        let json = two.json();
         assert!(json["ate_m"].as_f64().unwrap() > 0.1 && json["ate_sim3_m"].as_f64().unwrap() < 1e-12, "{json:?}");
-        assert!(!two.to_string().contains("scale aligned"), "{two}");
+        assert!(json["jitter_bound_m"].is_null() && !two.to_string().contains("scale aligned"), "{two}");
     }
 
     #[test]
     fn a_rig_at_rest_has_its_jitter_and_no_position_error() {
         let (truth, shaken) = (path(|_| DVec3::ONE), path(|t_s| DVec3::new(1e-3 * libm::sin(700.0 * t_s), 0.0, 0.0)));
-        let figures = Figures::of(&truth, &shaken, false).unwrap();
-        let json = Figures::json(Some(&figures));
+        let figures = Figures::of(Some(&truth), shaken, &[], (2, 1));
+        let json = figures.json();
         assert!(json["ate_m"].is_null() && json["jitter_still_m"].as_f64().unwrap() > 1e-4, "{json:?}");
-        assert!(figures.to_string().starts_with("jitter (d2) 0."), "{figures}");
-        assert!(Figures::json(None).values().all(Value::is_null));
+        assert!(figures.to_string().contains("without alignment, 0.0 % of steps under 1 um"), "{figures}");
+        let unknown = Figures::of(None, path(curve), &[], (2, 1)).json();
+        assert!(unknown.values().all(Value::is_null), "{unknown:?}");
     }
 }
