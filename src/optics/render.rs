@@ -115,8 +115,6 @@ const OUTLINES_FROM: f64 = 0.002;
 const BOXES_FROM: f64 = 0.1;
 /// Passes that bring a picture to its target at most: each begins where the estimates of the one before lead.
 const PASSES_MAX: usize = 12;
-/// Factor by which the samples of a pixel may grow in one pass.
-const PASS_GROWTH: u32 = 4;
 
 /// Renders one exposure. `shutter` has one span a row (all equal for a global shutter). Panics if it does not, or without samples.
 pub fn render(
@@ -218,7 +216,8 @@ fn to_target(mut picture: Picture) -> Exposure {
     let mut beside = parted.rays;
     let mut estimates = spend::first_estimates(&seen, width, first, saturation_photons);
     parted.correct(&mut estimates);
-    let mut rule = Rule { samples: FIRST, least_gain: None, saturation_photons, share: None, outlines_from: None };
+    let mut rule =
+        Rule { samples: samples_max, least_gain: None, saturation_photons, share: None, outlines_from: None };
     let mut nets: Vec<Growing> = Vec::new();
     for _ in 0..PASSES_MAX {
         if samples_max < FIRST {
@@ -239,10 +238,9 @@ fn to_target(mut picture: Picture) -> Exposure {
             grown |= samples != estimate.samples;
             *estimate = Estimate { photons: net.photons, variance: net.variance(), samples, is_refined: true };
         }
-        if !grown && rule.samples == samples_max {
+        if !grown {
             break;
         }
-        rule.samples = rule.samples.saturating_mul(PASS_GROWTH).min(samples_max);
     }
     beside += nets.iter().map(|growing| u64::from(growing.net.extra)).sum::<u64>();
     let exposure = told(&picture, &estimates, &seen, first, &rule);

@@ -29,8 +29,17 @@ pub struct Steps {
     pub steps_m: [Vectors; 3],
     /// A pixel's width at the hit in metres.
     pub pixel_m: Floats,
-    /// Where in the pixel and in the exposure the sample lies, from -1/2 to 1/2.
-    pub off_centre: [Floats; 3],
+    /// Where its look-up goes.
+    pub look: Look,
+}
+
+/// Where the look-ups of a packet's samples go.
+#[derive(Clone, Copy, Debug)]
+pub enum Look {
+    /// Towards the middle, as far as shares say: where in the pixel and in the exposure each sample lies, from -1/2 to 1/2.
+    Inwards([Floats; 3]),
+    /// So many pixels to the right, and down.
+    By([Floats; 2]),
 }
 
 /// A look-up averages over this many pixels of the motion at most, because it has so many taps only: beyond, the share of the motion
@@ -170,10 +179,14 @@ pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Footprin
         let slopes = [lane3(&surfaces.slopes[0], lane), lane3(&surfaces.slopes[1], lane)];
         let steps_m = [lane3(&steps.steps_m[0], lane), lane3(&steps.steps_m[1], lane), lane3(&steps.steps_m[2], lane)];
         let form = Form::of(normal, slopes, lane3(&steps.direction, lane), steps_m, steps.pixel_m.0[lane], shares);
-        let [x, y, t] = [0, 1, 2].map(|number: usize| steps.off_centre[number].0[lane]);
         for axis in 0..2 {
-            let within = shares.to_pixel * (x * form.right[axis] + y * form.down[axis]);
-            let shift = -(within + form.to_middle * t * form.travel[axis]);
+            let shift = match &steps.look {
+                Look::Inwards([x, y, t]) => {
+                    let within = shares.to_pixel * (x.0[lane] * form.right[axis] + y.0[lane] * form.down[axis]);
+                    -(within + form.to_middle * t.0[lane] * form.travel[axis])
+                }
+                Look::By([x, y]) => x.0[lane] * form.right[axis] + y.0[lane] * form.down[axis],
+            };
             all.shift_texels[axis].0[lane] = if shift.abs() < SHIFT_TEXELS_MAX { shift } else { 0.0 };
             all.step_texels[axis].0[lane] = form.step[axis];
         }
@@ -196,16 +209,21 @@ pub struct Ray {
     pub pixel_m: f32,
 }
 
-/// A ray's ellipse for all of its packet, and how far each lane's is moved; `off_centre` as in `Steps`.
+/// A ray's ellipse for all of its packet, and how far each lane's is moved.
 #[inline(always)]
-pub fn ellipse_of_one(ray: &Ray, off_centre: &[Floats; 3], shares: &Shares) -> (Footprint, [Floats; 2]) {
+pub fn ellipse_of_one(ray: &Ray, look: &Look, shares: &Shares) -> (Footprint, [Floats; 2]) {
     let form = Form::of(ray.normal, ray.slopes, ray.direction, ray.steps_m, ray.pixel_m, shares);
     let mut shift_texels = [Floats::splat(0.0); 2];
     for axis in 0..2 {
-        let right = Floats::splat(-shares.to_pixel * form.right[axis]);
-        let down = Floats::splat(-shares.to_pixel * form.down[axis]);
-        let travel = Floats::splat(-form.to_middle * form.travel[axis]);
-        let shift = off_centre[0] * right + off_centre[1] * down + off_centre[2] * travel;
+        let shift = match look {
+            Look::Inwards([x, y, t]) => {
+                let right = Floats::splat(-shares.to_pixel * form.right[axis]);
+                let down = Floats::splat(-shares.to_pixel * form.down[axis]);
+                let travel = Floats::splat(-form.to_middle * form.travel[axis]);
+                *x * right + *y * down + *t * travel
+            }
+            Look::By([x, y]) => *x * Floats::splat(form.right[axis]) + *y * Floats::splat(form.down[axis]),
+        };
         let is_sound = shift.abs().below(Floats::splat(SHIFT_TEXELS_MAX));
         shift_texels[axis] = is_sound.select(shift, Floats::splat(0.0));
     }
@@ -283,18 +301,19 @@ mod tests {
             let splat3 = |v: [f32; 3]| v.map(Floats::splat);
             let (normal, slopes) = (three(0, 1.0), [three(3, 400.0), three(6, 400.0)]);
             let (direction, steps_m) = (three(9, 1.0), [three(12, 5e-3), three(15, 5e-3), three(18, 0.03)]);
-            let off_centre = three(21, 0.5).map(Floats::splat);
+            let [x, y, t] = three(21, 0.5).map(Floats::splat);
+            let look = if case % 3 == 0 { Look::By([x, y]) } else { Look::Inwards([x, y, t]) };
             let shares = if case % 2 == 0 { Shares::even(0.25, 0.25) } else { Shares::over_motion(0.5) };
             let surfaces = Surfaces { normal: splat3(normal), slopes: slopes.map(splat3) };
             let steps = Steps {
                 direction: splat3(direction),
                 steps_m: steps_m.map(splat3),
                 pixel_m: Floats::splat(5e-3),
-                off_centre,
+                look,
             };
             let all = ellipses(&surfaces, &steps, &shares).lane(lane);
             let ray = Ray { normal, slopes, direction, steps_m, pixel_m: 5e-3 };
-            let (one, shift_texels) = ellipse_of_one(&ray, &off_centre, &shares);
+            let (one, shift_texels) = ellipse_of_one(&ray, &look, &shares);
             assert_eq!(Footprint { shift_texels: all.shift_texels, ..one }, all, "case {case}");
             for axis in 0..2 {
                 // Three terms of half of 1,200 texels a metre along the ray times 0.09 m over the least cosine of 0.02, at most, each

@@ -14,7 +14,7 @@
 use super::fit::{Fit, REGRESSORS};
 use super::refine::Places;
 use super::shot::{Pixels, bilinear};
-use crate::num::{f64_from_usize, index, u32_from};
+use crate::num::{f64_from_usize, index, u32_from, u32_truncated};
 use crate::optics::motion::Timeline;
 use crate::scene::lanes::{Floats, LANES, Vectors, dot3, splat3, sub3};
 use crate::scene::tracer::{Hits, MISS, Packet, Stack, along_beam};
@@ -188,26 +188,26 @@ impl Outlines {
         [tint, x - 0.5, y - 0.5, t - 0.5]
     }
 
-    /// Numbers of up to as many rays as a packet has that meet first what none of the first `count` does.
-    pub fn unmet(&mut self, count: usize) -> Option<([u32; LANES], usize)> {
+    /// Numbers of up to as many rays as a packet has that meet first what none of the first `count` does: each triangle by its share, the
+    /// last one by chance, which `offset` of 0..1 decides (systematic sampling: Cochran 1977, 8.1).
+    pub fn unmet(&mut self, count: usize, offset: f64) -> Option<([u32; LANES], usize)> {
         let mut is_met = vec![false; self.corners_m.len() + 1];
         for &front in self.front[..count].iter().filter(|&&front| front != TAKEN) {
             is_met[usize::from(front)] = true;
         }
         let is_known = |front: u16| front == TAKEN || is_met[usize::from(front)];
-        let all = self.front.iter().filter(|&&front| !is_known(front)).count();
-        let (mut numbers, mut lanes, mut place) = ([0; LANES], 0, 0);
-        for (number, front) in self.front.iter_mut().enumerate() {
-            if is_known(*front) {
-                continue;
-            }
+        let (mut numbers, mut unmet) = ([0; LANES], Vec::new());
+        for (number, front) in self.front.iter_mut().enumerate().filter(|(_, front)| !is_known(**front)) {
+            unmet.push((*front, u32_from(number)));
             *front = UNMET;
-            // As even among them as it goes.
-            if lanes < LANES && place * LANES >= lanes * all {
-                numbers[lanes] = u32_from(number);
-                lanes += 1;
-            }
-            place += 1;
+        }
+        // Those of one triangle stay together, so that each has its share of the few.
+        unmet.sort_unstable();
+        let (all, lanes) = (f64_from_usize(unmet.len()), unmet.len().min(LANES));
+        let step = all / f64_from_usize(lanes);
+        for lane in 0..lanes {
+            let place = index(u32_truncated((f64_from_usize(lane) + offset) * step));
+            numbers[lane] = unmet[place.min(unmet.len() - 1)].1;
         }
         (lanes > 0).then_some((numbers, lanes))
     }

@@ -15,7 +15,7 @@ use super::net::{Net, OF_BEFORE, Powers};
 use super::outlines::Outlines;
 use super::pattern::{scrambled, sobol_reversed, unit};
 use super::rows::{COLUMNS, ROWS};
-use super::shear::sheared;
+use super::shear::{moved, sheared};
 use super::shot::{Aim, Pixels, View, bilinear};
 use super::spend::{may_count, ratio};
 use super::strata::Parting;
@@ -107,7 +107,7 @@ impl Pixel<'_> {
                 velocity_px,
                 first: net.samples,
                 count: more,
-                share: rule.share.unwrap_or(share(net.samples + more)),
+                share: rule.share.unwrap_or(share(more)),
                 is_sheared: true,
             };
             let mut powers = net.powers;
@@ -197,7 +197,10 @@ impl Pixel<'_> {
         for from in (0..block.count).step_by(LANES) {
             let lanes = LANES.min(index(block.count - from));
             let numbers = std::array::from_fn(|lane| block.first + from + u32_from(lane));
-            let (places, at) = self.places_at(block.velocity_px, &numbers, lanes);
+            let (mut places, at) = self.places_at(block.velocity_px, &numbers, lanes);
+            if block.is_sheared && self.view.scene.has_textures() {
+                places.moves = Some(self.moves(block, &numbers, lanes));
+            }
             let [mut photons, _] = self.shoot(pixels, places, lanes, &shares, desk);
             if !self.glints.is_empty() {
                 let parting = Parting { pixels, shares: &shares, numbers: &numbers, lanes };
@@ -209,6 +212,18 @@ impl Pixel<'_> {
             }
         }
         sum / f64::from(block.count)
+    }
+
+    /// How far the look-ups of a packet's samples are moved.
+    fn moves(&self, block: &Block, numbers: &[u32; LANES], lanes: usize) -> [Floats; 2] {
+        let mut moves = [Floats::splat(0.0); 2];
+        for lane in 0..lanes {
+            let by = moved(self.even(numbers[lane]), block.velocity_px, block.count);
+            for axis in 0..2 {
+                moves[axis].0[lane] = by[axis];
+            }
+        }
+        moves
     }
 
     /// Photons of a packet's samples, and how far each went.
@@ -255,6 +270,7 @@ impl Pixel<'_> {
             place: [Floats::splat(0.0); 3],
             motion: None,
             share: Floats::splat(0.0),
+            moves: None,
             lamp_levels: [1.0; LANES],
             numbers: *numbers,
         };
@@ -282,7 +298,7 @@ struct Block {
     velocity_px: [f32; 2],
     first: u32,
     count: u32,
-    /// Of the pixel's width, and of the motion, that each stands for.
+    /// Of the pixel's width, and of the motion, that each stands for: a block covers all of the pixel by itself.
     share: f32,
     /// Whether they lie evenly over the surface that the pixel passes.
     is_sheared: bool,
@@ -315,6 +331,8 @@ pub struct Places {
     /// None where nothing moves.
     motion: Option<Parabolas>,
     pub share: Floats,
+    /// How far look-ups of textures are moved, where that is not for shares to say.
+    moves: Option<[Floats; 2]>,
     lamp_levels: [f32; LANES],
     numbers: [u32; LANES],
 }
@@ -339,6 +357,7 @@ impl Places {
             pieces: if timeline.is_still { 0.0 } else { pieces },
             lamp_levels: &self.lamp_levels,
             shares,
+            moves: self.moves.as_ref(),
             numbers: &self.numbers,
         }
     }

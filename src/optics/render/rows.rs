@@ -134,6 +134,7 @@ impl Rows<'_> {
                 pieces: if self.timeline.is_still { 0.0 } else { pieces },
                 lamp_levels: &self.lamp_levels[stratum],
                 shares: &shares,
+                moves: None,
                 numbers: &[number; LANES],
             };
             let [photons, gone_m] = self.view.sample(pixels, &aim, has_gloss, stack);

@@ -7,6 +7,8 @@
 //! again such a sum, and given both the time is even. The map keeps the measure whatever v is: a wrong one costs variance and
 //! biases nothing.
 
+use crate::num::{f32_from_u32, u32_truncated_f32};
+
 /// Motion below this many pixels an exposure is none: the bounds of time would lose their digits.
 const LEAST_PX: f32 = 1e-3;
 
@@ -58,11 +60,39 @@ pub fn sheared([p, q, w]: [f32; 3], velocity_px: [f32; 2]) -> [f32; 3] {
     [turned(x_turned, x), turned(y_turned, y), bounded(t)]
 }
 
+/// Part of the way to the middle of its cell by which a look-up of a texture is moved. Look-ups all amid their cells take away more of
+/// the variance, and leave a texture with that period as a bias.
+const HOMED: f32 = 0.15;
+
+/// How far over the moving surface the look-up of a sample is moved, in pixels to the right and down, where `count` samples make a net of
+/// as many cells: a part of the way to the middle of its cell, and inwards, so that the spread of places and that of filters, each
+/// as wide as a cell, sum to what the pixel sees.
+pub fn moved([p, q, _]: [f32; 3], velocity_px: [f32; 2], count: u32) -> [f32; 2] {
+    let log2 = count.ilog2();
+    let [columns, rows] = [log2.div_ceil(2), log2 / 2].map(|log2| f32_from_u32(1 << log2));
+    // What filters leave of the variance to places.
+    let of_places = 1.0 - 1.0 / f32_from_u32(count);
+    // Where a share of a sum lies, and by how much its look-up is moved.
+    let one = |share: f32, cells: f32, width: f32| {
+        let (cell, last) = (f32_from_u32(u32_truncated_f32(share * cells)), cells - 1.0);
+        let amid = (if cell < last { cell } else { last } + 0.5) / cells;
+        let ((place, bounds), (home, _)) = (sum_of_boxes(share, width), sum_of_boxes(amid, width));
+        let (middle, left) = (0.5 * (1.0 + width), 1.0 - HOMED);
+        let inwards = (of_places / (1.0 + (left * left - 1.0) / (cells * cells))).sqrt();
+        (middle + inwards * (place + HOMED * (home - place) - middle) - place, bounds)
+    };
+    let [x_turned, y_turned] = velocity_px.map(|velocity| velocity < 0.0);
+    let [width_x, width_y] = velocity_px.map(f32::abs);
+    let (x, [from, to]) = one(if x_turned { 1.0 - p } else { p }, columns, width_x);
+    let (y, _) = one(if y_turned { 1.0 - q } else { q }, rows, width_y * (to - from));
+    [if x_turned { -x } else { x }, if y_turned { -y } else { y }]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::draw::DrawKey;
-    use crate::num::{f32_nearest, f64_from_usize, index, u32_truncated_f32};
+    use crate::num::{f32_nearest, f64_from_usize, index};
 
     const VELOCITIES_PX: [[f32; 2]; 7] =
         [[0.0, 0.0], [0.3, 0.0], [0.0, -0.7], [1.0, 1.0], [-3.0, 0.5], [11.0, -0.2], [-6.0, -9.0]];
@@ -115,6 +145,63 @@ mod tests {
             }
         }
         assert_eq!(tried, 7 * 400 * 4);
+    }
+
+    /// Mean and variance of where look-ups of many even samples go about the middle of what the pixel passes along an axis.
+    fn looked_at(velocity_px: [f32; 2], count: u32, axis: usize) -> [f64; 2] {
+        const STEPS: u32 = 1 << 12;
+        let (mut sum, mut squares) = (0.0_f64, 0.0_f64);
+        for step in 0..STEPS {
+            let mut even = [0.3, 0.3, 0.6];
+            even[axis] = (f32_from_u32(step) + 0.5) / f32_from_u32(STEPS);
+            let place = sheared(even, velocity_px);
+            let met = place[axis] + velocity_px[axis] * place[2] + moved(even, velocity_px, count)[axis];
+            let apart = f64::from(met - 0.5 * (1.0 + velocity_px[axis]));
+            sum += apart;
+            squares += apart * apart;
+        }
+        let mean = sum / f64::from(STEPS);
+        [mean, squares / f64::from(STEPS) - mean * mean]
+    }
+
+    #[test]
+    fn look_ups_and_their_filters_spread_as_what_the_pixel_passes() {
+        let mut tried = 0;
+        for speed in [0.0, 0.3, -0.7, 1.0, -6.0, 20.0] {
+            for count in [16, 32, 64, 1_024] {
+                for axis in 0..2 {
+                    let mut velocity_px = [0.0; 2];
+                    velocity_px[axis] = speed;
+                    let [mean, variance] = looked_at(velocity_px, count, axis);
+                    let whole = (1.0 + f64::from(speed * speed)) / 12.0;
+                    let ratio = (variance + whole / f64::from(count)) / whole;
+                    // Cells of a trapezoid are not all as wide, and their middles in number are not those in place.
+                    let of_cells = if speed == 0.0 { 0.0 } else { 2.0 / f64::from(count) };
+                    assert!((ratio - 1.0).abs() < of_cells + 1e-4, "{speed} px, {count}, axis {axis}: {ratio}");
+                    assert!(mean.abs() < 1e-4 * (1.0 + f64::from(speed.abs())), "{speed} px, {count}: {mean}");
+                    tried += 1;
+                }
+            }
+        }
+        assert_eq!(tried, 48);
+    }
+
+    #[test]
+    fn look_ups_go_towards_the_middles_of_their_cells() {
+        // At rest, in the corner of a cell amid the pixel: the part that is stated, but for what all go inwards.
+        let [x, y] = moved([0.5, 0.5, 0.0], [0.0; 2], 1 << 16);
+        let cell = 1.0 / 256.0;
+        assert!((x - HOMED * 0.5 * cell).abs() < 1e-6 && (y - x).abs() < 1e-6, "{x} {y}");
+        // A motion that turns round turns them round.
+        let mirrored = moved([0.3, 0.6, 0.2], [-2.0, 0.0], 16);
+        let other = moved([0.7, 0.6, 0.2], [2.0, 0.0], 16);
+        assert!((mirrored[0] + other[0]).abs() < 1e-6 && (mirrored[1] - other[1]).abs() < 1e-6);
+        // The ends of the numbers are in cells too.
+        for even in [[0.0; 3], [0.999_999_94; 3]] {
+            for velocity_px in VELOCITIES_PX {
+                assert!(moved(even, velocity_px, 16).iter().all(|by| by.abs() < 2.0), "{even:?} {velocity_px:?}");
+            }
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::filter::{Ray, Shares, Steps, Surfaces, ellipse_of_one, ellipses};
+use super::filter::{Look, Ray, Shares, Steps, Surfaces, ellipse_of_one, ellipses};
 use crate::optics::camera::Camera;
 use crate::optics::motion::{Parabolas, Turn, Turns};
 use crate::scene::LitScene;
@@ -100,6 +100,8 @@ pub struct Aim<'a> {
     pub lamp_levels: &'a [f32; LANES],
     /// What of its pixel and of the exposure a sample stands for.
     pub shares: &'a Shares,
+    /// How far each look-up of a texture is moved, in pixels to the right and down; none: towards the middle, as shares say.
+    pub moves: Option<&'a [Floats; 2]>,
     /// The samples' numbers.
     pub numbers: &'a [u32; LANES],
 }
@@ -192,7 +194,7 @@ impl View<'_> {
                 steps_m: [right_m, down_m, travel_m],
                 pixel_m: shot.pixels.spread.0[MIDDLE] * t_m,
             };
-            let (footprint, shift_texels) = ellipse_of_one(&ray, &shot.off_centre(), shot.aim.shares);
+            let (footprint, shift_texels) = ellipse_of_one(&ray, &shot.look(), shot.aim.shares);
             colours = by_band(&texture.over_alike(&face.uv(hits.u, hits.v), &shift_texels, &footprint));
         }
         colours
@@ -243,16 +245,19 @@ impl Shot<'_> {
             direction: packet.direction,
             steps_m: [scaled(right, hits.t), scaled(down, hits.t), travel_m],
             pixel_m: pixels.spread * hits.t,
-            off_centre: self.off_centre(),
+            look: self.look(),
         };
         ellipses(&Surfaces { normal: met.normal(), slopes: met.slopes() }, &steps, aim.shares)
     }
 
-    /// Where in the pixel and in the exposure each sample lies, from -1/2 to 1/2.
+    /// Where the look-ups of textures go.
     #[inline(always)]
-    fn off_centre(&self) -> [Floats; 3] {
+    fn look(&self) -> Look {
         let half = Floats::splat(0.5);
-        [self.aim.place[0] - half, self.aim.place[1] - half, self.aim.place[2] - half]
+        match self.aim.moves {
+            Some(moves) => Look::By(*moves),
+            None => Look::Inwards([self.aim.place[0] - half, self.aim.place[1] - half, self.aim.place[2] - half]),
+        }
     }
 }
 

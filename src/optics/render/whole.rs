@@ -27,6 +27,9 @@ const FARTHER: f32 = 1.01;
 const TINTED: u32 = FINER_LEAST;
 const TINTED_SHARE: f32 = 0.5;
 
+/// Names the draw that chooses rays of a gap.
+const OF_GAP: u64 = 1;
+
 /// Corners of a pixel at four instants of the exposure.
 const CORNERS: [[f32; 3]; LANES] = {
     let mut places = [[0.0; 3]; LANES];
@@ -162,7 +165,9 @@ impl Pixel<'_> {
 
     /// The mean of some rays that met what no sample did, if there are any, and how many were traced.
     fn gap(&self, pixels: &Pixels, whole: &Whole, desk: &mut Desk) -> (Option<f64>, u32) {
-        let Some((numbers, lanes)) = desk.outlines.unmet(index(whole.samples)) else { return (None, 0) };
+        let Some((numbers, lanes)) = desk.outlines.unmet(index(whole.samples), self.key.with(OF_GAP).uniform()) else {
+            return (None, 0);
+        };
         let places = self.places(whole.velocity_px, &numbers, lanes);
         let [photons, _] = self.shoot(pixels, places, lanes, &Shares::over_motion(whole.share), desk);
         let sum: f64 = photons.0[..lanes].iter().map(|&photons| f64::from(photons)).sum();
