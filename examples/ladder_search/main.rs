@@ -23,8 +23,8 @@ const REPEATS: u32 = 3;
 /// What one look shows to take at most so many times as long as the fastest is timed in turns with it.
 const NEARLY: f64 = 1.2;
 
-/// Frames that are judged, in eighths of the run: between those that a pilot looks at.
-const HELD_OUT: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+/// Frames that are judged, in 32nds of the run: between those that a pilot looks at, which are odd 24ths.
+const HELD_OUT: [u32; 8] = [1, 5, 9, 13, 17, 21, 25, 29];
 
 struct Wall(Instant);
 
@@ -156,7 +156,7 @@ fn search(scene: &str, set: &[String]) -> Result<(), Error> {
     let clocks = Clocks { wall: &wall, work: &Work };
     let bench = Bench { setup: setup(scene, set)?, clocks, progress: &NoProgress, assets: &NoFiles };
     let own = Setting::of(&bench.setup.resolved.scenario);
-    let frames = HELD_OUT.map(|eighth| eighth * bench.setup.frames / 8);
+    let frames = HELD_OUT.map(|part| part * bench.setup.frames / 32);
     assert!(
         bench.places(PILOT_FRAMES).iter().all(|seen| !frames.contains(&seen.frame.0)),
         "frames {frames:?} were seen"
