@@ -68,8 +68,8 @@ mod tests {
         assert!((hidden(&frames(&[1.0, 3.0]), 4) - 6.314 * (0.5_f64 * 2.0 / 2.0).sqrt()).abs() < 1e-12);
     }
 
-    /// 4,000 runs of independent frames, of which one in twenty may lie above: 0.05, and three standard errors, 0.0103. Less than 0.03 would
-    /// be idle.
+    /// 4,000 runs of independent frames, of which one in twenty may lie above: 0.05, and three standard errors, 0.0103. Less than 0.03
+    /// would be idle.
     #[test]
     fn one_mean_in_twenty_lies_above_what_is_added() {
         let mut stream = DrawKey::root(5).stream();
