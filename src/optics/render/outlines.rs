@@ -399,3 +399,51 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 fn cross3(a: Vectors, b: Vectors) -> Vectors {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_unmet_triangle_has_its_share_of_the_rays_that_are_traced() {
+        // Four samples met the first triangle. Of the finer net's 60 more rays it has 20; of the gap's 40 the others have 20, 10, 9 and 1.
+        let shares = [(1, 20), (2, 10), (3, 9), (4, 1)];
+        // Every 2.5th ray, rounded up, meets the first of them: whoever takes sixteen in the order of the rays takes it alone.
+        let mut of_gap = [0_u16; 40];
+        (0..16).for_each(|lane| of_gap[(5 * lane + 1) / 2] = 1);
+        let mut others = shares.iter().flat_map(|&(front, count)| vec![front; count]).skip(16);
+        of_gap.iter_mut().filter(|front| **front == 0).for_each(|front| *front = others.next().unwrap());
+        let front: Vec<u16> = [0; 24].into_iter().chain(of_gap).collect();
+        let (mut traced, mut tried) = ([0_u32; 5], 0);
+        for step in 0..100_u8 {
+            let mut outlines =
+                Outlines { front: front.clone(), corners_m: vec![[[0.0; 3]; 3]; 5], ..Outlines::default() };
+            let (numbers, lanes) = outlines.unmet(4, (f64::from(step) + 0.5) / 100.0).unwrap();
+            assert_eq!(lanes, LANES);
+            let mut own = [0_u32; 5];
+            numbers.iter().for_each(|&number| own[usize::from(front[index(number)])] += 1);
+            for (triangle, count) in shares {
+                // 16 of 40, to one ray.
+                let share = 0.4 * f64_from_usize(count);
+                assert!((f64::from(own[usize::from(triangle)]) - share).abs() < 1.0, "{step}: {own:?}");
+            }
+            assert!(outlines.front[24..].iter().all(|&front| front == UNMET) && own[0] == 0);
+            own.iter().zip(&mut traced).for_each(|(own, sum)| *sum += own);
+            tried += 1;
+        }
+        assert_eq!(tried, 100);
+        // Chance makes the shares exact in the mean: 100 even offsets know them to a ray of each hundred.
+        for (triangle, count) in shares {
+            let mean = f64::from(traced[usize::from(triangle)]) / 100.0;
+            assert!((mean - 0.4 * f64_from_usize(count)).abs() < 0.011, "{triangle}: {mean}");
+        }
+    }
+
+    #[test]
+    fn a_gap_of_few_rays_is_traced_whole_and_none_is_none() {
+        let outlines = |front: Vec<u16>| Outlines { front, corners_m: vec![[[0.0; 3]; 3]; 3], ..Outlines::default() };
+        let (numbers, lanes) = outlines(vec![0, 0, 2, 1, 0, TAKEN]).unmet(2, 0.999_999_999_999).unwrap();
+        assert_eq!((lanes, numbers[0], numbers[1]), (2, 3, 2));
+        assert!(outlines(vec![0, 0, 0, TAKEN]).unmet(2, 0.5).is_none());
+    }
+}
