@@ -410,7 +410,7 @@ mod tests {
         let shares = [(1, 20), (2, 10), (3, 9), (4, 1)];
         // Every 2.5th ray, rounded up, meets the first of them: whoever takes sixteen in the order of the rays takes it alone.
         let mut of_gap = [0_u16; 40];
-        (0..16).for_each(|lane| of_gap[(5 * lane + 1) / 2] = 1);
+        (0..16_usize).for_each(|lane| of_gap[(5 * lane).div_ceil(2)] = 1);
         let mut others = shares.iter().flat_map(|&(front, count)| vec![front; count]).skip(16);
         of_gap.iter_mut().filter(|front| **front == 0).for_each(|front| *front = others.next().unwrap());
         let front: Vec<u16> = [0; 24].into_iter().chain(of_gap).collect();
