@@ -92,6 +92,21 @@ impl Parabolas {
 }
 
 impl Parabolas {
+    /// Each lane's from another of some.
+    #[inline(always)]
+    pub fn gathered<'a>(of: impl Fn(usize) -> (&'a Self, usize)) -> Self {
+        let mut all = Self { coefficients: [[Floats::splat(0.0); 3]; NUMBERS] };
+        for to in 0..LANES {
+            let (from, lane) = of(to);
+            for number in 0..NUMBERS {
+                for power in 0..3 {
+                    all.coefficients[number][power].0[to] = from.coefficients[number][power].0[lane];
+                }
+            }
+        }
+        all
+    }
+
     /// How one lane's pose changes at its share of the span, over `spans` times the span.
     #[inline(always)]
     pub fn change_of(&self, lane: usize, share: f32, spans: f32) -> Turn {
@@ -179,12 +194,17 @@ const PIECES_MAX: u32 = 16;
 const TURN_MAX_RAD: f64 = 0.05;
 
 impl Timeline {
-    /// Of the exposures of four rows, lane by lane of a packet. Rows that are exposed together are asked for once.
-    pub fn of<const ROWS: usize>(spans: [Span; ROWS], world_from_camera: &dyn Fn(f64) -> Pose) -> Self {
+    /// Pieces that are short enough for the turn over a span.
+    pub fn pieces_for(span: Span, world_from_camera: &dyn Fn(f64) -> Pose) -> u32 {
         let mut pieces = PIECES_MIN;
-        while pieces < PIECES_MAX && turn_rad(spans[0], world_from_camera) > TURN_MAX_RAD * f64::from(pieces) {
+        while pieces < PIECES_MAX && turn_rad(span, world_from_camera) > TURN_MAX_RAD * f64::from(pieces) {
             pieces *= 2;
         }
+        pieces
+    }
+
+    /// Of the exposures of four rows, lane by lane of a packet. Rows that are exposed together are asked for once.
+    pub fn of<const ROWS: usize>(spans: [Span; ROWS], pieces: u32, world_from_camera: &dyn Fn(f64) -> Pose) -> Self {
         let mut known: Vec<Vec<Parabola>> = Vec::with_capacity(ROWS);
         for row in 0..ROWS {
             let before = (row > 0 && spans[row] == spans[row - 1]).then(|| known[row - 1].clone());
@@ -209,16 +229,7 @@ impl Timeline {
 
     /// The motion of one lane of the packet, in each lane over a piece of its own.
     pub fn gathered(&self, lane: usize, piece_of: &[usize; LANES]) -> Parabolas {
-        let mut all = Parabolas { coefficients: [[Floats::splat(0.0); 3]; NUMBERS] };
-        for (to, &piece) in piece_of.iter().enumerate() {
-            let from = &self.pieces[piece].coefficients;
-            for number in 0..NUMBERS {
-                for power in 0..3 {
-                    all.coefficients[number][power].0[to] = from[number][power].0[lane];
-                }
-            }
-        }
-        all
+        Parabolas::gathered(|to| (&self.pieces[piece_of[to]], lane))
     }
 }
 

@@ -1,25 +1,30 @@
 //! Photons. Enters: a lit scene, a camera, its motion, an exposure span for each row. Leaves: mean photons of every pixel.
 //!
 //! Every ray has its own place in the pixel and its own instant, and a look-up averages over what its sample stands for (`filter`).
-//! A first batch of even samples (`rows`, `pattern`, `halves`) shows where a picture needs more. Those pixels have nets of their
-//! own that follow their motion (`refine`, `shear`), as fine as brings the picture's mean error to its target (`spend`), and a few
-//! have two, to tell that error (`twins`).
+//! A first batch of even samples (`rows`, `pattern`, `halves`), which many pixels share while the camera moves (`shared`, `grid`,
+//! `ride`, `paths`, `sums`), shows where a picture needs more. Those pixels have nets of their own that follow their motion (`refine`,
+//! `shear`), as fine as brings the picture's mean error to its target (`spend`), and a few have two, to tell that error (`twins`).
 
 mod filter;
 mod fit;
 mod glints;
+mod grid;
 mod halves;
 mod net;
 mod outlines;
 mod passes;
+mod paths;
 mod pattern;
 mod refine;
 mod reflect;
+mod ride;
 mod rows;
+mod shared;
 mod shear;
 mod shot;
 mod spend;
 mod strata;
+mod sums;
 mod twins;
 mod whole;
 
@@ -36,7 +41,7 @@ use net::Net;
 use passes::{Growing, Picture};
 use refine::{FIRST, Rule};
 use shot::View;
-use spend::Estimate;
+use spend::{Estimate, Kind};
 
 /// What a camera saw in one exposure.
 #[derive(Clone, Debug)]
@@ -106,6 +111,12 @@ impl Sampling {
 const FIRST_BATCH: [u32; 2] = [4, 2];
 /// Tolerance from which on a target is loose.
 const LOOSE: f64 = 1.0;
+/// Of a picture that moves so fast that all pixels have many samples by way of others, to a tolerance that few would not meet.
+const FAST_BATCH: u32 = 8;
+/// Pixels over the exposure from which on it is fast.
+const FAST_PX: f64 = 8.0;
+/// Tolerance below which few do not meet it.
+const TIGHT: f64 = 0.3;
 /// From so many on, a fixed number of samples is a net of each pixel's own, which follows its motion and its outlines. Fewer lose more
 /// by rays that lie apart in time than they gain.
 const OWN_NETS_FROM: u32 = 32;
@@ -135,12 +146,12 @@ pub fn render(
     if sampling.subframes == 0 && samples >= OWN_NETS_FROM {
         return own_nets(picture, samples);
     }
-    let seen = picture.even(samples);
+    let (seen, rays) = picture.first(samples);
     let ratio = halves::variance_ratio(&seen, samples, sampling.saturation_photons);
     Exposure {
         photons: plane(camera, seen.iter().map(|pixel| pixel.photons)),
         render_variance_ratio: if samples > 1 { ratio * sampling.electrons_per_photon } else { f64::INFINITY },
-        rays: u64::from(samples) * u64_from(seen.len()),
+        rays,
     }
 }
 
@@ -151,7 +162,7 @@ fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
 /// The same number of samples for each pixel, along its own motion. One ray each finds the surface first.
 fn own_nets(mut picture: Picture, samples: u32) -> Exposure {
     let saturation_photons = picture.sampling.saturation_photons;
-    let mut seen = picture.even(1);
+    let (mut seen, _) = picture.first(1);
     let share = Some(refine::share(samples));
     let outlines_from =
         picture.sampling.outlines.then(|| f32_nearest(OUTLINES_FROM / picture.sampling.electrons_per_photon));
@@ -159,16 +170,11 @@ fn own_nets(mut picture: Picture, samples: u32) -> Exposure {
     let picture = &picture;
     let rule = Rule { samples, least_gain: None, saturation_photons, share, outlines_from };
     let mut nets: Vec<Growing> = (0..seen.len())
-        .map(|at| Growing { at, net: Net::new(spend::hidden(&seen, index(picture.view.camera.size.width_px), at, 1)) })
+        .map(|at| Growing { at, net: Net::new(spend::hidden(&seen, index(picture.view.camera.size.width_px), at)) })
         .collect();
     picture.grow(&mut nets, &seen, &rule);
     ask_beside(picture, &mut nets, &seen, &rule);
-    let of = |growing: &Growing| Estimate {
-        photons: growing.net.photons,
-        variance: growing.net.variance(),
-        samples: 1 + samples + growing.net.extra,
-        is_refined: true,
-    };
+    let of = |Growing { net, .. }: &Growing| Estimate::of_net(net.photons, net.variance(), 1, samples + net.extra);
     let estimates: Vec<Estimate> = nets.iter().map(of).collect();
     let exposure = told(picture, &estimates, &seen, 1, &rule);
     Exposure { rays: exposure.rays + beside, ..exposure }
@@ -209,11 +215,11 @@ fn ask_beside(picture: &Picture, nets: &mut [Growing], seen: &[Seen], rule: &Rul
 fn to_target(mut picture: Picture) -> Exposure {
     let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
     let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
-    let first = FIRST_BATCH[usize::from(picture.sampling.tolerance >= LOOSE)];
+    let first = first_batch(&picture);
     let width = index(picture.view.camera.size.width_px);
-    let mut seen = picture.even(first);
+    let (mut seen, rays) = picture.first(first);
     let parted = picture.part(first, &mut seen, f32_nearest(target * BOXES_FROM));
-    let mut beside = parted.rays;
+    let mut beside = parted.rays + rays;
     let mut estimates = spend::first_estimates(&seen, width, first, saturation_photons);
     parted.correct(&mut estimates);
     let mut rule =
@@ -226,17 +232,18 @@ fn to_target(mut picture: Picture) -> Exposure {
         let Some(least) = spend::least_gain(&estimates, target, saturation_photons) else { break };
         rule.least_gain = Some(least);
         for (at, estimate) in estimates.iter_mut().enumerate() {
-            if !estimate.is_refined && estimate.may_count(saturation_photons) && estimate.gain() >= least {
-                estimate.is_refined = true;
-                nets.push(Growing { at, net: Net::new(spend::hidden(&seen, width, at, first)) });
+            let is_first = estimate.kind != Kind::Net;
+            if is_first && estimate.may_count(saturation_photons) && estimate.gain() >= least {
+                estimate.kind = Kind::Net;
+                nets.push(Growing { at, net: Net::new(spend::hidden(&seen, width, at)) });
             }
         }
         picture.grow(&mut nets, &seen, &rule);
         let mut grown = false;
         for Growing { at, net } in &nets {
-            let (estimate, samples) = (&mut estimates[*at], first + net.samples);
-            grown |= samples != estimate.samples;
-            *estimate = Estimate { photons: net.photons, variance: net.variance(), samples, is_refined: true };
+            let estimate = &mut estimates[*at];
+            grown |= first + net.samples != estimate.samples;
+            *estimate = Estimate::of_net(net.photons, net.variance(), first, net.samples);
         }
         if !grown {
             break;
@@ -244,7 +251,18 @@ fn to_target(mut picture: Picture) -> Exposure {
     }
     beside += nets.iter().map(|growing| u64::from(growing.net.extra)).sum::<u64>();
     let exposure = told(&picture, &estimates, &seen, first, &rule);
-    Exposure { rays: exposure.rays + beside, ..exposure }
+    // Of the first batch it is known how many were taken.
+    Exposure { rays: exposure.rays - u64::from(first) * u64_from(seen.len()) + beside, ..exposure }
+}
+
+/// Samples of each pixel in the first batch.
+fn first_batch(picture: &Picture) -> u32 {
+    let tolerance = picture.sampling.tolerance;
+    if tolerance >= LOOSE {
+        return FIRST_BATCH[1];
+    }
+    let is_fast = tolerance < TIGHT && picture.rides().is_some_and(|grid| grid.speed_px() >= FAST_PX);
+    if is_fast { FAST_BATCH } else { FIRST_BATCH[0] }
 }
 
 /// The picture, and its error as pixels tell that are sampled a second time.

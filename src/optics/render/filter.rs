@@ -65,19 +65,27 @@ pub struct Shares {
     /// takes. Nets that lie evenly over the moving surface have no gaps of time to see through; halves of other samples do, and would
     /// agree better than two renders.
     is_wide: bool,
+    /// Whether a sample is one of all pixels that its point goes through, so that each of them has as many more as they are.
+    is_riding: bool,
 }
 
 impl Shares {
     /// Of the pixel and of the exposure.
     #[inline(always)]
     pub fn even(pixel: f32, exposure: f32) -> Self {
-        Self { pixel, to_pixel: to_middle(pixel), exposure, is_wide: false }
+        Self { pixel, to_pixel: to_middle(pixel), exposure, is_wide: false, is_riding: false }
     }
 
     /// The same share of the pixel and of the exposure, for samples that lie evenly over the moving surface.
     #[inline(always)]
     pub fn over_motion(share: f32) -> Self {
         Self { is_wide: true, ..Self::even(share, share) }
+    }
+
+    /// The share of samples that a pixel has alone, for those that ride with what they see (`ride`).
+    #[inline(always)]
+    pub fn riding(share: f32) -> Self {
+        Self { is_wide: true, is_riding: true, ..Self::even(share, share) }
     }
 }
 
@@ -117,7 +125,8 @@ struct Form {
     right: [f32; 2],
     down: [f32; 2],
     travel: [f32; 2],
-    /// How much nearer to the exposure's middle the look-up is moved.
+    /// How much nearer to the pixel's middle, and to the exposure's, the look-up is moved.
+    to_pixel: f32,
     to_middle: f32,
     /// The look-up's row of places and the area of its level's texels.
     step: [f32; 2],
@@ -147,19 +156,24 @@ impl Form {
         // Only what crosses the ray is seen as motion.
         let forward = dot(travel_m, direction);
         let across2 = dot(travel_m, travel_m) - forward * forward;
+        let crossed = if shares.is_riding { across2.sqrt() / pixel_m } else { 0.0 };
+        let fewer = 1.0 / (1.0 + crossed).sqrt();
+        let (share, exposure) = (shares.pixel * fewer, shares.exposure * fewer);
         let pixel_m = pixel_m * TRAVEL_PX_MAX;
         let fits = if across2 > pixel_m * pixel_m { pixel_m / across2.sqrt() } else { 1.0 };
-        let is_least = shares.is_wide && shares.exposure < fits;
+        let is_least = shares.is_wide && exposure < fits;
         let share_t = if is_least {
-            shares.exposure
+            exposure
         } else if shares.is_wide {
             fits
         } else {
-            shares.exposure * fits
+            exposure * fits
         };
-        let (share2, share2_t) = (shares.pixel * shares.pixel, share_t * share_t);
-        let (step_u, step_v, taps, area) = ellipse(right, down, travel, share2, share2_t);
-        Self { right, down, travel, to_middle: to_middle(share_t), step: [step_u, step_v], taps, area }
+        let (step_u, step_v, taps, area) = ellipse(right, down, travel, share * share, share_t * share_t);
+        // What many pixels see lies amid none of their exposures.
+        let to_middle_t = if shares.is_riding { 0.0 } else { to_middle(share_t) };
+        let to_pixel = if shares.is_riding { to_middle(share) } else { shares.to_pixel };
+        Self { right, down, travel, to_pixel, to_middle: to_middle_t, step: [step_u, step_v], taps, area }
     }
 }
 
@@ -182,7 +196,7 @@ pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Footprin
         for axis in 0..2 {
             let shift = match &steps.look {
                 Look::Inwards([x, y, t]) => {
-                    let within = shares.to_pixel * (x.0[lane] * form.right[axis] + y.0[lane] * form.down[axis]);
+                    let within = form.to_pixel * (x.0[lane] * form.right[axis] + y.0[lane] * form.down[axis]);
                     -(within + form.to_middle * t.0[lane] * form.travel[axis])
                 }
                 Look::By([x, y]) => x.0[lane] * form.right[axis] + y.0[lane] * form.down[axis],
@@ -217,8 +231,8 @@ pub fn ellipse_of_one(ray: &Ray, look: &Look, shares: &Shares) -> (Footprint, [F
     for axis in 0..2 {
         let shift = match look {
             Look::Inwards([x, y, t]) => {
-                let right = Floats::splat(-shares.to_pixel * form.right[axis]);
-                let down = Floats::splat(-shares.to_pixel * form.down[axis]);
+                let right = Floats::splat(-form.to_pixel * form.right[axis]);
+                let down = Floats::splat(-form.to_pixel * form.down[axis]);
                 let travel = Floats::splat(-form.to_middle * form.travel[axis]);
                 *x * right + *y * down + *t * travel
             }

@@ -25,23 +25,20 @@ pub struct Seen {
     pub photons: f32,
     /// Variance that the last doubling took away, photons^2.
     pub taken: f32,
-    /// That of the doubling before, in the mean of the halves.
+    /// That of the doubling before, in the mean of the halves; 0 where it is not known.
     pub taken_before: f32,
+    /// Variance of its samples about their mean, as far as the parts of their means tell.
+    pub spread: f32,
     /// Distance of the nearest surface in metres, `f32::MAX` where none was met.
     pub nearest_m: f32,
+    /// Even samples that those are worth that it shares with other pixels, along the ways of their points; none where it has its own.
+    pub shared: Option<f32>,
 }
 
 impl Seen {
     /// Before any sample.
-    pub const NONE: Self = Self { photons: 0.0, taken: 0.0, taken_before: 0.0, nearest_m: f32::MAX };
-}
-
-impl Seen {
-    /// Variance of two or four samples about their mean: their halves are apart, and each half's own.
-    pub fn spread(&self, samples: u32) -> f32 {
-        // Quarters of two samples are empty.
-        if samples < 4 { self.taken } else { self.taken + self.taken_before }
-    }
+    pub const NONE: Self =
+        Self { photons: 0.0, taken: 0.0, taken_before: 0.0, spread: 0.0, nearest_m: f32::MAX, shared: None };
 }
 
 /// Means of a pass's quarters, by lane.
@@ -91,7 +88,9 @@ impl Parts {
         let apart = a - b;
         let taken = apart * apart * (of_a * of_b / (all * all));
         let taken_before = 0.5 * (self.apart(0, 1, lane) + self.apart(2, 3, lane));
-        Seen { photons: a + apart * -(of_b / all), taken, taken_before, nearest_m }
+        // Quarters of two samples are empty.
+        let spread = if self.count < 4 { taken } else { taken + taken_before };
+        Seen { photons: a + apart * -(of_b / all), taken, taken_before, spread, nearest_m, shared: None }
     }
 }
 

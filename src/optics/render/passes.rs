@@ -1,14 +1,17 @@
 //! Passes over a whole picture, on all cores where the feature is on. Enters: what a render's samples share. Leaves: even samples of all
 //! pixels, or cells of some. Every pixel's result is a function of its own samples, so no order shows.
 
+use std::sync::OnceLock;
+
 use super::Sampling;
 use super::glints::{Finder, Glint};
+use super::grid::Grid;
 use super::halves::Seen;
 use super::net::Net;
-use super::refine::{Desk, Pixel, Rule, STRATA};
+use super::refine::{Desk, FIRST, Pixel, Rule, STRATA};
 use super::rows::{COLUMNS, Pass, ROWS, Rows};
 use super::shot::View;
-use super::spend::Estimate;
+use super::spend::{Estimate, Kind};
 use super::strata::Parted;
 use super::twins::Twin;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
@@ -23,6 +26,8 @@ use crate::units::Span;
 const OF_NET: u64 = 1 << 41;
 /// Says that a key is a twin's.
 const OF_TWIN: u64 = 1 << 42;
+/// Says that a twin's key is of a second one.
+const OF_SECOND: u64 = 1 << 47;
 /// Says that a key shows where boxes are lit.
 const OF_BOXES: u64 = 1 << 45;
 /// Pixels of a unit of parallel work.
@@ -37,12 +42,14 @@ pub struct Picture<'a> {
     /// How it is sampled.
     pub sampling: Sampling,
     /// Motion over the exposure of each group of rows.
-    timelines: Vec<Timeline>,
+    pub timelines: Vec<Timeline>,
     per_lux_s: [f64; BANDS],
     /// Level of the flickering lamps in each stratum of each row's exposure.
-    lamp_levels: Vec<[f32; STRATA]>,
+    pub lamp_levels: Vec<[f32; STRATA]>,
     /// Parts of some pixels' exposures that have samples of their own, by place in the picture.
     boxes: Vec<(usize, Vec<Glint>)>,
+    /// How it moves, once that was asked for.
+    pub grid: OnceLock<Option<Grid>>,
 }
 
 /// What parting pixels says of their first batch.
@@ -89,7 +96,7 @@ pub fn collected<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -
 }
 
 /// Work on chunks of a list, by number of the chunk.
-fn over_chunks<T: Send>(all: &mut [T], length: usize, work: impl Fn(usize, &mut [T]) + Send + Sync) {
+pub fn over_chunks<T: Send>(all: &mut [T], length: usize, work: impl Fn(usize, &mut [T]) + Send + Sync) {
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
@@ -110,29 +117,47 @@ impl<'a> Picture<'a> {
         sampling: Sampling,
     ) -> Self {
         let world_from_camera = |t_s: f64| world_from_body(t_s).then(&view.camera.body_from_camera);
-        let timeline =
-            |group: usize| Timeline::of(rows_of(group, shutter.len()).map(|row| shutter[row]), &world_from_camera);
-        let timelines = collected(shutter.len().div_ceil(ROWS), timeline);
+        let groups = shutter.len().div_ceil(ROWS);
+        let spans = |group: usize| rows_of(group, shutter.len()).map(|row| shutter[row]);
+        let pieces = collected(groups, |group| Timeline::pieces_for(spans(group)[0], &world_from_camera));
+        // As many for all, so that rays of many rows may share a packet.
+        let pieces = pieces.into_iter().max().unwrap_or(1);
+        let timelines = collected(groups, |group| Timeline::of(spans(group), pieces, &world_from_camera));
         let level = |row: usize| std::array::from_fn(|stratum| level(&view, shutter[row], stratum, STRATA));
         let lamp_levels = (0..shutter.len()).map(level).collect();
         let per_lux_s = view.camera.photons_per_lux_s(view.scene.illuminant());
-        Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels, boxes: Vec::new() }
+        let (boxes, grid) = (Vec::new(), OnceLock::new());
+        Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels, boxes, grid }
     }
 
-    fn width(&self) -> usize {
+    /// Pixels of a row.
+    pub fn width(&self) -> usize {
         index(self.view.camera.size.width_px)
     }
 
     /// Photons of each band per lux-equivalent behind the filter of a pixel, over its row's exposure.
-    fn photons_per_lux(&self, column: usize, row: usize) -> Bands {
+    pub fn photons_per_lux(&self, column: usize, row: usize) -> Bands {
         // To the picosecond, so that equal exposures are equal in every bit whenever they begin.
         let length_s = (self.shutter[row].length_s() * 1e12).round_ties_even() * 1e-12;
         let passed = self.view.camera.mosaic.transmission_at(column, row);
         std::array::from_fn(|band| f32_nearest(self.per_lux_s[band] * passed[band] * length_s))
     }
 
-    /// The first samples of every pixel.
-    pub fn even(&self, count: u32) -> Vec<Seen> {
+    /// The first samples of every pixel, and how many were taken.
+    pub fn first(&self, count: u32) -> (Vec<Seen>, u64) {
+        if count > 1
+            && self.sampling.subframes == 0
+            && let Some(grid) = self.rides()
+        {
+            return self.shared(count, grid);
+        }
+        let seen = self.even(count);
+        let rays = u64::from(count) * u64_from(seen.len());
+        (seen, rays)
+    }
+
+    /// Even samples of every pixel that it has alone.
+    fn even(&self, count: u32) -> Vec<Seen> {
         let Sampling { subframes, samples_per_pixel: each, .. } = self.sampling;
         let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
         // A still picture is filtered for itself, and not along the motion.
@@ -197,7 +222,8 @@ impl<'a> Picture<'a> {
         partings
     }
 
-    fn pixel(&self, at: usize, kind: u64) -> Pixel<'_> {
+    /// A pixel, whose samples a kind of key names.
+    pub fn pixel(&self, at: usize, kind: u64) -> Pixel<'_> {
         let boxes = self.boxes.binary_search_by_key(&at, |(at, _)| *at);
         let (x, y) = (at % self.width(), at / self.width());
         Pixel {
@@ -237,7 +263,7 @@ impl<'a> Picture<'a> {
         });
     }
 
-    /// What twins of pixels see that have as many samples, and how many that took.
+    /// What twins of pixels see that have as many samples, or two small nets of those that share theirs, and how many that took.
     pub fn twins(
         &self,
         twins: &[Twin],
@@ -245,25 +271,36 @@ impl<'a> Picture<'a> {
         seen: &[Seen],
         first: u32,
         rule: &Rule,
-    ) -> (Vec<f32>, u64) {
+    ) -> (Vec<(f32, Option<f32>)>, u64) {
         const EACH: usize = CHUNK / 4;
-        let mut all: Vec<(f32, u32)> = vec![(0.0, 0); twins.len()];
+        let mut all = vec![((0.0, None), 0); twins.len()];
         over_chunks(&mut all, EACH, |chunk, some| {
             let mut desk = Desk::new();
             for (number, (photons, samples)) in some.iter_mut().enumerate() {
                 let at = twins[chunk * EACH + number].at;
-                if estimates[at].is_refined {
-                    // A given number has rays beside it, which a twin chooses for itself.
-                    let grown = estimates[at].samples - first;
-                    let samples_of_net = if rule.share.is_some() { rule.samples } else { grown };
-                    let rule =
-                        Rule { samples: samples_of_net, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
-                    let mut net = Net::new(super::spend::hidden(seen, self.width(), at, first));
-                    self.pixel(at, OF_NET | OF_TWIN).grow(&mut net, self.nearest_m(seen, at), &rule, &mut desk);
-                    (*photons, *samples) = (net.photons, net.samples + net.extra);
-                } else {
-                    let pixel = self.pixel(at, OF_TWIN);
-                    (*photons, *samples) = (pixel.even_mean(first, &mut desk), first + pixel.beside(first));
+                let mut net_of = |kind: u64, samples: u32| {
+                    let rule = Rule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
+                    let mut net = Net::new(super::spend::hidden(seen, self.width(), at));
+                    self.pixel(at, OF_NET | kind).grow(&mut net, self.nearest_m(seen, at), &rule, &mut desk);
+                    (net.photons, net.samples + net.extra)
+                };
+                match estimates[at].kind {
+                    Kind::Net => {
+                        // A given number has rays beside it, which a twin chooses for itself.
+                        let grown = estimates[at].samples - first;
+                        let (photons_of_net, rays) =
+                            net_of(OF_TWIN, if rule.share.is_some() { rule.samples } else { grown });
+                        (*photons, *samples) = ((photons_of_net, None), rays);
+                    }
+                    Kind::Shared => {
+                        let [(a, of_a), (b, of_b)] = [OF_TWIN, OF_TWIN | OF_SECOND].map(|kind| net_of(kind, FIRST));
+                        (*photons, *samples) = ((a, Some(b)), of_a + of_b);
+                    }
+                    Kind::Even => {
+                        let pixel = self.pixel(at, OF_TWIN);
+                        *photons = (pixel.even_mean(first, &mut desk), None);
+                        *samples = first + pixel.beside(first);
+                    }
                 }
             }
         });

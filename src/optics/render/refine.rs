@@ -11,6 +11,7 @@
 
 use super::filter::Shares;
 use super::glints::Glint;
+use super::halves::Seen;
 use super::net::{Net, OF_BEFORE, Powers};
 use super::outlines::Outlines;
 use super::pattern::{scrambled, sobol_reversed, unit};
@@ -140,6 +141,22 @@ impl Pixel<'_> {
     pub fn even_mean(&self, count: u32, desk: &mut Desk) -> f32 {
         let block = Block { velocity_px: [0.0; 2], first: 0, count, share: share(count), is_sheared: false };
         f32_nearest(self.trace(&self.pixels(), &block, desk, &mut |_, _| ()))
+    }
+
+    /// What even samples say that no other pixel has a part in. They are not asked how far they went.
+    pub fn alone(&self, count: u32, desk: &mut Desk) -> Seen {
+        let block = Block { velocity_px: [0.0; 2], first: 0, count, share: share(count), is_sheared: false };
+        let (mut sums, mut squares) = ([0.0_f32; 2], 0.0_f32);
+        let first = count / 2;
+        let photons = f32_nearest(self.trace(&self.pixels(), &block, desk, &mut |number, photons| {
+            sums[usize::from(number >= first)] += photons;
+            squares += photons * photons;
+        }));
+        let [n, a, b] = [count, first, count - first].map(f32_from_u32);
+        let apart = sums[0] / a - sums[1] / b;
+        let spread = squares / n - photons * photons;
+        let spread = if spread > 0.0 { spread } else { 0.0 };
+        Seen { photons, taken: apart * apart * (a * b / (n * n)), spread, ..Seen::NONE }
     }
 
     /// Rays beside so many samples.

@@ -18,8 +18,21 @@ pub struct Estimate {
     pub variance: f32,
     /// Samples that it is of.
     pub samples: u32,
-    /// Whether they are a net of its own.
-    pub is_refined: bool,
+    /// What these are.
+    pub kind: Kind,
+    /// Samples of a net of its own that leave about as much.
+    pub worth: f32,
+}
+
+/// What a pixel's samples are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A few even ones.
+    Even,
+    /// Such that other pixels have a part in, as it has in theirs.
+    Shared,
+    /// A net of its own.
+    Net,
 }
 
 impl Estimate {
@@ -38,11 +51,21 @@ impl Estimate {
         ratio(self.photons, self.variance)
     }
 
+    /// Of a net of its own.
+    pub fn of_net(photons: f32, variance: f32, first: u32, of_net: u32) -> Self {
+        Self { photons, variance, samples: first + of_net, kind: Kind::Net, worth: f32_from_u32(first + of_net) }
+    }
+
+    /// Whether its samples are fewer than those that a net of its own begins with.
+    fn is_of_few(&self) -> bool {
+        self.kind != Kind::Net && self.worth < ALONE
+    }
+
     /// About what one more sample takes away of the variance over the photons. The first sixteen of a net of its own replace a
     /// pixel's few and leave an eighth or less; a doubling costs as many as there are and leaves a third: per sample the former
     /// gain as much as a doubling of 12.
     pub fn gain(&self) -> f32 {
-        self.ratio() / if self.is_refined { f32_from_u32(self.samples) } else { ALONE }
+        self.ratio() / if self.is_of_few() { ALONE } else { self.worth }
     }
 }
 
@@ -89,14 +112,14 @@ pub fn ratio(photons: f32, variance: f32) -> f32 {
 /// lies in the part of one that its n samples missed, a 1 / n of it, with probability 1 / 2n, and that part has then half of 1 / n,
 /// or (c / n)^2 / 3 in the mean square: c^2 / 6 n^3 in all. The contrast is that of samples, not of pixels: slits of the sky are
 /// thin.
-pub fn hidden(seen: &[Seen], width: usize, at: usize, samples: u32) -> f32 {
+pub fn hidden(seen: &[Seen], width: usize, at: usize) -> f32 {
     let (x, y, height) = (at % width, at / width, seen.len() / width);
     let mut most = 0.0_f32;
     for row in y.saturating_sub(1)..(y + 2).min(height) {
         for column in x.saturating_sub(1)..(x + 2).min(width) {
             let other = &seen[row * width + column];
             let apart = other.photons - seen[at].photons;
-            let within = PER_SPREAD * other.spread(samples);
+            let within = PER_SPREAD * other.spread;
             let contrast2 = if apart * apart > within { apart * apart } else { within };
             most = if contrast2 > most { contrast2 } else { most };
         }
@@ -110,8 +133,11 @@ pub const OF_HIDDEN: f32 = 1.0 / 6.0;
 /// Square of a contrast over the spread of four samples, one or two of which have it: 16 / 3 and 4.
 const PER_SPREAD: f32 = 5.0;
 
-/// Samples that a pixel without a net of its own counts as.
+/// Samples that a pixel without a net of its own counts as at least.
 const ALONE: f32 = 12.0;
+
+/// Samples of a net of its own that are worth one of those that points bring along.
+const OF_SHARED: f32 = 0.4;
 
 /// What a pixel's difference to the mean of its neighbours says, over what their own differences do.
 const OWN: f32 = 0.5;
@@ -122,7 +148,7 @@ const OWN: f32 = 0.5;
 pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_photons: f32) -> Vec<Estimate> {
     let one = |x: usize, y: usize| {
         let (contrast, taken) = contrast(seen, width, [x, y]);
-        (contrast, taken, hidden(seen, width, y * width + x, samples))
+        (contrast, taken, hidden(seen, width, y * width + x))
     };
     let row = |y: usize| -> Vec<(f32, f32, f32)> { (0..width).map(|x| one(x, y)).collect() };
     let height = seen.len() / width;
@@ -133,24 +159,34 @@ pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_pho
     };
     #[cfg(not(feature = "parallel"))]
     let rows: Vec<Vec<(f32, f32, f32)>> = (0..height).map(row).collect();
-    let (mut left, mut contrasts) = (0.0_f64, 0.0_f64);
+    // What halves tell over what contrasts do, and of shared samples over what as many random ones would leave.
+    let (mut left, mut less) = ([0.0_f64; 2], [0.0_f64; 2]);
     for (pixel, (contrast, ..)) in seen.iter().zip(rows.iter().flatten()) {
         if pixel.photons > 0.0 && pixel.photons < saturation_photons {
-            left += f64::from(LEFT_TYPICAL * pixel.taken / pixel.photons);
-            contrasts += f64::from(contrast / pixel.photons);
+            let kind = usize::from(pixel.shared.is_some());
+            left[kind] += f64::from(LEFT_TYPICAL * pixel.taken / pixel.photons);
+            less[kind] += f64::from(pixel.shared.map_or(*contrast, |count| pixel.spread / count) / pixel.photons);
         }
     }
-    let per_contrast = if contrasts > 0.0 { f32_nearest(left / contrasts) } else { 0.0 };
-    let n = f32_from_u32(samples);
+    let [per_contrast, per_random] =
+        [0, 1].map(|kind| if less[kind] > 0.0 { f32_nearest(left[kind] / less[kind]) } else { 0.0 });
     let of = |(pixel, &(contrast, taken, hidden)): (&Seen, &(f32, f32, f32))| {
-        let mut variance = 0.5 * (LEFT_TYPICAL * taken + per_contrast * contrast) + hidden / (n * n * n);
+        let n = pixel.shared.unwrap_or(f32_from_u32(samples));
+        // Many samples know their own spread, so that the halves of one of nine pixels may be its own.
+        let resolved = if pixel.shared.is_some() {
+            LEFT_TYPICAL * (8.0 * taken + pixel.taken) / 9.0 + per_random * pixel.spread / n
+        } else {
+            LEFT_TYPICAL * taken + per_contrast * contrast
+        };
+        let mut variance = 0.5 * resolved + hidden / (n * n * n);
         // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not, and so are most of them.
         if !(pixel.photons < saturation_photons) {
-            for least in [0.25 * contrast, pixel.spread(samples) / n] {
+            for least in [0.25 * contrast, pixel.spread / n] {
                 variance = if least > variance { least } else { variance };
             }
         }
-        Estimate { photons: pixel.photons, variance, samples, is_refined: false }
+        let (kind, worth) = if pixel.shared.is_some() { (Kind::Shared, OF_SHARED * n) } else { (Kind::Even, n) };
+        Estimate { photons: pixel.photons, variance, samples, kind, worth }
     };
     seen.iter().zip(rows.iter().flatten()).map(of).collect()
 }
@@ -159,20 +195,40 @@ pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_pho
 const STEPS: usize = 1 << 10;
 /// Low bits of a gain that its step does not tell.
 const BELOW: u32 = 21;
-/// Power of n by which the variance of a pixel falls.
+/// Power of n by which the variance of a pixel falls, as in `fallen`.
 const FALL: f64 = 1.5;
+
+/// Sums over the pixels of a step of gains.
+#[derive(Clone, Copy, Default)]
+struct Step {
+    /// Of the ratios of those of few samples.
+    few: f64,
+    /// Of what these would be if they were worth one sample.
+    few_at_one: f64,
+    /// Of the ratios of the others.
+    many: f64,
+}
+
+/// What so many times the samples leave of the variance.
+fn fallen(times: f64) -> f64 {
+    1.0 / (times * times.sqrt())
+}
 
 /// The gain below which no pixel needs a sample, if the mean of variance over photons is to be `target`; none where it is.
 pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) -> Option<f32> {
-    let mut sums = [vec![0.0_f64; STEPS], vec![0.0_f64; STEPS]];
-    let (mut count, mut all, mut alone) = (0, 0.0, 1);
+    let mut steps = vec![Step::default(); STEPS];
+    let (mut count, mut all) = (0, 0.0);
     for estimate in estimates.iter().filter(|estimate| estimate.may_count(saturation_photons)) {
         count += 1;
         if estimate.variance > 0.0 {
-            let step = index(estimate.gain().to_bits() >> BELOW);
-            sums[usize::from(estimate.is_refined)][step] += f64::from(estimate.ratio());
-            all += f64::from(estimate.ratio());
-            alone = if estimate.is_refined { alone } else { estimate.samples };
+            let (step, ratio) = (&mut steps[index(estimate.gain().to_bits() >> BELOW)], f64::from(estimate.ratio()));
+            all += ratio;
+            if estimate.is_of_few() {
+                step.few += ratio;
+                step.few_at_one += ratio * fallen(1.0 / f64::from(estimate.worth));
+            } else {
+                step.many += ratio;
+            }
         }
     }
     let allowed = target * f64_from_usize(count);
@@ -183,17 +239,14 @@ pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) 
     let left = |least: usize| {
         let gain = |step: usize| f64::from(f32::from_bits(u32_from(step) << BELOW));
         let mut left = 0.0;
-        for (is_refined, sums) in [false, true].into_iter().zip(&sums) {
-            for step in (1..STEPS).filter(|&step| sums[step] > 0.0) {
-                let times = if step < least { 1.0 } else { libm::pow(gain(step) / gain(least), 1.0 / (1.0 + FALL)) };
-                let times = match (is_refined, step < least) {
-                    (false, false) => {
-                        crate::num::greater(f64::from(FIRST), f64::from(ALONE) * times) / f64::from(alone)
-                    }
-                    _ => times,
-                };
-                left += sums[step] / (times * times.sqrt());
+        for (number, step) in steps.iter().enumerate().filter(|(_, step)| step.few + step.many > 0.0) {
+            if number < least {
+                left += step.few + step.many;
+                continue;
             }
+            let times = libm::pow(gain(number) / gain(least), 1.0 / (1.0 + FALL));
+            let of_few = crate::num::greater(f64::from(FIRST), f64::from(ALONE) * times);
+            left += step.few_at_one * fallen(of_few) + step.many * fallen(times);
         }
         left
     };
@@ -226,7 +279,8 @@ mod tests {
                     photons: 100.0,
                     variance: f32_nearest(libm::pow(10.0, 6.0 * share)),
                     samples: 16,
-                    is_refined: true,
+                    kind: Kind::Net,
+                    worth: 16.0,
                 }
             };
             let estimates: Vec<Estimate> = (0..5_000).map(of).collect();
@@ -242,7 +296,7 @@ mod tests {
             tried += 1;
         }
         assert_eq!(tried, 4);
-        let known = [Estimate { photons: 10.0, variance: 1.0, samples: 4, is_refined: false }];
+        let known = [Estimate { photons: 10.0, variance: 1.0, samples: 4, kind: Kind::Even, worth: 4.0 }];
         assert_eq!(least_gain(&known, 0.2, f32::INFINITY), None);
     }
 
@@ -255,9 +309,9 @@ mod tests {
 
     /// Three by three pixels of four samples each that saw as much, the middle one's within its own spread.
     fn around(photons: f32, spread: f32) -> Vec<Seen> {
-        let even = Seen { photons, taken: 0.0, taken_before: 0.0, nearest_m: 1.0 };
+        let even = Seen { photons, nearest_m: 1.0, ..Seen::NONE };
         let mut seen = vec![even; 9];
-        seen[4] = Seen { taken: 0.25 * spread, taken_before: 0.75 * spread, ..even };
+        seen[4] = Seen { taken: 0.25 * spread, taken_before: 0.75 * spread, spread, ..even };
         seen
     }
 

@@ -1,6 +1,7 @@
 //! Renders of small scenes: photometry, equal bits, bounds, and the stated error against the true one.
 
 mod lamps;
+mod riding;
 
 use super::*;
 use crate::optics::camera::{Aperture, Pupil, RollOff};
@@ -75,6 +76,10 @@ fn every_level_and_any_number_of_threads_give_the_same_photons() {
         let seen = || render(&scene, &camera, &shutter, &turning, sampling(samples, DrawKey::root(7)));
         same_bits(&seen);
     }
+    // So slowly that samples are shared.
+    let shutter: Vec<Span> = shutter.iter().map(|row| Span { end_s: row.start_s + 0.02, ..*row }).collect();
+    let slower = |t_s: f64| turning(0.2 * t_s);
+    same_bits(&|| render(&scene, &camera, &shutter, &slower, sampling(3, DrawKey::root(7))));
 }
 
 fn same_bits(seen: &(dyn Fn() -> Exposure + Sync)) {
@@ -119,12 +124,18 @@ fn no_pixel_leaves_the_bounds_that_the_planner_is_told() {
 fn the_stated_render_variance_is_what_two_renders_differ_by() {
     let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::None));
     let mut tried = 0;
-    for (samples, samples_max, tolerance) in [(4, 4, 0.0), (16, 16, 0.0), (64, 64, 0.0), (4, 64, 0.3)] {
+    // So fast that samples are not shared, and so slowly that they are.
+    let slower = |t_s: f64| turning(0.2 * t_s);
+    let all = [(4, 4, 0.0), (16, 16, 0.0), (64, 64, 0.0), (4, 64, 0.3)];
+    let motions: [&(dyn Fn(f64) -> Pose + Sync); 2] = [&turning, &slower];
+    for (motion, (samples, samples_max, tolerance)) in
+        motions.into_iter().flat_map(|motion| all.map(|row| (motion, row)))
+    {
         let (mut ratio, mut own) = (0.0, 0.0);
         for pair in 0..4 {
             let seen = |seed: u64| {
                 let sampling = Sampling { samples_max, tolerance, ..sampling(samples, DrawKey::root(seed)) };
-                render(&scene, &camera, &global(0.02), &turning, sampling)
+                render(&scene, &camera, &global(0.02), motion, sampling)
             };
             let (a, b) = (seen(2 * pair + 1), seen(2 * pair + 2));
             for (x, y) in a.photons.values().iter().zip(b.photons.values()) {
@@ -138,7 +149,7 @@ fn the_stated_render_variance_is_what_two_renders_differ_by() {
         assert!(ratio < 1.7 * own && own < 1.7 * ratio, "{samples} to {samples_max}: {ratio} against {own}");
         tried += 1;
     }
-    assert_eq!(tried, 4);
+    assert_eq!(tried, 8);
 }
 
 /// A white strip before a black wall, `width_px` wide, its middle at `x_px` right of the axis in the middle row, turned by an angle.
