@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 
+use super::TIGHT;
 use super::grid::Grid;
 use super::halves::Seen;
 use super::passes::{Picture, collected, over_chunks};
@@ -23,6 +24,11 @@ const OF_BLOCK: u64 = 1 << 46;
 
 /// Samples of a pixel times rows of blocks whose pixels are summed at a time.
 const BAND: usize = 32;
+
+/// Pixels that the picture goes over the exposure, in the mean, from which on samples are shared: by less they gain nothing from each
+/// other that the even samples of each pixel do not have. To a loose target, which most pixels meet by their first samples, shared ones
+/// have to save twice the time that they take.
+const SPEED_LEAST_PX: [f64; 2] = [1.0, 4.0];
 
 /// What the way of a point may be off where a turn bends it, in pixels.
 const ASTRAY_MAX_PX: f32 = 1.0 / 16.0;
@@ -60,7 +66,8 @@ impl Picture<'_> {
             && self.shutter.iter().all(|span| is_as_long(span.length_s()));
         let size_px = [self.width(), self.shutter.len()];
         let grid = may.then(|| Grid::of(&self.riding(1, &[]), size_px)).flatten()?;
-        (grid.bends_px[1] < OF_THIRD_ORDER * ASTRAY_MAX_PX).then_some(grid)
+        let speed_least_px = SPEED_LEAST_PX[usize::from(self.sampling.tolerance >= TIGHT)];
+        (grid.bends_px[1] < OF_THIRD_ORDER * ASTRAY_MAX_PX && grid.speed_px() >= speed_least_px).then_some(grid)
     }
 
     fn riding<'a>(&'a self, count: u32, sobol: &'a [[u32; 3]]) -> Riding<'a> {
