@@ -146,7 +146,8 @@ pub fn render(
     if sampling.subframes == 0 && samples >= OWN_NETS_FROM {
         return own_nets(picture, samples);
     }
-    let (seen, rays) = picture.first(samples);
+    let seen = picture.even(samples);
+    let rays = u64::from(samples) * u64_from(seen.len());
     let ratio = halves::variance_ratio(&seen, samples, sampling.saturation_photons);
     Exposure {
         photons: plane(camera, seen.iter().map(|pixel| pixel.photons)),
@@ -162,7 +163,7 @@ fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
 /// The same number of samples for each pixel, along its own motion. One ray each finds the surface first.
 fn own_nets(mut picture: Picture, samples: u32) -> Exposure {
     let saturation_photons = picture.sampling.saturation_photons;
-    let (mut seen, _) = picture.first(1);
+    let mut seen = picture.even(1);
     let share = Some(refine::share(samples));
     let outlines_from =
         picture.sampling.outlines.then(|| f32_nearest(OUTLINES_FROM / picture.sampling.electrons_per_photon));

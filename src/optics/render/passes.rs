@@ -143,12 +143,9 @@ impl<'a> Picture<'a> {
         std::array::from_fn(|band| f32_nearest(self.per_lux_s[band] * passed[band] * length_s))
     }
 
-    /// The first samples of every pixel, and how many were taken.
+    /// What every pixel sees of its first samples, of those of other pixels too where it moves, and how many were taken.
     pub fn first(&self, count: u32) -> (Vec<Seen>, u64) {
-        if count > 1
-            && self.sampling.subframes == 0
-            && let Some(grid) = self.rides()
-        {
+        if let Some(grid) = self.rides() {
             return self.shared(count, grid);
         }
         let seen = self.even(count);
@@ -157,7 +154,7 @@ impl<'a> Picture<'a> {
     }
 
     /// Even samples of every pixel that it has alone.
-    fn even(&self, count: u32) -> Vec<Seen> {
+    pub fn even(&self, count: u32) -> Vec<Seen> {
         let Sampling { subframes, samples_per_pixel: each, .. } = self.sampling;
         let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
         // A still picture is filtered for itself, and not along the motion.

@@ -39,16 +39,17 @@ fn bias2_and_variance(
         let turn_rad = turn_rad_per_s * (t_s + 40.0 * t_s * t_s);
         Pose::new(DQuat::from_rotation_y(turn_rad), speed_m_per_s * t_s)
     };
-    let see = |samples: u32, seed: u64| {
-        let sampling = Sampling { outlines: false, ..sampling(samples, DrawKey::root(seed)) };
-        render(scene, &camera, &shutter, &moved, sampling).photons
-    };
-    let truth = see(4_096, 99);
+    let of = |samples: u32, seed: u64| Sampling { outlines: false, ..sampling(samples, DrawKey::root(seed)) };
+    let truth = render(scene, &camera, &shutter, &moved, of(4_096, 99)).photons;
     let white = f64::from(truth.values().iter().fold(0.0_f32, |most, &value| if value > most { value } else { most }));
     let (mut sums, mut squares) = (vec![0.0; truth.values().len()], 0.0);
     for seed in 1..=SEEDS {
-        for ((sum, &seen), &truth) in sums.iter_mut().zip(see(samples, seed.into()).values()).zip(truth.values()) {
-            let error = f64::from(seen - truth) / white;
+        let view = View { scene, camera: &camera, reflections: BOUNCES_MAX, follows_gloss: true };
+        let picture = Picture::new(view, &shutter, &moved, of(samples, seed.into()));
+        assert!(picture.rides().is_some(), "{speed_m_per_s} m/s, {turn_rad_per_s} rad/s");
+        let (seen, _) = picture.first(samples);
+        for ((sum, seen), &truth) in sums.iter_mut().zip(seen).zip(truth.values()) {
+            let error = f64::from(seen.photons - truth) / white;
             *sum += error;
             squares += error * error;
         }
