@@ -86,10 +86,10 @@ fn shared_samples_are_right_where_what_is_near_outruns_what_is_far() {
         (DVec3::new(30.0, 0.0, 0.0), 0.0, 0.0, 1.0),
         (DVec3::new(20.0, 12.0, 0.0), 0.0, 1e-4, 1.0),
         (DVec3::new(0.0, 0.0, 60.0), 0.0, 0.0, 1.0),
-        (DVec3::ZERO, 12.0, 0.0, 1.0),
-        (DVec3::new(-3.0, 0.0, 10.0), 9.0, 1e-4, 1.0),
+        (DVec3::ZERO, 6.0, 0.0, 1.0),
+        (DVec3::new(-3.0, 0.0, 10.0), 5.0, 1e-4, 1.0),
         // The posts stand still in the picture, and the wall goes behind them.
-        (DVec3::new(15.0, 0.0, 0.0), -15.0, 0.0, 1.0),
+        (DVec3::new(8.0, 0.0, 0.0), -8.0, 0.0, 1.0),
         // They go 40 px, so that blocks that followed them and the wall would fold.
         (DVec3::new(36.0, 0.0, 0.0), 0.0, 0.0, 0.3),
     ] {
