@@ -21,6 +21,7 @@ mod params;
 mod ramp;
 mod ramp_jitter;
 mod shared_noise;
+mod span;
 mod supply_ripple;
 
 pub use clocked::{ClockView, Comparators, Counters};

@@ -1,6 +1,7 @@
 //! Verbs of the command line. Data goes to stdout, progress and words to stderr.
 //!
-//! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 4 input/output.
+//! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 4 input/output. With `--json` every line on stderr is one JSON object
+//! (docs/machine.md).
 
 /// As `print!`, for readers that may leave early: `sensel schema | head` ends in silence, not in a panic.
 macro_rules! out {
@@ -17,6 +18,7 @@ mod characterize;
 mod clocks;
 mod draw;
 mod expected;
+mod failure;
 mod features;
 mod goal;
 mod interrupt;
@@ -35,38 +37,59 @@ mod words;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use sensel::error::Error;
 
 use args::{Arguments, Verb};
 
-/// Parses the command line and runs the verb; without one, `run`.
+/// Parses the command line and runs the verb; without any argument it prints the help.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let words_given: Vec<_> = std::env::args_os().skip(1).take_while(|word| word != "--").collect();
+    if words_given.iter().any(|word| word == "--json") {
+        words::use_json();
+    }
+    if words_given.is_empty() {
+        out!("{}", Arguments::command().render_help());
+        return ExitCode::SUCCESS;
+    }
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return failure::of_usage(&error),
+    };
     match dispatch(&arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("sensel: {error}");
-            ExitCode::from(error.exit_code())
+        Ok(()) => {
+            // What stdout still holds has to go now, while a full disk can be said.
+            to_stdout(format_args!(""));
+            ExitCode::SUCCESS
         }
+        Err(error) => failure::of_verb(&error),
     }
 }
 
 /// Writes data to stdout. All files are whole by then, so a reader that leaves ends the program well.
 fn to_stdout(text: std::fmt::Arguments<'_>) {
     use std::io::Write as _;
-    let Err(error) = std::io::stdout().lock().write_fmt(text) else { return };
+    let mut stdout = std::io::stdout().lock();
+    let Err(error) = stdout.write_fmt(text).and_then(|()| stdout.flush()) else { return };
     if error.kind() == std::io::ErrorKind::BrokenPipe {
         std::process::exit(0);
     }
-    eprintln!("sensel: stdout: {error}");
+    words::note(&format!("stdout: {error}"));
     std::process::exit(4);
 }
 
+/// All verbs of this version.
+const VERBS: &str = "run, plan, ladder, timing, power, features, track, characterize, presets, schema, config";
+
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
+    let writes = matches!(
+        arguments.verb,
+        Some(Verb::Run(_) | Verb::Features(_) | Verb::Track(_) | Verb::Ladder(_) | Verb::Characterize(_))
+    );
+    place::check_shared(shared, writes)?;
     match arguments.verb.as_ref() {
-        None => run::main(&args::RunVerbArguments::default(), shared),
+        None => Err(Error::key("verb", "none", format!("name one of {VERBS}"))),
         Some(Verb::Run(own)) => run::main(own, shared),
         Some(Verb::Plan(own)) => plan::main(own, shared),
         Some(Verb::Timing(own)) => timing::main(own, shared),
@@ -74,7 +97,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Features(own)) => features::main(own, shared),
         Some(Verb::Track(own)) => track::main(own, shared),
         Some(Verb::Presets) => listing::presets(shared),
-        Some(Verb::Schema) => listing::schema(),
+        Some(Verb::Schema) => listing::schema(shared),
         Some(Verb::Config(own)) => listing::config(own, shared),
         Some(Verb::Ladder(own)) => ladder::main(own, shared),
         Some(Verb::Characterize(own)) => characterize::main(own, shared),
@@ -87,6 +110,6 @@ fn later(verb: &'static str) -> Result<(), Error> {
     Err(Error::Unknown {
         what: "verb of this version:",
         name: verb.to_owned(),
-        known: "run, plan, ladder, timing, power, features, track, characterize, presets, schema, config (sweep comes later)".to_owned(),
+        known: format!("{VERBS} (sweep comes later)"),
     })
 }

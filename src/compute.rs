@@ -10,6 +10,7 @@
 //!
 //! ```
 //! use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams};
+//! use sensel::words::{PlacePx, Turns};
 //! use sensel::{events::Events, plane::Plane, units::Size};
 //!
 //! let bright = |i: usize| i % 48 >= 24 && i / 48 >= 24;
@@ -26,7 +27,8 @@
 //! assert!(extract(flat)?.features.is_empty());
 //! let found = extract(peaked)?;
 //! let feature = found.features[0];
-//! assert_eq!((feature.x_q4, feature.y_q4, feature.score, feature.angle), (397, 397, 159, 32));
+//! assert_eq!((feature.x, feature.y), (PlacePx::lit("24.8125"), PlacePx::lit("24.8125")));
+//! assert_eq!((feature.score, feature.angle), (159, Turns::lit("0.125")));
 //! assert_eq!((found.out_clk[0], found.end_clk), (2661, 2408));
 //! # Ok::<(), sensel::error::Error>(())
 //! ```
@@ -36,6 +38,7 @@ mod brief;
 mod cells;
 mod clocked;
 mod describe;
+mod even;
 mod fast;
 mod half;
 mod harris;
@@ -48,6 +51,7 @@ mod presmooth;
 mod rows;
 mod sequence;
 mod smooth;
+mod start;
 mod stream;
 mod subpixel;
 #[cfg(test)]
@@ -56,6 +60,7 @@ mod word;
 mod work;
 
 pub use back::{AlwaysReady, ByteRate, Records};
+pub use even::{FrameClocks, even_frame};
 pub use fast::{Corner, fast9};
 pub use orientation::angle_of;
 pub use params::{
@@ -64,7 +69,6 @@ pub use params::{
 pub use pattern::pattern;
 pub use rows::{AtOnce, Pixels, RowByRow};
 pub use sequence::{Record, Sequence};
-pub use subpixel::STEPS_PER_PX;
 pub use word::Word;
 
 /// The blocks one by one, for those who hold hardware against them.
@@ -76,10 +80,10 @@ pub mod blocks {
     pub use super::harris::harris_rank;
     pub use super::orientation::{moments, rounded_angle};
     pub use super::patch::{Patch, RADIUS_PX};
-    pub use super::pattern::{sine_q14, symmetric_pairs, symmetric_pattern, turned};
+    pub use super::pattern::{sine_of, symmetric_pairs, symmetric_pattern, turned};
     pub use super::rows::{DRAIN_CLK, FRONT_LATENCY_CLK, Row, frame_clk, order};
     pub use super::smooth::smooth;
-    pub use super::subpixel::{offset_q4, responses};
+    pub use super::subpixel::{fitted_shift, responses};
 }
 
 use describe::describe_every;
@@ -91,18 +95,19 @@ use crate::num::u64_from;
 use crate::plane::Plane;
 use crate::silicon::Seat;
 use crate::units::Size;
+use crate::words::{EdgeDistancePx, PlacePx, Turns, rounded};
 
 /// A corner with its descriptor, as it leaves the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Feature {
-    /// Column in the full picture (octave 0 pixels), in sixteenths of a pixel; pixel centres are whole.
-    pub x_q4: u16,
-    /// Row in the full picture (octave 0 pixels), in sixteenths of a pixel; pixel centres are whole.
-    pub y_q4: u16,
+    /// Column in the full picture (octave 0 pixels); pixel centres are whole.
+    pub x: PlacePx,
+    /// Row in the full picture (octave 0 pixels); pixel centres are whole.
+    pub y: PlacePx,
     /// FAST score: the largest threshold at which the corner survives, in DN of the pipeline.
     pub score: u16,
-    /// Orientation in 1/256 of a turn, from +x towards +y (down).
-    pub angle: u8,
+    /// Orientation, from +x towards +y (down).
+    pub angle: Turns,
     /// Half-scale octave, 0 is full size.
     pub octave: u8,
     /// Rotated BRIEF, bit i of the pattern in bit i % 8 of byte i / 8. Bits beyond the descriptor's length are zero.
@@ -112,19 +117,19 @@ pub struct Feature {
 impl Feature {
     /// Column in the full picture, in pixels.
     pub fn x_px(&self) -> f64 {
-        f64::from(self.x_q4) / f64::from(STEPS_PER_PX)
+        self.x.into()
     }
 
     /// Row in the full picture, in pixels.
     pub fn y_px(&self) -> f64 {
-        f64::from(self.y_q4) / f64::from(STEPS_PER_PX)
+        self.y.into()
     }
 
     /// The pixel (column, row) of the full picture whose area holds the place; a place on the seam between two belongs to the later
     /// one. The fit moves a place by up to a pixel of its octave, so the corner's own pixel is this one or a neighbour of it.
     pub fn pixel(&self) -> (u32, u32) {
-        let nearest = |place_q4: u16| (u32::from(place_q4) + u32::from(STEPS_PER_PX) / 2) / u32::from(STEPS_PER_PX);
-        (nearest(self.x_q4), nearest(self.y_q4))
+        let nearest = |place: PlacePx| rounded(EdgeDistancePx::from(place));
+        (nearest(self.x), nearest(self.y))
     }
 
     /// Number of descriptor bits in which two features differ.
@@ -167,8 +172,12 @@ pub struct Extracted {
     pub end_clk: u64,
 }
 
-/// Frames in which a threshold settles: from 20 to 65,534 by eighths takes 71.
-const SETTLE_FRAMES: u32 = 80;
+impl Extracted {
+    /// Clocks until the frame is done with: its rows have run and its last feature has left.
+    pub fn required_clk(&self) -> u64 {
+        self.out_clk.last().map_or(self.end_clk, |last| self.end_clk.max(last + 1))
+    }
+}
 
 /// The extractor of one camera, frame after frame. Only its threshold lasts from one to the next.
 #[derive(Clone, Debug)]
@@ -229,22 +238,13 @@ impl Extractor {
         Ok(extracted)
     }
 
-    /// What a picture that stands still gives once the threshold has settled, or after `SETTLE_FRAMES` where it does not: every pixel is
-    /// there, and records are taken at once.
+    /// What a picture gives as the first frame of a run, at the threshold that its own corners ask for: every pixel is there, and records
+    /// are taken at once.
     ///
     /// # Errors
     /// As `frame`.
     pub fn settled(mut self, codes: &Plane<u16>, bits: u32) -> Result<Extracted, Error> {
-        let mut frame = || self.frame(codes, bits, (1, 1), (&mut AtOnce, &mut AlwaysReady), &mut Events::default());
-        let mut found = frame()?;
-        for _ in 1..SETTLE_FRAMES {
-            let next = frame()?;
-            if next.threshold == found.threshold {
-                break;
-            }
-            found = next;
-        }
-        Ok(found)
+        self.frame(codes, bits, (1, 1), (&mut AtOnce, &mut AlwaysReady), &mut Events::default())
     }
 
     fn of_words<W: Word + rtl_models::fx_front_rows::Word>(
@@ -257,7 +257,7 @@ impl Extractor {
         let size = picture.size();
         // Longer words than those before may ask for less, shorter ones for more.
         let adapted = self.threshold.filter(|_| params.target_features > 0);
-        let threshold = adapted.map_or(params.threshold, |threshold| threshold.max(params.threshold));
+        let threshold = adapted.unwrap_or_else(|| start::start_threshold(params, &picture)).max(params.threshold);
         let (extracted, next) = match self.rung {
             Rung::Expected | Rung::Sampled => functional(params, threshold, picture, io),
             Rung::Clocked => clocked::frame(params, threshold, &picture, io)?,

@@ -5,11 +5,13 @@ pub mod check;
 mod compute;
 pub mod idle;
 mod images;
+pub mod inherited;
 pub mod light;
 pub mod motion;
 mod optics;
 pub mod presets;
 mod readout;
+mod render;
 mod rig;
 pub mod scenario;
 pub mod suggest;
@@ -64,7 +66,8 @@ impl Resolved {
         let mut preview = chosen.clone();
         preview.merge_exclusive(user.clone(), EXCLUSIVE);
         for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {
-            let Some(name) = preview.get(key).and_then(toml::Value::as_str) else { continue };
+            let Some(named) = preview.get(key).and_then(toml::Value::as_str) else { continue };
+            let name = if named == presets::NO_PRESET { kind.base() } else { named };
             let preset =
                 presets::find(kind, name).map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
             chosen.merge_exclusive(Tree::parse(&format!("preset {name}"), preset.text)?, EXCLUSIVE);
@@ -100,21 +103,31 @@ impl Resolved {
         toml::to_string(&value).expect("a table has a TOML form")
     }
 
-    /// Hash of everything that decides the result's bytes: threads do not.
-    pub fn hash(&self) -> String {
+    /// The effective configuration as results record it. Threads decide no byte, so that the record says 0 (all cores) whatever they were.
+    pub fn recorded(&self) -> toml::Table {
         let mut scenario = self.scenario.clone();
         scenario.run.threads = 0;
-        let value = toml::Value::try_from(&scenario).expect("every field has a TOML form");
-        let text = toml::to_string(&value).expect("a table has a TOML form");
-        blake3::hash(text.as_bytes()).to_hex().to_string()
+        toml::Table::try_from(&scenario).expect("every field has a TOML form")
+    }
+
+    /// The same as TOML text.
+    pub fn recorded_text(&self) -> String {
+        toml::to_string(&self.recorded()).expect("a table has a TOML form")
+    }
+
+    /// Hash of everything that decides the result's bytes: threads do not.
+    pub fn hash(&self) -> String {
+        blake3::hash(self.recorded_text().as_bytes()).to_hex().to_string()
     }
 }
 
 fn typed(tree: &Tree) -> Result<Scenario, Error> {
     let value = toml::Value::Table(tree.values().clone());
-    serde_path_to_error::deserialize(value).map_err(|error| {
+    let mut scenario: Scenario = serde_path_to_error::deserialize(value).map_err(|error| {
         let path = error.path().to_string();
         let message = error.inner().message().to_owned();
         suggest::explain(tree, &path, &message)
-    })
+    })?;
+    scenario.state_render_keys();
+    Ok(scenario)
 }

@@ -14,7 +14,7 @@ mod uniform;
 pub use exact::{normal_quantile, poisson_quantile};
 pub use normal::normals;
 pub use poisson::{poisson, poisson_of_one_mean};
-pub use uniform::{fill_uniforms, uniform_at, uniform_f64};
+pub use uniform::{fill_uniforms, uniform_at};
 
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 

@@ -1,11 +1,13 @@
 //! The one error of the library: what, where, and which values would do.
 
+use crate::text::{PATH_CHARS, VALUE_CHARS, sentence_shown, shown};
+
 /// Why a request was refused or a run failed. `exit_code` says which of the program's exit codes it is.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A key of the configuration is unknown, of the wrong type, out of range, or does not go with the others.
-    #[error("{}{key} = {value}: {reason}", place(.file, .line))]
+    #[error("{}{} = {}: {}", place(.file, .line), value_shown(.key), value_shown(.value), sentence_shown(.reason))]
     Config {
         /// The layer: a file's name, a preset, or `--set`.
         file: String,
@@ -19,7 +21,7 @@ pub enum Error {
         reason: String,
     },
     /// A file's content is not what its name promises.
-    #[error("{file}: {reason}")]
+    #[error("{}: {}", path_shown(.file), sentence_shown(.reason))]
     Content {
         /// As the user named it.
         file: String,
@@ -27,7 +29,7 @@ pub enum Error {
         reason: String,
     },
     /// A named thing does not exist; `known` lists what does.
-    #[error("{what} '{name}' is not known; known: {known}")]
+    #[error("{what} '{}' is not known; known: {known}", value_shown(.name))]
     Unknown {
         /// Kind of thing: "sensor preset", "verb", ...
         what: &'static str,
@@ -37,7 +39,7 @@ pub enum Error {
         known: String,
     },
     /// The disk or another device said no.
-    #[error("{path}: {source}")]
+    #[error("{}: {source}", path_shown(.path))]
     Io {
         /// File or folder.
         path: String,
@@ -52,8 +54,18 @@ pub enum Error {
     Run(String),
 }
 
+/// Values come from outside: none reaches a terminal as it is, and none fills it.
+fn value_shown(value: &str) -> String {
+    shown(value, VALUE_CHARS)
+}
+
+fn path_shown(path: &str) -> String {
+    shown(path, PATH_CHARS)
+}
+
 fn place(file: &str, line: &usize) -> String {
-    match (file, line) {
+    let file = path_shown(file);
+    match (file.as_str(), line) {
         ("", _) => String::new(), // An option of the command line: its name is the key.
         (_, 0) => format!("{file}: "),
         _ => format!("{file}:{line}: "),
@@ -68,6 +80,18 @@ impl Error {
             Self::Io { .. } => 4,
             Self::Interrupted => 130,
             Self::Run(_) => 1,
+        }
+    }
+
+    /// The kind of this error in one word, for programs.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Config { .. } => "config",
+            Self::Content { .. } => "content",
+            Self::Unknown { .. } => "unknown",
+            Self::Io { .. } => "io",
+            Self::Interrupted => "interrupted",
+            Self::Run(_) => "run",
         }
     }
 
@@ -90,6 +114,27 @@ impl Error {
             key: key.to_owned(),
             value: value.to_string(),
             reason: reason.into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Error;
+
+    #[test]
+    fn no_message_repeats_a_control_character_or_a_value_of_any_length() {
+        let hostile = format!("\u{1b}[2J{}", "x".repeat(100_000));
+        let errors = [
+            Error::key(&hostile, &hostile, &hostile),
+            Error::Content { file: hostile.clone(), reason: hostile.clone() },
+            Error::Unknown { what: "scenario", name: hostile.clone(), known: "box".to_owned() },
+            Error::Io { path: hostile.clone(), source: std::io::Error::other("full") },
+        ];
+        for error in errors {
+            let said = error.to_string();
+            assert!(said.chars().all(|letter| !letter.is_control()), "{said}");
+            assert!(said.chars().count() < 2500 && said.contains("characters)"), "{said}");
         }
     }
 }

@@ -7,6 +7,9 @@ pub struct Facts {
     pub signal_e_min: f64,
     /// Greatest mean photoelectrons of a pixel of the region, parasitic light included.
     pub signal_e_max: f64,
+    /// Whether `signal_e_max` is the most that the planner counts, twice what pixel and converter hold, because the light is brighter:
+    /// more light changes no code.
+    pub is_capped: bool,
     /// Greatest mean photoelectrons of any pixel of any frame: what neighbours and the frame before can bring.
     pub frame_e_max: f64,
     /// Greatest mean of what a pixel holds beside its own light, in electrons.
@@ -28,6 +31,15 @@ pub struct Facts {
     pub spill_slope_max: f64,
     /// Greatest slope of the samples over the charge, relative to the conversion gain: above 1 where dies differ in gain.
     pub gain_slope_max: f64,
+}
+
+impl Facts {
+    /// The greatest signal, for a person.
+    pub fn signal_words(&self) -> String {
+        let why =
+            if self.is_capped { " (twice what pixel and converter hold; more light changes no code)" } else { "" };
+        format!("{:.0} e-{why}", self.signal_e_max)
+    }
 }
 
 /// How far the dies of a rig lie from the mean of all dies. `pixel::die_spread` reads it from the dies' own draws; `pixel::ANY_DIE` holds

@@ -30,20 +30,42 @@ impl Rung {
 pub struct Fidelity {
     /// Rung of the ladder.
     pub rung: Rung,
-    /// Rays of every pixel where there is no render tolerance: render variance falls, time grows in proportion. At least 1.
+    /// Share of a pixel's own noise sigma that all effects left out may add up to (0: keep every effect that could matter).
+    pub accuracy: f64,
+    /// How exposures are rendered.
+    pub render: RenderSettings,
+}
+
+/// All that reaches the render besides scene, light, camera (lens, filters and geometry of its pixels), motion and exposure windows: the
+/// keys of `[run]` that belong to it. No sensor, converter, extractor or link is among them, so designs that differ behind the lens see
+/// the same photons; the two figures of the sensor that a tolerance needs are stated here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Names the samples.
+    pub seed: u64,
+    /// Rays of every pixel where there is no tolerance: render variance falls, time grows in proportion. At least 1.
     pub samples_per_pixel: u32,
-    /// Rays a pixel at most, with a render tolerance.
+    /// Rays a pixel at most, with a tolerance.
     pub samples_max: u32,
     /// Rays are sent until the mean of render variance is at most so many times photon variance; 0: every pixel has as many.
-    pub render_tolerance: f64,
+    pub tolerance: f64,
     /// Still pictures that an exposure is the mean of; 0: every ray has its own instant.
     pub subframes: u32,
     /// Reflections that a ray follows; 0: every surface is dull.
     pub reflections: u32,
     /// Whether it follows them at gloss and glaze too, and not only at mirrors. Highlights of lamps in gloss are noisy.
     pub follows_gloss: bool,
-    /// Share of a pixel's own noise sigma that all effects left out may add up to (0: keep every effect that could matter).
-    pub accuracy: f64,
+    /// Electrons of a photon that the tolerance counts with: quantum efficiency with the fill factor, as EMVA 1288 states it.
+    pub quantum_efficiency: f64,
+    /// Electrons that fill a pixel: render noise of brighter pixels does not count.
+    pub full_well_e: f64,
     /// Which of many independent renders of the same frames: 0 is the run's, others serve as its reference.
-    pub render_repeat: u32,
+    pub repeat: u32,
+}
+
+impl RenderSettings {
+    /// Mean photons that fill a pixel; infinite for a pixel that sees no light.
+    pub fn saturation_photons(&self) -> f64 {
+        self.full_well_e / self.quantum_efficiency
+    }
 }

@@ -1,14 +1,17 @@
-//! The only module that touches a disk. Enters: paths. Leaves: folders other programs read (EuRoC, EMVA 1288), an output folder that
-//! is whole or absent, a cache that may lose but never lies. It computes nothing.
+//! The only module that touches a disk: it reads inputs, and writes folders that other programs read (EuRoC, EMVA 1288), result folders
+//! that are whole or absent, and a cache that may lose an entry but never gives back a wrong one. It computes nothing.
 
 pub mod cache;
+mod disk;
 pub mod emva;
 pub mod euroc;
 pub mod folder;
 pub mod grey;
 pub mod input;
 pub mod map;
+pub mod open;
 pub mod picture;
+mod private;
 pub mod truth;
 pub mod tum;
 pub mod verilated;
@@ -25,25 +28,22 @@ pub fn io_error(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
     move |source| Error::Io { path, source }
 }
 
-/// A file's whole text, refused beyond `bytes_max` (hostile or mistaken inputs are named before they fill the memory).
+/// A file's whole text without a byte order mark, refused beyond `bytes_max` (hostile or mistaken inputs are named before they fill the
+/// memory).
 ///
 /// # Errors
-/// What the operating system says, a file that is too long, or bytes that are no UTF-8.
+/// What the operating system says, something that is no regular file, a file that is too long, or bytes that are no UTF-8.
 pub fn read_text(path: &Path, bytes_max: u64) -> Result<String, Error> {
     let bytes = read_bytes(path, bytes_max)?;
-    String::from_utf8(bytes).map_err(|_| content_error(path, "is no UTF-8 text"))
+    crate::text::from_bytes(bytes).map_err(|reason| content_error(path, reason))
 }
 
 /// A file's bytes, refused beyond `bytes_max`.
 ///
 /// # Errors
-/// What the operating system says, or a file that is too long.
+/// What the operating system says, something that is no regular file, or a file that is too long.
 pub fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, Error> {
-    let length = std::fs::metadata(path).map_err(io_error(path))?.len();
-    if length > bytes_max {
-        return Err(content_error(path, format!("is {length} bytes long; at most {bytes_max} are read")));
-    }
-    std::fs::read(path).map_err(io_error(path))
+    open::read_opened(open::open_input(path)?, path, bytes_max)
 }
 
 /// A file whose content is not what its name promises.

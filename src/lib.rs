@@ -29,8 +29,10 @@
 //! The modules stand in the order in which light becomes a pose; a stage uses only the ones before it.
 
 pub mod num;
+pub mod words;
 pub mod units;
 pub mod plane;
+pub mod text;
 pub mod pose;
 pub mod error;
 #[cfg(feature = "exr")]

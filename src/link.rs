@@ -23,7 +23,7 @@ pub use channel::flip_bits;
 pub use checks::{HeaderCheck, check_header, crc16, ecc};
 pub use dphy::{HS_EXIT_NS, HS_PREPARE_ZERO_NS, HS_PREPARE_ZERO_UI, HS_TRAIL_NS, HS_TRAIL_UI, LPX_NS};
 pub use embedded::{EMBEDDED_BYTES, FrameMetadata, FrameShape};
-pub use flow::{Flow, RowPeriod, Sent};
+pub use flow::{FeatureReady, Flow, RowPeriod, Sent};
 pub use lanes::{distribute, merge, serial_bits};
 pub use pack::{FrameOut, pack_frame, pack_row};
 pub use packet::{CRC_BYTES, HEADER_BYTES, frame_number};

@@ -49,8 +49,8 @@ pub use image_lag::ImageLag;
 pub use ktc_noise::{ktc_noise, ktc_sigmas};
 #[cfg(test)]
 pub(crate) use params::tests as params_tests;
+pub(crate) use params::within;
 pub use params::{PixelParams, PixelType};
-pub(crate) use params::{above, within};
 pub use parasitic_light::{ParasiticLight, parasitic_share};
 pub use pattern::Pattern;
 pub use prnu::Prnu;
@@ -248,6 +248,7 @@ mod tests {
             let facts = Facts {
                 signal_e_min: 0.0,
                 signal_e_max: mean_e.into(),
+                is_capped: false,
                 frame_e_max: mean_e.into(),
                 dark_mean_e: 0.0,
                 dark_rms_e: 0.0,

@@ -132,7 +132,7 @@ pub fn parse_tum(text: &str) -> Result<Vec<TimedPose>, LineError> {
 pub fn read_tum(text: &str) -> Result<(Vec<TimedPose>, Repairs), LineError> {
     let mut poses: Vec<TimedPose> = Vec::new();
     let mut repairs = Repairs::default();
-    for (index, line) in text.lines().enumerate() {
+    for (index, line) in crate::text::without_mark(text).lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;

@@ -2,7 +2,9 @@
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
 pub mod assets;
-mod expose;
+mod checked;
+pub mod expose;
+mod exposed;
 mod extractor;
 mod exposure;
 mod facts;
@@ -23,6 +25,7 @@ pub mod setup;
 mod timing;
 mod transfer;
 mod truth;
+mod warnings;
 pub mod world;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
@@ -34,4 +37,5 @@ pub use sensor::SensorSetup;
 pub use session::{CameraFrame, Frame, Session};
 pub use setup::Setup;
 pub use timing::{burst_utilisation, timing_diagram, timing_record};
+pub use warnings::Warnings;
 pub use world::World;

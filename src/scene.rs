@@ -8,6 +8,7 @@
 pub mod bake;
 pub mod box_room;
 pub mod build;
+pub mod bulb;
 pub mod bvh;
 mod chance;
 pub mod cut_out;
@@ -97,7 +98,7 @@ impl Scene {
             return Err(Error::Content { file: name.to_owned(), reason });
         }
         for material in &mut mesh.materials {
-            material.base_colour = material.base_colour.map(|band| band.clamp(0.0, mesh::ALBEDO_MAX));
+            material.base_colour = material.base_colour.map(|band| band.clamp(0.0, 1.0));
         }
         let corners_m: Vec<_> = (0..mesh.triangles.len()).map(|triangle| mesh.corners_m(triangle)).collect();
         let bvh = Bvh::build_with_cut_outs(&corners_m, &|triangle| mesh.cut_out_of(triangle).is_some());
@@ -179,6 +180,11 @@ impl Scene {
             hash_floats(&mut hasher, &[material.metallic, material.roughness]);
             hasher.update(&[u8::from(material.double_sided)]);
             hasher.update(&material.texture.unwrap_or(u32::MAX).to_le_bytes());
+            if let Some(bulb) = &material.bulb {
+                hash_floats(&mut hasher, &bulb.centre_m);
+                hash_floats(&mut hasher, &[bulb.radius_m]);
+                hash_floats(&mut hasher, &bulb.cone.map_or([0.0; 5], |cone| cone.numbers()));
+            }
         }
         for texture in &self.mesh.textures {
             texture.hash_into(&mut hasher);

@@ -104,7 +104,7 @@ pub struct Tracker {
     last_t_s: f64,
     inertia: Option<Inertia>,
     /// Mean of the last places' bounds.
-    usual_bound_m: f64,
+    usual_sigma_m: f64,
     /// Places in a row that were known badly.
     weak_frames: u32,
     /// Least standard deviation of a place: the one given. The parameters hold what the residuals show.
@@ -156,7 +156,7 @@ impl Tracker {
             last_t_s: f64::NEG_INFINITY,
             inertia: None,
             arm_m,
-            usual_bound_m: 0.0,
+            usual_sigma_m: 0.0,
             weak_frames: 0,
             place_sigma_px_min: params.place_sigma_px,
             place_sigma_px_max: begin::UNPROVEN_NOISE * params.place_sigma_px,
@@ -253,7 +253,7 @@ impl Tracker {
             predicted.filter(|_| has_velocity).and_then(|state| self.innovation_px(views, &located, &state));
         let (inliers, tracked_features) = self.account(views, &located);
         self.inliers_before = crate::num::u32_from(inliers.len());
-        let position_bound_m = judgement.position_bound_m;
+        let single_picture_sigma_m = judgement.single_picture_sigma_m;
         let keyframe =
             judgement.is_sound && self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
         // The step that leads here is measured before the adjustment: both ends then hang on the same map.
@@ -268,7 +268,7 @@ impl Tracker {
             }
             inertia.see(t_s, &body_from_world, &located.information);
         }
-        self.motion = Some(Motion { t_s, body_from_world, step, sigma_m: position_bound_m.unwrap_or(0.0) });
+        self.motion = Some(Motion { t_s, body_from_world, step, sigma_m: single_picture_sigma_m.unwrap_or(0.0) });
         let mut loop_closed = false;
         if keyframe {
             self.add_keyframe((t_s, views), &located, (tracked_features, status), &mut work);
@@ -283,7 +283,7 @@ impl Tracker {
             inliers,
             predicted_position_m,
             innovation_px,
-            position_bound_m,
+            single_picture_sigma_m,
             keyframe,
             loop_closed,
             work,
@@ -472,7 +472,7 @@ fn unlocated(t_s: f64, status: Status, work: Work) -> TrackedFrame {
         inliers: Vec::new(),
         predicted_position_m: None,
         innovation_px: None,
-        position_bound_m: None,
+        single_picture_sigma_m: None,
         keyframe: false,
         loop_closed: false,
         work,

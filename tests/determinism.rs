@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 mod common;
+#[path = "determinism/photons.rs"]
+mod photons;
 
 use common::{Scratch, run_box, sensel};
 use serde_json::Value;
@@ -66,8 +68,8 @@ fn another_seed_is_another_run_in_the_same_room() {
     let two = run_box(&folder.join("two"), 1, &["--seed", "2"]);
     assert_eq!((&one["seed"], &two["seed"]), (&1.into(), &2.into()));
     assert_ne!(one["config_hash"], two["config_hash"]);
-    // Photons differ too: the render's own sample pattern is drawn from the seed.
-    for stage in ["photons", "codes", "features"] {
+    assert_eq!(hashes(&one)["photons"], hashes(&two)["photons"], "the seed names what lies behind the lens");
+    for stage in ["codes", "features"] {
         assert_ne!(hashes(&one)[stage], hashes(&two)[stage], "{stage}");
     }
     // The rig moves alike and the room is the same one.
@@ -98,4 +100,31 @@ fn the_configuration_that_a_run_wrote_gives_the_same_run_again() {
     for file in ["trajectory_gt.tum", "trajectory_est.tum", "mav0/imu0/data.csv"] {
         assert!(bytes(&folder, "second", file) == bytes(&folder, "first", file), "{file}");
     }
+}
+
+/// The report without the paths that it says were measured.
+fn without_measured(folder: &Scratch, run: &str) -> (String, Value) {
+    let whole: Value = serde_json::from_slice(&bytes(folder, run, "report.json")).unwrap();
+    let mut rest = whole.clone();
+    for path in whole["measured"]["keys"].as_array().unwrap() {
+        let keys: Vec<&str> = path.as_str().unwrap().split('.').collect();
+        let (last, parents) = keys.split_last().unwrap();
+        let parent = parents.iter().try_fold(&mut rest, |value, key| value.get_mut(*key)).unwrap();
+        parent.as_object_mut().unwrap().remove(*last);
+    }
+    (serde_json::to_string_pretty(&rest).unwrap(), whole)
+}
+
+#[test]
+fn without_its_measured_keys_a_report_is_the_same_bytes_on_any_number_of_threads() {
+    let folder = Scratch::new("measured");
+    for (name, threads) in [("one", "1"), ("two", "2")] {
+        run_box(&folder.join(name), FRAMES, &["--threads", threads]);
+    }
+    let ((one, whole), (two, other)) = (without_measured(&folder, "one"), without_measured(&folder, "two"));
+    assert!(one == two, "reports differ beside what was measured");
+    assert_eq!((&whole["measured"]["threads"], &other["measured"]["threads"]), (&1.into(), &2.into()));
+    assert!(whole["cost"].is_object() && whole["tracking"]["ms_per_frame"].is_number());
+    assert_eq!(whole["config"]["sensor"]["width"], 320, "the configuration is an object");
+    assert!(bytes(&folder, "one", "config.toml") == bytes(&folder, "two", "config.toml"), "threads decide no byte");
 }

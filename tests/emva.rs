@@ -8,10 +8,11 @@ use std::path::Path;
 use std::process::Command;
 
 use common::Scratch;
+use rand::RngExt;
 use sensel::characterize::{Bench, Characterization, Options, Truth};
 use sensel::config::Resolved;
 use sensel::config::presets::{self, Kind};
-use sensel::draw::{DrawKey, EffectNumber, fill_uniforms, normals, uniform_f64};
+use sensel::draw::{DrawKey, EffectNumber, fill_uniforms, normals};
 use sensel::effect::{Domain, Effect, Omission, RowPass};
 use sensel::effects::chain::Chain;
 use sensel::effects::{self, Parameters};
@@ -192,7 +193,7 @@ const ALWAYS: [&str; 21] = [
 /// A random sensor that the standard can measure: dark noise of 0.3 to 3 DN before the converter, a black level six sigma above 0.
 fn random_sensor(seed: u64) -> Vec<String> {
     let mut stream = DrawKey::root(seed).stream();
-    let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);
+    let mut draw = |least: f64, most: f64| least + (most - least) * stream.random::<f64>();
     let exp = |low: f64, high: f64, at: f64| low * libm::pow(high / low, at);
     let bits = 8 + u32_truncated(draw(0.0, 6.999));
     let codes = f64::from(1 << bits);

@@ -1,5 +1,5 @@
 //! The tracker's mathematics against other solvers and its own laws: adjustment, covariance and pose graph against GTSAM
-//! (tests/judges/estimation_reference.py), the marginalisation prior, and the Cramer-Rao bound of a frame.
+//! (tests/judges/estimation_reference.py), the marginalisation prior, and the covariance of a frame's pose.
 #![allow(clippy::unwrap_used)] // A helper of tests may panic as the tests do.
 
 #[path = "estimation/adjustment.rs"]

@@ -45,7 +45,7 @@ fn any_hardware(random: &mut Random) -> FxBackConfig {
 fn the_clocked_extractor_gives_the_functional_ones_features_in_its_clocks() {
     const SEED: u64 = 61;
     const CASES: u32 = 72;
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let mut met = Told::default();
     for number in 0..CASES {
         let built = if number < 24 { hardware(number % 3) } else { any_hardware(&mut random) };
@@ -80,7 +80,7 @@ fn both_forms_state_the_same_clocks() {
 #[test]
 fn toggles_of_the_descriptor_are_those_on_the_pins() {
     const SEED: u64 = 62;
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let built = FxBackConfig { engines: 1, ..hardware(3) };
     let mut case = case_on(built, 0, 3, &mut random);
     (case.resets, case.times.takes) = (0, Takes::Always);

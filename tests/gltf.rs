@@ -173,17 +173,13 @@ fn vertex_colours_lights_and_glowing_pictures_count() {
     }
     let scene = scene(&file);
     let used = usize::try_from(scene.mesh.material_of[0]).unwrap();
-    assert_eq!(
-        scene.mesh.materials[used].base_colour,
-        [0.5, 0.25, 0.9, 0.5],
-        "blue is bounded by what surfaces reflect"
-    );
+    assert_eq!(scene.mesh.materials[used].base_colour, [0.5, 0.25, 1.0, 0.5], "factors are as the file says");
     let glowing: Vec<f32> = scene.mesh.materials.iter().map(|m| m.emission[1]).filter(|&glow| glow > 0.0).collect();
-    // I / (pi r^2) with r = 0.03 m.
+    // I / (pi r^2) with r = 0.03 m; the ball's triangles have 1.3 % less area, which their radiance makes up for.
     let expected = 100.0 / (std::f32::consts::PI * 0.03 * 0.03);
-    assert!((glowing[0] / expected - 1.0).abs() < 1e-5, "{glowing:?} {expected}");
+    assert!(glowing[0] >= expected && glowing[0] < 1.02 * expected, "{glowing:?} {expected}");
     assert_eq!(glowing.len(), 2);
-    for word in ["vertices", "bulbs", "discs", "directional"] {
+    for word in ["vertices", "point lights", "spot lights", "directional"] {
         assert!(scene.notes.iter().any(|note| note.contains(word)), "{word} in {:?}", scene.notes);
     }
 }
@@ -273,8 +269,8 @@ fn hostile_files_are_refused_with_the_reason() {
         ("no triangle with an area", degenerate),
         ("no triangle with an area", json("/nodes/1/scale", serde_json::json!([1, 0, 0]))),
         ("accessor 0 needs", json("/accessors/0/count", number(3_000))),
-        ("more than 5000000 triangles", json("/accessors/0/count", number((1 << 53) + 1))),
-        ("more than 5000000 triangles", json("/accessors/0/count", number(u64::MAX))),
+        ("more than 3000000 triangles", json("/accessors/0/count", number((1 << 53) + 1))),
+        ("more than 3000000 triangles", json("/accessors/0/count", number(u64::MAX))),
         ("buffer view 0 takes", json("/bufferViews/0/byteLength", number(3_600))),
         ("buffer view 0 takes", json("/bufferViews/0/byteOffset", number(u64::MAX))),
         ("under two parents", json("/nodes/1", serde_json::json!({"children": [0]}))),
@@ -326,8 +322,43 @@ fn small_files_that_would_be_huge_scenes_end_with_an_error_at_once() {
     nodes.json["meshes"][0]["primitives"][0]["indices"] = big.into();
     for file in [instances, nodes] {
         let text = refusal(&file.glb());
-        assert!(text.contains("5000000 triangles"), "{text}");
+        assert!(text.contains("3000000 triangles"), "{text}");
     }
+}
+
+#[test]
+fn files_whose_json_or_pictures_would_take_a_gigabyte_are_refused_before_they_do() {
+    let nodes = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}", "{},".repeat(1_000_000));
+    let text = refusal(nodes.as_bytes());
+    assert!(text.contains("objects; use 1000000 or fewer"), "{text}");
+    // Nine thousand bytes of zeros in one picture.
+    let text = refusal(&File::square().edited(|file| file.picture(&png_of_size(8_192, 8_192))).glb());
+    assert!(text.contains("8192 x 8192 px") && text.contains("33554432 texels"), "{text}");
+    // An attribute that no bytes stand for, and instances of a mesh without triangles.
+    let zeros = |kind: &str, count: u32| {
+        serde_json::json!({"componentType": 5126, "count": count, "type": kind,
+            "sparse": {"count": 1, "indices": {"bufferView": 0, "componentType": 5121}, "values": {"bufferView": 0}}})
+    };
+    let mut normals = File::square();
+    let accessor = normals.accessor(zeros("VEC3", 33_000_000));
+    normals.attributes()["NORMAL"] = accessor.into();
+    let text = refusal(&normals.glb());
+    assert!(text.contains("use 9000000 or fewer"), "{text}");
+    let mut empty = File::square();
+    let moves = empty.accessor(zeros("VEC3", 8_000_000));
+    empty.json["meshes"] = serde_json::json!([{"primitives": []}]);
+    empty.json["nodes"][1]["extensions"] =
+        serde_json::json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": moves}}});
+    let text = refusal(&empty.glb());
+    assert!(text.contains("3000000 triangles") || text.contains("not glTF 2.0"), "{text}");
+    // Every node of many has something to be said of it.
+    let mut odd = File::square();
+    for _ in 0..300 {
+        odd.json["nodes"].as_array_mut().unwrap().push(serde_json::json!({"rotation": [0.0, 0.0, 0.0, 0.5]}));
+    }
+    odd.json["nodes"][0]["children"] = (1..302).collect::<Vec<u32>>().into();
+    let notes = scene(&odd).notes;
+    assert!(notes.len() <= 101 && notes.last().unwrap().contains("there is more"), "{notes:?}");
 }
 
 #[test]

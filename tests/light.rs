@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "light/candela.rs"]
+mod candela;
 #[path = "light/room.rs"]
 mod room;
 
@@ -269,7 +271,7 @@ fn keys_of_light_are_refused_with_file_line_and_what_would_do() {
         ("sky = {kind = \"clear\", cie_type = 2}", "7 to 15"),
         ("flicker.frequency_hz = 50.0", "no effect here"),
         ("flicker = {waveform = \"square\"}", "none, sine, rectified_sine, pwm"),
-        ("flicker = {waveform = \"pwm\", duty = 0.0}", "above 0 to 1"),
+        ("flicker = {waveform = \"pwm\", duty = 0.0}", "use 1e-6 to 1"),
         ("flicker = {waveform = \"sine\", duty = 0.3}", "pwm"),
         ("flicker = {waveform = \"sine\", own_lamps = false}", "no lamp here flickers"),
         ("lamp = [{position_m = [0.0, 2.0, 0.0], flux_lm = 100.0}]", "radius_m of lamp 0"),

@@ -13,6 +13,8 @@ mod flow;
 mod packetiser;
 #[path = "link/runs.rs"]
 mod runs;
+#[path = "link/in_time.rs"]
+mod in_time;
 
 use sensel::compute::Feature;
 use sensel::draw::mix;
@@ -23,6 +25,7 @@ use sensel::link::{
 };
 use sensel::plane::Plane;
 use sensel::units::{FrameIndex, Size};
+use sensel::words::{PlacePx, RampGain, Turns};
 
 const OV7251: LinkParams = LinkParams::new(1, 240_000_000, Mode::Both);
 
@@ -37,8 +40,8 @@ fn features(count: usize) -> Vec<Feature> {
         let draw = mix(i as u64).to_le_bytes();
         let descriptor = std::array::from_fn(|byte| mix((i * 32 + byte) as u64).to_le_bytes()[0]);
         let [x_low, x_high, y_low, y_high, score, angle, octave, _] = draw;
-        let (x_q4, y_q4) = (u16::from_le_bytes([x_low, x_high]), u16::from_le_bytes([y_low, y_high]));
-        Feature { x_q4, y_q4, score: score.into(), angle, octave, descriptor }
+        let (x, y) = (PlacePx::from_le_bytes([x_low, x_high]), PlacePx::from_le_bytes([y_low, y_high]));
+        Feature { x, y, score: score.into(), angle: Turns::from_bits(angle), octave, descriptor }
     };
     (0..count).map(feature).collect()
 }
@@ -50,7 +53,7 @@ fn metadata(frame: u32) -> FrameMetadata {
         exposure_ns: 2_000_000,
         row_time_ns: 19_333,
         temperature_mk: Some(300_150),
-        gain_q16: 3 << 15,
+        gain: RampGain::lit("1.5"),
     }
 }
 

@@ -3,14 +3,15 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod chance;
 #[path = "plan/pictures.rs"]
 mod pictures;
 
 use std::collections::BTreeMap;
 
+use chance::Chance;
 use sensel::adc::Cds;
 use sensel::config::Resolved;
-use sensel::draw::{DrawKey, fill_uniforms};
 use sensel::effect::{Effect, Omission};
 use sensel::effects::chain::{Capture, Chain, RowSamples, RowTimes};
 use sensel::effects::plan::{Choice, Plan, Region, bound, plan};
@@ -36,36 +37,6 @@ struct Case {
     words: String,
 }
 
-/// Numbers of one case, each a function of its place in the case.
-struct Chance(Vec<u32>, usize);
-
-impl Chance {
-    fn new(case: u64) -> Self {
-        let mut uniforms = vec![0; 192];
-        fill_uniforms(DrawKey::root(SEED).with(case), &mut uniforms);
-        Self(uniforms, 0)
-    }
-
-    fn unit(&mut self) -> f64 {
-        self.1 += 1;
-        f64::from(self.0[self.1 - 1]) / 4_294_967_296.0
-    }
-
-    /// Equal in ratio between the two.
-    fn ratio(&mut self, low: f64, high: f64) -> f64 {
-        low * libm::pow(high / low, self.unit())
-    }
-
-    fn one<'a>(&mut self, of: &[&'a str]) -> &'a str {
-        let mut index = 0;
-        let place = self.unit() * f64_from_usize(of.len());
-        while index + 1 < of.len() && f64_from_usize(index + 1) <= place {
-            index += 1;
-        }
-        of[index]
-    }
-}
-
 /// Noises of the converters.
 fn converter_noises(chance: &mut Chance) -> [String; 10] {
     [
@@ -83,7 +54,7 @@ fn converter_noises(chance: &mut Chance) -> [String; 10] {
 }
 
 fn case(number: u64) -> Case {
-    let mut chance = Chance::new(number);
+    let mut chance = Chance::new(SEED, number);
     let lux = chance.ratio(0.1, 30_000.0);
     let exposure_s = chance.ratio(2e-5, 0.03);
     let storage_s = chance.unit() * 0.01;

@@ -370,3 +370,24 @@ fn timing_runs_and_the_list_names_every_preset() {
     // A name of 17 letters or a line of more than 132 columns breaks the list.
     assert!(list.stdout.lines().all(|line| line.chars().count() <= 132), "{}", list.stdout);
 }
+
+#[test]
+fn a_line_that_no_hts_can_hold_gets_no_hts_as_a_hint() {
+    let mut seen = [0; 2];
+    for (key, value) in
+        [("sensor.adc.clock_hz", "1000"), ("sensor.adc.clock_hz", "50000"), ("link.frequency_hz", "40000000")]
+    {
+        let said = sensel(&["timing", "box", "--set", &format!("{key}={value}")]).stderr;
+        match said.rsplit_once("hts = ").and_then(|(_, rest)| rest.split_once(" would do")) {
+            Some((hts, _)) => {
+                assert!(hts.parse::<u32>().unwrap() <= 1 << 24, "{said}");
+                seen[0] += 1;
+            }
+            None => {
+                assert!(said.contains("; use a "), "neither a line nor another remedy: {said}");
+                seen[1] += 1;
+            }
+        }
+    }
+    assert_eq!(seen, [2, 1]);
+}

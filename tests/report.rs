@@ -178,4 +178,58 @@ mod page {
         let again = || html(&sample::report(), &sample::pictures());
         assert_eq!(again(), again());
     }
+
+    #[test]
+    fn no_page_figure_or_document_calls_the_single_picture_sigma_a_bound() {
+        let report = sample::report();
+        let page = html(&report, &sample::pictures());
+        assert!(page.contains("Single-picture position sigma given the map"));
+        let json: serde_json::Value = serde_json::from_str(&report.to_json().unwrap()).unwrap();
+        assert!(json["tracking"]["single_picture_sigma_m"].is_number() && json["schema_version"] == 2);
+        let tracking = json["tracking"].as_object().unwrap();
+        assert!(tracking.keys().all(|key| !key.contains("bound") && !key.contains("crb")), "{tracking:?}");
+        let root = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+        for file in ["README.md", "docs/tracker.md", "docs/tracker_figures.md", "src/cli/words.rs", "src/cli/track.rs"]
+        {
+            let text = std::fs::read_to_string(root.join(file)).unwrap().to_lowercase();
+            for word in ["cramer", "cram\u{e9}r", "jitter_bound", "| bound |"] {
+                assert!(!text.contains(word), "{file} says '{word}'");
+            }
+        }
+    }
+
+    #[test]
+    fn warnings_stand_in_the_report_and_escaped_on_top_of_the_page() {
+        let mut report = sample::report();
+        let without = html(&report, &sample::pictures());
+        report.warnings = vec!["a.b = 3 is <odd>".to_owned()];
+        let page = html(&report, &sample::pictures());
+        assert!(!without.contains("<h2>Warnings") && page.contains("<li>a.b = 3 is &lt;odd&gt;</li>"));
+        assert!(page.find("<h2>Warnings").unwrap() < page.find("Position error (ATE)").unwrap());
+        assert_eq!(Report::from_json(&report.to_json().unwrap()).unwrap(), report);
+    }
+
+    #[test]
+    fn each_of_the_two_jitters_has_a_tile_and_a_name_of_its_own() {
+        let mut report = sample::report();
+        let page = html(&report, &sample::pictures());
+        for name in ["Frame jitter (RPE over one frame)", "Second-difference jitter (d2)"] {
+            assert!(page.contains(&format!("<dt>{name}</dt>")), "{name}");
+        }
+        report.tracking.jitter_frame_m = None;
+        report.not_measurable.insert("tracking.jitter_frame_m".to_owned(), "one frame has no motion".to_owned());
+        assert!(html(&report, &sample::pictures()).contains("one frame has no motion"));
+    }
+
+    #[test]
+    fn a_page_compares_features_with_pixels_only_where_features_were_sent() {
+        let mut report = sample::report();
+        report.bandwidth.reduction = Some(0.5);
+        assert!(html(&report, &sample::pictures()).contains("2.00 times more"));
+        report.bandwidth.reduction = None;
+        let reason = "link.mode = frames sends no features";
+        report.not_measurable.insert("bandwidth.reduction".to_owned(), reason.to_owned());
+        let page = html(&report, &sample::pictures());
+        assert!(page.contains(reason) && !page.contains("times less") && !page.contains("saves a factor"));
+    }
 }

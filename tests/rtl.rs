@@ -62,7 +62,7 @@ fn some_steps(random: &mut Random, case: u32) -> u32 {
 #[test]
 fn the_ramp_counter_equals_its_twin_on_every_clock() {
     const SEED: u64 = 31;
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let nothing = RampCounterIn::default();
     let mut judge = Judge::new("ramp_counter", &[], &ramp_in(&nothing), &ramp_out(&RampCounterOut::default()));
     let mut ramps = 0;
@@ -119,7 +119,7 @@ fn column_pins(random: &mut Random, wild: bool, ramp: &RampCounterOut, crossing:
 #[test]
 fn the_column_equals_its_twin_on_every_clock() {
     const SEED: u64 = 32;
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let config = CdsConfig { bits: 1, black: 0, latch_mode: false, gray: false };
     let mut judge = Judge::new("cds", &[], &cds_in(&config, &CdsIn::default()), &cds_out(&CdsOut::default()));
     let (mut first, mut last, mut never) = (0, 0, 0);
@@ -176,7 +176,7 @@ fn wild_seq(random: &mut Random) -> SeqConfig {
 #[test]
 fn the_sequencer_equals_its_twin_on_every_clock() {
     const SEED: u64 = 33;
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let config = core_config(&mut random, 3, 16, 2).seq;
     let mut judge = Judge::new("readout_seq", &[], &seq_in(&config, &SeqIn::default()), &seq_out(&SeqOut::default()));
     let (mut wraps, mut shutters, mut globals) = (0, 0, 0);
@@ -212,7 +212,7 @@ fn le_bytes(codes: &[u16], width: usize) -> Vec<u8> {
 fn the_shifter_equals_its_twin_on_every_clock() {
     const SEED: u64 = 34;
     const COLUMNS: usize = 48;
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let config = LaneConfig { bits: 1, lanes: 1, columns: 1 };
     let (no_codes, no_pins) = ([0; 2 * COLUMNS], LaneIn::default());
     let inputs = lane_in(&config, &no_pins, &no_codes);
@@ -298,7 +298,7 @@ fn play_core(case: CoreCase<'_>) -> u32 {
 #[test]
 fn the_whole_core_equals_its_twin_on_every_clock() {
     const SEED: u64 = 35;
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let columns_max = u32::try_from(CORE_COLUMNS).unwrap();
     let config = core_config(&mut random, 3, columns_max, 6);
     let (inputs, no_codes) = (core_in(&config, &CoreIn::default(), 0), [0; 2 * CORE_COLUMNS]);

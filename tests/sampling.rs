@@ -395,12 +395,12 @@ fn a_number_of_rays_and_a_target_exclude_each_other() {
         Resolved::from_layers("scene.toml", file, &set).unwrap().scenario.fidelity()
     };
     let unset = fidelity("", &[]).unwrap();
-    assert!(unset.render_tolerance > 0.0);
+    assert!(unset.render.tolerance > 0.0);
     let fixed = fidelity("", &["run.samples_per_pixel=3"]).unwrap();
-    assert_eq!((fixed.samples_per_pixel, fixed.render_tolerance), (3, 0.0));
+    assert_eq!((fixed.render.samples_per_pixel, fixed.render.tolerance), (3, 0.0));
     // The upper layer says which of the two holds.
     let target = fidelity("[run]\nsamples_per_pixel = 3\n", &["run.render_tolerance=0.5"]).unwrap();
-    assert_eq!(target.render_tolerance, 0.5);
+    assert_eq!(target.render.tolerance, 0.5);
     let both = fidelity("", &["run.samples_per_pixel=3", "run.render_tolerance=0.5"]).unwrap_err().to_string();
     assert!(both.contains("either one alone would do"), "{both}");
     let none = fidelity("", &["run.render_tolerance=0.0"]).unwrap_err().to_string();

@@ -1,13 +1,20 @@
 //! Rules of this repository that a machine can check: arrows between stages, sizes, banned words, links.
 
+#[path = "tidy/dependencies.rs"]
+mod dependencies;
+#[path = "tidy/formats.rs"]
+mod formats;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules in the data's order; each may use only those before it.
 const ORDER: &[&str] = &[
     "num",
+    "words",
     "units",
     "plane",
+    "text",
     "pose",
     "error",
     "picture",
@@ -120,6 +127,24 @@ fn files_are_short_and_say_what_they_are() {
             assert!(line.chars().count() <= 140, "{}:{} is too long", path.display(), index + 1);
         }
     }
+}
+
+#[test]
+fn inputs_are_opened_in_one_place() {
+    // The kernel's own counters are no input.
+    let exempt = ["src/files/open.rs", "src/files/disk.rs", "src/cli/clocks.rs"];
+    let ways = ["fs::read(", "fs::read_to_string(", "File::open(", "image::open("];
+    let mut read = 0;
+    for path in files(&["src"], "rs") {
+        let text = fs::read_to_string(&path).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap().split("#[cfg(all(test").next().unwrap();
+        let is_exempt = exempt.iter().any(|name| path.ends_with(name)) || path.ends_with("tests.rs");
+        for way in ways {
+            assert!(is_exempt || !code.contains(way), "{} reads with {way}..) instead of files::open", path.display());
+        }
+        read += 1;
+    }
+    assert!(read > 60, "only {read} files were read");
 }
 
 #[test]

@@ -3,10 +3,12 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod chance;
 mod common;
 
 use std::collections::BTreeMap;
 
+use chance::Chance;
 use common::{Scratch, sensel};
 use sensel::adc::AdcParams;
 use sensel::config::{Resolved, presets};
@@ -98,67 +100,45 @@ fn every_mode_of_published_drivers_has_its_rate_line_time_limit_and_link_use() {
     }
 }
 
-/// A small generator of test cases (SplitMix64); its seed is printed.
-struct Cases(u64);
-
-impl Cases {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    fn between(&mut self, least: u32, most: u32) -> u32 {
-        least + u32::try_from(self.next() % (u64::from(most - least) + 1)).unwrap()
-    }
-
-    fn one<T: Copy>(&mut self, of: &[T]) -> T {
-        of[usize::try_from(self.next() % of.len() as u64).unwrap()]
-    }
-}
-
 const ARRAY: Size = Size { width_px: 96, height_px: 64 };
 
 /// A readout that may or may not do.
-fn random_params(cases: &mut Cases) -> ReadoutParams {
-    let hts = cases.between(20, 1500);
-    let lines = if cases.between(0, 4) == 0 { cases.between(0, 2) } else { cases.between(0, 300) };
-    let exposure = if cases.between(0, 1) == 0 {
+fn random_params(cases: &mut Chance) -> ReadoutParams {
+    let hts = cases.within(20, 1500);
+    let lines = if cases.within(0, 4) == 0 { cases.within(0, 2) } else { cases.within(0, 300) };
+    let exposure = if cases.within(0, 1) == 0 {
         Exposure::Lines(lines)
     } else {
         Exposure::Us(f64::from(lines) * f64::from(hts) / 48.0 + 0.1)
     };
-    let plain = ReadoutParams::plain(Shutter::Rolling, hts, cases.between(1, 400), 48_000_000, exposure);
-    let hdr = if cases.between(0, 2) == 0 {
-        Hdr::MultiExposure { exposures: cases.between(2, 4), ratio: f64::from(cases.between(3, 40)) / 2.0 }
+    let plain = ReadoutParams::plain(Shutter::Rolling, hts, cases.within(1, 400), 48_000_000, exposure);
+    let hdr = if cases.within(0, 2) == 0 {
+        Hdr::MultiExposure { exposures: cases.within(2, 4), ratio: f64::from(cases.within(3, 40)) / 2.0 }
     } else {
         Hdr::None
     };
-    let is_global = hdr == Hdr::None && cases.between(0, 1) == 0;
-    let window = Window { x_px: 16 * cases.between(0, 2), y_px: 16 * cases.between(0, 1), width_px: 64, height_px: 48 };
-    let rate_hz = f64::from(cases.between(10, 400_000)) / 10.0;
+    let is_global = hdr == Hdr::None && cases.within(0, 1) == 0;
+    let window = Window { x_px: 16 * cases.within(0, 2), y_px: 16 * cases.within(0, 1), width_px: 64, height_px: 48 };
+    let rate_hz = f64::from(cases.within(10, 400_000)) / 10.0;
     ReadoutParams {
         shutter: if is_global { Shutter::Global } else { Shutter::Rolling },
-        frame: if cases.between(0, 3) == 0 { FrameLength::RateHz(rate_hz) } else { plain.frame },
-        exposure_fine_clk: if hdr == Hdr::None { cases.between(0, 1) * cases.between(0, 19) } else { 0 },
-        exposure_margin_lines: cases.between(0, 25),
-        exposure_lines_min: cases.between(u32::from(hdr != Hdr::None), 2),
+        frame: if cases.within(0, 3) == 0 { FrameLength::RateHz(rate_hz) } else { plain.frame },
+        exposure_fine_clk: if hdr == Hdr::None { cases.within(0, 1) * cases.within(0, 19) } else { 0 },
+        exposure_margin_lines: cases.within(0, 25),
+        exposure_lines_min: cases.within(u32::from(hdr != Hdr::None), 2),
         long_exposure: cases.one(&[LongExposure::Refuse, LongExposure::Refuse, LongExposure::ExtendFrame]),
-        window: (cases.between(0, 1) == 0).then_some(window),
+        window: (cases.within(0, 1) == 0).then_some(window),
         binning: cases.one(&[1, 2, 4]),
         binning_mode: cases.one(&BinningMode::ALL),
         mosaic_px: cases.one(&[1, 2]),
         hdr,
         lanes: cases.one(&[0, 1, 3, 8]),
-        lane_clock_hz: 1_000_000 * u64::from(cases.between(20, 200)),
-        pulses: Pulses { reset_clk: cases.between(0, 9), transfer_clk: cases.between(0, 9), latch_clk: 1 },
-        trigger: match cases.between(0, 3) {
-            0 => Trigger::External {
-                period_ns: u64::from(cases.between(1000, 9_000_000)),
-                delay_clk: cases.between(0, 9),
-            },
+        lane_clock_hz: 1_000_000 * u64::from(cases.within(20, 200)),
+        pulses: Pulses { reset_clk: cases.within(0, 9), transfer_clk: cases.within(0, 9), latch_clk: 1 },
+        trigger: match cases.within(0, 3) {
+            0 => {
+                Trigger::External { period_ns: u64::from(cases.within(1000, 9_000_000)), delay_clk: cases.within(0, 9) }
+            }
             _ => Trigger::Free,
         },
         clock_ppb: vec![0, -50_000],
@@ -216,14 +196,14 @@ fn converter(bits: u32) -> AdcParams {
 fn the_line_or_frame_that_an_error_names_does_do_and_one_less_does_not() {
     let seed = 20_260_217;
     println!("seed {seed}");
-    let mut cases = Cases(seed);
+    let mut cases = Chance::new(seed, 0);
     let converters: Vec<AdcParams> = (1..=12).map(converter).collect();
     let mut hit = BTreeMap::<&str, u32>::new();
     let mut checked = 0;
     for case in 0..3000 {
         let mut params = random_params(&mut cases);
-        let adc = &converters[usize::try_from(cases.between(0, 11)).unwrap()];
-        let packet_s = f64::from(cases.between(0, 20)) * 1e-6;
+        let adc = &converters[usize::try_from(cases.within(0, 11)).unwrap()];
+        let packet_s = f64::from(cases.within(0, 20)) * 1e-6;
         let made = |params: &ReadoutParams| Schedule::new(ARRAY, params, adc, packet_s);
         for step in 0.. {
             assert!(step < 8, "case {case}: no end of errors: {params:?}");
@@ -373,12 +353,12 @@ fn impossible_timing_is_refused_with_what_would_do() {
         (&["sync_skew_us=-1.0"], "0 to 1,000,000"),
         (&["clock_ppm=[0.0, 2000.0]"], "-1000 to 1000"),
         (&["register_latency_frames=9"], "0 to 8"),
-        (&["target_mean=0.0"], "above 0 to 0.99"),
+        (&["target_mean=0.0"], "use 0.001 to 0.99"),
         (&["target_mean=0.3"], "sensor.readout.exposure = \"auto\", or leaving it out, would do"),
         (&["hdr_bits=12"], "an hdr other than none"),
         (&["binning_mode=average"], "sensor.readout.binning = 2, or leaving it out"),
-        (&["exposure=auto", "exposure_lines_max=1705"], "1 to 1704 would do"),
-        (&["exposure=auto", "gain_max=0.5"], "1 or more would do"),
+        (&["exposure=auto", "exposure_lines_max=1705"], "use 1 to 1704"),
+        (&["exposure=auto", "gain_max=0.5"], "use 1 or more"),
         (&["exposure=auto", "target_mean=0.01"], "not above the black level"),
         (&["exposure=auto", "long_exposure=extend_frame"], "refuse would do"),
         (&["exposure_lines=20000000", "long_exposure=extend_frame"], "at most 16777216 lines would do"),
@@ -495,6 +475,6 @@ fn a_picture_of_everything_stays_inside_its_frame() {
     for words in ["exposure 3", "shift out", "LP to HS", "blanking", "free"] {
         assert!(svg.contains(words), "{words} is missing");
     }
-    let nowhere = sensel(&["timing", "paper_6t_vga", "--svg", &folder.join("no/such/folder.svg")]);
+    let nowhere = sensel(&["timing", "paper_6t_vga", "--svg", &folder.join("all.svg/beyond.svg")]);
     assert_eq!(nowhere.code, 4, "{}", nowhere.stderr);
 }

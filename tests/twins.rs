@@ -4,17 +4,20 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod chance;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use chance::Chance;
 use sensel::adc::{AdcParams, Cds, Converter, Counter, Counting, Ramp, Sample};
 use sensel::config::Resolved;
-use sensel::draw::{DrawKey, EffectNumber, uniform_f64};
+use sensel::draw::{DrawKey, EffectNumber};
 use sensel::error::Error;
 use sensel::fidelity::Rung;
 use sensel::files::verilated::Verilated;
-use sensel::num::{f32_nearest, index, u32_truncated};
+use sensel::num::{f32_nearest, index};
 use sensel::run::{Assets, NoClock, NoFiles, NoProgress, Session, Setup};
 use sensel::silicon::Silicon;
 
@@ -32,32 +35,6 @@ impl Assets for WithVerilog {
     fn silicon(&self) -> Result<Arc<dyn Silicon>, Error> {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl/verilated");
         Ok(Arc::new(Verilated::new(folder)?))
-    }
-}
-
-/// Numbers of one case, one after the other.
-struct Chance(Box<dyn FnMut() -> f64>);
-
-impl Chance {
-    fn new(seed: u64, case: u64) -> Self {
-        let mut stream = DrawKey::root(seed).with(case).stream();
-        Self(Box::new(move || uniform_f64(&mut stream)))
-    }
-
-    fn unit(&mut self) -> f64 {
-        (self.0)()
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    fn below(&mut self, bound: u32) -> u32 {
-        u32_truncated(self.unit() * f64::from(bound))
-    }
-
-    fn one<T: Copy>(&mut self, of: &[T]) -> T {
-        of[index(self.below(sensel::num::u32_from(of.len())))]
     }
 }
 

@@ -171,7 +171,7 @@ fn search(scene: &str, set: &[String]) -> Result<(), Error> {
     }
     // Where nothing keeps an image, reflections are a knob of nothing.
     let keeps_images =
-        bench.setup.world.scene().is_some_and(|scene| scene.has_gloss(bench.setup.fidelity.follows_gloss));
+        bench.setup.world.scene().is_some_and(|scene| scene.has_gloss(bench.setup.fidelity.render.follows_gloss));
     let held_out = HeldOut::new(&bench, &frames, ACCURACIES[0])?;
     let chains = [chosen.clone(), chain_grid(&own)].concat();
     let chain_verdicts = held_out.chains(&chains, 2 * REPEATS)?;

@@ -4,8 +4,8 @@
 //! picture is smoothed by a Gaussian of the triangle's width, angles are exact, and the pattern's points are turned exactly and
 //! read between pixels.
 
-use sensel::compute::blocks::{arc_difference_at, offset_q4, responses};
-use sensel::compute::{Corner, Extractor, ExtractorParams, PATCH_MARGIN_PX, STEPS_PER_PX, fast9, pattern, to_bits};
+use sensel::compute::blocks::{arc_difference_at, fitted_shift, responses};
+use sensel::compute::{Corner, Extractor, ExtractorParams, PATCH_MARGIN_PX, fast9, pattern, to_bits};
 use sensel::num::{f64_from_usize, index};
 use sensel::plane::Plane;
 
@@ -52,7 +52,7 @@ fn describe(
     pairs: &[((i32, i32), (i32, i32))],
 ) -> ([f64; 2], [u64; 4]) {
     assert!(arc_difference_at(words, corner.x_px, corner.y_px) > 0, "a corner differs from its surroundings");
-    let (dx_q4, dy_q4) = offset_q4(&responses(words, corner));
+    let (right, down) = fitted_shift(&responses(words, corner));
     let middle = [f64::from(corner.x_px), f64::from(corner.y_px)];
     let at = |dx: f64, dy: f64| between(smoothed, middle[0] + dx, middle[1] + dy);
     let (mut x_moment, mut y_moment) = (0.0, 0.0);
@@ -73,8 +73,7 @@ fn describe(
     for (bit, &(a, b)) in pairs.iter().enumerate() {
         descriptor[bit / 64] |= u64::from(turned(a) < turned(b)) << (bit % 64);
     }
-    let steps = f64::from(STEPS_PER_PX);
-    ([middle[0] + f64::from(dx_q4) / steps, middle[1] + f64::from(dy_q4) / steps], descriptor)
+    ([middle[0] + f64::from(right), middle[1] + f64::from(down)], descriptor)
 }
 
 /// Bilinear; the pattern stays within a corner's patch.

@@ -17,6 +17,7 @@ use crate::fx_fifo::FxFifo;
 use crate::fx_fit::FxFit;
 use crate::fx_orient::FxOrient;
 use crate::fx_ring::{FxRing, RingRead, RingWrite};
+use crate::words::{PlacePx, ShiftPx};
 
 pub use crate::fx_back_pins::{
     DUMP_CLK, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxCounts, FxSettings, LOADED_CLK,
@@ -25,6 +26,9 @@ pub use crate::fx_back_pins::{
 
 #[path = "fx_back_events.rs"]
 mod events;
+
+/// From a pixel's edge to its centre.
+const HALF_PX: PlacePx = PlacePx::lit("0.5");
 
 /// A corner that is loaded: its engine, and clocks since the one after its start.
 #[derive(Clone, Copy, Debug)]
@@ -276,8 +280,11 @@ impl<'a> FxBack<'a> {
     fn step_engines(&mut self, pins: &FxBackIn, decided: &Decisions) {
         let record = self.orient.angle().zip(self.load).map(|(angle, load)| {
             let Candidate { corner, octave, frame, .. } = load.candidate;
-            let (dx, dy) = if self.config.subpixel { self.fit.offset() } else { (0, 0) };
-            let place = |px: u16, offset: i16| (((px << 4) + 8).wrapping_add_signed(offset) << octave).wrapping_sub(8);
+            let (dx, dy) = if self.config.subpixel { self.fit.offset() } else { (ShiftPx::ZERO, ShiftPx::ZERO) };
+            let place = |px: u16, shift: ShiftPx| {
+                let from_edge = PlacePx::wrapping_from_num(px).wrapping_add(HALF_PX).wrapping_add_signed(shift);
+                from_edge.wrapping_shl(octave.into()).wrapping_sub(HALF_PX)
+            };
             let (x_q4, y_q4) = (place(corner.x_px, dx), place(corner.y_px, dy));
             Record { x_q4, y_q4, score: corner.score, angle, octave, frame, descriptor: [0; 32] }
         });

@@ -4,12 +4,13 @@
 use crate::flips;
 use crate::fx_pattern::points;
 use crate::fx_ring::{Column, SIDE};
+use crate::words::{PlacePx, Sine, TurnedPx, Turns};
 
 /// Bytes of the widest descriptor.
 pub const BYTES: usize = 32;
 
-/// `round(2^14 sin(2 pi k / 256))` of the first quarter turn.
-const SINES_Q14: [i32; 65] = [
+/// Bits of `sin(2 pi k / 256)` of the first quarter turn, rounded.
+const SINE_BITS: [i16; 65] = [
     0, 402, 804, 1205, 1606, 2006, 2404, 2801, 3196, 3590, 3981, 4370, 4756, 5139, 5520, 5897, 6270, 6639, 7005, 7366,
     7723, 8076, 8423, 8765, 9102, 9434, 9760, 10080, 10394, 10702, 11003, 11297, 11585, 11866, 12140, 12406, 12665,
     12916, 13160, 13395, 13623, 13842, 14053, 14256, 14449, 14635, 14811, 14978, 15137, 15286, 15426, 15557, 15679,
@@ -19,14 +20,14 @@ const SINES_Q14: [i32; 65] = [
 /// A feature as it leaves; a descriptor of fewer bits ends in zeros.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Record {
-    /// Column in octave 0, in sixteenths of a pixel.
-    pub x_q4: u16,
-    /// Row in octave 0, in sixteenths of a pixel.
-    pub y_q4: u16,
+    /// Column in octave 0.
+    pub x_q4: PlacePx,
+    /// Row in octave 0.
+    pub y_q4: PlacePx,
     /// FAST score in DN of the pipeline.
     pub score: u16,
-    /// Orientation in 1/256 of a turn.
-    pub angle: u8,
+    /// Orientation.
+    pub angle: Turns,
     /// Octave.
     pub octave: u8,
     /// Parity of the octave's frame.
@@ -56,8 +57,8 @@ pub struct Engine {
     picked: Option<(u8, [(i32, i32); 2])>,
     places: Option<(u8, Places)>,
     pixels: Option<(u8, [u16; 2])>,
-    sine: i32,
-    cosine: i32,
+    sine: Sine,
+    cosine: Sine,
     done: bool,
     toggles: u64,
 }
@@ -71,8 +72,8 @@ impl Default for Engine {
             picked: None,
             places: None,
             pixels: None,
-            sine: 0,
-            cosine: 0,
+            sine: Sine::ZERO,
+            cosine: Sine::ZERO,
             done: false,
             toggles: 0,
         }
@@ -116,7 +117,7 @@ impl Engine {
             (index, points.map(place).map(|(x, y)| (column(x), column(y))))
         });
         self.picked = self.index.map(|index| {
-            let turn = if config.symmetric { self.record.angle & 0xF8 } else { 0 };
+            let turn = if config.symmetric { self.record.angle.to_bits() & 0xF8 } else { 0 };
             (index, points(config.symmetric, index.wrapping_add(turn)))
         });
         self.index = self.index.filter(|&index| index != last).map(|index| index + 1);
@@ -125,7 +126,8 @@ impl Engine {
         }
         if let Some(record) = go {
             self.record = Record { descriptor: self.record.descriptor, ..*record };
-            (self.sine, self.cosine) = (sine_q14(record.angle), sine_q14(record.angle.wrapping_add(64)));
+            const QUARTER: Turns = Turns::from_bits(64);
+            (self.sine, self.cosine) = (sine_of(record.angle), sine_of(record.angle.wrapping_add(QUARTER)));
             self.index = Some(0);
         }
     }
@@ -152,14 +154,17 @@ impl Engine {
     }
 }
 
-/// Sine of k/256 of a turn in 2^-14.
-fn sine_q14(k: u8) -> i32 {
-    let quarter = |k: u8| SINES_Q14[usize::from(if k <= 64 { k } else { 128 - k })];
-    if k < 128 { quarter(k) } else { -quarter(k - 128) }
+/// Sine of an angle.
+fn sine_of(angle: Turns) -> Sine {
+    let k = angle.to_bits();
+    let quarter = |k: u8| Sine::from_bits(SINE_BITS[usize::from(if k <= 64 { k } else { 128 - k })]);
+    if k < 128 { quarter(k) } else { quarter(k - 128).wrapping_neg() }
 }
 
 /// A point under a turn, rounded half up.
-fn turned((x, y): (i32, i32), sine: i32, cosine: i32) -> (i32, i32) {
-    let rounded = |value: i32| (value + (1 << 13)) >> 14;
-    (rounded(x * cosine - y * sine), rounded(x * sine + y * cosine))
+fn turned((x, y): (i32, i32), sine: Sine, cosine: Sine) -> (i32, i32) {
+    const HALF: TurnedPx = TurnedPx::lit("0.5");
+    let times = |word: Sine, px: i32| TurnedPx::from(word).wrapping_mul_int(px);
+    let rounded = |coordinate: TurnedPx| coordinate.wrapping_add(HALF).wrapping_to_num();
+    (rounded(times(cosine, x).wrapping_sub(times(sine, y))), rounded(times(sine, x).wrapping_add(times(cosine, y))))
 }

@@ -1,5 +1,7 @@
 //! Sub-pixel place of a corner, twin of `verilog/fx_fit.sv`. Enters: nine arc differences. Leaves, 13 clocks later: 2.5 times their
-//! centroid under the weights (1 2 1) both ways, in sixteenths of a pixel, -16 to 15.
+//! centroid under the weights (1 2 1) both ways, in pixels, -1 to 15/16.
+
+use crate::words::ShiftPx;
 
 /// The unit's registers: weighted right less left and lower less upper, the sum of all, and one divider.
 #[derive(Debug, Default)]
@@ -10,7 +12,7 @@ pub struct FxFit {
     sum: i32,
     rest: i32,
     quotient: i16,
-    offset: (i16, i16),
+    offset: (ShiftPx, ShiftPx),
 }
 
 impl FxFit {
@@ -25,7 +27,7 @@ impl FxFit {
     }
 
     /// (dx, dy), whole 13 clocks after `go`.
-    pub fn offset(&self) -> (i16, i16) {
+    pub fn offset(&self) -> (ShiftPx, ShiftPx) {
         self.offset
     }
 
@@ -39,8 +41,8 @@ impl FxFit {
             _ => {}
         }
         match self.state {
-            6 => self.offset.0 = self.quotient - 16,
-            12 => self.offset.1 = self.quotient - 16,
+            6 => self.offset.0 = self.shift(),
+            12 => self.offset.1 = self.shift(),
             _ => {}
         }
         self.state = if (1..12).contains(&self.state) { self.state + 1 } else { 0 };
@@ -56,6 +58,11 @@ impl FxFit {
         self.state = 1;
     }
 
+    /// The quotient of five bits stands a pixel above the shift.
+    fn shift(&self) -> ShiftPx {
+        ShiftPx::from_bits(self.quotient).wrapping_sub(ShiftPx::ONE)
+    }
+
     /// One bit of the quotient, of weight the sum times 2^shift.
     fn divide(&mut self, shift: u32) {
         let less = self.rest - (self.sum << shift);
@@ -69,6 +76,8 @@ impl FxFit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
     /// The definition, by a division.
     fn centroid(r: [u16; 9]) -> (i64, i64) {
@@ -84,12 +93,10 @@ mod tests {
 
     #[test]
     fn the_serial_fit_is_the_rounded_and_clipped_division() {
-        let (mut state, mut tried, mut inner, mut clipped) = (41_u64, 0, 0, 0);
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(41);
+        let (mut tried, mut inner, mut clipped) = (0, 0, 0);
         for case in 0..200_000_u32 {
-            let mut next = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                u16::try_from(state >> 48).expect("sixteen bits")
-            };
+            let mut next = || u16::try_from(random.next_u64() >> 48).expect("sixteen bits");
             let bits = [8, 10, 16][usize::try_from(case % 3).expect("small")];
             let mut resp: [u16; 9] = core::array::from_fn(|_| next() >> (16 - bits));
             // Corners are peaks; every seventh one has equals or nothing around it.
@@ -101,7 +108,7 @@ mod tests {
             let mut fit = FxFit::new();
             fit.tick(Some(resp));
             (0..12).for_each(|_| fit.tick(None));
-            let (dx, dy) = fit.offset();
+            let (dx, dy) = (fit.offset().0.to_bits(), fit.offset().1.to_bits());
             assert_eq!((i64::from(dx), i64::from(dy)), centroid(resp), "{resp:?}");
             tried += 1;
             inner += u32::from(dx != 0 && dx.abs() < 15);

@@ -8,6 +8,7 @@
 use crate::fx_front::{DRAIN, FxFrontConfig, line_words};
 use crate::fx_harris::{positive_part, short_float, sobel, terms};
 use crate::fx_window::CIRCLE;
+use crate::words::{HalfScaleMean, TriangleMean, rounded};
 
 /// Rows of pixels that are kept: seven for the window and one for the ranks of the row above.
 const KEPT_ROWS: usize = 8;
@@ -290,7 +291,7 @@ impl<'a, T: Word> FrontRows<'a, T> {
         let pairs = above.chunks_exact(2).zip(below.chunks_exact(2));
         for (half, (above, below)) in self.memory.scratch.iter_mut().zip(pairs) {
             let sum = |pair: &[T]| u32::from(pair[0].into()) + u32::from(pair[1].into());
-            *half = word((sum(above) + sum(below) + 2) >> 2);
+            *half = word(rounded(HalfScaleMean::from_bits(sum(above) + sum(below))));
         }
     }
 }
@@ -386,6 +387,7 @@ fn smooth_row<T: Word>([a, b, c, d, e, f, g]: &[&[T]; 7], sums: &mut [u32], out:
     let sums = &sums[..inner + 6];
     for x in 0..inner {
         let outer = sums[x] + sums[x + 6] + 2 * (sums[x + 1] + sums[x + 5]);
-        out[x] = word((outer + 3 * (sums[x + 2] + sums[x + 4]) + 4 * sums[x + 3] + 128) >> 8);
+        let sum = outer + 3 * (sums[x + 2] + sums[x + 4]) + 4 * sums[x + 3];
+        out[x] = word(rounded(TriangleMean::from_bits(sum)));
     }
 }

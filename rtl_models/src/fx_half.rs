@@ -1,6 +1,8 @@
 //! Half-scale pixels and their row buffer, twin of `verilog/fx_half.sv`. Enters: 2x2 pixels of an octave. Leaves: pixels of the next
 //! octave's row, (a + b + c + d + 2) >> 2.
 
+use crate::words::{HalfScaleMean, rounded};
+
 /// The row buffer and the pixel that it has read. It has no registers of its own.
 #[derive(Debug)]
 pub(crate) struct FxHalf<'a> {
@@ -12,7 +14,7 @@ pub(crate) struct FxHalf<'a> {
 #[inline(always)]
 pub(crate) fn mean_of_four(newest: [u16; 4]) -> u16 {
     let sum: u32 = newest.iter().map(|&pixel| u32::from(pixel)).sum();
-    u16::try_from((sum + 2) >> 2).expect("a mean of pixels")
+    u16::try_from(rounded(HalfScaleMean::from_bits(sum))).expect("a mean of pixels")
 }
 
 impl<'a> FxHalf<'a> {

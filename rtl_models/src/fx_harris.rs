@@ -1,6 +1,7 @@
 //! Harris rank, twin of `verilog/fx_harris.sv`. Enters: the window's three newest columns. Leaves, from a line buffer a row later:
 //! the 16-bit rank of r = det - trace^2 / 16, as 6 bits of exponent and 10 of mantissa.
 
+use crate::words::{Significand, TraceShare};
 use crate::{flips, flips_wide};
 
 /// Sums of the gradients' products, xx, yy and xy, over some columns.
@@ -28,8 +29,9 @@ pub(crate) fn short_float(positive: i64) -> u16 {
         return 0;
     }
     let exponent = 63 - positive.leading_zeros();
-    let mantissa = if exponent < 10 { positive << (10 - exponent) } else { positive >> (exponent - 10) };
-    u16::try_from(i64::from(exponent << 10) | (mantissa & 1023)).expect("r is below 2^50")
+    let aligned = if exponent < 10 { positive << (10 - exponent) } else { positive >> (exponent - 10) };
+    let significand = Significand::from_bits(u16::try_from(aligned).expect("eleven bits"));
+    u16::try_from(exponent << Significand::FRAC_NBITS).expect("r is below 2^50") | significand.frac().to_bits()
 }
 
 /// The terms of r: the product of the squares' sums, the square of the mixed sum, the square of the trace.
@@ -40,7 +42,7 @@ pub(crate) fn terms([xx, yy, xy]: Products) -> [i64; 3] {
 
 #[inline(always)]
 pub(crate) fn positive_part([products, mixed, squared]: [i64; 3]) -> i64 {
-    (products - mixed - (squared >> 4)).max(0)
+    (products - mixed - TraceShare::from_bits(squared).wrapping_to_num::<i64>()).max(0)
 }
 
 /// The 3x3 Sobel gradients, across and along, at the middle of three columns of three rows.

@@ -1,11 +1,12 @@
 //! Direction of a corner by the intensity centroid of a disc, twin of `verilog/fx_orient.sv`. Enters: 27 columns of the smoothed
-//! patch. Leaves, ten clocks after the last: the angle in 1/256 of a turn, from +x towards +y.
+//! patch. Leaves, ten clocks after the last: the angle in turns, from +x towards +y.
 
 use crate::flips;
 use crate::fx_ring::{Column, SIDE};
+use crate::words::{Slope, SlopeSide, Turns};
 
-/// `round(2^16 tan((2k + 1) pi / 256))`: the slopes half-way between neighbouring angles of the first octant.
-const SLOPES_Q16: [u32; 32] = [
+/// Bits of `tan((2k + 1) pi / 256)`, rounded: the slopes half-way between neighbouring angles of the first octant.
+const SLOPE_BITS: [u32; 32] = [
     804, 2414, 4026, 5644, 7268, 8901, 10545, 12202, 13874, 15564, 17273, 19005, 20762, 22546, 24360, 26208, 28093,
     30018, 31986, 34002, 36071, 38196, 40382, 42636, 44963, 47369, 49863, 52451, 55144, 57950, 60880, 63947,
 ];
@@ -43,14 +44,14 @@ impl Octant {
 
     fn halve(&mut self) {
         let trial = self.steps + (32 >> self.round);
-        let slope = SLOPES_Q16[usize::try_from((trial - 1) % 32).expect("below 32")];
-        if trial <= 32 && u64::from(self.short) << 16 >= u64::from(self.long) * u64::from(slope) {
+        let slope = Slope::from_bits(SLOPE_BITS[usize::try_from((trial - 1) % 32).expect("below 32")]);
+        if trial <= 32 && SlopeSide::from(self.short) >= SlopeSide::from(slope).wrapping_mul_int(self.long.into()) {
             self.steps = trial;
         }
         self.round += 1;
     }
 
-    fn angle(&self, bits: u32) -> u8 {
+    fn angle(&self, bits: u32) -> Turns {
         let quarter = if self.steep { 64 - self.steps } else { self.steps };
         let turn = match (self.x_below, self.y_below) {
             _ if self.long == 0 => 0,
@@ -60,17 +61,18 @@ impl Octant {
             (false, true) => 256 - quarter,
         };
         let [angle, ..] = turn.to_le_bytes();
-        round_angle(angle, bits)
+        round_angle(Turns::from_bits(angle), bits)
     }
 }
 
 /// An angle rounded to its highest `bits`, half up; whole turns fall off. Eight bits or more leave it as it is.
-pub const fn round_angle(angle: u8, bits: u32) -> u8 {
+pub const fn round_angle(angle: Turns, bits: u32) -> Turns {
     if bits >= 8 {
         return angle;
     }
-    let half = 0x80_u8 >> bits;
-    angle.wrapping_add(half) & !((half << 1).wrapping_sub(1))
+    let half_step = Turns::from_bits(0x80 >> bits);
+    let below_a_step = (half_step.to_bits() << 1).wrapping_sub(1);
+    Turns::from_bits(angle.wrapping_add(half_step).to_bits() & !below_a_step)
 }
 
 /// The unit's registers.
@@ -81,7 +83,7 @@ pub struct FxOrient {
     y_moment: i32,
     whole: bool,
     octant: Option<Octant>,
-    angle: Option<u8>,
+    angle: Option<Turns>,
     toggles: u64,
 }
 
@@ -97,7 +99,7 @@ impl FxOrient {
     }
 
     /// The angle, in the clock in which it is valid.
-    pub fn angle(&self) -> Option<u8> {
+    pub fn angle(&self) -> Option<Turns> {
         self.angle
     }
 

@@ -1,6 +1,7 @@
 //! The 7x7 triangle (1 2 3 4 3 2 1)^2 / 256, twin of `verilog/fx_smooth.sv`. Enters: columns of seven pixels. Leaves: smoothed
 //! pixels in DN, rounded half up.
 
+use crate::words::{TriangleMean, rounded};
 use crate::{flips, flips_of};
 
 /// Column sum, the transposed filter's taps and the pixel on the pins.
@@ -42,7 +43,7 @@ impl FxSmooth {
         self.sm_valid = whole;
         if whole {
             // Seven whole columns weigh at most 256 (2^16 - 1), so the quotient fits.
-            let pixel = u16::try_from((f + once + 128) >> 8).expect("a weighted mean of pixels");
+            let pixel = u16::try_from(rounded(TriangleMean::from_bits(f + once))).expect("a weighted mean of pixels");
             self.toggles += flips(self.sm_pixel.into(), pixel.into());
             self.sm_pixel = pixel;
         }

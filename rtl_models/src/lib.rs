@@ -39,6 +39,7 @@ pub mod ramp_counter;
 pub mod readout_seq;
 pub mod sensor_core;
 pub mod verilog;
+pub mod words;
 
 /// The crossing of a comparator that stays low through the whole ramp.
 pub const NEVER: u32 = u32::MAX;

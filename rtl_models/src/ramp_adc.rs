@@ -132,35 +132,30 @@ mod tests {
     extern crate std;
 
     use super::*;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::{Rng, SeedableRng};
     use std::{vec, vec::Vec};
 
-    /// SplitMix64, for cases; prints nothing, since a case is named by its number.
-    fn random(state: &mut u64) -> u64 {
-        *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (*state ^ (*state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn below(state: &mut u64, bound: i64) -> i64 {
-        i64::try_from(random(state) >> 1).unwrap() % bound
+    /// For cases; prints nothing, since a case is named by its number.
+    fn below(random: &mut Xoshiro256PlusPlus, bound: i64) -> i64 {
+        i64::try_from(random.next_u64() >> 1).unwrap() % bound
     }
 
     #[test]
     fn advance_equals_ticks_at_every_pause_and_with_levels_that_move() {
-        let mut state = 5;
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         let mut pauses = 0;
         for case in 0..200_u32 {
             let bits = 1 + case % 11;
-            let span_nv = 1 + below(&mut state, 1 << (4 + case % 30));
+            let span_nv = 1 + below(&mut random, 1 << (4 + case % 30));
             let config = RampConfig { bits, span_nv };
             let (mut codes_a, mut codes_b) = ([0; 16], [0; 16]);
             let (mut latched_a, mut latched_b) = ([false; 16], [false; 16]);
             let mut ticked = RampAdc::new(config, &mut codes_a, &mut latched_a);
             let mut advanced = RampAdc::new(config, &mut codes_b, &mut latched_b);
-            let mut levels: Vec<i64> = (0..16).map(|_| below(&mut state, 2 * span_nv + 2) - span_nv / 2).collect();
+            let mut levels: Vec<i64> = (0..16).map(|_| below(&mut random, 2 * span_nv + 2) - span_nv / 2).collect();
             while !ticked.out().done {
-                let clocks = u32::try_from(below(&mut state, 1 + i64::from(config.steps() / 3))).unwrap();
+                let clocks = u32::try_from(below(&mut random, 1 + i64::from(config.steps() / 3))).unwrap();
                 for _ in 0..clocks {
                     ticked.tick(&levels);
                 }
@@ -169,7 +164,7 @@ mod tests {
                 assert_eq!(advanced.latched(), ticked.latched(), "case {case}");
                 pauses += 1;
                 if case % 2 == 0 {
-                    levels[pauses % 16] = below(&mut state, 2 * span_nv + 2) - span_nv / 2;
+                    levels[pauses % 16] = below(&mut random, 2 * span_nv + 2) - span_nv / 2;
                 }
                 if clocks == 0 {
                     ticked.tick(&levels);

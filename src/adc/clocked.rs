@@ -314,8 +314,9 @@ mod tests {
     use super::*;
     use crate::adc::AdcParams;
     use crate::adc::params::tests::paper_adc;
-    use crate::draw::{DrawKey, uniform_f64};
+    use crate::draw::DrawKey;
     use crate::num::{f32_nearest, u32_truncated};
+    use rand::RngExt;
 
     /// The definition, column by column and clock by clock: bits of all columns at every clock.
     fn naive_bits(columns: &Columns<'_>, levels_nv: &[i64], steps: u32, see: &mut dyn FnMut(i64, &[bool])) {
@@ -344,7 +345,7 @@ mod tests {
     #[test]
     fn every_bit_at_every_clock_is_as_defined() {
         let mut stream = DrawKey::root(77).stream();
-        let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);
+        let mut draw = |least: f64, most: f64| least + (most - least) * stream.random::<f64>();
         let mut clocks = 0;
         for case in 0..60_u32 {
             let params = AdcParams {

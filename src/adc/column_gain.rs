@@ -50,7 +50,7 @@ impl Effect for ColumnGain {
 
     fn reason(&self, facts: &Facts) -> String {
         let sigma_e = self.sigma * facts.signal_e_max;
-        format!("{:.3} % of {:.0} e- is {sigma_e:.3} e- between columns", 100.0 * self.sigma, facts.signal_e_max)
+        format!("{:.3} % of {} is {sigma_e:.3} e- between columns", 100.0 * self.sigma, facts.signal_words())
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {

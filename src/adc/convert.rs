@@ -255,8 +255,9 @@ mod tests {
     use super::*;
     use crate::adc::Cds;
     use crate::adc::params::tests::paper_adc;
-    use crate::draw::{DrawKey, uniform_f64};
+    use crate::draw::DrawKey;
     use crate::num::{f32_nearest, f64_from_i64, i64_half_even, u32_truncated};
+    use rand::RngExt;
 
     /// The definition: edges at or below signal plus pedestal, counted one by one by bisection of the sorted edges.
     fn counted(edges_nv: &[i64], pedestal_nv: i64, microvolts: f32) -> u16 {
@@ -301,7 +302,7 @@ mod tests {
     #[test]
     fn random_configs_agree_with_the_count_of_edges() {
         let mut stream = DrawKey::root(21).stream();
-        let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);
+        let mut draw = |least: f64, most: f64| least + (most - least) * stream.random::<f64>();
         for case in 0..300 {
             let bits = 1 + case % 16;
             let gain = draw(0.1, 16.0);
@@ -320,7 +321,7 @@ mod tests {
     fn the_clocked_twin_gives_the_same_codes_on_random_configs() {
         use rtl_models::ramp_adc::{RampAdc, RampConfig};
         let mut stream = DrawKey::root(22).stream();
-        let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);
+        let mut draw = |least: f64, most: f64| least + (most - least) * stream.random::<f64>();
         for case in 0..64 {
             let bits = 1 + case % 16;
             let full_scale_uv = libm::exp(draw(libm::log(100.0), libm::log(1e7)));

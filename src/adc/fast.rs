@@ -126,7 +126,8 @@ mod tests {
     use crate::adc::params::tests::paper_adc;
     use crate::adc::ramp::linear_edge_nv;
     use crate::adc::{Cds, RowWork, Sample};
-    use crate::draw::{DrawKey, uniform_f64};
+    use crate::draw::DrawKey;
+    use rand::RngExt;
 
     const DEPTHS: std::ops::RangeInclusive<u32> = 1..=BITS_MAX;
 
@@ -207,7 +208,7 @@ mod tests {
     fn rows_of_every_width_have_the_exact_codes_and_work() {
         let seed = 31;
         let mut stream = DrawKey::root(seed).stream();
-        let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);
+        let mut draw = |least: f64, most: f64| least + (most - least) * stream.random::<f64>();
         let mut tried = 0;
         for bits in 1..=16 {
             for (case, cds) in [(0, Cds::Analog), (1, Cds::Digital), (2, Cds::None)] {

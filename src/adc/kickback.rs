@@ -6,17 +6,15 @@
 //! left, rounded to whole nV, halves up. A clock with flips makes a shift anew from what is left of the one before.
 
 use super::AdcParams;
-use crate::num::{f64_from_i64, i64_half_even, index};
-
-/// Fraction bits of the decay's factors.
-const FACTOR_BITS: u32 = 24;
+use crate::num::{i64_half_even, index};
+use crate::words::DecayShare;
 
 /// The step of one flip and its decay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kickback {
     step_nv: i64,
-    /// What is left after m clocks, in 2^-24; 0 beyond the end.
-    left: Vec<i64>,
+    /// What is left after m clocks; nothing beyond the end.
+    left: Vec<DecayShare>,
 }
 
 /// The shift of a ramp during one conversion.
@@ -32,16 +30,16 @@ impl Kickback {
     pub fn from_params(params: &AdcParams) -> Option<Self> {
         let step_nv = i64_half_even(1000.0 * params.kickback_uv);
         let rate = -1.0 / f64::from(params.kickback_decay_clk);
-        let scale = f64_from_i64(1 << FACTOR_BITS);
-        let left = (0..).map(|clocks| i64_half_even(scale * libm::exp2(rate * f64::from(clocks))));
-        (step_nv != 0).then(|| Self { step_nv, left: left.take_while(|&left| left > 0).collect() })
+        let left = (0..).map(|clocks| DecayShare::saturating_from_num(libm::exp2(rate * f64::from(clocks))));
+        (step_nv != 0).then(|| Self { step_nv, left: left.take_while(|left| left.is_positive()).collect() })
     }
 
     /// The shift at a clock not before the last flips'.
     pub fn shift_nv(&self, shift: Shift, clock: u32) -> i64 {
-        let left = self.left.get(index(clock - shift.since_clk)).copied().unwrap_or(0);
-        // At most 4096 steps of 1e7 nV stand in the base: below 2^36, so the product stays below 2^61.
-        (shift.base_nv * left + (1 << (FACTOR_BITS - 1))) >> FACTOR_BITS
+        const HALF_NV: DecayShare = DecayShare::lit("0.5");
+        let left = self.left.get(index(clock - shift.since_clk)).copied().unwrap_or(DecayShare::ZERO);
+        // At most 4096 steps of 1e7 nV stand in the base: below 2^36, so nothing wraps.
+        left.wrapping_mul_int(shift.base_nv).wrapping_add(HALF_NV).wrapping_to_num()
     }
 
     /// The shift after `flips` comparators flipped at `clock`.
@@ -61,6 +59,7 @@ impl Kickback {
 mod tests {
     use super::*;
     use crate::adc::params::tests::paper_adc;
+    use crate::num::f64_from_i64;
 
     #[test]
     fn a_shift_halves_in_every_half_life_and_is_gone_in_the_end() {

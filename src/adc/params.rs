@@ -2,10 +2,11 @@
 
 use rtl_models::cds::CdsConfig;
 
+use super::span::{GAIN_LEAST, GAIN_MOST};
 use super::{RampEdges, Sample};
 use crate::error::Error;
 use crate::num::{f64_from_i64, f64_from_u64, i64_half_even, low_u16};
-use crate::pixel::{PixelParams, SampleSigmas, Samples, above, within};
+use crate::pixel::{PixelParams, SampleSigmas, Samples, within};
 use crate::units::Clocks;
 
 /// Correlated double sampling: how the reset level is taken off the signal.
@@ -134,7 +135,7 @@ pub struct AdcParams {
     pub clock_hz: u64,
     /// Span of the ramp at gain 1 in uV; divided by the gain 100 to 1e7 (10 V), and at least 1 nV a code.
     pub full_scale_uv: f64,
-    /// Analog gain by the ramp's slope, above 0 to 1000: the ramp spans `full_scale_uv / gain`.
+    /// Analog gain by the ramp's slope, 0.001 to 1000: the ramp spans `full_scale_uv / gain`.
     pub gain: f64,
     /// Code of a dark pixel in DN, 0 to 2^bits - 1.
     pub black_level_dn: u32,
@@ -209,11 +210,14 @@ impl AdcParams {
     pub fn check(&self) -> Result<(), Error> {
         within("sensor.adc.bits", self.bits.into(), 1.0, 16.0)?;
         if !(1_000..=100_000_000_000).contains(&self.clock_hz) {
-            return Err(Error::key("sensor.adc.clock_hz", self.clock_hz, "out of range; 1 kHz to 100 GHz would do"));
+            return Err(Error::key(
+                "sensor.adc.clock_hz",
+                self.clock_hz,
+                "out of range; use 1000 to 100000000000 (1 kHz to 100 GHz)",
+            ));
         }
-        above("sensor.adc.gain", self.gain, 0.0, 1000.0)?;
-        let least_uv = self.gain * 100.0;
-        within("sensor.adc.full_scale_uv", self.full_scale_uv, least_uv, self.gain * 1e7)?;
+        within("sensor.adc.gain", self.gain, GAIN_LEAST, GAIN_MOST)?;
+        self.check_span()?;
         let code_max = self.code_max();
         within("sensor.adc.black_level_dn", self.black_level_dn.into(), 0.0, code_max.into())?;
         within("sensor.adc.column_offset_uv", self.column_offset_uv, 0.0, 1e6)?;

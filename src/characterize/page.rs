@@ -6,6 +6,7 @@ use super::defects::Histogram;
 use super::map::map;
 use super::measure::{Point, Transfer};
 use super::record::Figure;
+use crate::config::inherited::Inherited;
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::report::chart::{Axes, Ink, Series, Shape, chart};
 use crate::report::escape::escaped;
@@ -403,8 +404,25 @@ fn significant(value: f64) -> String {
 }
 
 fn configuration(record: &Characterization) -> String {
-    let text =
-        format!("<details><summary>Effective configuration</summary><pre>{}</pre></details>", escaped(&record.config));
+    let text = escaped(&toml::to_string(&record.config).unwrap_or_default());
+    let text = format!("<details><summary>Effective configuration</summary><pre>{text}</pre></details>");
     let hash = format!("<p class=\"hash note\">config {}</p>", record.config_hash);
-    section("Configuration", "The same configuration, seed and version give the same frames.", &(text + &hash))
+    let lead = format!(
+        "Sensor: {}. Quantum efficiency: {}. The same configuration, seed and version give the same frames.",
+        record.sensor, record.efficiency
+    );
+    section("Configuration", &lead, &(inherited(record) + &text + &hash))
+}
+
+/// What the sensor has from presets and defaults, with the place of each value.
+fn inherited(record: &Characterization) -> String {
+    let row = |value: &Inherited| {
+        let (key, place) = (escaped(&value.key), escaped(&format!("{}:{}", value.layer, value.line)));
+        format!("<tr><th scope=\"row\">{key}</th><td>{}</td><td>{place}</td></tr>", escaped(&value.value.to_string()))
+    };
+    let rows: String = record.inherited.iter().map(row).collect();
+    format!(
+        "<details><summary>{} inherited values of the sensor</summary><table><tbody>{rows}</tbody></table></details>",
+        record.inherited.len()
+    )
 }

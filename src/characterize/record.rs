@@ -14,6 +14,8 @@ use super::{Bench, Set};
 use crate::adc::density::{Density, Linearity, linearity, ramp_histogram};
 use crate::adc::{AdcParams, Converter};
 use crate::config::Resolved;
+use crate::config::inherited::Inherited;
+use crate::config::presets::Kind;
 use crate::num::f64_from_u64;
 use crate::report::Ordered;
 
@@ -21,7 +23,7 @@ use crate::report::Ordered;
 const SAMPLES_PER_LSB: u32 = 64;
 
 /// Version of the form of `characterization.json`.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// One figure.
 #[derive(Clone, Debug, Serialize)]
@@ -45,9 +47,17 @@ pub struct Characterization {
     /// Name of scenario or preset.
     pub name: String,
     /// Effective configuration.
-    pub config: String,
+    pub config: toml::Table,
     /// Its hash.
     pub config_hash: String,
+    /// What to call the sensor: its preset and what was changed.
+    pub sensor: String,
+    /// What the measured quantum efficiency is made of, and where each factor stands.
+    pub efficiency: String,
+    /// Values of the sensor that the user did not write.
+    pub inherited: Vec<Inherited>,
+    /// What a user should know.
+    pub warnings: Vec<String>,
     /// Of the run.
     pub seed: u64,
     /// Of the die.
@@ -120,8 +130,12 @@ impl Characterization {
         let (linearity, density) = converter(&bench.sensor().parameters.adc);
         Self {
             name: name.to_owned(),
-            config: resolved.canonical_text(),
+            config: resolved.recorded(),
             config_hash: resolved.hash(),
+            sensor: resolved.label(Kind::Sensor),
+            efficiency: efficiency(resolved),
+            inherited: resolved.inherited("sensor"),
+            warnings: resolved.inheritance_warnings(),
             seed: resolved.scenario.seed,
             die: resolved.scenario.sensor.die,
             set: bench.set().clone(),
@@ -161,6 +175,10 @@ impl Characterization {
             die: self.die,
             config_hash: &self.config_hash,
             config: &self.config,
+            sensor: &self.sensor,
+            efficiency: &self.efficiency,
+            inherited: &self.inherited,
+            warnings: &self.warnings,
             set: json!({
                 "width_px": set.size.width_px, "height_px": set.size.height_px, "bits": set.bits,
                 "points": set.points.len(), "stack": set.stack, "frames": set.frames(),
@@ -236,6 +254,21 @@ fn converter(adc: &AdcParams) -> (Linearity, Density) {
     (Linearity { dnl_lsb: found.dnl_lsb.map(rounded), inl_lsb: found.inl_lsb.map(rounded), ..found }, density)
 }
 
+/// The standard's quantum efficiency counts the whole pixel: efficiency of the photodiode times its share of the area.
+fn efficiency(resolved: &Resolved) -> String {
+    let pixel = &resolved.scenario.sensor.pixel;
+    let with_place = |key: &str, value: &dyn std::fmt::Display| {
+        let path = format!("sensor.pixel.{key}");
+        let how = if resolved.is_written(&path) { "written" } else { "inherited" };
+        format!("{key} {value} ({how}, {})", resolved.place_of(&path))
+    };
+    let first = match pixel.quantum_efficiency {
+        Some(value) => with_place("quantum_efficiency", &value),
+        None => with_place("qe_by_filter", &"of the channel"),
+    };
+    format!("{first} times {}", with_place("fill_factor", &pixel.fill_factor))
+}
+
 /// The standard knows sensors of one reading a pixel.
 fn reading(bench: &Bench) -> Option<&'static str> {
     let sensor = bench.sensor();
@@ -256,7 +289,11 @@ struct Record<'a> {
     seed: u64,
     die: u64,
     config_hash: &'a str,
-    config: &'a str,
+    config: &'a toml::Table,
+    sensor: &'a str,
+    efficiency: &'a str,
+    inherited: &'a [Inherited],
+    warnings: &'a [String],
     set: Value,
     figures: &'a Ordered<Figure>,
     converter: Value,

@@ -4,11 +4,16 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+/// What to try first.
+const FIRST: &str = "First: 'sensel run box --frames 30' simulates a small generated room and writes out/box/report.html; \
+'sensel run' takes\nthe default scenario, a furnished room. 'sensel presets' lists sensors, lenses and scenes; \
+'sensel VERB --help' explains a verb.";
+
 /// From photons to pose, bit by bit: simulates a machine-perception image sensor end to end.
 #[derive(Parser, Debug)]
-#[command(name = "sensel", version, about, propagate_version = true)]
+#[command(name = "sensel", version, about, propagate_version = true, after_help = FIRST)]
 pub struct Arguments {
-    /// What to do; without a verb the default scenario is run.
+    /// What to do.
     #[command(subcommand)]
     pub verb: Option<Verb>,
     /// Options of every verb.
@@ -22,11 +27,12 @@ pub struct Shared {
     /// Sets one key of the scenario, as in --set sensor.adc.bits=8; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
     pub set: Vec<String>,
-    /// Seed of everything that differs from frame to frame.
+    /// Seed of the noise of sensors, link and inertial unit; photons do not depend on it (run.render_seed names the render's samples).
     #[arg(long, global = true)]
     pub seed: Option<u64>,
-    /// Where the results go (default: out/SCENARIO).
-    #[arg(long, value_name = "DIR", global = true)]
+    /// Where the results go: a folder (default: out/SCENARIO; an earlier result there is replaced, a folder that holds anything else is
+    /// refused); of features and track a file.
+    #[arg(long, value_name = "PATH", global = true)]
     pub out: Option<PathBuf>,
     /// Threads; 0: as many as cores. Changes no byte of the result.
     #[arg(long, global = true)]
@@ -37,7 +43,7 @@ pub struct Shared {
     /// Folder of baked light (default: the user's cache folder).
     #[arg(long, value_name = "DIR", global = true)]
     pub cache: Option<PathBuf>,
-    /// Prints data as JSON.
+    /// Prints data as JSON on stdout, and errors, warnings and progress as one JSON object a line on stderr.
     #[arg(long, global = true)]
     pub json: bool,
     /// No progress and no summary.

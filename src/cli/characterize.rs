@@ -5,41 +5,40 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use sensel::characterize::{Bench, Characterization, Options};
-use sensel::config::Resolved;
-use sensel::config::presets::{Kind, names};
 use sensel::error::Error;
 use sensel::files::emva::EmvaWriter;
 use sensel::files::folder::OutputFolder;
 use sensel::units::Size;
 
 use super::args::{CharacterizeArguments, Shared};
-use super::{interrupt, place, progress, run};
+use super::{interrupt, place, progress, run, words};
 
 /// `sensel characterize`.
 pub fn main(arguments: &CharacterizeArguments, shared: &Shared) -> Result<(), Error> {
     let started = Instant::now();
-    let (name, resolved) = resolved(arguments.sensor.as_deref(), shared)?;
+    let place::Located { name, resolved, .. } = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
     run::use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
     let bench = Bench::new(&resolved, &options(arguments)?)?;
+    words::warn(&resolved.inheritance_warnings());
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-emva1288")));
+    let interrupted = interrupt::watch();
     let folder = OutputFolder::create(&target)?;
     let mut writer = EmvaWriter::create(folder.path(), bench.set())?;
     let bar = progress::bar("frames", bench.set().frames(), shared.quiet);
-    let interrupted = interrupt::watch();
     let measurement = bench.run(|shot, codes| {
         if interrupted.load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
         }
-        bar.inc(1);
+        bar.inc();
         writer.frame(shot, codes)
     })?;
-    bar.finish_and_clear();
+    bar.finish();
     writer.finish(&bench.truth())?;
     let record = Characterization::new(&name, &resolved, &bench, &measurement);
     write(folder.path(), "characterization.json", &record.to_json())?;
     write(folder.path(), "characterization.html", &sensel::characterize::page::html(&record))?;
-    write(folder.path(), "config.toml", &record.config)?;
-    folder.commit()?;
+    write(folder.path(), "config.toml", &resolved.recorded_text())?;
+    place::put(folder)?;
     if shared.json {
         outln!("{}", record.figures_json());
     } else if !shared.quiet {
@@ -51,24 +50,6 @@ pub fn main(arguments: &CharacterizeArguments, shared: &Shared) -> Result<(), Er
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
     let path = folder.join(name);
     std::fs::write(&path, text).map_err(|source| place::io(&path, source))
-}
-
-/// A sensor preset by its name, else a scenario.
-fn resolved(sensor: Option<&str>, shared: &Shared) -> Result<(String, Resolved), Error> {
-    if let Some(preset) = sensor.filter(|name| names(Kind::Sensor).contains(name)) {
-        let text = format!("[sensor]\npreset = \"{preset}\"\n");
-        let assignments = place::assignments(shared, &[]);
-        return Ok((preset.to_owned(), Resolved::from_layers("command line", &text, &assignments)?));
-    }
-    let located = place::locate(sensor, shared, &[]).map_err(|error| match error {
-        Error::Unknown { what: "scenario", name, known } => Error::Unknown {
-            what: "sensor preset or scenario",
-            name,
-            known: format!("{}, {known}", names(Kind::Sensor).join(", ")),
-        },
-        other => other,
-    })?;
-    Ok((located.name, located.resolved))
 }
 
 fn options(arguments: &CharacterizeArguments) -> Result<Options, Error> {
@@ -101,6 +82,8 @@ fn summary(record: &Characterization, target: &Path, seconds: f64) {
         set.stack
     );
     outln!("channel: {}{}", set.channel.name(), record.reading.map_or(String::new(), |reading| format!("; {reading}")));
+    outln!("sensor: {}; {} values inherited, listed in characterization.json", record.sensor, record.inherited.len());
+    outln!("QE: {}", record.efficiency);
     let converter = &record.linearity;
     outln!(
         "converter: DNL {:+.3} to {:+.3} LSB, INL {:+.3} to {:+.3} LSB (each to {:.3} LSB), {} missing codes, ENOB {}",

@@ -43,11 +43,11 @@ pub fn features(file: &Path, codes: &Plane<u16>, bits: u32, features: &[Feature]
         let dots = 8 * (RADIUS_PX << feature.octave);
         for i in 0..dots {
             dot(radius_px, f64_from_u64(i) / f64_from_u64(dots));
-            dot(radius_px * f64_from_u64(i) / f64_from_u64(dots), f64::from(feature.angle) / 256.0);
+            dot(radius_px * f64_from_u64(i) / f64_from_u64(dots), feature.angle.into());
         }
     }
-    picture.save_with_format(file, image::ImageFormat::Png).map_err(|error| match error {
-        image::ImageError::IoError(source) => super::place::io(file, source),
-        other => Error::Run(format!("{}: {other}", file.display())),
-    })
+    let mut bytes = Vec::new();
+    let written = picture.write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png);
+    written.map_err(|error| Error::Run(format!("{}: {error}", file.display())))?;
+    super::place::write_output("--draw", file, &bytes)
 }

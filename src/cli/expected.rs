@@ -2,6 +2,7 @@
 //! rung ends at the image.
 
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 use sensel::error::Error;
 use sensel::files::folder::OutputFolder;
@@ -15,7 +16,7 @@ use sensel::units::FrameIndex;
 use serde_json::json;
 
 use super::args::{RunVerbArguments, Shared};
-use super::{listing, place, progress};
+use super::{interrupt, listing, place, progress};
 
 /// What `--keep` may add.
 const VARIANCE: &str = "variance";
@@ -36,6 +37,7 @@ pub fn check(verb: &RunVerbArguments) -> Result<(), Error> {
 
 /// Writes mean codes (rounded as 16-bit PNG, exact as EXR) and, where asked for, variances.
 pub fn main(verb: &RunVerbArguments, shared: &Shared, setup: &Setup, name: &str, target: &Path) -> Result<(), Error> {
+    let interrupted = interrupt::watch();
     let folder = OutputFolder::create(target)?;
     let keeps_variance = verb.run.keep.iter().any(|word| word == VARIANCE);
     let chain = setup.first_chain();
@@ -46,6 +48,9 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared, setup: &Setup, name: &str,
     }
     for frame in 0..setup.frames {
         for camera in 0..setup.cameras.len() {
+            if interrupted.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
             let at = Place { frame: FrameIndex(frame), camera };
             let exposure = setup.exposures_at(at)?.swap_remove(0);
             let expected = setup.expected_at(&chain, at, &exposure.photons);
@@ -60,17 +65,20 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared, setup: &Setup, name: &str,
                 write_exr(&file(VARIANCE, "exr"), expected.variance_dn2)?;
             }
         }
-        bar.inc(1);
+        bar.inc();
     }
-    bar.finish_and_clear();
+    bar.finish();
     let config = folder.path().join("config.toml");
-    std::fs::write(&config, setup.resolved.canonical_text()).map_err(|source| place::io(&config, source))?;
-    let record = json!({"scenario": name, "rung": "expected", "frames": setup.frames, "cameras": setup.cameras.len(),
-        "config_hash": setup.resolved.hash(), "seed": setup.resolved.scenario.seed, "unit": "DN", "variance": keeps_variance,
+    std::fs::write(&config, setup.resolved.recorded_text()).map_err(|source| place::io(&config, source))?;
+    let resolved = &setup.resolved;
+    let record = json!({
+        "version": env!("CARGO_PKG_VERSION"), "config": resolved.recorded(), "config_hash": resolved.hash(),
+        "seed": resolved.scenario.seed, "scenario": name, "rung": "expected", "frames": setup.frames,
+        "cameras": setup.cameras.len(), "warnings": setup.warnings.texts(), "unit": "DN", "variance": keeps_variance,
         "absent": "features, packets and poses: the rung expected ends at the image"});
     let file = folder.path().join("expected.json");
     std::fs::write(&file, listing::pretty(&record)).map_err(|source| place::io(&file, source))?;
-    folder.commit()?;
+    place::put(folder)?;
     if shared.json {
         listing::print_json(&record);
     } else if !shared.quiet {

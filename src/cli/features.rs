@@ -14,10 +14,17 @@ use serde_json::json;
 
 use super::args::{FeaturesArguments, Shared};
 use super::run::FolderAssets;
-use super::{draw, listing, place};
+use super::{draw, listing, place, words};
 
 /// `sensel features`.
 pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error> {
+    for (option, file, endings, what) in
+        [("--csv", &arguments.csv, ["csv", "txt"], "CSV"), ("--draw", &arguments.draw, ["png", "png"], "PNG")]
+    {
+        file.as_ref().map_or(Ok(()), |file| place::check_ending(option, file, &endings[..], what))?;
+    }
+    let (ending, what) = if shared.json { ("json", "JSON (with --json)") } else { ("csv", "CSV (without --json)") };
+    let out = place::output_file(shared, &[ending], what, &format!("features.{ending}"))?;
     let mut assignments = shared.set.clone();
     assignments.extend(arguments.threshold.map(|threshold| format!("compute.threshold={threshold}")));
     assignments.extend(arguments.detector.as_ref().map(|name| format!("compute.detector='{name}'")));
@@ -35,19 +42,28 @@ pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error>
         let silicon = FolderAssets::new(Path::new("."), shared).silicon().map_err(located)?;
         extractor = extractor.in_verilog(Some(Seat::new(silicon)));
     }
+    let outputs =
+        [("--out", shared.out.as_ref()), ("--csv", arguments.csv.as_ref()), ("--draw", arguments.draw.as_ref())];
+    place::refuse_same(&outputs)?;
+    for (option, file) in outputs {
+        file.map_or(Ok(()), |file| place::refuse_input(option, file))?;
+    }
     let (features, threshold) = features(&picture, arguments, &params, extractor)?;
     if let (Some(full_scale), false) = (picture.full_scale, shared.quiet) {
-        eprintln!("{}: linear; code 65535 stands for {full_scale}, its brightest pixel", arguments.image.display());
+        words::note(&format!(
+            "{}: linear; code 65535 stands for {full_scale}, its brightest pixel",
+            arguments.image.display()
+        ));
     }
     if let Some(file) = &arguments.draw {
         draw::features(file, &picture.codes, picture.bits, &features)?;
     }
     if let Some(file) = &arguments.csv {
-        write(file, &csv(&features))?;
+        place::write_output("--csv", file, csv(&features).as_bytes())?;
     }
     let as_text = |text: &str| -> Result<(), Error> {
-        match &shared.out {
-            Some(file) => write(file, text),
+        match &out {
+            Some(file) => place::write_output("--out", file, text.as_bytes()),
             None => {
                 out!("{text}");
                 Ok(())
@@ -88,10 +104,6 @@ fn features(
     })
 }
 
-fn write(file: &Path, table: &str) -> Result<(), Error> {
-    std::fs::write(file, table).map_err(|source| place::io(file, source))
-}
-
 fn descriptor(feature: &Feature) -> String {
     feature.descriptor.iter().fold(String::new(), |mut text, byte| {
         write!(text, "{byte:02x}").expect("writing to a string cannot fail");
@@ -100,7 +112,7 @@ fn descriptor(feature: &Feature) -> String {
 }
 
 fn as_json(feature: &Feature) -> serde_json::Value {
-    json!({"x": feature.x_px(), "y": feature.y_px(), "score": feature.score, "angle": feature.angle,
+    json!({"x": feature.x_px(), "y": feature.y_px(), "score": feature.score, "angle": feature.angle.to_bits(),
         "octave": feature.octave, "descriptor": descriptor(feature)})
 }
 
@@ -109,8 +121,8 @@ pub fn csv(features: &[Feature]) -> String {
     let mut table = String::from("x,y,score,angle,octave,descriptor\n");
     for feature in features {
         let (x, y) = (feature.x_px(), feature.y_px());
-        let row =
-            writeln!(table, "{x},{y},{},{},{},{}", feature.score, feature.angle, feature.octave, descriptor(feature));
+        let (score, angle, octave) = (feature.score, feature.angle.to_bits(), feature.octave);
+        let row = writeln!(table, "{x},{y},{score},{angle},{octave},{}", descriptor(feature));
         row.expect("writing to a string cannot fail");
     }
     table

@@ -8,6 +8,7 @@ use super::args::{RunVerbArguments, Shared};
 use super::clocks::{Wall, Work};
 use super::progress::Study;
 use super::run::FolderAssets;
+use super::words;
 
 /// Keys that a goal decides.
 const DECIDED: [&str; 5] =
@@ -68,11 +69,11 @@ pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &Shared)
             let bench = Bench { setup, clocks, progress: &progress, assets };
             let choice = choose(&bench, goal)?;
             if !shared.quiet {
-                eprintln!(
-                    "sensel: the pilot took {}, {} of processor time",
+                words::note(&format!(
+                    "the pilot took {}, {} of processor time",
                     duration(wall.now_s()),
                     duration(work.now_s() - work_before_s)
-                );
+                ));
             }
             let text = serde_json::to_vec(&choice).map_err(|error| Error::Run(error.to_string()))?;
             assets.store(&key, &text);
@@ -83,17 +84,19 @@ pub fn resolve(setup: Setup, goal: Goal, assets: &FolderAssets, shared: &Shared)
         say(&choice, goal, is_kept);
     }
     let resolved = setup.resolved.with(&choice.settings)?;
-    setup.again(resolved)
+    let mut again = setup.again(resolved)?;
+    setup.warnings.texts().iter().for_each(|text| again.warnings.add(text));
+    Ok(again)
 }
 
 /// What the pilot will do, before it does it.
 fn announce(setup: &Setup) {
     let (pictures, size) = (PILOT_FRAMES.min(setup.frames), setup.sensor.size);
-    eprintln!(
-        "sensel: a pilot looks for the cheapest settings: a reference of {pictures} pictures of {} x {}, then a dozen settings or so on \
+    words::note(&format!(
+        "a pilot looks for the cheapest settings: a reference of {pictures} pictures of {} x {}, then a dozen settings or so on \
          them; minutes where pictures are large and the goal is fine. What it finds is kept for this configuration.",
         size.width_px, size.height_px,
-    );
+    ));
 }
 
 fn duration(seconds: f64) -> String {
@@ -106,15 +109,15 @@ fn say(choice: &Choice, goal: Goal, is_kept: bool) {
         Goal::Time(wall_ms) => format!("at most {wall_ms} ms a frame"),
     };
     let from = if is_kept { "by an earlier pilot" } else { "by a pilot" };
-    eprintln!(
-        "sensel: {asked}: {} ({from} on {} pictures: error {:.2}, {:.2} with its margin; {:.0} ms a frame; of {} settings)",
+    words::note(&format!(
+        "{asked}: {} ({from} on {} pictures: error {:.2}, {:.2} with its margin; {:.0} ms a frame; of {} settings)",
         choice.words,
         choice.pictures,
         choice.photon_noise_ratio,
         choice.with_margin,
         choice.wall_ms_per_frame,
         choice.tried
-    );
+    ));
 }
 
 #[cfg(test)]

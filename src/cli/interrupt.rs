@@ -14,7 +14,7 @@ pub fn watch() -> Arc<AtomicBool> {
         }
     });
     if let Err(error) = set {
-        eprintln!("sensel: an interrupt will leave a hidden folder behind: {error}");
+        super::words::note(&format!("an interrupt will leave a hidden folder behind: {error}"));
     }
     asked
 }

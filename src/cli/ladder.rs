@@ -15,7 +15,7 @@ use super::args::{LadderArguments, Shared};
 use super::clocks::{Wall, Work};
 use super::progress::Study;
 use super::run::FolderAssets;
-use super::{place, run};
+use super::{interrupt, place, run, words};
 
 /// `sensel ladder`.
 pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
@@ -26,6 +26,7 @@ pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
     OutputFolder::check(&target)?;
     let assets = FolderAssets::new(&located.folder, shared);
     let setup = run::prepare(located, shared)?;
+    words::warn(setup.warnings.texts());
     let key = study_key(&setup.resolved);
     let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);
     let (wall, work, progress) = (Wall::start(), Work::start(), Study::new(shared.quiet));
@@ -35,6 +36,8 @@ pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
     drop(progress);
     let json = serde_json::to_string_pretty(&record).map_err(|error| Error::Run(format!("ladder.json: {error}")))?;
     assets.store(&key, json.as_bytes());
+    // Writing takes no time; what stops the program meanwhile would leave a hidden folder.
+    let _ = interrupt::watch();
     let folder = OutputFolder::create(&target)?;
     let write = |file: &str, text: &str| {
         let path = folder.path().join(file);
@@ -45,7 +48,7 @@ pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
     if let Some(picture) = svg(&record) {
         write("ladder.svg", &picture)?;
     }
-    folder.commit()?;
+    place::put(folder)?;
     if shared.json {
         outln!("{json}");
     } else if !shared.quiet {

@@ -1,18 +1,28 @@
 //! Verbs that list what there is: presets, the schema, the effective configuration.
 
-use sensel::config::presets::{self, Kind};
+use std::path::Path;
+
+use sensel::config::Resolved;
+use sensel::config::presets::{self, Kind, Preset};
 use sensel::config::scenario::Scenario;
 use sensel::error::Error;
+use sensel::run::Setup;
 use serde_json::json;
 
 use super::args::{ConfigArguments, Shared};
-use super::place;
+use super::{place, run, words};
 
 /// `sensel presets`.
 pub fn presets(shared: &Shared) -> Result<(), Error> {
+    check_assignments(shared)?;
     let list = |kind: Kind| -> Vec<serde_json::Value> {
         let of_kind = presets::ALL.iter().filter(|preset| preset.kind == kind);
-        of_kind.map(|preset| json!({"name": preset.name, "summary": preset.summary, "toml": preset.text})).collect()
+        let values = |text: &str| text.parse::<toml::Table>().expect("presets are tested to be TOML");
+        let object = |preset: &Preset| {
+            let config = values(preset.text);
+            json!({"name": preset.name, "summary": preset.summary, "config": config, "toml": preset.text})
+        };
+        of_kind.map(object).collect()
     };
     let technologies = sensel::energy::Technology::names().collect::<Vec<_>>();
     let scenes = place::known_scenes(shared);
@@ -36,8 +46,15 @@ pub fn presets(shared: &Shared) -> Result<(), Error> {
     Ok(())
 }
 
+/// Refuses assignments that a run would refuse, for verbs that read no scenario.
+fn check_assignments(shared: &Shared) -> Result<(), Error> {
+    let resolved = Resolved::from_layers("command line", "", &place::assignments(shared, &[]))?;
+    Setup::check(&resolved, &run::FolderAssets::new(Path::new("."), shared))
+}
+
 /// `sensel schema`.
-pub fn schema() -> Result<(), Error> {
+pub fn schema(shared: &Shared) -> Result<(), Error> {
+    check_assignments(shared)?;
     let mut schema = serde_json::to_value(schemars::schema_for!(Scenario)).expect("a schema has a JSON form");
     require_nothing(&mut schema);
     print_json(&schema);
@@ -56,13 +73,24 @@ fn require_nothing(schema: &mut serde_json::Value) {
     }
 }
 
-/// `sensel config show`.
+/// `sensel config show`. It refuses what `run` refuses before its first frame, without baking light.
 pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error> {
     let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
     let resolved = &located.resolved;
+    Setup::check(resolved, &run::FolderAssets::new(&located.folder, shared))?;
+    words::warn(&resolved.inheritance_warnings());
+    if !resolved.scenario.scene.is_named() {
+        let text =
+            "no scene is named: a run needs exactly one of scene.file, scene.generator, scene.target and scene.images";
+        words::warn(&[text.to_owned()]);
+    }
     if shared.json {
-        let values = serde_json::to_value(&resolved.scenario).expect("every field has a JSON form");
-        print_json(&json!({"config": values, "config_hash": resolved.hash()}));
+        let inherited: Vec<_> = SECTIONS.iter().flat_map(|section| resolved.inherited(section)).collect();
+        let config = toml::Table::try_from(&resolved.scenario).expect("every field has a TOML form");
+        print_json(&json!({
+            "config": config, "config_hash": resolved.hash(), "inherited": inherited,
+            "sensor": resolved.label(Kind::Sensor), "optics": resolved.label(Kind::Lens),
+        }));
         return Ok(());
     }
     let mut section = String::new();
@@ -71,14 +99,19 @@ pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error>
             section = format!("{name}.");
         }
         let key = line.split_once(" = ").map(|(key, _)| format!("{section}{key}"));
-        match key.and_then(|key| resolved.tree.origin(&key)) {
+        match key.as_ref().and_then(|key| resolved.tree.origin(key)) {
             Some(origin) if origin.line > 0 => outln!("{line:<44} # {}:{}", origin.layer, origin.line),
             Some(origin) => outln!("{line:<44} # {}", origin.layer),
+            None if key.is_some_and(|key| key.starts_with("run.render_")) => outln!("{line:<44} # the sensor's own"),
             None => outln!("{line}"),
         }
     }
     Ok(())
 }
+
+/// Sections of a scenario.
+const SECTIONS: [&str; 10] =
+    ["scene", "motion", "run", "rig", "optics", "sensor", "compute", "link", "tracker", "energy"];
 
 /// Prints one JSON value, indented.
 pub fn print_json(value: &serde_json::Value) {

@@ -74,6 +74,11 @@ impl Output {
         })
     }
 
+    /// Where it is built.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
     /// Time spent on writing so far.
     pub fn seconds(&self) -> f64 {
         self.seconds
@@ -120,7 +125,7 @@ impl Output {
         let folder = self.folder.path();
         write(&folder.join("report.json"), &report.to_json()?)?;
         write(&folder.join("report.html"), &html(report, &self.pictures))?;
-        write(&folder.join("config.toml"), &session.setup().resolved.canonical_text())?;
+        write(&folder.join("config.toml"), &session.setup().resolved.recorded_text())?;
         write(&folder.join("trajectory_gt.tum"), &format_tum(&session.truth()))?;
         write(&folder.join("trajectory_est.tum"), &format_tum(&session.estimate()))?;
         if self.keep.has(Kept::Map) {
@@ -129,8 +134,7 @@ impl Output {
         }
         self.euroc.finish()?;
         self.kept.finish(session.setup())?;
-        self.folder.commit()?;
-        Ok(())
+        place::put(self.folder)
     }
 
     fn write_motion(&mut self, session: &Session) -> Result<(), Error> {

@@ -5,8 +5,11 @@ use std::path::{Path, PathBuf};
 use sensel::config::Resolved;
 use sensel::config::presets::{self, Kind};
 use sensel::error::Error;
+use sensel::files::folder::{OutputFolder, check_file, replace_file};
+use sensel::files::open::{is_input, is_there};
 
 use super::args::Shared;
+use super::words;
 
 /// The scenario that runs when none is named.
 pub const DEFAULT_SCENARIO: &str = "bathroom";
@@ -16,7 +19,7 @@ const BOX_SCENARIO: &str = "box";
 const BOX_TEXT: &str = include_str!("../../scenes/box/scene.toml");
 
 /// A scenario is written by hand; what is longer than this is another file named by mistake.
-const SCENARIO_BYTES_MAX: u64 = 1 << 20;
+pub const SCENARIO_BYTES_MAX: u64 = 1 << 20;
 
 /// A scenario with the folder its files are relative to.
 pub struct Located {
@@ -37,7 +40,7 @@ pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Resul
         }
         (Err(_), Some(BOX_SCENARIO)) => (PathBuf::from("box.toml"), BOX_TEXT.to_owned()),
         (Err(_), None) => {
-            eprintln!("sensel: the scene '{DEFAULT_SCENARIO}' is not here; running the generated '{BOX_SCENARIO}'");
+            words::note(&format!("the scene '{DEFAULT_SCENARIO}' is not here; running the generated '{BOX_SCENARIO}'"));
             (PathBuf::from("box.toml"), BOX_TEXT.to_owned())
         }
         (Err(error), Some(_)) => return Err(error),
@@ -51,10 +54,77 @@ pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Resul
 /// file or folder has the same name.
 pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, Error> {
     let preset = sensor.filter(|name| presets::find(Kind::Sensor, name).is_ok() && !Path::new(name).exists());
-    let Some(name) = preset else { return locate(sensor, shared, &[]) };
+    let Some(name) = preset else {
+        return locate(sensor, shared, &[]).map_err(|error| match error {
+            Error::Unknown { what: "scenario", name, known } => Error::Unknown {
+                what: "sensor preset or scenario",
+                name,
+                known: format!("{}; scenarios: {known}", presets::names(Kind::Sensor).join(", ")),
+            },
+            other => other,
+        });
+    };
     let text = format!("[sensor]\npreset = \"{name}\"\n");
     let resolved = Resolved::from_layers("command line", &text, &assignments(shared, &[]))?;
     Ok(Located { name: name.to_owned(), folder: PathBuf::new(), resolved })
+}
+
+/// Adds to the word on an unknown scenario what a sensor preset's name can be used for.
+fn unknown_scenario(asked: &str, shared: &Shared) -> Error {
+    let mut known = known_scenes(shared).join(", ");
+    if presets::find(Kind::Sensor, asked).is_ok() {
+        known = format!("{known} ({asked} is a sensor preset: add --set sensor.preset={asked} to one of these)");
+    }
+    Error::Unknown { what: "scenario", name: asked.to_owned(), known }
+}
+
+/// Refuses a file whose name promises another format than is written. A name without an ending promises none.
+pub fn check_ending(option: &str, file: &Path, endings: &[&str], what: &str) -> Result<(), Error> {
+    let Some(found) = file.extension() else { return Ok(()) };
+    let found = found.to_string_lossy().to_ascii_lowercase();
+    if endings.contains(&found.as_str()) {
+        return Ok(());
+    }
+    let named = file.with_extension(endings[0]);
+    let reason = format!(
+        "{option} writes {what}; name a file ending in .{}, such as {}",
+        endings.join(" or ."),
+        named.display()
+    );
+    Err(Error::key(option, file.display(), reason))
+}
+
+/// The file that `--out` names, for verbs that write one file.
+pub fn output_file(shared: &Shared, endings: &[&str], what: &str, usual: &str) -> Result<Option<PathBuf>, Error> {
+    let Some(file) = &shared.out else { return Ok(None) };
+    if file.is_dir() {
+        let reason = format!("is a folder; name a file, such as {}", file.join(usual).display());
+        return Err(Error::key("--out", file.display(), reason));
+    }
+    check_ending("--out", file, endings, what)?;
+    Ok(Some(file.clone()))
+}
+
+/// Refuses folders that are not there, and a place for results where a verb writes none.
+pub fn check_shared(shared: &Shared, writes: bool) -> Result<(), Error> {
+    let from_environment = std::env::var_os("SENSEL_SCENES").map(PathBuf::from);
+    for (key, folder) in [("--scenes", shared.scenes.as_ref()), ("SENSEL_SCENES", from_environment.as_ref())] {
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            return Err(Error::key(
+                key,
+                folder.display(),
+                "is no folder; name one whose folders hold a scene.toml each",
+            ));
+        }
+    }
+    match &shared.out {
+        Some(out) if !writes => Err(Error::key(
+            "--out",
+            out.display(),
+            "this verb writes no files of its own; redirect its output, as in > FILE",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// What the command line lays over a scenario.
@@ -62,6 +132,55 @@ pub fn assignments(shared: &Shared, more: &[String]) -> Vec<String> {
     let seed = shared.seed.map(|seed| format!("seed={seed}"));
     let threads = shared.threads.map(|threads| format!("run.threads={threads}"));
     more.iter().cloned().chain(seed).chain(threads).chain(shared.set.iter().cloned()).collect()
+}
+
+/// Puts a finished result in its place, and says where files of others stand that were in the way.
+pub fn put(folder: OutputFolder) -> Result<(), Error> {
+    for kept in folder.commit()?.kept {
+        words::note(&format!("{} holds files that this program did not write; they were kept", kept.display()));
+    }
+    Ok(())
+}
+
+/// Whether an option's file may be written: it is none that this command reads, and could be made.
+pub fn check_output(option: &str, file: &Path) -> Result<(), Error> {
+    refuse_input(option, file)?;
+    check_file(file)
+}
+
+/// Writes an option's file whole, or leaves what stood there.
+pub fn write_output(option: &str, file: &Path, bytes: &[u8]) -> Result<(), Error> {
+    refuse_input(option, file)?;
+    replace_file(file, bytes)
+}
+
+/// Refuses to write over a file that this command reads.
+pub fn refuse_input(option: &str, file: &Path) -> Result<(), Error> {
+    if is_input(file) {
+        return Err(Error::key(option, file.display(), "is a file that this command reads; name another"));
+    }
+    Ok(())
+}
+
+/// Refuses two options that name one file.
+pub fn refuse_same(files: &[(&str, Option<&PathBuf>)]) -> Result<(), Error> {
+    let named: Vec<(&str, PathBuf)> =
+        files.iter().filter_map(|(option, file)| Some((*option, real((*file)?)))).collect();
+    for (i, (option, file)) in named.iter().enumerate() {
+        // A device takes what all of them write.
+        let is_shared = file.metadata().is_ok_and(|about| !about.is_file());
+        if let Some((other, _)) = named[..i].iter().find(|(_, before)| before == file && !is_shared) {
+            return Err(Error::key(option, file.display(), format!("is the file of {other} too; name another")));
+        }
+    }
+    Ok(())
+}
+
+/// A path without links, as far as it is there.
+pub fn real(file: &Path) -> PathBuf {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let in_folder = || Some(std::fs::canonicalize(folder).ok()?.join(file.file_name()?));
+    std::fs::canonicalize(file).ok().or_else(in_folder).unwrap_or_else(|| file.to_owned())
 }
 
 /// An error of the disk with the path it is about.
@@ -80,22 +199,21 @@ fn name_of(file: &Path) -> String {
 
 fn find(asked: &str, shared: &Shared) -> Result<PathBuf, Error> {
     let direct = Path::new(asked);
-    if direct.is_file() {
+    if is_there(direct) {
         return Ok(direct.to_path_buf());
     }
-    if direct.join("scene.toml").is_file() {
+    if is_there(&direct.join("scene.toml")) {
         return Ok(direct.join("scene.toml"));
     }
     let folders = scene_folders(shared);
     for folder in &folders {
         for candidate in [folder.join(asked).join("scene.toml"), folder.join(format!("{asked}.toml"))] {
-            if candidate.is_file() {
+            if is_there(&candidate) {
                 return Ok(candidate);
             }
         }
     }
-    let known = known_scenes(shared).join(", ");
-    Err(Error::Unknown { what: "scenario", name: asked.to_owned(), known })
+    Err(unknown_scenario(asked, shared))
 }
 
 /// Folders that may hold scenarios: `--scenes`, else `SENSEL_SCENES`, else `./scenes` and upward from the program.
@@ -120,7 +238,7 @@ pub fn folders_of_known_scenes(shared: &Shared) -> Vec<PathBuf> {
         .filter_map(|folder| std::fs::read_dir(folder).ok())
         .flat_map(|entries| entries.filter_map(Result::ok))
         .map(|entry| entry.path())
-        .filter(|folder| folder.join("scene.toml").is_file())
+        .filter(|folder| is_there(&folder.join("scene.toml")))
         .collect();
     folders.sort();
     folders

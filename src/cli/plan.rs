@@ -2,12 +2,12 @@
 
 use sensel::error::Error;
 use sensel::facts::{Fact, Tile, readable};
-use sensel::run::Setup;
 use sensel::run::setup::PlanSummary;
+use sensel::run::{Setup, Warnings};
 use serde_json::{Value, json};
 
 use super::args::{PlanArguments, Shared};
-use super::{listing, place, run};
+use super::{listing, place, run, words};
 
 /// `sensel plan`.
 pub fn main(arguments: &PlanArguments, shared: &Shared) -> Result<(), Error> {
@@ -15,8 +15,11 @@ pub fn main(arguments: &PlanArguments, shared: &Shared) -> Result<(), Error> {
     let more: Vec<String> = effects.into_iter().collect();
     let located = place::locate(arguments.scenario.as_deref(), shared, &more)?;
     let setup = run::prepare(located, shared)?;
+    let mut warnings = setup.warnings.clone();
+    setup.sensor.extractor_warning().into_iter().for_each(|text| warnings.add(text));
+    words::warn(warnings.texts());
     if shared.json {
-        listing::print_json(&as_json(&setup));
+        listing::print_json(&as_json(&setup, &warnings));
     } else {
         print_facts(&setup);
         print_plan(&setup.plan, setup.fidelity.accuracy);
@@ -24,11 +27,12 @@ pub fn main(arguments: &PlanArguments, shared: &Shared) -> Result<(), Error> {
     Ok(())
 }
 
-fn as_json(setup: &Setup) -> Value {
+fn as_json(setup: &Setup, warnings: &Warnings) -> Value {
     let plan = &setup.plan;
     let omitted = plan.omitted.iter().map(|e| {
         json!({
             "name": e.name, "bias_e": e.bias_e, "sigma_e": e.sigma_e, "budget_share": e.budget_share,
+            "is_bounded": e.bias_e.is_finite(),
             "cost_ns_per_px": e.cost_ns_per_px, "reason": e.reason, "words": e.words(plan.budget_e),
         })
     });
@@ -48,6 +52,7 @@ fn as_json(setup: &Setup) -> Value {
         "kept": plan.kept.iter().map(|e| e.name).collect::<Vec<_>>(),
         "kept_reasons": kept.collect::<Vec<_>>(),
         "omitted": omitted.collect::<Vec<_>>(),
+        "is_bounded": plan.bias_e.is_finite(),
         "bias_e": plan.bias_e,
         "sigma_e": plan.sigma_e,
         "budget_e": plan.budget_e,
@@ -57,6 +62,7 @@ fn as_json(setup: &Setup) -> Value {
         "cost_of_all_ns_per_px": plan.cost_of_all_ns_per_px,
         "cost_of_none_ns_per_px": plan.cost_of_none_ns_per_px,
         "sensor_ms_per_frame": plan.sensor_ms_per_frame,
+        "warnings": warnings.texts(),
     })
 }
 

@@ -5,7 +5,7 @@ use sensel::run::{NoClock, Session};
 use serde_json::json;
 
 use super::args::{RunArguments, Shared};
-use super::{listing, progress, run};
+use super::{listing, progress, run, words};
 
 /// Frames that are counted unless the user says otherwise: features change slowly from frame to frame.
 const FRAMES: u32 = 10;
@@ -24,16 +24,18 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     let setup = run::prepare(located, shared)?;
     let frames = setup.frames;
     let mut session = Session::new(setup)?;
+    let warned = words::warn(&session.warnings());
     let bar = progress::bar("frames", u64::from(frames), shared.quiet);
     for _ in 0..frames {
         session.step(&NoClock)?;
-        bar.inc(1);
+        bar.inc();
     }
-    bar.finish_and_clear();
+    bar.finish();
     let report = session.report(&name)?;
+    words::warn(&report.warnings[warned..]);
     if shared.json {
-        let json =
-            json!({"energy": report.energy, "bandwidth": report.bandwidth, "fps": report.timing.fps, "frames": frames});
+        let json = json!({"energy": report.energy, "bandwidth": report.bandwidth, "fps": report.timing.fps, "frames": frames,
+                   "warnings": report.warnings});
         listing::print_json(&json);
         return Ok(());
     }
@@ -57,7 +59,7 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
         bandwidth.raw_bits_per_frame * 1e-6,
         bandwidth.link_bits_per_s * 1e-6
     );
-    outln!("  features   {:.3} Mbit a frame", bandwidth.feature_bits_per_frame * 1e-6);
+    outln!("  features   {:.3} Mbit a frame, {}", bandwidth.feature_bits_per_frame * 1e-6, words::reduction(&report));
     outln!("decided by");
     for decider in energy.deciders.iter().take(5) {
         outln!(

@@ -1,74 +1,188 @@
-//! A bar on stderr where stderr is a terminal; silence elsewhere.
+//! Progress on stderr: a bar on a terminal, elsewhere a plain line now and then; nothing with `--quiet`.
 
 use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use sensel::num::{f64_from_u64, u64_truncated};
 use sensel::run::Progress;
+use serde_json::json;
 
-/// A bar of `length` steps, hidden when asked to be quiet or when nobody watches.
-pub fn bar(what: &'static str, length: u64, quiet: bool) -> ProgressBar {
-    if quiet || !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
+use super::words;
+
+/// Least time from line to line, so that a log stays short.
+const LEAST_S: f64 = 1.0;
+
+/// Time after which a line comes although little was done.
+const MOST_S: f64 = 5.0;
+
+/// Share of the work after which a line comes.
+const STEP: f64 = 0.1;
+
+/// Steps of what tells its progress as a share.
+const STEPS: u32 = 1000;
+
+/// What the last line said, and when.
+struct Said {
+    what: &'static str,
+    done: u64,
+    at_s: f64,
+}
+
+/// Work of a known number of steps.
+pub struct Bar {
+    what: &'static str,
+    length: u64,
+    /// Whether the steps are thousandths of the work rather than frames.
+    is_share: bool,
+    /// On a terminal.
+    bar: Option<ProgressBar>,
+    /// Elsewhere.
+    lines: Option<(Instant, Mutex<Said>)>,
+    done: std::sync::atomic::AtomicU64,
+}
+
+/// Whether a line is due, so long and so much work after the last one.
+fn is_due(since_s: f64, share: f64) -> bool {
+    since_s >= MOST_S || (since_s >= LEAST_S && share >= STEP)
+}
+
+/// One line about the work.
+fn line(what: &str, done: u64, length: u64, is_share: bool) -> String {
+    if words::is_json() {
+        return json!({"progress": {"what": what, "done": done, "of": length}}).to_string();
     }
-    let style = ProgressStyle::with_template("{msg:>12} [{bar:32}] {pos}/{len}  {per_sec}  left {eta}")
-        .expect("the template is a constant that parses");
-    ProgressBar::new(length).with_style(style.progress_chars("=> ")).with_message(what)
+    let percent = 100 * done / length.max(1);
+    // A share has no steps that a person could count.
+    let steps = if is_share { String::new() } else { format!(" {done} of {length},") };
+    format!("sensel: {what}:{steps} {percent} %")
+}
+
+/// The progress of `length` steps; silent when asked to be quiet.
+pub fn bar(what: &'static str, length: u64, quiet: bool) -> Bar {
+    let is_bar = std::io::stderr().is_terminal() && !words::is_json();
+    let style = || {
+        let style = ProgressStyle::with_template("{msg:>12} [{bar:32}] {pos}/{len}  {per_sec}  left {eta}");
+        style.expect("the template is a constant that parses").progress_chars("=> ")
+    };
+    let said = Said { what, done: 0, at_s: 0.0 };
+    Bar {
+        what,
+        length,
+        is_share: false,
+        bar: (is_bar && !quiet).then(|| ProgressBar::new(length).with_style(style()).with_message(what)),
+        lines: (!is_bar && !quiet).then(|| (Instant::now(), Mutex::new(said))),
+        done: 0.into(),
+    }
+}
+
+impl Bar {
+    /// Counts one step more.
+    pub fn inc(&self) {
+        let before = self.done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        self.show(self.what, before + 1);
+    }
+
+    fn show(&self, what: &'static str, done: u64) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(what);
+            bar.set_position(done);
+        }
+        let Some((started, said)) = &self.lines else { return };
+        let mut said = said.lock().expect("no thread panics while it holds a word");
+        let now_s = started.elapsed().as_secs_f64();
+        if said.what != what {
+            *said = Said { what, done: 0, at_s: now_s };
+        }
+        let share = f64_from_u64(done.saturating_sub(said.done)) / f64_from_u64(self.length.max(1));
+        if done < self.length && is_due(now_s - said.at_s, share) {
+            words::to_stderr(&line(what, done, self.length, self.is_share));
+            *said = Said { what, done, at_s: now_s };
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+/// The progress of what tells it as a share.
+fn share_bar(what: &'static str, quiet: bool) -> Bar {
+    let mut bar = bar(what, u64::from(STEPS), quiet);
+    bar.is_share = true;
+    bar
 }
 
 /// Shows how far the light is baked.
-pub struct Baking(ProgressBar);
-
-/// Steps of the bar for light.
-const STEPS: u32 = 1000;
+pub struct Baking(Bar);
 
 impl Baking {
-    /// A bar for light, hidden until something is baked.
+    /// Nothing is shown until something is baked.
     pub fn new(quiet: bool) -> Self {
-        Self(bar("light", u64::from(STEPS), quiet))
+        Self(share_bar("light", quiet))
     }
 }
 
 impl Progress for Baking {
     fn at(&self, what: &'static str, share: f64) {
-        self.0.set_message(what);
-        self.0.set_position(sensel::num::u64_truncated(share * f64::from(STEPS)));
+        self.0.show(what, u64_truncated(share * f64::from(STEPS)));
     }
 }
 
-impl Drop for Baking {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
-    }
-}
-
-/// Says on stderr which part of a study has begun: on a terminal as a bar, elsewhere a line a part.
+/// Says on stderr which part of a study has begun, and how far it is.
 pub struct Study {
-    bar: ProgressBar,
-    quiet: bool,
-    last: std::sync::Mutex<&'static str>,
+    bar: Bar,
+    last: Mutex<&'static str>,
 }
 
 impl Study {
     /// Nothing has begun.
     pub fn new(quiet: bool) -> Self {
-        Self { bar: bar("study", u64::from(STEPS), quiet), quiet, last: std::sync::Mutex::new("") }
+        Self { bar: share_bar("study", quiet), last: Mutex::new("") }
     }
 }
 
 impl Progress for Study {
     fn at(&self, what: &'static str, share: f64) {
-        self.bar.set_message(what);
-        self.bar.set_position(sensel::num::u64_truncated(share * f64::from(STEPS)));
         let mut last = self.last.lock().expect("no thread panics while it holds a word");
-        if *last != what && !self.quiet && self.bar.is_hidden() {
-            eprintln!("sensel: {what}");
+        if *last != what && self.bar.lines.is_some() {
+            words::note(what);
         }
         *last = what;
+        self.bar.show(what, u64_truncated(share * f64::from(STEPS)));
     }
 }
 
-impl Drop for Study {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_gets_a_line_every_tenth_of_the_work_or_after_some_seconds_and_not_more_often_than_one_a_second() {
+        for (since_s, share, expected) in
+            [(0.1, 0.9, false), (1.5, 0.05, false), (1.5, 0.1, true), (5.0, 0.0, true), (4.9, 0.09, false)]
+        {
+            assert_eq!(is_due(since_s, share), expected, "{since_s} s, {share}");
+        }
+        assert_eq!(line("frames", 30, 300, false), "sensel: frames: 30 of 300, 10 %");
+        assert_eq!(line("light", 250, 1000, true), "sensel: light: 25 %");
+    }
+
+    #[test]
+    fn who_asks_for_silence_gets_neither_bar_nor_lines() {
+        let silent = bar("frames", 10, true);
+        assert!(silent.bar.is_none() && silent.lines.is_none());
+        let heard = bar("frames", 10, false);
+        assert!(heard.bar.is_some() != heard.lines.is_some());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use sensel::error::Error;
 use sensel::fidelity::Rung;
@@ -31,6 +31,8 @@ const CACHE_BYTES: u64 = 1 << 30;
 pub struct FolderAssets {
     folders: Arc<InputFolders>,
     cache: Option<Cache>,
+    /// Why nothing is kept from run to run, if so.
+    without_cache: Option<String>,
 }
 
 impl FolderAssets {
@@ -40,7 +42,11 @@ impl FolderAssets {
         let mut folders = vec![folder.to_path_buf()];
         folders.extend(place::folders_of_known_scenes(shared));
         let folders = Arc::new(InputFolders::new(folders));
-        Self { folders, cache: Cache::open(shared.cache.as_deref(), CACHE_BYTES).ok() }
+        let opened = Cache::open(shared.cache.as_deref(), CACHE_BYTES);
+        let refused = opened.as_ref().map_or_else(|error| Some(error.to_string()), Cache::why_not_writable);
+        let remedy = "light is baked anew in every run; name a folder that can be written with --cache";
+        let without_cache = refused.map(|reason| format!("the cache cannot be used ({reason}): {remedy}"));
+        Self { folders, cache: opened.ok(), without_cache }
     }
 }
 
@@ -58,8 +64,8 @@ impl Assets for FolderAssets {
     }
 
     fn silicon(&self) -> Result<Arc<dyn Silicon>, Error> {
-        let folder = self.cache.as_ref().map_or_else(std::env::temp_dir, |cache| cache.folder().to_owned());
-        Ok(Arc::new(Verilated::new(folder.join("verilated"))?))
+        // Not the folder of earlier versions, which others may have been able to write.
+        Ok(Arc::new(Verilated::new(self.cache.as_ref().map(|cache| cache.folder().join("programs")))?))
     }
 
     fn load(&self, key: &str) -> Option<Vec<u8>> {
@@ -67,8 +73,9 @@ impl Assets for FolderAssets {
     }
 
     fn store(&self, key: &str, bytes: &[u8]) {
-        if let Some(Err(error)) = self.cache.as_ref().map(|cache| cache.put(key, bytes)) {
-            eprintln!("sensel: baked light is not kept: {error}");
+        let cache = self.cache.as_ref().filter(|_| self.without_cache.is_none());
+        if let Some(Err(error)) = cache.map(|cache| cache.put(key, bytes)) {
+            words::note(&format!("baked light is not kept: {error}"));
         }
     }
 }
@@ -95,7 +102,8 @@ pub fn prepare(located: Located, shared: &Shared) -> Result<Setup, Error> {
     use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
     let assets = FolderAssets::new(&located.folder, shared);
     let bar = progress::Baking::new(shared.quiet);
-    let setup = Setup::new(located.resolved, &assets, &bar)?;
+    let mut setup = Setup::new(located.resolved, &assets, &bar)?;
+    assets.without_cache.into_iter().for_each(|text| setup.warnings.add(text));
     Ok(setup)
 }
 
@@ -109,7 +117,8 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let keep =
         if ends_at_image { expected::check(verb).map(|()| Keep::default())? } else { Keep::parse(&verb.run.keep)? };
     let sensor = sensel::run::SensorSetup::new(&located.resolved)?;
-    let waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, &located.resolved)?;
+    let mut waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, &located.resolved)?;
+    let waves_within = waves.as_ref().and_then(|waves| waves.within(&target));
     let goal = goal::of(verb, shared)?;
     OutputFolder::check(&target)?;
     let assets = FolderAssets::new(&located.folder, shared);
@@ -117,29 +126,43 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     if let Some(goal) = goal {
         setup = goal::resolve(setup, goal, &assets, shared)?;
     }
+    let warned = words::warn(setup.warnings.texts());
     if ends_at_image {
         return expected::main(verb, shared, &setup, &name, &target);
     }
     let prepared_s = watch.now_s();
 
     let electrons = keep.has(Kept::Electrons);
+    let interrupted = interrupt::watch();
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;
     if electrons {
         session.keep_electrons();
     }
     let held_to = verb.check_every.map(|every| session.check_rows(every, &assets)).transpose()?;
-    let wave_codes = step_all(&mut session, &mut output, waves.as_ref(), shared, &watch)?;
+    let wave_codes = step_all(&mut session, &mut output, waves.as_ref(), (shared, &interrupted), &watch)?;
     let frames = session.setup().frames;
     let mut report = session.report(&name)?;
+    words::warn(&report.warnings[warned..]);
     report.cost.insert("prepare", per_frame(prepared_s, frames));
     report.cost.insert("write", per_frame(output.seconds(), frames));
     if let Some(record) = ladder::kept(&session.setup().resolved, &assets) {
         report.set_ladder(record);
     }
+    if let (Some(waves), Some(path)) = (&mut waves, &waves_within) {
+        // A file of the result is built and replaced with it.
+        waves.redirect(&output.path().join(path))?;
+    }
+    let write_waves = || match (&waves, &wave_codes) {
+        (Some(waves), Some(codes)) => waves.write_watched(&session, codes),
+        _ => Ok(()),
+    };
+    if waves_within.is_some() {
+        write_waves()?;
+    }
     output.finish(&session, &report)?;
-    if let (Some(waves), Some(codes)) = (&waves, &wave_codes) {
-        waves.write_watched(&session, codes)?;
+    if waves_within.is_none() {
+        write_waves()?;
     }
 
     if shared.json {
@@ -158,7 +181,7 @@ fn step_all(
     session: &mut Session,
     output: &mut Output,
     waves: Option<&WaveRequest>,
-    shared: &Shared,
+    (shared, interrupted): (&Shared, &AtomicBool),
     watch: &Wall,
 ) -> Result<Option<Vec<Vec<u16>>>, Error> {
     if let Some(waves) = waves {
@@ -166,7 +189,6 @@ fn step_all(
     }
     let frames = session.setup().frames;
     let bar = progress::bar("frames", u64::from(frames), shared.quiet);
-    let interrupted = interrupt::watch();
     let mut wave_codes = None;
     for _ in 0..frames {
         if interrupted.load(Ordering::Relaxed) {
@@ -175,9 +197,9 @@ fn step_all(
         let frame = session.step(watch)?;
         output.frame(session, &frame)?;
         wave_codes = waves.and_then(|waves| waves.codes_of(&frame)).or(wave_codes);
-        bar.inc(1);
+        bar.inc();
     }
-    bar.finish_and_clear();
+    bar.finish();
     Ok(wave_codes)
 }
 
@@ -212,14 +234,14 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     let how = if scenario.cameras == 1 { ", scale aligned" } else { "" };
     outln!("  ATE           {}  over {:.2} m{how}", figure(tracking.ate_m, 1e3, "mm"), scenario.path_m);
     outln!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));
-    outln!("  jitter (d2)   {}", words::jitter(tracking));
+    outln!("  jitter frame  {}  (RPE over one frame)", figure(tracking.jitter_frame_m, 1e3, "mm"));
+    outln!("  jitter d2     {}  (second differences)", words::jitter(tracking));
     outln!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
-    outln!(
-        "  link          {:.2} Mbit/s, features {} smaller than raw",
-        report.bandwidth.link_bits_per_s * 1e-6,
-        report.bandwidth.reduction.map_or("not".to_owned(), |reduction| format!("{reduction:.1} times"))
-    );
-    outln!("  latency       {:.2} ms", report.timing.latency_us * 1e-3);
+    outln!("  link          {:.2} Mbit/s, {}", report.bandwidth.link_bits_per_s * 1e-6, words::reduction(report));
+    outln!("  latency       {:.2} ms to the last bit on the lanes", report.timing.latency_us * 1e-3);
+    if let Some(clocks) = report.timing.extractor {
+        outln!("  extractor     {} clocks of a frame's {}", clocks.required, clocks.available);
+    }
     if let Some(last_us) = report.timing.last_feature_us {
         outln!("  last feature  {last_us:.1} us after the last row");
     }

@@ -1,5 +1,7 @@
 //! `sensel timing`: the clocks of a sensor; needs no scene.
 
+use std::collections::BTreeMap;
+
 use sensel::error::Error;
 use sensel::link::Flow;
 use sensel::report::timing_diagram::TimingDiagram;
@@ -9,27 +11,32 @@ use serde_json::{Value, json};
 
 use super::args::{Shared, TimingArguments};
 use super::waves::WaveRequest;
-use super::{listing, place};
+use super::{listing, place, words};
 
 /// `sensel timing`.
 pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
+    if let Some(picture) = &arguments.svg {
+        place::check_ending("--svg", picture, &["svg"], "SVG")?;
+    }
     let located = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
     let resolved = &located.resolved;
     let sensor = SensorSetup::new(resolved)?;
+    words::warn(sensor.extractor_warning().as_slice());
     let expected_features = sensor.extractor.features_expected(sensor.size);
+    place::refuse_same(&[("--svg", arguments.svg.as_ref()), ("--waves", arguments.waves.waves.as_ref())])?;
     let waves = WaveRequest::new(&arguments.waves, None, &sensor, resolved)?;
     let diagram = run::timing_diagram(&sensor, expected_features, &located.name)?;
     if let Some(path) = &arguments.svg {
-        std::fs::write(path, diagram.svg()).map_err(|source| place::io(path, source))?;
+        place::write_output("--svg", path, diagram.svg().as_bytes())?;
     }
     if let Some(waves) = &waves {
         waves.write_wedge(&sensor, resolved.scenario.sensor.die)?;
     }
     let link = Link::new(&sensor, expected_features)?;
     if shared.json {
-        listing::print_json(&as_json(&sensor, &diagram, &link));
+        listing::print_json(&as_json(&sensor, &diagram, &link, expected_features));
     } else {
-        print(&sensor, &diagram, &link);
+        print(&sensor, &diagram, &link, expected_features);
     }
     Ok(())
 }
@@ -66,7 +73,7 @@ fn exposure_us(sensor: &SensorSetup) -> f64 {
     1e6 * sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s()
 }
 
-fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) -> Value {
+fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features: u64) -> Value {
     let (schedule, timing) = (&sensor.schedule, &diagram.timing);
     let budget: Vec<Value> = diagram
         .budgets
@@ -82,7 +89,10 @@ fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) -> Value 
         .map(|slot| json!({"exposure_lines": slot.exposure_lines, "offset_lines": slot.offset_lines}))
         .collect();
     let (size, demand) = (schedule.output_size(), schedule.frame_demand());
+    let without_features = timing.feature_latency_us.is_none().then_some("link.mode = frames sends no features");
+    let not_measurable: BTreeMap<_, _> = without_features.map(|why| ("feature_latency_us", why)).into_iter().collect();
     json!({
+        "not_measurable": not_measurable,
         "hts": schedule.hts(),
         "vts": schedule.vts(),
         "line_time_us": timing.line_time_us,
@@ -99,6 +109,10 @@ fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) -> Value 
         "link_payload_bps": link.payload_bps,
         "feature_latency_us": timing.feature_latency_us,
         "features_per_gap": link.features_per_gap,
+        "extractor": timing.extractor.map(|clocks| json!({
+            "features": features, "required_clk": clocks.required, "available_clk": clocks.available,
+        })),
+        "warnings": sensor.extractor_warning().as_slice(),
         "rows_stalled": link.flow.rows_stalled,
         "stalled_us": 1e6 * sensor.link.seconds(link.flow.stalled),
         "fifo_rows_most": link.flow.fifo_rows_most,
@@ -112,7 +126,7 @@ fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) -> Value 
     })
 }
 
-fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) {
+fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features: u64) {
     let (schedule, timing) = (&sensor.schedule, &diagram.timing);
     outln!("sensor      {}: {}", diagram.name, diagram.mode);
     outln!("line        {:.3} us: HTS {} at {} Hz", timing.line_time_us, schedule.hts(), schedule.pixel_rate_hz());
@@ -131,7 +145,14 @@ fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link) {
             outln!("            exposure {}: {exposure} lines, read {offset} lines after the first", number + 1);
         }
     }
-    outln!("latency     {:.1} us from the middle of the exposure to the frame's last byte", timing.latency_us);
+    outln!(
+        "latency     {:.1} us from the middle of the exposure to the last bit of the frame's last packet",
+        timing.latency_us
+    );
+    if let Some(clocks) = timing.extractor {
+        let (required, available) = (clocks.required, clocks.available);
+        outln!("extractor   {required} clocks of a frame's {available}, with {features} features spread evenly");
+    }
     outln!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * link.utilisation, 100.0 * link.burst);
     if let Some(latency_us) = timing.feature_latency_us {
         let gap = link.features_per_gap;

@@ -8,12 +8,12 @@ mod recording;
 
 use std::path::{Path, PathBuf};
 
-use indicatif::ProgressBar;
 use sensel::compute::Feature;
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::files::euroc::{ImuFolder, ImuReading};
 use sensel::files::map::ply;
+use sensel::files::open::is_there;
 use sensel::link::LinkCounts;
 use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::pose::{TimedPose, format_tum};
@@ -22,7 +22,7 @@ use sensel::tracker::{FrameInput, ImuCalibration, Reading, RowClock, Status, Tra
 use serde_json::json;
 
 use super::args::{Shared, TrackArguments};
-use super::{listing, place, progress};
+use super::{listing, place, progress, words};
 use figures::Figures;
 use packets::Packets;
 use pictures::Pictures;
@@ -42,8 +42,10 @@ pub struct Brought {
 struct Course {
     poses: Vec<TimedPose>,
     frames: usize,
-    /// Bounds of the frames' positions, in the map's unit.
-    bounds: Vec<f64>,
+    /// Of all cameras and frames.
+    features: usize,
+    /// Single-picture position sigmas of the frames given the map, in the map's unit.
+    sigmas: Vec<f64>,
     /// Lost and found again, starts and closed loops, with their times in seconds.
     events: Vec<(f64, &'static str)>,
     last: Option<Status>,
@@ -58,16 +60,17 @@ impl Course {
         mut readings: &[ImuReading],
         mut origin_ns: Option<u64>,
         frames: impl Iterator<Item = Result<Brought, Error>>,
-        bar: &ProgressBar,
+        bar: &progress::Bar,
     ) -> Result<(), Error> {
         for brought in frames {
             let Brought { timestamp_ns, features, clocks } = brought?;
             let origin_ns = *origin_ns.get_or_insert(timestamp_ns);
+            self.features += features.iter().map(Vec::len).sum::<usize>();
             let t_s = f64_from_u64(timestamp_ns - origin_ns) * 1e-9;
             tracker.feel(&felt(&mut readings, (origin_ns, timestamp_ns)));
             let tracked = tracker.track(&FrameInput { t_s, features, clocks });
             self.add(f64_from_u64(timestamp_ns) * 1e-9, &tracked);
-            bar.inc(1);
+            bar.inc();
         }
         Ok(())
     }
@@ -75,7 +78,7 @@ impl Course {
     fn add(&mut self, t_s: f64, tracked: &TrackedFrame) {
         self.frames += 1;
         self.poses.extend(tracked.world_from_body.map(|world_from_body| TimedPose { t_s, world_from_body }));
-        self.bounds.extend(tracked.position_bound_m);
+        self.sigmas.extend(tracked.single_picture_sigma_m);
         let event = match (self.last, tracked.status) {
             (_, Status::Initialised) => Some("initialised"),
             (was, Status::Lost) if was != Some(Status::Lost) => Some("lost"),
@@ -111,7 +114,7 @@ impl Source {
             (Some(_), None) => Ok(Self::Packets),
             (None, Some(_)) => Ok(Self::Pictures),
             (None, None) => {
-                let are_kept = (0..cameras).all(|camera| packets::file(&arguments.folder, camera).is_file());
+                let are_kept = (0..cameras).all(|camera| is_there(&packets::file(&arguments.folder, camera)));
                 Ok(if are_kept { Self::Packets } else { Self::Pictures })
             }
         }
@@ -127,16 +130,21 @@ impl Source {
 
 /// `sensel track`.
 pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
+    let out = output_file(shared)?;
+    if let Some(map) = &arguments.map {
+        place::check_ending("--map", map, &["ply"], "PLY")?;
+    }
     let recording = Recording::open(&arguments.folder)?;
     let from = Source::of(arguments, shared, recording.cameras.len())?;
     // A folder that a run wrote brings its own configuration; any other takes the defaults.
     let own = arguments.folder.join("config.toml");
-    let (layer, text) = match std::fs::read_to_string(&own) {
-        Ok(text) => (own.display().to_string(), text),
-        Err(_) => ("command line".to_owned(), String::new()),
+    let (layer, text) = if is_there(&own) {
+        (own.display().to_string(), sensel::files::read_text(&own, place::SCENARIO_BYTES_MAX)?)
+    } else {
+        ("command line".to_owned(), String::new())
     };
     let resolved = Resolved::from_layers(&layer, &text, &shared.set)?;
-    let out = output_file(shared)?;
+    check_outputs(&recording, &out, arguments)?;
     let mut tracker = tracker(&recording, &resolved, shared)?;
     let feels =
         resolved.scenario.tracker_feels(recording.imu.is_some()).map_err(|error| resolved.tree.locate(error))?;
@@ -162,12 +170,29 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
             link = Some(packets.counts());
         }
     }
-    bar.finish_and_clear();
-    std::fs::write(&out, format_tum(&course.poses)).map_err(|source| place::io(&out, source))?;
+    bar.finish();
+    place::write_output("--out", &out, format_tum(&course.poses).as_bytes())?;
     if let Some(map) = &arguments.map {
-        std::fs::write(map, ply(tracker.landmarks())).map_err(|source| place::io(map, source))?;
+        place::write_output("--map", map, ply(tracker.landmarks()).as_bytes())?;
     }
     say(&recording, &course, &out, (from, link), (shared, seed(&resolved, shared)));
+    Ok(())
+}
+
+/// Refuses outputs that would take the place of the recording's files, before it is tracked.
+fn check_outputs(recording: &Recording, out: &PathBuf, arguments: &TrackArguments) -> Result<(), Error> {
+    place::refuse_same(&[("--out", Some(out)), ("--map", arguments.map.as_ref())])?;
+    let packets = (0..recording.cameras.len()).map(|camera| packets::file(&arguments.folder, camera));
+    let inputs: Vec<PathBuf> =
+        recording.frames.iter().flatten().map(|frame| frame.path.clone()).chain(packets).collect();
+    for (option, file) in [("--out", Some(out)), ("--map", arguments.map.as_ref())] {
+        let Some(file) = file else { continue };
+        place::check_output(option, file)?;
+        let real = place::real(file);
+        if inputs.iter().any(|input| input.file_name() == real.file_name() && place::real(input) == real) {
+            return Err(Error::key(option, file.display(), "is a file that this command reads; name another"));
+        }
+    }
     Ok(())
 }
 
@@ -205,15 +230,35 @@ fn link_json(counts: LinkCounts) -> serde_json::Value {
 
 /// Where the trajectory goes. Without `--out` an existing file is not replaced.
 fn output_file(shared: &Shared) -> Result<PathBuf, Error> {
-    let default = PathBuf::from("trajectory_est.tum");
-    match &shared.out {
-        Some(file) => Ok(file.clone()),
-        None if default.exists() => {
+    let usual = "trajectory_est.tum";
+    match place::output_file(shared, &["tum", "txt"], "a trajectory in TUM's format", usual)? {
+        Some(file) => Ok(file),
+        None if Path::new(usual).exists() => {
             let reason = "exists already; --out FILE would do".to_owned();
-            Err(Error::Content { file: default.display().to_string(), reason })
+            Err(Error::Content { file: usual.to_owned(), reason })
         }
-        None => Ok(default),
+        None => Ok(PathBuf::from(usual)),
     }
+}
+
+/// What a user should know of a trajectory without a pose.
+fn warnings(course: &Course, cameras: usize) -> Vec<String> {
+    if !course.poses.is_empty() {
+        return Vec::new();
+    }
+    if course.frames == 0 {
+        return vec!["the folder has no frame; name one with pictures or packets".to_owned()];
+    }
+    let found = course.features / (course.frames * cameras).max(1);
+    let remedy = if found < 20 {
+        "lower compute.threshold (with --from pictures) or bring brighter pictures".to_owned()
+    } else if cameras == 1 {
+        "one camera starts a map once it has moved sideways by some hundredths of the depth; bring more frames"
+            .to_owned()
+    } else {
+        "check the cameras' calibration and that they see the same".to_owned()
+    };
+    vec![format!("none of {} frames has a pose, with {found} features a frame; {remedy}", course.frames)]
 }
 
 fn say(
@@ -225,15 +270,19 @@ fn say(
 ) {
     let truth = recording.ground_truth.as_ref().map(|truth| recording.reported(truth));
     let of_rig = (recording.cameras.len(), seed);
-    let figures = Figures::of(truth.as_deref(), course.poses.clone(), &course.bounds, of_rig);
+    let figures = Figures::of(truth.as_deref(), course.poses.clone(), &course.sigmas, of_rig);
     let (tracked, frames) = (course.poses.len(), course.frames);
+    let warnings = warnings(course, recording.cameras.len());
+    words::warn(&warnings);
     if shared.json {
         let events: Vec<_> = course.events.iter().map(|(t_s, event)| json!({"t_s": t_s, "event": event})).collect();
         let mut json = json!({
             "frames": frames, "tracked": tracked, "trajectory": out.display().to_string(), "events": events,
-            "from": from.name(), "link": link.map(link_json),
+            "from": from.name(), "not_measurable": figures.reasons(), "warnings": warnings,
         });
-        json.as_object_mut().expect("an object").extend(figures.json());
+        let parts = json.as_object_mut().expect("an object");
+        parts.extend(link.map(|counts| ("link".to_owned(), link_json(counts))));
+        parts.extend(figures.json());
         listing::print_json(&json);
     } else if !shared.quiet {
         outln!("trajectory: {}, from {}", out.display(), from.name());

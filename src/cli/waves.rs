@@ -1,5 +1,7 @@
 //! `--waves` of `run` and `timing`: what is asked for, checked before anything runs, and the file at the end.
 
+use std::path::{Path, PathBuf};
+
 use sensel::config::Resolved;
 use sensel::effects::chain::Chain;
 use sensel::error::Error;
@@ -9,6 +11,7 @@ use sensel::units::{CameraIndex, RowIndex};
 use sensel::waves::{Asked, WavePlan, WaveRow};
 
 use super::args::WaveArguments;
+use super::place;
 
 /// Waveforms that were asked for.
 pub struct WaveRequest<'a> {
@@ -33,6 +36,7 @@ impl<'a> WaveRequest<'a> {
             Error::Config { key, .. } if key.starts_with("sensor.") => resolved.tree.locate(error),
             _ => error,
         })?;
+        place::refuse_input("--waves", path)?;
         file.check()?;
         Ok(Some(Self { plan, file }))
     }
@@ -48,6 +52,20 @@ impl<'a> WaveRequest<'a> {
         let selection = self.plan.selection();
         let row = |row: &RowIndex| frame.cameras[0].codes.row(sensel::num::index(row.0)).to_vec();
         (frame.frame == selection.frame).then(|| selection.rows.iter().map(row).collect())
+    }
+
+    /// Where in a result folder the file lies; none where it lies elsewhere.
+    pub fn within(&self, target: &Path) -> Option<PathBuf> {
+        let file = place::real(self.file.path());
+        file.strip_prefix(place::real(target)).ok().map(Path::to_owned)
+    }
+
+    /// Lets the file be written under another path.
+    pub fn redirect(&mut self, path: &Path) -> Result<(), Error> {
+        let folder = path.parent().unwrap_or(path);
+        std::fs::create_dir_all(folder).map_err(|source| place::io(folder, source))?;
+        self.file = WaveFile::new(path)?;
+        Ok(())
     }
 
     /// Writes the waves of the chosen rows, from what the session kept of them and the frame's codes.
@@ -67,6 +85,7 @@ impl<'a> WaveRequest<'a> {
 
     fn write(&self, chain: &Chain, rows: &[WaveRow]) -> Result<(), Error> {
         let width = rows.first().map_or(0, |row| row.samples.signal_uv.len());
+        place::refuse_input("--waves", self.file.path())?;
         self.file.write(&self.plan.waves(&chain.first_columns(CameraIndex(0), width), rows)?)
     }
 }

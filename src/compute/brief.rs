@@ -9,6 +9,7 @@ use std::sync::OnceLock;
 use super::patch::{Patch, RADIUS_PX, STRIDE};
 use super::pattern::{BYTES, PAIRS, pattern, symmetric_pattern, turned};
 use super::word::Word;
+use crate::words::Turns;
 
 /// Pairs of points as places in a patch.
 type Places = [(u16, u16); PAIRS];
@@ -34,8 +35,8 @@ impl RotatedPattern {
 
     /// The first `bytes` bytes of the descriptor of a patch, turned by the angle rounded down to the pattern's step; then zeros.
     #[inline(always)]
-    pub fn describe<W: Word>(&self, patch: &Patch<W>, angle: u8, bytes: usize) -> [u8; BYTES] {
-        let turn = usize::from(angle) * self.turns.len() / 256;
+    pub fn describe<W: Word>(&self, patch: &Patch<W>, angle: Turns, bytes: usize) -> [u8; BYTES] {
+        let turn = usize::from(angle.to_bits()) * self.turns.len() / 256;
         let mut descriptor = [0; BYTES];
         for (byte, pairs) in descriptor[..bytes].iter_mut().zip(self.turns[turn].as_chunks::<8>().0) {
             for (bit, &(a, b)) in pairs.iter().enumerate() {

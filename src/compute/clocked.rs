@@ -88,7 +88,7 @@ impl Surroundings for Around<'_> {
 
     fn leaves(&mut self, record: &fx_back::Record, clk: u64) {
         let fx_back::Record { x_q4, y_q4, score, angle, octave, descriptor, .. } = *record;
-        self.features.push(Feature { x_q4, y_q4, score, angle, octave, descriptor });
+        self.features.push(Feature { x: x_q4, y: y_q4, score, angle, octave, descriptor });
         self.out_clk.push(clk);
     }
 }

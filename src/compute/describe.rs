@@ -15,6 +15,7 @@ use super::word::Word;
 use crate::num::index;
 use crate::plane::Plane;
 use crate::simd::{Kernel, dispatch};
+use crate::words::Turns;
 
 /// Features of the candidates that were served, in their order. All have patches.
 pub(super) fn describe<W: Word>(octaves: &[Plane<W>], served: &[Served], params: &ExtractorParams) -> Vec<Feature> {
@@ -64,8 +65,8 @@ fn pattern(params: &ExtractorParams) -> &'static RotatedPattern {
 
 /// A feature with its place and score.
 fn placed<W: Word>(picture: &Plane<W>, corner: &Corner, octave: u8, params: &ExtractorParams) -> Feature {
-    let (x_q4, y_q4) = subpixel::place(picture, corner, octave, params.subpixel);
-    Feature { x_q4, y_q4, score: corner.score, angle: 0, octave, descriptor: [0; BYTES] }
+    let (x, y) = subpixel::place(picture, corner, octave, params.subpixel);
+    Feature { x, y, score: corner.score, angle: Turns::ZERO, octave, descriptor: [0; BYTES] }
 }
 
 /// Angle and descriptor of each corner in its smoothed picture.

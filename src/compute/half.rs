@@ -5,6 +5,7 @@ use crate::num::index;
 use crate::plane::Plane;
 use crate::simd::{Kernel, dispatch};
 use crate::units::Size;
+use crate::words::{HalfScaleMean, rounded};
 
 /// Sides of the next octave: halves, rounded down.
 pub(crate) fn half_size(size: Size) -> Size {
@@ -35,7 +36,8 @@ impl<W: Word> Kernel for Halve<'_, W> {
             let (upper, lower) = (&self.picture.row(2 * y)[..2 * columns], &self.picture.row(2 * y + 1)[..2 * columns]);
             let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
             for (out, (&[a, b], &[c, d])) in self.half.row_mut(y).iter_mut().zip(pairs) {
-                *out = W::low((a.number() + b.number() + c.number() + d.number() + 2) >> 2);
+                let mean = HalfScaleMean::from_bits(a.number() + b.number() + c.number() + d.number());
+                *out = W::low(rounded(mean));
             }
         }
     }

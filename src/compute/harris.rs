@@ -7,6 +7,7 @@
 use super::word::Word;
 use crate::num::{index, low_u16, low_u32};
 use crate::plane::Plane;
+use crate::words::{Significand, TraceShare};
 
 /// Upper bits of a pixel that gradients are made of.
 const BITS: u32 = 8;
@@ -32,7 +33,7 @@ pub fn harris_rank<W: Word>(picture: &Plane<W>, x_px: u32, y_px: u32, bits: u32)
         }
     }
     let trace = xx + yy;
-    code(xx * yy - xy * xy - ((trace * trace) >> 4))
+    code(xx * yy - xy * xy - TraceShare::from_bits(trace * trace).wrapping_to_num::<i64>())
 }
 
 /// Exponent and the ten bits below the leading one; 0 for what is not positive.
@@ -43,7 +44,8 @@ fn code(measure: i64) -> u16 {
     }
     let exponent = measure.ilog2();
     let aligned = if exponent >= 10 { measure >> (exponent - 10) } else { measure << (10 - exponent) };
-    low_u16(exponent << 10 | (low_u32(aligned) & 0x3FF))
+    let significand = Significand::from_bits(low_u16(low_u32(aligned)));
+    low_u16(exponent << Significand::FRAC_NBITS) | significand.frac().to_bits()
 }
 
 #[cfg(test)]

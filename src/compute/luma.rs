@@ -4,10 +4,10 @@
 //! flat colour gives flat grey. In hardware: a running sum over one pattern's rows and columns, and no multiplier.
 
 use super::Feature;
-use super::subpixel::STEPS_PER_PX;
 use crate::events::{Event, Events};
 use crate::num::{low_u16, u32_from, u64_from};
 use crate::plane::Plane;
+use crate::words::PlacePx;
 
 /// Mean over `pattern_px` (columns, rows) to the right of and below each pixel, rounded down; at the far edges the last whole
 /// pattern is repeated. Panics on a picture smaller than its pattern.
@@ -42,11 +42,11 @@ pub(super) fn luma(codes: &Plane<u16>, pattern_px: (usize, usize), events: &mut 
 
 /// Moves features of the grey picture to where the light fell: half a pattern less half a pixel to the right and down.
 pub(super) fn place_in_mosaic(features: &mut [Feature], pattern_px: (usize, usize)) {
-    let half_q4 = |side_px: usize| low_u16(u32_from(side_px - 1) * u32::from(STEPS_PER_PX) / 2);
-    let (right_q4, down_q4) = (half_q4(pattern_px.0), half_q4(pattern_px.1));
+    let half = |side_px: usize| PlacePx::saturating_from_num(side_px - 1) >> 1;
+    let (right, down) = (half(pattern_px.0), half(pattern_px.1));
     for feature in features {
-        feature.x_q4 = feature.x_q4.saturating_add(right_q4);
-        feature.y_q4 = feature.y_q4.saturating_add(down_q4);
+        feature.x = feature.x.saturating_add(right);
+        feature.y = feature.y.saturating_add(down);
     }
 }
 
@@ -74,11 +74,12 @@ mod tests {
         let mut events = Events::default();
         assert_eq!(luma(&codes, (1, 1), &mut events), codes);
         assert_eq!(events, Events::default());
-        let feature = Feature { x_q4: 33, y_q4: 65_535, score: 1, angle: 0, octave: 0, descriptor: [0; 32] };
+        let (x, y) = (PlacePx::from_bits(33), PlacePx::MAX);
+        let feature = Feature { x, y, score: 1, angle: crate::words::Turns::ZERO, octave: 0, descriptor: [0; 32] };
         let mut features = [feature, feature];
         place_in_mosaic(&mut features[..1], (1, 1));
         place_in_mosaic(&mut features[1..], (2, 4));
         assert_eq!(features[0], feature);
-        assert_eq!((features[1].x_q4, features[1].y_q4), (41, 65_535));
+        assert_eq!((features[1].x, features[1].y), (PlacePx::from_bits(41), PlacePx::MAX));
     }
 }

@@ -1,27 +1,28 @@
-//! Orientation of a corner by the intensity centroid of a disc (Rosin 1999). Enters: a smoothed patch. Leaves: 1/256 turns.
+//! Orientation of a corner by the intensity centroid of a disc (Rosin 1999). Enters: a smoothed patch. Leaves: turns.
 
 use super::patch::{Patch, RADIUS_PX, SIDE, STRIDE};
 use super::word::Word;
 use crate::num::{low_u8, u32_from};
+use crate::words::{Slope, SlopeSide, Turns};
 
-/// `round(2^16 tan((2k + 1) pi / 256))`: the slopes half-way between neighbouring angles of the first octant.
-const SLOPES_Q16: [u32; 32] = [
+/// Bits of `tan((2k + 1) pi / 256)`, rounded: the slopes half-way between neighbouring angles of the first octant.
+const SLOPE_BITS: [u32; 32] = [
     804, 2414, 4026, 5644, 7268, 8901, 10545, 12202, 13874, 15564, 17273, 19005, 20762, 22546, 24360, 26208, 28093,
     30018, 31986, 34002, 36071, 38196, 40382, 42636, 44963, 47369, 49863, 52451, 55144, 57950, 60880, 63947,
 ];
 
-/// The direction of (x, y) in 1/256 of a turn, from +x towards +y, rounded to the nearest; (0, 0) points to 0.
+/// The direction of (x, y), from +x towards +y, rounded to the nearest; (0, 0) points to 0.
 ///
 /// A first octant's slope is compared with 32 constants. The error is half a step (1/512 turn) plus the rounding of a
 /// constant, under 2e-6 of a turn; on a seam the higher step within the octant is taken.
-pub fn angle_of(x: i32, y: i32) -> u8 {
+pub fn angle_of(x: i32, y: i32) -> Turns {
     let (x_size, y_size) = (x.unsigned_abs(), y.unsigned_abs());
     let (long, short) = (x_size.max(y_size), x_size.min(y_size));
     if long == 0 {
-        return 0;
+        return Turns::ZERO;
     }
-    let above = |slope: u32| u64::from(short) << 16 >= u64::from(long) * u64::from(slope);
-    let steps = u32_from(SLOPES_Q16.partition_point(|&slope| above(slope)));
+    let above = |slope: Slope| SlopeSide::from(short) >= SlopeSide::from(slope).wrapping_mul_int(long.into());
+    let steps = u32_from(SLOPE_BITS.partition_point(|&bits| above(Slope::from_bits(bits))));
     let quarter = if y_size > x_size { 64 - steps } else { steps };
     let turn = match (x < 0, y < 0) {
         (false, false) => quarter,
@@ -29,14 +30,14 @@ pub fn angle_of(x: i32, y: i32) -> u8 {
         (true, true) => 128 + quarter,
         (false, true) => 256 - quarter,
     };
-    low_u8(turn)
+    Turns::from_bits(low_u8(turn))
 }
 
-/// An angle rounded to so many bits (half a step up, and round again at a whole turn), still in 1/256 of a turn. 1 to 8 bits.
-pub fn rounded_angle(angle: u8, bits: u32) -> u8 {
+/// An angle rounded to so many bits (half a step up, and round again at a whole turn). 1 to 8 bits.
+pub fn rounded_angle(angle: Turns, bits: u32) -> Turns {
     let cut = 8 - bits.min(8);
     let half = (1_u32 << cut) >> 1;
-    low_u8((u32::from(angle) + half) >> cut << cut)
+    Turns::from_bits(low_u8((u32::from(angle.to_bits()) + half) >> cut << cut))
 }
 
 /// First moments of the disc about its middle, to the right and down: at most 13 x 529 x 65,535 in size, so 32 bits hold them.
@@ -101,15 +102,12 @@ mod tests {
         for bits in 1..=8 {
             let step = 256 >> bits;
             for angle in 0..=255_u8 {
-                let found = i32::from(rounded_angle(angle, bits));
+                let found = i32::from(rounded_angle(Turns::from_bits(angle), bits).to_bits());
                 let off = (found - i32::from(angle) + 384).rem_euclid(256) - 128;
                 assert!(found % step == 0 && 2 * off.abs() <= step, "{angle} to {bits} bits is {found}");
             }
         }
-        assert_eq!(
-            [rounded_angle(252, 5), rounded_angle(251, 5), rounded_angle(4, 5), rounded_angle(3, 5)],
-            [0, 248, 8, 0]
-        );
+        assert_eq!([252, 251, 4, 3].map(|angle| rounded_angle(Turns::from_bits(angle), 5).to_bits()), [0, 248, 8, 0]);
     }
 
     #[test]
@@ -122,7 +120,7 @@ mod tests {
                     continue;
                 }
                 let exact = libm::atan2(f64::from(y), f64::from(x)) / std::f64::consts::TAU;
-                let error = (f64::from(angle_of(x, y)) / 256.0 - exact).rem_euclid(1.0);
+                let error = (f64::from(angle_of(x, y)) - exact).rem_euclid(1.0);
                 let error = if error > 0.5 { 1.0 - error } else { error };
                 worst_turns = if error > worst_turns { error } else { worst_turns };
                 tried += 1;
@@ -132,14 +130,14 @@ mod tests {
         // Half a step is 1/512; a constant is off by half of 2^-16 in slope, over 2 pi: 1.2e-6 of a turn.
         assert!(worst_turns <= 1.0 / 512.0 + 2e-6, "worst error {worst_turns} turns");
         assert_eq!(
-            [(1, 0), (1, 1), (0, 1), (-1, 0), (0, -1), (1, -1)].map(|(x, y)| angle_of(x, y)),
+            [(1, 0), (1, 1), (0, 1), (-1, 0), (0, -1), (1, -1)].map(|(x, y)| angle_of(x, y).to_bits()),
             [0, 32, 64, 128, 192, 224]
         );
     }
 
     #[test]
     fn the_slopes_are_the_rounded_tangents() {
-        for (k, &slope) in SLOPES_Q16.iter().enumerate() {
+        for (k, &slope) in SLOPE_BITS.iter().enumerate() {
             let exact = 65_536.0 * libm::tan((2.0 * k as f64 + 1.0) * std::f64::consts::PI / 256.0);
             assert_eq!(f64::from(slope), libm::round(exact), "slope {k}");
         }
@@ -161,7 +159,7 @@ mod tests {
             let (x, y) = moments(&Patch::around(&picture, &centre));
             let wide = moments(&Patch::around(&picture.map(|value| u16::from(value) * 257), &centre));
             assert_eq!(wide, (257 * x, 257 * y));
-            let found = angle_of(x, y);
+            let found = angle_of(x, y).to_bits();
             let off = (u32::from(found) + 256 - step) % 256;
             // Rounded values move the centroid's direction by far less than a step, so one step either way is enough.
             assert!(off <= 1 || off == 255, "direction {step}, found {found}");

@@ -70,10 +70,11 @@ pub enum Overflow {
 /// What the extractor is set to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExtractorParams {
-    /// Least difference to the arc of nine pixels, in DN of the pipeline; a corner's score is at least this. With a target, the
-    /// first frame's, and the least of all. Of smoothed words it is halved (`for_codes`).
+    /// Least difference to the arc of nine pixels, in DN of the pipeline; a corner's score is at least this. With a target,
+    /// the least of all frames. Of smoothed words it is halved (`for_codes`).
     pub threshold: u16,
-    /// Corners a frame to which the threshold adapts, from `threshold` upwards; 0: it stays.
+    /// Corners a frame to which the threshold adapts, from `threshold` upwards; the first frame's own corners decide where it starts. 0:
+    /// it stays.
     pub target_features: u32,
     /// Bits of the pipeline's words, 8 to 16.
     pub pipeline_bits: u32,

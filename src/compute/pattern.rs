@@ -1,9 +1,10 @@
 //! The pairs of points that descriptors compare. Enters: nothing. Leaves: 256 pairs by a rule of integers, and their turns.
 //!
-//! The plain pattern is turned by any of 256 angles, by a rotator with sines of 14 fraction bits. The symmetric pattern is
+//! The plain pattern is turned by any of 256 angles, by a rotator with rounded sines. The symmetric pattern is
 //! eight pairs under 32 turns: turning it moves bits round by whole bytes, so hardware needs neither rotator nor sines.
 
 use crate::draw::mix;
+use crate::words::{Sine, TurnedPx};
 
 use super::patch::RADIUS_PX;
 
@@ -18,8 +19,8 @@ const PATTERN_SEED: u64 = 0x5E4E_5E1B;
 /// Steps of a whole turn in the symmetric pattern.
 const TURNS: usize = 32;
 
-/// `round(2^14 sin(2 pi k / 256))` of the first quarter turn.
-const SINES_Q14: [i32; 65] = [
+/// Bits of `sin(2 pi k / 256)` of the first quarter turn, rounded.
+const SINE_BITS: [i16; 65] = [
     0, 402, 804, 1205, 1606, 2006, 2404, 2801, 3196, 3590, 3981, 4370, 4756, 5139, 5520, 5897, 6270, 6639, 7005, 7366,
     7723, 8076, 8423, 8765, 9102, 9434, 9760, 10080, 10394, 10702, 11003, 11297, 11585, 11866, 12140, 12406, 12665,
     12916, 13160, 13395, 13623, 13842, 14053, 14256, 14449, 14635, 14811, 14978, 15137, 15286, 15426, 15557, 15679,
@@ -56,18 +57,19 @@ pub fn pattern() -> Vec<((i32, i32), (i32, i32))> {
     pairs
 }
 
-/// Sine of k/256 of a turn in 2^-14.
-pub fn sine_q14(k: usize) -> i32 {
+/// Sine of k/256 of a turn.
+pub fn sine_of(k: usize) -> Sine {
     let k = k % 256;
-    let quarter = |k: usize| if k <= 64 { SINES_Q14[k] } else { SINES_Q14[128 - k] };
-    if k < 128 { quarter(k) } else { -quarter(k - 128) }
+    let quarter = |k: usize| Sine::from_bits(if k <= 64 { SINE_BITS[k] } else { SINE_BITS[128 - k] });
+    if k < 128 { quarter(k) } else { quarter(k - 128).wrapping_neg() }
 }
 
 /// A point turned by k/256 of a turn from +x towards +y, rounded half up.
 pub fn turned((x, y): (i32, i32), k: usize) -> (i32, i32) {
-    let (sine, cosine) = (sine_q14(k), sine_q14(k + 64));
-    let rounded = |value: i32| (value + (1 << 13)) >> 14;
-    (rounded(x * cosine - y * sine), rounded(x * sine + y * cosine))
+    const HALF: TurnedPx = TurnedPx::lit("0.5");
+    let times = |k: usize, px: i32| TurnedPx::from(sine_of(k)).wrapping_mul_int(px);
+    let rounded = |coordinate: TurnedPx| coordinate.wrapping_add(HALF).wrapping_to_num();
+    (rounded(times(k + 64, x).wrapping_sub(times(k, y))), rounded(times(k, x).wrapping_add(times(k + 64, y))))
 }
 
 /// The eight pairs of the symmetric pattern before rotation.
@@ -96,7 +98,7 @@ mod tests {
     fn the_sines_are_rounded_to_fourteen_bits() {
         for k in 0..=256 {
             let exact = 16_384.0 * libm::sin(f64_from_usize(k) * std::f64::consts::TAU / 256.0);
-            assert_eq!(f64::from(sine_q14(k)), libm::round(exact), "sine {k}");
+            assert_eq!(f64::from(sine_of(k).to_bits()), libm::round(exact), "sine {k}");
         }
     }
 

@@ -12,6 +12,7 @@ use crate::events::{Event, Events};
 use crate::num::{u32_from, u64_from};
 use crate::plane::Plane;
 use crate::simd::{Kernel, dispatch};
+use crate::words::{BinomialColumn, BinomialMean, rounded};
 
 /// Pixels on each side that a smoothed word is made of.
 const REACH_PX: u32 = 3;
@@ -38,7 +39,7 @@ pub(super) fn presmooth<W: Word>(picture: &Plane<W>, bits: u32, events: &mut Eve
 
 /// What two by two pixels that stand out by so much leave at the highest of their smoothed words, rounded up: weights (15 + 20)^2 of 4096.
 pub(super) fn block_of(difference: u32) -> u32 {
-    (difference * (15 + 20) * (15 + 20)).div_ceil(4096)
+    BinomialMean::from_bits(difference * (15 + 20) * (15 + 20)).saturating_ceil().wrapping_to_num()
 }
 
 struct Binomial<'a, W> {
@@ -52,20 +53,21 @@ impl<W: Word> Kernel for Binomial<'_, W> {
     fn run(self) -> Plane<W> {
         let (width, height) = (self.picture.width_px(), self.picture.height_px());
         let mut smoothed = self.picture.clone();
-        let mut sums = vec![0_u32; width + 2 * REACH];
+        let mut sums = vec![BinomialColumn::ZERO; width + 2 * REACH];
         for y in 0..height {
             let row = |offset: usize| &self.picture.row((y + offset).saturating_sub(REACH).min(height - 1))[..width];
             let rows = [row(0), row(1), row(2), row(3), row(4), row(5), row(6)];
             let middle = &mut sums[REACH..REACH + width];
             for x in 0..width {
-                middle[x] = weigh(rows.map(|row| row[x].number()));
+                middle[x] = BinomialColumn::from_bits(weigh(rows.map(|row| row[x].number())));
             }
             let (first, last) = (sums[REACH], sums[REACH + width - 1]);
             sums[..REACH].fill(first);
             sums[REACH + width..].fill(last);
             for (word, seven) in smoothed.row_mut(y).iter_mut().zip(sums.windows(7)) {
                 let seven = [seven[0], seven[1], seven[2], seven[3], seven[4], seven[5], seven[6]];
-                *word = W::low((weigh(seven) + 2048) >> 12);
+                let mean = BinomialMean::from_bits(weigh(seven.map(BinomialColumn::to_bits)));
+                *word = W::low(rounded(mean));
             }
         }
         smoothed

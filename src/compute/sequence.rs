@@ -112,7 +112,8 @@ impl<W: Word> Sequence<W> {
     }
 }
 
-fn octaves<W: Word>(picture: Plane<W>, params: &ExtractorParams) -> Vec<Plane<W>> {
+/// The picture and its half-scale octaves.
+pub(super) fn octaves<W: Word>(picture: Plane<W>, params: &ExtractorParams) -> Vec<Plane<W>> {
     let built = params.octave_sizes(picture.size()).len();
     let mut octaves = vec![picture];
     while octaves.len() < built {

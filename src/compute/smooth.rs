@@ -1,5 +1,7 @@
 //! Smoothing before the descriptor's comparisons. Enters: a picture. Leaves: the picture under a 7x7 triangle kernel.
 
+use fixed::traits::Fixed;
+
 use super::word::Word;
 use crate::plane::Plane;
 use crate::simd::{Kernel, dispatch};
@@ -9,7 +11,7 @@ pub(crate) const BORDER_PX: usize = 3;
 
 /// The picture weighted by (1 2 3 4 3 2 1) in both directions over 256, rounded half up; standard deviation 1.58 px.
 ///
-/// Weights need shifts and adds only, and sums fit eight bits more than a word: 255 * 256 + 128 < 2^16. It is an integer kernel of a box
+/// Weights need shifts and adds only, and sums are means with eight fraction bits: 255 + 1/2 < 2^8. It is an integer kernel of a box
 /// of four with itself, strong enough for the noise of 2-bit pictures.
 pub fn smooth<W: Word>(picture: &Plane<W>) -> Plane<W> {
     let mut smoothed = picture.clone();
@@ -30,7 +32,7 @@ impl<W: Word> Kernel for Smooth<'_, W> {
     #[inline(always)]
     fn run(self) {
         let (width, height) = (self.picture.width_px(), self.picture.height_px());
-        let mut column = vec![W::Sum::default(); width];
+        let mut column = vec![W::Mean::default(); width];
         for y in BORDER_PX..height - BORDER_PX {
             let row = |offset: usize| &self.picture.row(y + offset - BORDER_PX)[..width];
             weigh_rows([row(0), row(1), row(2), row(3), row(4), row(5), row(6)], &mut column);
@@ -39,28 +41,28 @@ impl<W: Word> Kernel for Smooth<'_, W> {
     }
 }
 
-/// Sums of seven rows; up to 16 words. Slices of one length and no calls in the loop, so that it becomes vectors.
+/// Sums of seven rows; up to 16/256 of a word. Slices of one length and no calls in the loop, so that it becomes vectors.
 #[inline(always)]
-fn weigh_rows<W: Word>([a, b, c, d, e, f, g]: [&[W]; 7], sums: &mut [W::Sum]) {
+fn weigh_rows<W: Word>([a, b, c, d, e, f, g]: [&[W]; 7], sums: &mut [W::Mean]) {
     let n = sums.len();
     let (a, b, c, d, e, f, g) = (&a[..n], &b[..n], &c[..n], &d[..n], &e[..n], &f[..n], &g[..n]);
-    let weigh = |a: W, weight: u8| W::Sum::from(a) * W::Sum::from(weight);
     for x in 0..n {
-        let outer = weigh(a[x], 1) + weigh(g[x], 1) + weigh(b[x], 2) + weigh(f[x], 2);
-        sums[x] = outer + weigh(c[x], 3) + weigh(e[x], 3) + weigh(d[x], 4);
+        let outer = a[x].share(1).wrapping_add(g[x].share(1)).wrapping_add(b[x].share(2)).wrapping_add(f[x].share(2));
+        sums[x] = outer.wrapping_add(c[x].share(3)).wrapping_add(e[x].share(3)).wrapping_add(d[x].share(4));
     }
 }
 
-/// Sums of seven columns over 256, rounded half up.
+/// Sums of seven columns, rounded half up.
 #[inline(always)]
-fn weigh_columns<W: Word>(sums: &[W::Sum], out: &mut [W]) {
+fn weigh_columns<W: Word>(sums: &[W::Mean], out: &mut [W]) {
     let n = out.len();
     let (a, b, c, d) = (&sums[..n], &sums[1..n + 1], &sums[2..n + 2], &sums[3..n + 3]);
     let (e, f, g) = (&sums[4..n + 4], &sums[5..n + 5], &sums[6..n + 6]);
-    let times = |sum: W::Sum, weight: u8| sum * W::Sum::from(weight);
+    let pair = |a: W::Mean, b: W::Mean, weight: u8| W::times(a.wrapping_add(b), weight);
     for x in 0..n {
-        let sum = (a[x] + g[x]) + times(b[x] + f[x], 2) + times(c[x] + e[x], 3) + times(d[x], 4);
-        out[x] = W::low_sum((sum + W::Sum::from(128_u8)) >> 8);
+        let outer = pair(a[x], g[x], 1).wrapping_add(pair(b[x], f[x], 2));
+        let mean = outer.wrapping_add(pair(c[x], e[x], 3)).wrapping_add(W::times(d[x], 4));
+        out[x] = W::rounded(mean);
     }
 }
 

@@ -1,32 +1,31 @@
-//! The sub-pixel place of a corner by the weighted centroid of FAST's differences. Enters: picture and corner. Leaves: sixteenths
-//! of a pixel.
+//! The sub-pixel place of a corner by the weighted centroid of FAST's differences. Enters: picture and corner. Leaves: a place in
+//! pixels.
+
+use fixed::FixedI32;
+use fixed::types::extra::U4;
 
 use super::fast::{Corner, arc_difference_at};
 use super::word::Word;
-use crate::num::low_u16;
 use crate::plane::Plane;
+use crate::words::{EdgeDistancePx, PlacePx, ShiftPx};
 
-/// Steps of a place in one pixel.
-pub const STEPS_PER_PX: u16 = 16;
-/// Half a pixel, from its edge to its centre.
-const HALF_PX_Q4: u32 = 8;
-/// A fit moves a place by at most a pixel.
-const PX_Q4: i32 = 16;
+/// From a pixel's edge to its centre.
+const HALF_PX: EdgeDistancePx = EdgeDistancePx::lit("0.5");
 
-/// The place of a corner of octave k in the full picture's sixteenths: as the fit moves it, or of the pixel's centre.
+/// The place of a corner of octave k in the full picture: as the fit moves it, or of the pixel's centre.
 ///
 /// The centre of a half-scale pixel lies between four pixels, so a place is scaled about the picture's corner, which is half
 /// a pixel before the first centre.
-pub(crate) fn place<W: Word>(picture: &Plane<W>, corner: &Corner, octave: u8, fit: bool) -> (u16, u16) {
-    let (x_q4, y_q4) = if fit { offset_q4(&responses(picture, corner)) } else { (0, 0) };
-    (moved(corner.x_px, x_q4, octave), moved(corner.y_px, y_q4, octave))
+pub(crate) fn place<W: Word>(picture: &Plane<W>, corner: &Corner, octave: u8, fit: bool) -> (PlacePx, PlacePx) {
+    let (right, down) = if fit { fitted_shift(&responses(picture, corner)) } else { (ShiftPx::ZERO, ShiftPx::ZERO) };
+    (moved(corner.x_px, right, octave), moved(corner.y_px, down, octave))
 }
 
-/// `offset_q4` is within a pixel and corners are three pixels from the edge, so a place is never below zero.
-fn moved(place_px: u32, offset_q4: i32, octave: u8) -> u16 {
-    let whole_q4 = place_px * u32::from(STEPS_PER_PX) + HALF_PX_Q4;
-    let from_edge_q4 = whole_q4.checked_add_signed(offset_q4).expect("corners are three pixels from the edge");
-    low_u16((from_edge_q4 << octave) - HALF_PX_Q4)
+/// A shift is within a pixel and corners are three pixels from the edge, so a place is never below zero.
+fn moved(pixel: u32, shift: ShiftPx, octave: u8) -> PlacePx {
+    let centre = EdgeDistancePx::wrapping_from_num(pixel).wrapping_add(HALF_PX);
+    let from_edge = centre.checked_add_signed(shift.into()).expect("corners are three pixels from the edge");
+    PlacePx::wrapping_from_num(from_edge.wrapping_shl(octave.into()).wrapping_sub(HALF_PX))
 }
 
 /// The arc difference at a corner and its eight neighbours, by rows; what the fit is made of.
@@ -35,22 +34,26 @@ pub fn responses<W: Word>(picture: &Plane<W>, corner: &Corner) -> [[i32; 3]; 3] 
     [0, 1, 2].map(|dy| [0, 1, 2].map(|dx| i32::try_from(at(dx, dy)).expect("16 bits at most")))
 }
 
-/// Centroid of nine values under the weights (1 2 1) both ways, times 2.5, relative to the middle, in sixteenths, rounded half up and
-/// clipped to within a pixel.
+/// Centroid of nine values under the weights (1 2 1) both ways, times 2.5, relative to the middle, rounded half up and clipped to
+/// -1 to 15/16 of a pixel.
 ///
 /// FAST's score is a least of differences: below a pixel it is flat at its top and bent like a tent, so a parabola through it holds
 /// to whole pixels. The centroid moves with all nine values and has no case without an answer. Nine values see only part of a peak,
 /// and so their centroid moves by two fifths of what the corner does; the factor was measured on photographs shifted by known parts
 /// of a pixel (docs/extractor.md), not derived. Nothing but zeros stays in the middle.
-pub fn offset_q4(r: &[[i32; 3]; 3]) -> (i32, i32) {
+pub fn fitted_shift(r: &[[i32; 3]; 3]) -> (ShiftPx, ShiftPx) {
     let column = |x: usize| r[0][x] + 2 * r[1][x] + r[2][x];
     let row = |y: usize| r[y][0] + 2 * r[y][1] + r[y][2];
     // Words of 16 bits give sums of 20 bits, and dividends of 26 bits and a sign.
     let sum = column(0) + 2 * column(1) + column(2);
     if sum <= 0 {
-        return (0, 0);
+        return (ShiftPx::ZERO, ShiftPx::ZERO);
     }
-    // 16 x 2.5 slope / sum, rounded: the half is half of a divisor of twice the sum.
-    let quotient = |slope: i32| (80 * slope + sum).div_euclid(2 * sum).clamp(-PX_Q4, PX_Q4 - 1);
+    const PX: FixedI32<U4> = FixedI32::ONE;
+    // Sixteenths: 16 x 2.5 slope / sum, rounded. The half is half of a divisor of twice the sum.
+    let quotient = |slope: i32| {
+        let shift = FixedI32::from_bits((80 * slope + sum).div_euclid(2 * sum));
+        ShiftPx::wrapping_from_num(shift.clamp(PX.wrapping_neg(), PX.wrapping_sub(FixedI32::DELTA)))
+    };
     (quotient(column(2) - column(0)), quotient(row(2) - row(0)))
 }

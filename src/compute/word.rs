@@ -1,20 +1,19 @@
 //! Words of the extractor's pipeline: 8 bits, or up to 16 in a wide one. One kernel is written for both.
 
 use std::fmt::Debug;
-use std::ops::{Add, BitOr, Mul, Shr, Sub};
+use std::ops::{Add, BitOr, Mul, Sub};
+
+use fixed::FixedU16;
+use fixed::traits::FixedUnsigned;
+use fixed::types::extra::U8;
 
 use crate::num::{low_u8, low_u16};
+use crate::words::{TriangleMean, rounded};
 
 /// A word of the pipeline, with the sums that its kernels need.
 pub trait Word: Copy + Ord + Default + Debug + Into<u32> + BitOr<Output = Self> + Send + Sync + 'static {
-    /// Holds 256 times a word and a half: the smoothing kernel's sum.
-    type Sum: Copy
-        + Default
-        + From<Self>
-        + From<u8>
-        + Add<Output = Self::Sum>
-        + Mul<Output = Self::Sum>
-        + Shr<u32, Output = Self::Sum>;
+    /// The smoothing kernel's sum: a mean with eight fraction bits, to which each word adds so many of its 256ths.
+    type Mean: FixedUnsigned;
     /// Holds 91 times a word with either sign: a column's moment about the middle of a patch.
     type Moment: Copy
         + Default
@@ -30,8 +29,12 @@ pub trait Word: Copy + Ord + Default + Debug + Into<u32> + BitOr<Output = Self> 
     fn less(self, other: Self) -> Self;
     /// The low bits of a number.
     fn low(value: u32) -> Self;
-    /// The low bits of a kernel's sum.
-    fn low_sum(sum: Self::Sum) -> Self;
+    /// So many 256ths of the word.
+    fn share(self, weight: u8) -> Self::Mean;
+    /// So many times a part of a mean. Whole means fit.
+    fn times(part: Self::Mean, weight: u8) -> Self::Mean;
+    /// A mean, rounded half up.
+    fn rounded(mean: Self::Mean) -> Self;
     /// The word for a moment.
     fn moment(self) -> Self::Moment;
     /// The word as a number.
@@ -42,7 +45,7 @@ pub trait Word: Copy + Ord + Default + Debug + Into<u32> + BitOr<Output = Self> 
 }
 
 impl Word for u8 {
-    type Sum = u16;
+    type Mean = FixedU16<U8>;
     type Moment = i16;
     const MAX: Self = Self::MAX;
     #[inline(always)]
@@ -54,8 +57,18 @@ impl Word for u8 {
         low_u8(value)
     }
     #[inline(always)]
-    fn low_sum(sum: u16) -> Self {
-        low_u8(u32::from(sum))
+    fn share(self, weight: u8) -> Self::Mean {
+        FixedU16::from_bits(u16::from(self).wrapping_mul(weight.into()))
+    }
+    #[inline(always)]
+    fn times(part: Self::Mean, weight: u8) -> Self::Mean {
+        part.wrapping_mul_int(weight.into())
+    }
+    #[inline(always)]
+    fn rounded(mean: Self::Mean) -> Self {
+        const HALF: FixedU16<U8> = FixedU16::lit("0.5");
+        let [_, whole] = mean.wrapping_add(HALF).to_bits().to_le_bytes();
+        whole
     }
     #[inline(always)]
     fn moment(self) -> i16 {
@@ -64,7 +77,7 @@ impl Word for u8 {
 }
 
 impl Word for u16 {
-    type Sum = u32;
+    type Mean = TriangleMean;
     type Moment = i32;
     const MAX: Self = Self::MAX;
     #[inline(always)]
@@ -76,8 +89,16 @@ impl Word for u16 {
         low_u16(value)
     }
     #[inline(always)]
-    fn low_sum(sum: u32) -> Self {
-        low_u16(sum)
+    fn share(self, weight: u8) -> Self::Mean {
+        TriangleMean::from_bits(u32::from(self).wrapping_mul(weight.into()))
+    }
+    #[inline(always)]
+    fn times(part: Self::Mean, weight: u8) -> Self::Mean {
+        part.wrapping_mul_int(weight.into())
+    }
+    #[inline(always)]
+    fn rounded(mean: Self::Mean) -> Self {
+        low_u16(rounded(mean))
     }
     #[inline(always)]
     fn moment(self) -> i32 {

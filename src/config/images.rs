@@ -27,7 +27,15 @@ pub fn check_idle(resolved: &Resolved) -> Result<(), Error> {
         (
             has_images,
             "a scene with geometry",
-            &["run.samples_per_pixel", "run.render_tolerance", "scene.reflectance", "scene.surroundings"],
+            &[
+                "run.samples_per_pixel",
+                "run.render_tolerance",
+                "run.render_seed",
+                "run.render_quantum_efficiency",
+                "run.render_full_well_e",
+                "scene.reflectance",
+                "scene.surroundings",
+            ],
         ),
     ];
     for (is_off, would_do, keys) in groups {

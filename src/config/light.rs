@@ -3,10 +3,15 @@
 use super::check::{one_of, within};
 use super::scenario::Scenario;
 use crate::error::Error;
+use crate::num::f64_from_u64;
 use crate::scene::flicker::{Flicker, Waveform};
 use crate::scene::light::BLACKBODY_K;
 use crate::scene::sky::{Sky, SkyKind};
 use crate::scene::{BakeCost, Illuminant};
+
+/// Greatest values of `scene.bake_rays_max` and `scene.bake_memory_mb_max`.
+const RAYS_MOST: u64 = 10_000_000_000_000;
+const MEGABYTES_MOST: u64 = 1_000_000;
 
 /// How much light there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,17 +37,24 @@ impl BakeLimits {
     /// # Errors
     /// More rays or memory than allowed.
     pub fn check(&self, cost: BakeCost) -> Result<(), Error> {
-        let would_do = |much: String| {
-            let direct = if self.bounces { "; or scene.bake = \"direct\", which needs far fewer" } else { "" };
-            format!("this scene's light takes {much}, which would do{direct}")
+        let direct = if self.bounces { ", or set scene.bake = \"direct\", which needs far fewer" } else { "" };
+        let reason = |needed: u64, unit: &str, key: &str, most: u64| {
+            // No key takes more than its own maximum.
+            if needed > most {
+                let simpler = if self.bounces { "set scene.bake = \"direct\" or simplify" } else { "simplify" };
+                return format!(
+                    "this scene's light takes {needed} {unit}, more than {key} can allow ({most}); {simpler} the scene"
+                );
+            }
+            format!("this scene's light takes {needed} {unit}; set {key} = {needed} or more{direct}")
         };
         if cost.rays > self.most.rays {
-            let much = format!("{:.3e} rays", crate::num::f64_from_u64(cost.rays));
-            return Err(Error::key("scene.bake_rays_max", self.most.rays, would_do(much)));
+            let key = "scene.bake_rays_max";
+            return Err(Error::key(key, self.most.rays, reason(cost.rays, "rays", key, RAYS_MOST)));
         }
         if cost.bytes > self.most.bytes {
-            let much = format!("{} MB", cost.bytes.div_ceil(1_000_000));
-            return Err(Error::key("scene.bake_memory_mb_max", self.most.bytes / 1_000_000, would_do(much)));
+            let (key, needed) = ("scene.bake_memory_mb_max", cost.bytes.div_ceil(1_000_000));
+            return Err(Error::key(key, self.most.bytes / 1_000_000, reason(needed, "MB", key, MEGABYTES_MOST)));
         }
         Ok(())
     }
@@ -93,8 +105,13 @@ impl Scenario {
     pub fn bake_limits(&self) -> Result<BakeLimits, Error> {
         let scene = &self.scene;
         let bounces = one_of("scene.bake", &scene.bake, &[("full", true), ("direct", false)])?;
-        let rays = within("scene.bake_rays_max", scene.bake_rays_max, 1e6..=1e13, "1e6 to 1e13")?;
-        let megabytes = within("scene.bake_memory_mb_max", scene.bake_memory_mb_max, 16.0..=1e6, "16 to 1,000,000")?;
+        let rays = within("scene.bake_rays_max", scene.bake_rays_max, 1e6..=f64_from_u64(RAYS_MOST), "1e6 to 1e13")?;
+        let megabytes = within(
+            "scene.bake_memory_mb_max",
+            scene.bake_memory_mb_max,
+            16.0..=f64_from_u64(MEGABYTES_MOST),
+            "16 to 1,000,000",
+        )?;
         let whole = crate::num::u64_truncated;
         Ok(BakeLimits { bounces, most: BakeCost { rays: whole(rays), bytes: whole(1e6 * megabytes) } })
     }
@@ -129,9 +146,7 @@ impl Scenario {
     pub fn flicker(&self) -> Result<Option<Flicker>, Error> {
         let keys = &self.scene.flicker;
         let duty = keys.duty;
-        if !(duty > 0.0 && duty <= 1.0) {
-            return Err(Error::key("scene.flicker.duty", duty, "out of range; above 0 to 1 would do"));
-        }
+        within("scene.flicker.duty", duty, 1e-6..=1.0, "1e-6 to 1")?;
         let waveforms = [
             ("none", None),
             ("sine", Some(Waveform::Sine)),

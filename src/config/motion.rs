@@ -95,7 +95,7 @@ impl Scenario {
     /// # Errors
     /// As `motion_source`.
     pub fn motion_scale(&self) -> Result<f64, Error> {
-        let scale = within("motion.scale", self.motion.scale, 1e-9..=100.0, "above 0 to 100")?;
+        let scale = within("motion.scale", self.motion.scale, 1e-9..=100.0, "1e-9 to 100")?;
         let states_metres = matches!(self.motion_source()?, Source::Oscillation { .. } | Source::Gait(_));
         Ok(if states_metres { 1.0 } else { scale })
     }
@@ -128,7 +128,7 @@ impl Scenario {
         let radius_m = within("motion.radius_m", section.radius_m, 0.1..=10_000.0, "0.1 to 10,000")?;
         let paths = [("line", Path::Line), ("circle", Path::Circle(radius_m)), ("loop", Path::eight(radius_m))];
         let path = one_of("motion.path", &section.path, &paths)?;
-        Ok(Gait::new(figures, path, DrawKey::root(self.seed)))
+        Ok(Gait::new(figures, path, DrawKey::root(section.seed)))
     }
 }
 
@@ -165,7 +165,8 @@ pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
     let oscillates = kind == "still" && section.oscillation_mm > 0.0;
     let fitted = section.file.is_some() && kind.is_empty();
     let poses = section.file.is_none() && kind == "spline";
-    let gait_keys = ["path", "speed_m_per_s", "step_rate_hz", "step_rate_sd_hz"].map(|key| format!("motion.{key}"));
+    let gait_keys =
+        ["path", "speed_m_per_s", "step_rate_hz", "step_rate_sd_hz", "seed"].map(|key| format!("motion.{key}"));
     let gait_keys: Vec<&str> = gait_keys.iter().map(String::as_str).collect();
     let groups: [(bool, &str, &[&str]); 8] = [
         (fitted, "a recorded motion.file", &["motion.bridge_gaps_s"]),

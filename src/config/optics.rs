@@ -113,7 +113,7 @@ impl Scenario {
 
     /// A table brings its own scale.
     fn table_lens(&self, size: Size, mapping: Mapping) -> Result<Lens, Error> {
-        let pitch_um = within("sensor.pixel.pitch_um", self.sensor.pixel.pitch_um, 1e-3..=100.0, "above 0 to 100")?;
+        let pitch_um = within("sensor.pixel.pitch_um", self.sensor.pixel.pitch_um, 1e-3..=100.0, "0.001 to 100")?;
         let units = [("mm", 1e3 / pitch_um), ("px", 1.0)];
         let px_per_unit = one_of("optics.table_unit", &self.optics.table_unit, &units)?;
         Ok(Lens { intrinsics: Intrinsics { fx_px: px_per_unit, fy_px: px_per_unit, ..middle(size) }, mapping })
@@ -136,7 +136,7 @@ impl Scenario {
         ];
         let roll_off = one_of("optics.roll_off", &optics.roll_off, &laws)?;
         let f_number = within("optics.f_number", optics.f_number, 0.5..=64.0, "0.5 to 64")?;
-        let transmission = within("optics.transmission", optics.transmission, 1e-6..=1.0, "above 0 to 1")?;
+        let transmission = within("optics.transmission", optics.transmission, 1e-6..=1.0, "1e-6 to 1")?;
         Ok((Aperture { f_number, transmission, pupil }, roll_off))
     }
 
@@ -222,7 +222,9 @@ fn lens_spanning(size: Size, mapping: Mapping, fov_deg: f64) -> Result<Lens, Err
     Lens::spanning(size, mapping, fov_deg.to_radians()).ok_or_else(|| {
         let unit = Lens { intrinsics: Intrinsics { fx_px: 1.0, fy_px: 1.0, cx_px: 0.0, cy_px: 0.0 }, mapping };
         let most_deg = 2.0 * unit.field_angle_max_rad().to_degrees();
-        Error::key(key, fov_deg, format!("this mapping ends below {most_deg:.3} degrees; less would do"))
+        // A little inside, where the mapping surely has a bearing.
+        let wide_deg = (10.0 * most_deg - 1.0).floor() / 10.0;
+        Error::key(key, fov_deg, format!("this mapping ends below {most_deg:.3} degrees; use {wide_deg} or less"))
     })
 }
 

@@ -14,6 +14,27 @@ pub enum Kind {
     Lens,
 }
 
+/// Stands where a scenario names no preset: what it does not write has the values of the kind's `base`.
+pub const NO_PRESET: &str = "none";
+
+impl Kind {
+    /// The section of a scenario that presets of this kind fill.
+    pub fn section(self) -> &'static str {
+        match self {
+            Self::Sensor => "sensor",
+            Self::Lens => "optics",
+        }
+    }
+
+    /// The preset whose values hold where a scenario names none.
+    pub fn base(self) -> &'static str {
+        match self {
+            Self::Sensor => "paper_6t_vga",
+            Self::Lens => "pinhole_90",
+        }
+    }
+}
+
 /// A named layer.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {

@@ -26,7 +26,7 @@ use crate::num::f64_from_usize;
 sections! {
     /// A whole scenario, all layers merged.
     Scenario {
-        /// Seed of everything that differs from frame to frame.
+        /// Seed of the noise of sensors, link and inertial unit, and of the tracker's draws. No photon depends on it.
         seed: u64,
         /// What is looked at.
         scene: Scene,
@@ -76,6 +76,13 @@ sections! {
         /// Where: "mirrors": at metals of roughness up to 0.1, exactly. "all": at gloss and glaze too, by chance; noisy under bare
         /// lamps.
         gloss: String,
+        /// Names the render's samples. Whatever lies behind the lens, and `seed`, leaves photons as they are.
+        render_seed: u64,
+        /// Electrons of a photon that a render tolerance counts with, fill factor included, 0 to 1; the sensor's own unless given. Designs
+        /// that state the same here and in `render_full_well_e` have equal photons.
+        render_quantum_efficiency: Option<f64>,
+        /// Electrons from which on a pixel's render noise does not count, 1 to 2e9; what the sensor's pixel holds unless given.
+        render_full_well_e: Option<f64>,
         /// What all effects left out may add up to, in units of a pixel's own noise, 0 to 10.
         accuracy: f64,
     }

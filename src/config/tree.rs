@@ -6,6 +6,7 @@ use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
 use crate::error::Error;
+use crate::text::without_mark;
 
 /// Where a value was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,6 +30,7 @@ impl Tree {
     /// # Errors
     /// `Error::Content` with line and column where the text is no TOML.
     pub fn parse(layer: &str, text: &str) -> Result<Self, Error> {
+        let text = without_mark(text);
         let refused = |error: &toml::de::Error| {
             let line = error.span().map_or(0, |span| line_of(text, span.start));
             let reason = format!("line {line}: {}", error.message());
@@ -36,9 +38,9 @@ impl Tree {
         };
         let values: Table = toml::from_str(text).map_err(|error| refused(&error))?;
         let spans = DeTable::parse(text).map_err(|error| refused(&error))?;
-        let mut origins = BTreeMap::new();
-        record_origins(spans.get_ref(), "", layer, text, &mut origins);
-        Ok(Self { values, origins })
+        let mut origins = Origins { layer, lines: Lines::of(text), found: BTreeMap::new() };
+        origins.record(spans.get_ref(), "");
+        Ok(Self { values, origins: origins.found })
     }
 
     /// One `--set a.b=value`; the value is TOML, or else taken as a string.
@@ -85,8 +87,7 @@ impl Tree {
         let replaced: Vec<String> = above.origins.keys().filter(replaced).cloned().collect();
         merge_tables(&mut self.values, above.values);
         for path in &replaced {
-            let inside = format!("{path}.");
-            self.origins.retain(|old, _| !old.starts_with(&inside));
+            forget_inside(&mut self.origins, path);
         }
         self.origins.extend(above.origins);
     }
@@ -114,8 +115,8 @@ impl Tree {
             table = inner;
         }
         table.remove(last);
-        let inside = format!("{path}.");
-        self.origins.retain(|old, _| old != path && !old.starts_with(&inside));
+        self.origins.remove(path);
+        forget_inside(&mut self.origins, path);
     }
 
     /// The value at a dotted path.
@@ -177,27 +178,65 @@ fn merge_tables(below: &mut Table, above: Table) {
     }
 }
 
-fn record_origins(table: &DeTable<'_>, prefix: &str, layer: &str, text: &str, origins: &mut BTreeMap<String, Origin>) {
-    for (key, value) in table {
-        let path = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
-        let line = line_of(text, key.span().start);
-        origins.insert(path.clone(), Origin { layer: layer.to_owned(), line });
-        match value.get_ref() {
-            DeValue::Table(inner) => record_origins(inner, &path, layer, text, origins),
-            DeValue::Array(items) => {
-                for (index, item) in items.iter().enumerate() {
-                    if let DeValue::Table(inner) = item.get_ref() {
-                        record_origins(inner, &format!("{path}.{index}"), layer, text, origins);
+/// Takes away what is known of the places in a table.
+fn forget_inside(origins: &mut BTreeMap<String, Origin>, path: &str) {
+    let inside = format!("{path}.");
+    let old: Vec<String> = origins
+        .range(inside.clone()..)
+        .map(|(old, _)| old)
+        .take_while(|old| old.starts_with(&inside))
+        .cloned()
+        .collect();
+    for old in old {
+        origins.remove(&old);
+    }
+}
+
+/// Where the lines of a text begin.
+struct Lines(Vec<usize>);
+
+impl Lines {
+    fn of(text: &str) -> Self {
+        Self(text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(place, _)| place + 1).collect())
+    }
+
+    /// The line of a byte, counted from 1.
+    fn at(&self, offset: usize) -> usize {
+        1 + self.0.partition_point(|&start| start <= offset)
+    }
+}
+
+/// The places of a layer's values while they are found.
+struct Origins<'a> {
+    layer: &'a str,
+    lines: Lines,
+    found: BTreeMap<String, Origin>,
+}
+
+impl Origins<'_> {
+    fn record(&mut self, table: &DeTable<'_>, prefix: &str) {
+        for (key, value) in table {
+            let path =
+                if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+            let origin = Origin { layer: self.layer.to_owned(), line: self.lines.at(key.span().start) };
+            self.found.insert(path.clone(), origin);
+            match value.get_ref() {
+                DeValue::Table(inner) => self.record(inner, &path),
+                DeValue::Array(items) => {
+                    for (index, item) in items.iter().enumerate() {
+                        if let DeValue::Table(inner) = item.get_ref() {
+                            self.record(inner, &format!("{path}.{index}"));
+                        }
                     }
                 }
+                _ => {}
             }
-            _ => {}
         }
     }
 }
 
 fn line_of(text: &str, offset: usize) -> usize {
-    1 + text.as_bytes().iter().take(offset).filter(|&&byte| byte == b'\n').count()
+    Lines::of(text).at(offset)
 }
 
 #[cfg(test)]
@@ -233,6 +272,24 @@ mod tests {
         assert_eq!(tree.get("scene.file").unwrap().as_str(), Some("bathroom.glb"));
         assert!(Tree::from_assignment("scene.file").is_err());
         assert!(Tree::from_assignment("scene..file=1").is_err());
+    }
+
+    #[test]
+    fn lines_are_those_of_a_count_of_line_ends() {
+        let text = "a = 1\n\n[b]\nc = 2\r\n\u{e4} = 3\nno end";
+        let lines = Lines::of(text);
+        for offset in 0..text.len() + 2 {
+            let counted = 1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count();
+            assert_eq!(lines.at(offset), counted, "{offset}");
+        }
+    }
+
+    #[test]
+    fn a_value_in_a_table_s_place_takes_all_origins_within_it_and_no_others() {
+        let mut tree = Tree::parse("low.toml", "[a]\nb = 1\n[a.c]\nd = 2\n[ab]\ne = 3\n").unwrap();
+        tree.merge(Tree::parse("high.toml", "\n\na = 4\n").unwrap());
+        let layers = ["a.b", "a.c.d", "a", "ab.e"].map(|path| tree.origin(path).unwrap().layer.clone());
+        assert_eq!(layers, ["high.toml", "high.toml", "high.toml", "low.toml"]);
     }
 
     #[test]

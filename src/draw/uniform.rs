@@ -4,8 +4,8 @@
 //! lanes gives sixteen columns. `fill_uniforms` is the fast path; `uniform_at` is its slow twin, built on the crate
 //! `rand_xoshiro`.
 
+use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::{DrawKey, mix};
 use crate::num::{low_u32, u64_from};
@@ -102,6 +102,9 @@ pub fn uniform_at(key: DrawKey, column: usize) -> u32 {
 impl DrawKey {
     /// A sequential generator for users who draw one by one (RANSAC, scene generators, tests). Seeded by the key's
     /// SplitMix64 words 33 to 36, so it shares no state with the lanes of `fill_uniforms`.
+    ///
+    /// Numbers, choices, samples and shuffles come from `rand`'s traits over it. They are equal on 32-bit and 64-bit targets as long
+    /// as lists and ranges of `usize` stay below 2^32.
     pub fn stream(self) -> Xoshiro256PlusPlus {
         generator(std::array::from_fn(|word| seed_word(self, word, 4)))
     }
@@ -115,15 +118,11 @@ fn generator(words: [u64; 4]) -> Xoshiro256PlusPlus {
     Xoshiro256PlusPlus::from_seed(seed)
 }
 
-/// The next number of a stream in [0, 1), a multiple of 2^-53.
-pub fn uniform_f64(stream: &mut Xoshiro256PlusPlus) -> f64 {
-    const UNIT: f64 = 1.0 / 9_007_199_254_740_992.0;
-    crate::num::f64_from_u64(stream.next_u64() >> 11) * UNIT
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::RngExt;
+    use rand::seq::{IndexedRandom, SliceRandom};
 
     #[test]
     fn filled_rows_equal_the_slow_twin_at_every_length() {
@@ -152,12 +151,70 @@ mod tests {
     }
 
     #[test]
-    fn uniform_f64_stays_in_the_half_open_unit_interval_and_has_mean_one_half() {
-        let mut stream = DrawKey::root(11).stream();
-        let values: Vec<f64> = (0..100_000).map(|_| uniform_f64(&mut stream)).collect();
-        assert!(values.iter().all(|&value| (0.0..1.0).contains(&value)));
+    fn a_streams_f64_is_its_words_upper_53_bits_and_has_mean_one_half() {
+        let (mut stream, mut words) = (DrawKey::root(11).stream(), DrawKey::root(11).stream());
+        let values: Vec<f64> = (0..100_000).map(|_| stream.random()).collect();
+        let unit = 1.0 / 9_007_199_254_740_992.0;
+        assert!(values.iter().all(|&value| value == crate::num::f64_from_u64(words.next_u64() >> 11) * unit));
         // Standard error of the mean is sqrt(1/12/n) = 9.1e-4; 4.5 of them are a false alarm in 1.5e5.
         let mean = values.iter().sum::<f64>() / 1e5;
         assert!((mean - 0.5).abs() < 4.5 * 9.13e-4, "mean {mean}");
+    }
+
+    /// A number below `range` as a 32-bit target draws it (Canon's method, 32 bits more where they decide): the upper half of a word
+    /// times the range, and one more where the lower half carries.
+    fn below(words: &mut Xoshiro256PlusPlus, range: u32) -> u32 {
+        let mut times_range = || (words.next_u64() >> 32) * u64::from(range);
+        let product = times_range();
+        let (number, rest) = (low_u32(product >> 32), low_u32(product));
+        let carries = rest > range.wrapping_neg() && rest.checked_add(low_u32(times_range() >> 32)).is_none();
+        number + u32::from(carries)
+    }
+
+    /// Three different numbers below `range` by Floyd's algorithm.
+    fn three_below(words: &mut Xoshiro256PlusPlus, range: u32) -> [u32; 3] {
+        let mut drawn = [u32::MAX; 3];
+        for (place, most) in (range - 3..range).enumerate() {
+            let number = below(words, most + 1);
+            if let Some(same) = drawn[..place].iter().position(|&other| other == number) {
+                drawn[same] = most;
+            }
+            drawn[place] = number;
+        }
+        drawn
+    }
+
+    #[test]
+    fn samples_and_ranges_of_usize_are_those_of_32_bit_words() {
+        let seed = 21;
+        let mut tried = 0;
+        for case in 0..2_000_u32 {
+            let key = DrawKey::root(seed).with(case.into());
+            // Small ranges repeat often; great ones often need a second word.
+            let range = if case % 2 == 0 { 3 + case % 40 } else { u32::MAX / 3 * 2 + case };
+            let (mut stream, mut words) = (key.stream(), key.stream());
+            let one: usize = stream.random_range(0..crate::num::index(range));
+            assert_eq!(u64_from(one), u64::from(below(&mut words, range)), "seed {seed}, case {case}");
+            if case % 2 == 0 {
+                let list: Vec<u32> = (0..range).collect();
+                let three: [u32; 3] = list.sample_array(&mut stream).unwrap();
+                assert_eq!(three, three_below(&mut words, range), "seed {seed}, case {case}");
+            }
+            assert_eq!(stream.next_u64(), words.next_u64(), "seed {seed}, case {case}");
+            tried += 1;
+        }
+        assert_eq!(tried, 2_000);
+    }
+
+    #[test]
+    fn samples_and_shuffles_of_a_key_stay_as_they_are() {
+        // Poses follow from them: other numbers are other bytes of a run, so an update of `rand` that moves them is a breaking change.
+        let list: Vec<u32> = (0..1_000).collect();
+        let mut stream = DrawKey::root(3).with(4).stream();
+        let sample: [u32; 5] = list.sample_array(&mut stream).unwrap();
+        let mut shuffled: [u32; 8] = std::array::from_fn(|place| list[place]);
+        shuffled.shuffle(&mut stream);
+        let rest = (stream.random_range(0..1_000_u32), stream.random_range(0..1_000_usize), stream.random_ratio(1, 3));
+        assert_eq!((sample, shuffled, rest), ([915, 194, 177, 834, 673], [2, 0, 5, 7, 4, 3, 1, 6], (731, 599, true)));
     }
 }

@@ -297,6 +297,7 @@ mod tests {
         let facts = Facts {
             signal_e_min: 0.0,
             signal_e_max: 100.0,
+            is_capped: false,
             frame_e_max: 100.0,
             dark_mean_e: 0.0,
             dark_rms_e: 0.0,

@@ -65,7 +65,7 @@ pub fn lsb_e(parameters: &Parameters) -> f64 {
 
 /// Greatest mean photoelectrons of a pixel that the planner reckons with. Beyond twice what a pixel and its converter hold, more
 /// light changes nothing: the slope of everything after is 0, unless the rest spills over.
-fn most_e(parameters: &Parameters, light_e: f64) -> f64 {
+pub fn most_e(parameters: &Parameters, light_e: f64) -> f64 {
     let pixel = &parameters.pixel;
     if pixel.blooming > 0.0 {
         return light_e;
@@ -102,7 +102,8 @@ pub fn regions(
     let pixel: &PixelParams = &parameters.pixel;
     let efficiency = pixel.quantum_efficiency * pixel.fill_factor;
     let with_parasitic = 1.0 + pixel::parasitic_share(pixel, exposure_s, storage_s_max);
-    let high_e = most_e(parameters, light.photons_max * efficiency * with_parasitic);
+    let light_e = light.photons_max * efficiency * with_parasitic;
+    let high_e = most_e(parameters, light_e);
     let low_e = lesser(light.photons_min * efficiency, high_e);
     let spill_slope_max = pixel::spill_slope_max(pixel, high_e, [exposure_s, storage_s_max], dies);
     let frame = Frame { exposure_s, storage_s_max, e_max: high_e, spill_slope_max, dies };
@@ -116,6 +117,7 @@ pub fn regions(
             let facts = Facts {
                 signal_e_min: band[0],
                 signal_e_max: band[1],
+                is_capped: high_e < light_e && band[1] >= high_e,
                 frame_e_max: high_e,
                 dark_mean_e,
                 dark_rms_e,

@@ -109,9 +109,9 @@ impl Variation {
         }
         let [least_v, most_v] =
             [1.0 - SUPPLY_SPREAD_MAX, 1.0 + SUPPLY_SPREAD_MAX].map(|ratio| ratio * self.supply_nominal_v);
-        let reason = format!(
-            "too far from the nominal supply; {least_v:.3} to {most_v:.3} or another supply_nominal_v would do"
-        );
+        // Rounded inwards; a nominal supply has few decimals.
+        let (least_v, most_v) = ((1e3 * least_v - 1e-6).ceil() / 1e3, (1e3 * most_v + 1e-6).floor() / 1e3);
+        let reason = format!("too far from the nominal supply; use {least_v} to {most_v} or another supply_nominal_v");
         Err(Error::key("sensor.supply_v", self.supply_v, reason))
     }
 
@@ -214,7 +214,7 @@ mod tests {
         assert!((low.adc.full_scale_uv / 99_000.0 - 1.0).abs() < 1e-15);
         let far = Variation { corner: Corner::Tt, supply_v: 1.8, supply_nominal_v: 2.8 };
         let message = far.checked().unwrap_err().to_string();
-        assert!(message.contains("sensor.supply_v = 1.8") && message.contains("2.240 to 3.360"), "{message}");
+        assert!(message.contains("sensor.supply_v = 1.8") && message.contains("use 2.24 to 3.36"), "{message}");
     }
 
     #[test]

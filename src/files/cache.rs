@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, SystemTime};
 
 use super::io_error;
+use super::open::{open_regular, read_opened};
 use crate::error::Error;
 
 /// Ending of an entry's file.
@@ -44,6 +45,15 @@ impl Cache {
         Ok(Self { folder, capacity_bytes })
     }
 
+    /// Why nothing can be stored, if so, in the system's words. What is there already can be read all the same.
+    pub fn why_not_writable(&self) -> Option<String> {
+        let turn = TURN.fetch_add(1, Ordering::Relaxed);
+        let probe = self.folder.join(format!("probe-{}-{turn}.{UNFINISHED}", std::process::id()));
+        let written = fs::write(&probe, b"x");
+        let _ = fs::remove_file(&probe);
+        written.err().map(|error| format!("{}: {error}", self.folder.display()))
+    }
+
     /// Where the entries lie.
     pub fn folder(&self) -> &Path {
         &self.folder
@@ -52,15 +62,15 @@ impl Cache {
     /// The bytes under a key, if they are there and whole. Marks them as used now.
     pub fn get(&self, key: &str) -> Option<Vec<u8>> {
         let path = self.path(key);
-        let mut bytes = fs::read(&path).ok()?;
+        let file = open_regular(&path).ok()?;
+        let used = file.try_clone();
+        let mut bytes = read_opened(file, &path, self.capacity_bytes).ok()?;
         let (checksum, content) = bytes.split_at_checked(CHECKSUM_BYTES)?;
         if blake3::hash(content).as_bytes() != checksum {
             return None;
         }
         // The time of use matters for the order of eviction only: a read-only cache works as well.
-        if let Ok(file) = fs::File::options().append(true).open(&path) {
-            let _ = file.set_modified(SystemTime::now());
-        }
+        let _ = used.and_then(|file| file.set_modified(SystemTime::now()));
         bytes.drain(..CHECKSUM_BYTES);
         Some(bytes)
     }
@@ -80,7 +90,7 @@ impl Cache {
         let mut bytes = Vec::with_capacity(content.len() + CHECKSUM_BYTES);
         bytes.extend_from_slice(blake3::hash(content).as_bytes());
         bytes.extend_from_slice(content);
-        let written = fs::write(&unfinished, bytes).and_then(|()| fs::rename(&unfinished, &path));
+        let written = write_new(&unfinished, &bytes).and_then(|()| fs::rename(&unfinished, &path));
         if let Err(source) = written {
             let _ = fs::remove_file(&unfinished);
             return Err(io_error(&path)(source));
@@ -96,9 +106,10 @@ impl Cache {
         for entry in fs::read_dir(&self.folder).map_err(io_error(&self.folder))? {
             let path = entry.map_err(io_error(&self.folder))?.path();
             // Another process may have removed it since: then there is nothing to do.
-            let Ok(metadata) = fs::metadata(&path) else { continue };
+            let Ok(metadata) = fs::symlink_metadata(&path) else { continue };
             let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
-            match path.extension().and_then(|extension| extension.to_str()) {
+            match path.file_name().and_then(|name| kind_of(name.to_str()?)) {
+                Some(_) if !metadata.is_file() => {}
                 Some(ENTRY) => entries.push((modified, path, metadata.len())),
                 Some(UNFINISHED) if now.duration_since(modified).is_ok_and(|age| age > UNFINISHED_AGE_MAX) => {
                     let _ = fs::remove_file(&path);
@@ -122,6 +133,31 @@ impl Cache {
         let is_hex = key.bytes().all(|byte| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte));
         assert!(is_hex && (8..=128).contains(&key.len()), "a cache key is a hash in lower-case hexadecimal");
         self.folder.join(format!("{key}.{ENTRY}"))
+    }
+}
+
+/// Writes a file that is not there yet: nothing that somebody else put there is followed or filled.
+fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    use std::io::Write as _;
+    // A process of the same number may have died here.
+    let _ = fs::remove_file(path);
+    fs::File::create_new(path)?.write_all(bytes)
+}
+
+/// Whether a file of this name is an entry or an unfinished one. Others that lie in the folder are a user's: they are neither counted nor
+/// removed.
+fn kind_of(name: &str) -> Option<&'static str> {
+    let is_key =
+        |key: &str| (8..=128).contains(&key.len()) && key.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let mut parts = name.split('.');
+    match (parts.next(), parts.next(), parts.next(), parts.next()) {
+        (Some(key), Some(ENTRY), None, None) if is_key(key) => Some(ENTRY),
+        (Some(key), Some(turn), Some(UNFINISHED), None) if is_key(key) => {
+            let (process, turn) = turn.split_once('-')?;
+            (is_number(process) && is_number(turn)).then_some(UNFINISHED)
+        }
+        _ => None,
     }
 }
 
@@ -177,6 +213,28 @@ mod tests {
         cache.put(KEYS[2], &[7; 100]).unwrap();
         assert_eq!(KEYS.map(|key| cache.get(key).is_some()), [true, false, true]);
         assert!(!cache.put(KEYS[1], &[0; 300]).unwrap(), "more than the cache holds");
+    }
+
+    #[test]
+    fn files_of_others_in_the_folder_are_neither_counted_nor_removed() {
+        let scratch = Scratch::new();
+        let cache = Cache::open(Some(scratch.path()), 300).unwrap();
+        let theirs = ["film.part", "diary.entry", "ABCDEF0123.entry", "00000000aa.1-x.part", "00000000aa.old.entry"];
+        for name in theirs {
+            let path = scratch.path().join(name);
+            fs::write(&path, [0; 1000]).unwrap();
+            let file = fs::File::options().append(true).open(&path).unwrap();
+            file.set_modified(SystemTime::now() - 3 * UNFINISHED_AGE_MAX).unwrap();
+        }
+        let dead = scratch.path().join("00000000aa.123-4.part");
+        fs::write(&dead, "x").unwrap();
+        fs::File::options().append(true).open(&dead).unwrap().set_modified(SystemTime::UNIX_EPOCH).unwrap();
+        for key in KEYS {
+            cache.put(key, &[7; 100]).unwrap();
+        }
+        assert!(theirs.iter().all(|name| scratch.path().join(name).is_file()));
+        assert!(!dead.exists());
+        assert_eq!(KEYS.iter().filter(|key| cache.get(key).is_some()).count(), 2, "two of three fit");
     }
 
     #[test]

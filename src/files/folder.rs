@@ -1,42 +1,108 @@
-//! An output folder that is whole or absent. Enters: the place a user named. Leaves: that folder, filled beside and renamed
-//! into place. A folder this program did not write is never replaced.
+//! A result folder that is whole or absent, and never takes the place of what this program did not write.
+//!
+//! A result is built in a hidden folder beside its place and lists what it holds. It then changes places with the earlier result in one
+//! step, and the earlier one is removed by its own list. Where the folder cannot be moved, its content is replaced instead; see `contents`.
 
-use std::io::ErrorKind;
+mod contents;
+mod lock;
+mod manifest;
+mod single;
+#[cfg(test)]
+mod tests;
+mod work;
+
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::io_error;
+use super::{disk, io_error};
 use crate::error::Error;
+use contents::{Inside, WORK};
+use lock::Lock;
+use manifest::{Care, Listed, Manifest, Survey};
 
-/// The file that marks a folder as written by this program.
-pub const MARKER: &str = ".sensel";
+pub use manifest::MARKER;
+pub use single::{check_file, replace_file};
+
+/// So many files of others are named in a refusal.
+const NAMED_MAX: usize = 3;
 
 /// A folder under construction. Dropped without [`OutputFolder::commit`], it vanishes.
 #[derive(Debug)]
 pub struct OutputFolder {
     target: PathBuf,
-    beside: PathBuf,
+    /// Where it is built.
+    root: PathBuf,
     is_done: bool,
+    /// Where files of others stand now that stood in what a killed process left.
+    kept: Vec<PathBuf>,
+    way: Way,
+    /// Lies beside the folder; none where nothing may be written there.
+    _lock: Option<Lock>,
+    // Declared last: they go once the lock in them is gone.
+    parents: Parents,
+}
+
+/// How the result gets to its place.
+#[derive(Debug)]
+enum Way {
+    /// The folder is renamed.
+    Beside { parent: PathBuf },
+    /// What the folder holds is replaced.
+    Inside(Inside),
+}
+
+/// A result in its place.
+#[derive(Debug)]
+pub struct Placed {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Files and folders of others that stood in the way and were kept under these names.
+    pub kept: Vec<PathBuf>,
 }
 
 impl OutputFolder {
-    /// Makes a hidden folder beside `target`, to be filled under [`OutputFolder::path`].
+    /// Makes a hidden folder to be filled under [`OutputFolder::path`], and clears what killed processes left for the same place.
     ///
     /// # Errors
-    /// `target` exists and is not ours (no marker, and not empty) or is a file; or the disk says no.
+    /// `target` is a file, or holds something that this program did not write; another process writes there; or the disk says no.
     pub fn create(target: &Path) -> Result<Self, Error> {
-        // A link keeps pointing where it did: what it points at is replaced.
-        let target = std::fs::canonicalize(target).unwrap_or_else(|_| target.to_owned());
-        check_replaceable(&target)?;
-        let name = target.file_name().ok_or_else(|| refused(&target, "has no name of its own; name a folder"))?;
-        let parent = match target.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
-            _ => PathBuf::from("."),
+        Self::create_where(target, holds_current_folder)
+    }
+
+    fn create_where(target: &Path, must_stay: fn(&Path) -> bool) -> Result<Self, Error> {
+        until_parents_stay(|| Self::create_once(target, must_stay))
+    }
+
+    fn create_once(target: &Path, must_stay: fn(&Path) -> bool) -> Result<Self, Error> {
+        let (target, parents) = resolve(target)?;
+        let (Some(name), Some(parent)) = (target.file_name(), target.parent()) else {
+            return Err(refused(&target, "has no name of its own; name a folder"));
         };
-        std::fs::create_dir_all(&parent).map_err(io_error(&parent))?;
-        let beside = fresh_folder(&parent, &name.to_string_lossy(), "building")?;
-        let folder = Self { target, beside, is_done: false };
-        let marker = folder.beside.join(MARKER);
-        std::fs::write(&marker, concat!("sensel ", env!("CARGO_PKG_VERSION"), "\n")).map_err(io_error(&marker))?;
+        let (name, parent) = (name.to_string_lossy().into_owned(), parent.to_owned());
+        let is_there = target.is_dir();
+        let must_stay = is_there && (disk::is_mount_point(&target, &parent) || must_stay(&target));
+        let lock = match Lock::take(parent.join(format!(".{name}.sensel-lock")), &target) {
+            Err(Error::Io { source, .. }) if is_there && (must_stay || disk::is_forbidden(&source)) => None,
+            other => Some(other?),
+        };
+        let may_clear = lock.as_ref().is_some_and(|lock| lock.is_exclusive);
+        let mut kept = if may_clear { work::clear_stale(&parent, &target, &name) } else { Vec::new() };
+        let (way, root) = if must_stay || lock.is_none() {
+            let mut inside = Inside::take(&target)?;
+            kept.append(&mut inside.kept);
+            State::of(&target, Care::Quick)?;
+            let root = inside.build()?;
+            (Way::Inside(inside), root)
+        } else {
+            kept.extend(Inside::settle(&target)?);
+            State::of(&target, Care::Quick)?;
+            let root = work::fresh(&parent, &name)?;
+            (Way::Beside { parent }, root)
+        };
+        let folder = Self { target, root, is_done: false, kept, way, _lock: lock, parents };
+        if matches!(folder.way, Way::Beside { .. }) {
+            folder.copy_ownership()?;
+        }
         Ok(folder)
     }
 
@@ -50,188 +116,257 @@ impl OutputFolder {
 
     /// Where to write.
     pub fn path(&self) -> &Path {
-        &self.beside
+        &self.root
     }
 
-    /// Renames the folder into place. What stood there before is removed only once the new one stands.
+    /// Puts the folder in its place. What this program wrote there before is removed once the new one stands.
     ///
     /// # Errors
-    /// The place was taken by something that is not ours in the meantime, or the disk says no; then nothing changed.
-    pub fn commit(mut self) -> Result<PathBuf, Error> {
-        check_replaceable(&self.target)?;
-        let old = if self.target.exists() {
-            let parent = self.beside.parent().expect("the folder was made in its parent").to_owned();
-            let name = self.target.file_name().expect("checked when made").to_string_lossy().into_owned();
-            let old = fresh_folder(&parent, &name, "old")?.join("folder");
-            std::fs::rename(&self.target, &old).map_err(io_error(&self.target))?;
-            Some(old)
-        } else {
-            None
-        };
-        if let Err(source) = std::fs::rename(&self.beside, &self.target) {
-            if let Some(old) = &old {
-                // The error of the first rename is the one to report; the old folder goes back if it can.
-                let _ = std::fs::rename(old, &self.target);
+    /// The place holds something that is not this program's, or the disk says no. The place is as it was then, and the finished result
+    /// stays beside it under the name that the error says.
+    pub fn commit(self) -> Result<Placed, Error> {
+        self.commit_by(disk::exchange)
+    }
+
+    fn commit_by(mut self, exchange: fn(&Path, &Path) -> io::Result<()>) -> Result<Placed, Error> {
+        let manifest = Manifest::seal(&self.root)?;
+        match self.put(&manifest, exchange) {
+            Ok(()) => {
+                self.is_done = true;
+                self.parents.0.clear();
+                Ok(Placed { folder: self.target.clone(), kept: std::mem::take(&mut self.kept) })
             }
-            return Err(io_error(&self.target)(source));
+            Err(error) => Err(self.keep_finished(error)),
         }
+    }
+
+    fn put(&mut self, manifest: &Manifest, exchange: fn(&Path, &Path) -> io::Result<()>) -> Result<(), Error> {
+        let state = State::of(&self.target, Care::Full)?;
+        let failed = |source| io_error(&self.target)(source);
+        let parent = match &mut self.way {
+            Way::Inside(inside) => {
+                let (old, survey) = match &state {
+                    State::Ours(old, survey) => (Some(old), Some(survey)),
+                    State::Free => (None, None),
+                };
+                inside.swap(manifest, old, survey)?;
+                self.kept.append(&mut inside.kept);
+                return Ok(());
+            }
+            Way::Beside { parent } => parent,
+        };
+        if let Ok(metadata) = std::fs::metadata(&self.target) {
+            disk::copy_ownership(&metadata, &self.root).map_err(failed)?;
+        }
+        let State::Ours(_, survey) = state else {
+            // An empty folder is replaced in the same step; one that was filled meanwhile is not.
+            disk::rename(&self.root, &self.target).map_err(failed)?;
+            return disk::sync_folder(parent).map_err(failed);
+        };
+        let old = match exchange(&self.root, &self.target) {
+            Ok(()) => self.root.clone(),
+            Err(error) if disk::is_unsupported(&error) => {
+                let name = self.target.file_name().expect("checked when made").to_string_lossy();
+                let old = work::unused(parent, &name, work::OLD)?;
+                disk::rename(&self.target, &old).map_err(failed)?;
+                if let Err(source) = disk::rename(&self.root, &self.target) {
+                    // The error of this rename is the one to report; the old result goes back if it can.
+                    let _ = disk::rename_new(&old, &self.target);
+                    return Err(failed(source));
+                }
+                old
+            }
+            Err(source) => return Err(failed(source)),
+        };
+        // From here on the result stands: what cannot be removed of the old one is left to the next run.
         self.is_done = true;
-        if let Some(holder) = old.as_deref().and_then(Path::parent) {
-            std::fs::remove_dir_all(holder).map_err(io_error(holder))?;
+        let retired =
+            disk::sync_folder(parent).and_then(|()| work::retire(&old, &survey, &work::kept_name(&self.target)));
+        self.kept.extend(retired.unwrap_or(Some(old)));
+        Ok(())
+    }
+
+    /// A finished result is not thrown away because its place is taken.
+    fn keep_finished(&mut self, error: Error) -> Error {
+        let beside = match &self.way {
+            Way::Beside { .. } => self.target.clone(),
+            Way::Inside(_) => self.target.join(self.target.file_name().unwrap_or_default()),
+        };
+        let is_swapping = matches!(&self.way, Way::Inside(inside) if inside.is_swapping());
+        let note = if is_swapping {
+            "; the finished result is half in its place, and the next run to it moves the rest".to_owned()
+        } else {
+            let name = PathBuf::from(format!("{}.finished", beside.display()));
+            let Ok(finished) = work::move_beside(&self.root, &name) else { return error };
+            self.is_done = true;
+            self.parents.0.clear();
+            format!("; the finished result is in {}", finished.display())
+        };
+        match error {
+            Error::Config { file, line, key, value, reason } => {
+                Error::Config { file, line, key, value, reason: reason + &note }
+            }
+            Error::Content { file, reason } => Error::Content { file, reason: reason + &note },
+            Error::Io { path, source } => {
+                Error::Io { path, source: io::Error::new(source.kind(), format!("{source}{note}")) }
+            }
+            other => other,
         }
-        Ok(self.target.clone())
+    }
+
+    /// A folder that is replaced keeps its permissions and its group; files get the group from it while they are written.
+    fn copy_ownership(&self) -> Result<(), Error> {
+        match std::fs::metadata(&self.target) {
+            Ok(metadata) => disk::copy_ownership(&metadata, &self.root).map_err(io_error(&self.root)),
+            Err(_) => Ok(()),
+        }
     }
 }
 
 impl Drop for OutputFolder {
     fn drop(&mut self) {
-        if !self.is_done {
-            // Nobody is left to tell; a leftover is hidden and harmless.
-            let _ = std::fs::remove_dir_all(&self.beside);
+        if !self.is_done && matches!(self.way, Way::Beside { .. }) {
+            // Nobody is left to tell; a leftover is hidden, and the next run to the same place clears it.
+            let _ = work::remove_marked(&self.root);
         }
     }
 }
 
-/// Writes a file beside its place and renames it there, so that it is whole or what it was before.
-///
-/// # Errors
-/// The disk says no; then nothing changed.
-pub fn replace_file(target: &Path, bytes: &[u8]) -> Result<(), Error> {
-    // A link keeps pointing where it did: what it points at is replaced.
-    let target = std::fs::canonicalize(target).unwrap_or_else(|_| target.to_owned());
-    let holder = folder_beside(&target)?;
-    let beside = holder.join("file");
-    let written = std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, &target));
-    // The error of the writing is the one to report; an empty folder that stays is hidden and harmless.
-    let _ = std::fs::remove_dir_all(&holder);
-    written.map_err(io_error(&target))
+/// What stands in the place, where that may be replaced.
+enum State {
+    /// Nothing, or an empty folder.
+    Free,
+    /// A result of this program, and nothing else.
+    Ours(Manifest, Survey),
 }
 
-/// Whether a file could be made beside `target`, before long work is done for it.
-///
-/// # Errors
-/// The disk says no.
-pub fn check_file(target: &Path) -> Result<(), Error> {
-    let holder = folder_beside(target)?;
-    std::fs::remove_dir(&holder).map_err(io_error(&holder))
+impl State {
+    fn of(target: &Path, care: Care) -> Result<Self, Error> {
+        let metadata = match std::fs::symlink_metadata(target) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::Free),
+            other => other.map_err(io_error(target))?,
+        };
+        if !metadata.is_dir() {
+            return Err(refused(target, "is no folder; name one that does not exist yet"));
+        }
+        if metadata.permissions().readonly() {
+            return Err(refused(target, "is write-protected; name another folder"));
+        }
+        match Manifest::of(target)? {
+            Listed::Whole(manifest) => {
+                let survey = manifest.survey(target, care, &[WORK])?;
+                check_survey(target, &survey)?;
+                Ok(Self::Ours(manifest, survey))
+            }
+            Listed::Other(reason, _) => {
+                let reason = format!(
+                    "holds a {MARKER} that {reason}, so nothing in it is replaced; remove the folder yourself or name another"
+                );
+                Err(refused(target, reason))
+            }
+            Listed::Absent => {
+                let mut entries = std::fs::read_dir(target).map_err(io_error(target))?;
+                if entries.all(|entry| entry.is_ok_and(|entry| entry.file_name() == WORK)) {
+                    return Ok(Self::Free);
+                }
+                let reason = format!(
+                    "exists and was not written by this program (no {MARKER} in it); remove it or name another"
+                );
+                Err(refused(target, reason))
+            }
+        }
+    }
 }
 
-/// A hidden folder in the folder of a file, which is made where it is not there.
-fn folder_beside(target: &Path) -> Result<PathBuf, Error> {
-    let name = target.file_name().ok_or_else(|| refused(target, "has no name of its own; name a file"))?;
-    let parent = match target.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
+fn check_survey(target: &Path, survey: &Survey) -> Result<(), Error> {
+    let named = |names: &[String]| {
+        let more = names.len().saturating_sub(NAMED_MAX);
+        let shown = names[..names.len() - more].join(", ");
+        if more > 0 { format!("{shown} and {more} more") } else { shown }
     };
-    std::fs::create_dir_all(parent).map_err(io_error(parent))?;
-    fresh_folder(parent, &name.to_string_lossy(), "building")
+    if !survey.strange.is_empty() {
+        let reason = format!(
+            "holds what this program did not write there: {}; move it away or name another folder",
+            named(&survey.strange)
+        );
+        return Err(refused(target, reason));
+    }
+    if !survey.changed.is_empty() {
+        let reason = format!(
+            "holds what was changed since this program wrote it: {}; move it away or name another folder",
+            named(&survey.changed)
+        );
+        return Err(refused(target, reason));
+    }
+    Ok(())
 }
 
-fn refused(target: &Path, reason: &str) -> Error {
+fn refused(target: &Path, reason: impl Into<String>) -> Error {
     Error::key("out", target.display(), reason)
 }
 
-/// Ours, empty, or absent.
-fn check_replaceable(target: &Path) -> Result<(), Error> {
-    let metadata = match std::fs::symlink_metadata(target) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-        other => other.map_err(io_error(target))?,
+/// Folders that were made on the way to a place. Dropped, those that are still empty vanish.
+#[derive(Debug, Default)]
+struct Parents(Vec<PathBuf>);
+
+impl Parents {
+    fn make(folder: &Path) -> Result<Self, Error> {
+        let mut parents = Self::default();
+        let missing: Vec<&Path> = folder
+            .ancestors()
+            .take_while(|path| !path.as_os_str().is_empty() && std::fs::symlink_metadata(path).is_err())
+            .collect();
+        for path in missing.into_iter().rev() {
+            match disk::create_dir(path) {
+                Ok(()) => parents.0.push(path.to_owned()),
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(io_error(path)(error)),
+            }
+        }
+        Ok(parents)
+    }
+}
+
+/// Tries again where another process has just removed the empty folders that it had made on the way to its own place.
+fn until_parents_stay<T>(attempt: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
+    for _ in 0..20 {
+        match attempt() {
+            Err(Error::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {}
+            other => return other,
+        }
+    }
+    attempt()
+}
+
+impl Drop for Parents {
+    fn drop(&mut self) {
+        for folder in self.0.iter().rev() {
+            let _ = disk::remove_dir(folder);
+        }
+    }
+}
+
+/// The place without links, and the folders that were made for it. A link keeps pointing where it did: what it points at is replaced.
+fn resolve(target: &Path) -> Result<(PathBuf, Parents), Error> {
+    match std::fs::canonicalize(target) {
+        Ok(place) => return Ok((place, Parents::default())),
+        Err(error) if error.kind() == ErrorKind::NotFound => {}
+        Err(error) => return Err(io_error(target)(error)),
+    }
+    if std::fs::symlink_metadata(target).is_ok() {
+        return Err(refused(target, "is a link that leads nowhere; name another place"));
+    }
+    let name = target.file_name().ok_or_else(|| refused(target, "has no name of its own; name another place"))?;
+    let parent = match target.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
+        _ => PathBuf::from("."),
     };
-    if !metadata.is_dir() {
-        return Err(refused(target, "is no folder; name one that does not exist yet"));
-    }
-    let is_ours = target.join(MARKER).is_file();
-    let is_empty = std::fs::read_dir(target).map_err(io_error(target))?.next().is_none();
-    if is_ours || is_empty {
-        return Ok(());
-    }
-    Err(refused(target, "exists and was not written by this program (no .sensel in it); remove it or name another"))
+    let parents = Parents::make(&parent)?;
+    let parent = std::fs::canonicalize(&parent).map_err(io_error(&parent))?;
+    Ok((parent.join(name), parents))
 }
 
-/// A new hidden folder whose name no other process or thread has.
-fn fresh_folder(parent: &Path, name: &str, purpose: &str) -> Result<PathBuf, Error> {
-    for attempt in 0..10_000_u32 {
-        let path = parent.join(format!(".{name}.{purpose}-{}-{attempt}", std::process::id()));
-        match std::fs::create_dir(&path) {
-            Ok(()) => return Ok(path),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(io_error(&path)(error)),
-        }
-    }
-    Err(io_error(parent)(std::io::Error::from(ErrorKind::AlreadyExists)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::files::scratch::Scratch;
-
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = std::fs::read_dir(folder).unwrap();
-        let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    #[test]
-    fn a_folder_appears_whole_and_replaces_its_own_kind() {
-        let scratch = Scratch::new();
-        let target = scratch.path().join("deep/run");
-        for content in ["first", "second"] {
-            let folder = OutputFolder::create(&target).unwrap();
-            std::fs::write(folder.path().join("a"), content).unwrap();
-            let before = std::fs::read_to_string(target.join("a")).unwrap_or_default();
-            assert_ne!(before, content, "nothing shows before the commit");
-            folder.commit().unwrap();
-            assert_eq!(std::fs::read_to_string(target.join("a")).unwrap(), content);
-        }
-        assert_eq!(names(target.parent().unwrap()), ["run"], "nothing is left beside it");
-        assert_eq!(names(&target), [MARKER, "a"]);
-    }
-
-    #[test]
-    fn a_file_is_replaced_whole_and_leaves_nothing_beside_it() {
-        let scratch = Scratch::new();
-        let target = scratch.path().join("deep/wave.vcd");
-        for content in ["first", "second"] {
-            replace_file(&target, content.as_bytes()).unwrap();
-            assert_eq!(std::fs::read_to_string(&target).unwrap(), content);
-        }
-        assert_eq!(names(target.parent().unwrap()), ["wave.vcd"]);
-        assert_eq!(replace_file(target.parent().unwrap(), b"").unwrap_err().exit_code(), 4);
-        assert_eq!(names(target.parent().unwrap()), ["wave.vcd"]);
-    }
-
-    #[test]
-    fn a_dropped_folder_leaves_nothing_and_keeps_the_old_one() {
-        let scratch = Scratch::new();
-        let target = scratch.path().join("run");
-        drop(OutputFolder::create(&target).unwrap());
-        assert!(names(scratch.path()).is_empty());
-        OutputFolder::create(&target).unwrap().commit().unwrap();
-        drop(OutputFolder::create(&target).unwrap());
-        assert_eq!(names(scratch.path()), ["run"]);
-        assert_eq!(names(&target), [MARKER]);
-    }
-
-    #[test]
-    fn folders_and_files_of_others_are_refused_untouched() {
-        let scratch = Scratch::new();
-        let target = scratch.path().join("photos");
-        std::fs::create_dir(&target).unwrap();
-        std::fs::write(target.join("cat.jpg"), "x").unwrap();
-        let error = OutputFolder::create(&target).unwrap_err();
-        assert_eq!(error.exit_code(), 2);
-        assert!(error.to_string().contains("photos"), "{error}");
-        assert_eq!(names(&target), ["cat.jpg"]);
-        assert_eq!(OutputFolder::create(&target.join("cat.jpg")).unwrap_err().exit_code(), 2);
-        // Taken by somebody else between creation and commit.
-        let late = scratch.path().join("late");
-        let folder = OutputFolder::create(&late).unwrap();
-        std::fs::create_dir(&late).unwrap();
-        std::fs::write(late.join("theirs"), "x").unwrap();
-        assert!(folder.commit().is_err());
-        assert_eq!(names(&late), ["theirs"]);
-        assert_eq!(names(scratch.path()), ["late", "photos"]);
-    }
+/// Whether the folder that this process stands in is `target` or lies in it. Whoever started the process stands there too.
+fn holds_current_folder(target: &Path) -> bool {
+    std::env::current_dir().and_then(std::fs::canonicalize).is_ok_and(|current| current.starts_with(target))
 }

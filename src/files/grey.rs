@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use super::{picture, read_bytes};
+use super::open::{open_input, read_opened};
+use super::{io_error, picture};
 use crate::error::Error;
 use crate::num::{greater, low_u16, low_u32, u64_half_even};
 use crate::picture::{Channel, from_exr};
@@ -31,16 +32,17 @@ pub struct Grey {
 /// # Errors
 /// A file that is not there, is no picture, or is too large; linear values that are negative or no numbers, or all black.
 pub fn read(file: &Path) -> Result<Grey, Error> {
-    use std::io::Read as _;
+    use std::io::{Read as _, Seek as _};
+    let name = file.display().to_string();
+    let mut stream = open_input(file).map_err(picture::absent(file))?;
     let mut magic = [0; 4];
-    let is_exr =
-        std::fs::File::open(file).and_then(|mut stream| stream.read_exact(&mut magic)).is_ok() && magic == EXR_MAGIC;
+    let is_exr = stream.read_exact(&mut magic).is_ok() && magic == EXR_MAGIC;
+    stream.rewind().map_err(io_error(file))?;
     if !is_exr {
-        let (codes, bits) = picture::read_grey(file)?;
+        let (codes, bits) = picture::read_grey_of(stream, file)?;
         return Ok(Grey { codes, bits, full_scale: None });
     }
-    let name = file.display().to_string();
-    let bytes = read_bytes(file, BYTES_MAX)?;
+    let bytes = read_opened(stream, file, BYTES_MAX)?;
     let channels = from_exr(&name, &bytes)?;
     from_linear(&channels).map_err(|reason| Error::Content { file: name, reason })
 }

@@ -1,10 +1,15 @@
-//! Files that a scenario names. Enters: folders to look in, names within them. Leaves: bytes, and names of what lies in a folder.
+//! Files that a scenario names: their bytes, and the names in a folder. A name stays within the scenario's folder, by its path and by the
+//! links on it.
 
 use std::path::{Component, Path, PathBuf};
 
-use super::io_error;
+use super::open::is_there;
+use super::{io_error, read_bytes};
 use crate::error::Error;
 use crate::scene::images::PictureBytes;
+
+/// Longest file that is read.
+const BYTES_MAX: u64 = 1 << 31;
 
 /// Folders in which names are looked for, the first one that has a name first.
 #[derive(Debug)]
@@ -23,11 +28,26 @@ impl InputFolders {
             let reason = "leads out of the scenario's folder; a name within it would do".to_owned();
             return Err(Error::Content { file: name.to_owned(), reason });
         }
-        let found = self.0.iter().map(|folder| folder.join(relative)).find(|path| is_there(path));
-        Ok(found.unwrap_or_else(|| self.0[0].join(relative)))
+        let Some(folder) = self.0.iter().find(|folder| is_there(&folder.join(relative))) else {
+            return Ok(self.0[0].join(relative));
+        };
+        let path = folder.join(relative);
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let real = |path: &Path| std::fs::canonicalize(path).map_err(io_error(path));
+        let (found, folder) = (real(&path)?, real(folder)?);
+        if !found.starts_with(&folder) {
+            let reason = format!(
+                "is a link that leads out of the scenario's folder, to {}; put a copy into {}",
+                found.display(),
+                folder.display()
+            );
+            return Err(Error::Content { file: name.to_owned(), reason });
+        }
+        Ok(path)
     }
 
-    /// Names of the files in a folder, sorted; "" is the first of the folders itself. Names that are no Unicode are left out.
+    /// Names of what lies in a folder and is no folder, sorted; "" is the first of the folders itself. Names that are no Unicode are left
+    /// out.
     ///
     /// # Errors
     /// A name that leads out; a folder that is not there; what the disk says.
@@ -37,7 +57,8 @@ impl InputFolders {
         let mut names = Vec::new();
         for entry in entries {
             let entry = entry.map_err(io_error(&path))?;
-            if let (true, Ok(name)) = (entry.path().is_file(), entry.file_name().into_string()) {
+            // A pipe or a broken link is listed: whoever reads it learns its name.
+            if let (false, Ok(name)) = (entry.path().is_dir(), entry.file_name().into_string()) {
                 names.push(name);
             }
         }
@@ -58,13 +79,12 @@ fn missing(name: &str, path: &Path, source: std::io::Error) -> Error {
 
 impl PictureBytes for InputFolders {
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
-        let path = self.find(name, Path::is_file)?;
-        std::fs::read(&path).map_err(|source| match source.kind() {
-            std::io::ErrorKind::NotFound => Error::Content {
-                file: path.display().to_string(),
-                reason: "is not there; the scenario names it".to_owned(),
-            },
-            _ => io_error(&path)(source),
+        let path = self.find(name, is_there)?;
+        read_bytes(&path, BYTES_MAX).map_err(|error| match error {
+            Error::Io { path, source } if source.kind() == std::io::ErrorKind::NotFound => {
+                Error::Content { file: path, reason: "is not there; the scenario names it".to_owned() }
+            }
+            other => other,
         })
     }
 }
@@ -94,5 +114,47 @@ mod tests {
         }
         assert_eq!(folders.read("../b/own").unwrap_err().exit_code(), 2);
         assert_eq!(tried, 6);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_within_the_folder_too() {
+        use std::os::unix::fs::symlink;
+        let scratch = Scratch::new();
+        let at = |name: &str| scratch.path().join(name);
+        std::fs::create_dir_all(at("scene/textures")).unwrap();
+        std::fs::create_dir_all(at("scene-other")).unwrap();
+        std::fs::write(at("secret"), "x").unwrap();
+        std::fs::write(at("scene-other/secret"), "x").unwrap();
+        std::fs::write(at("scene/textures/own"), "own").unwrap();
+        symlink("textures/own", at("scene/inside")).unwrap();
+        symlink(at("scene/textures/own"), at("scene/absolute")).unwrap();
+        symlink("../secret", at("scene/out")).unwrap();
+        symlink("../scene-other", at("scene/sibling")).unwrap();
+        symlink("out", at("scene/chain")).unwrap();
+        // The scenario's folder may itself be reached through a link.
+        symlink("scene", at("alias")).unwrap();
+        for folder in ["scene", "alias"] {
+            let folders = InputFolders::new(vec![at(folder)]);
+            for good in ["inside", "absolute", "textures/own"] {
+                assert_eq!(folders.read(good).unwrap(), b"own", "{good}");
+            }
+            for bad in ["out", "chain", "sibling/secret"] {
+                let error = folders.read(bad).unwrap_err();
+                assert!(error.exit_code() == 2 && error.to_string().contains("leads out"), "{bad}: {error}");
+            }
+            assert!(folders.list("sibling").unwrap_err().to_string().contains("leads out"));
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_that_a_scenario_names_is_refused_and_listed() {
+        let scratch = Scratch::new();
+        let fifo = scratch.path().join("0001.png");
+        rustix::fs::mknodat(rustix::fs::CWD, &fifo, rustix::fs::FileType::Fifo, 0o600.into(), 0).unwrap();
+        let folders = InputFolders::new(vec![scratch.path().to_owned()]);
+        assert_eq!(folders.list("").unwrap(), ["0001.png"]);
+        assert!(folders.read("0001.png").unwrap_err().to_string().contains("pipe"));
     }
 }

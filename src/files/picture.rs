@@ -1,12 +1,13 @@
 //! Grey pictures from PNG and JPEG files, in their own depth, and PNG files of codes.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::Cursor;
 use std::path::Path;
 
 use image::{ColorType, DynamicImage, ImageReader};
 
 use super::io_error;
+use super::open::{open_input, read_opened};
 use crate::error::Error;
 use crate::plane::Plane;
 use crate::units::Size;
@@ -17,19 +18,33 @@ const SIDE_PX_MAX: u32 = 16_384;
 /// Most pixels that are decoded.
 const PIXELS_MAX: u64 = 100_000_000;
 
+/// Longest file that is read: more than all pixels take uncompressed.
+const BYTES_MAX: u64 = 1 << 30;
+
 /// Reads a picture as grey values and their depth, 8 or 16 bits. Colour becomes luma by the `image` crate's weights (Rec. 709).
 ///
 /// # Errors
 /// A file that is not there or no picture, or one beyond the size that is decoded.
 pub fn read_grey(file: &Path) -> Result<(Plane<u16>, u32), Error> {
+    read_grey_of(open_input(file).map_err(absent(file))?, file)
+}
+
+/// A file that is not there, as a picture's own error.
+pub(super) fn absent(file: &Path) -> impl FnOnce(Error) -> Error {
+    let file = file.display().to_string();
+    move |error| match error {
+        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            Error::Content { file, reason: "is not there".to_owned() }
+        }
+        other => other,
+    }
+}
+
+/// The same of an opened file; `file` is its name.
+pub(super) fn read_grey_of(stream: File, file: &Path) -> Result<(Plane<u16>, u32), Error> {
     let refused = |reason: String| Error::Content { file: file.display().to_string(), reason };
-    let open = || -> Result<ImageReader<BufReader<File>>, Error> {
-        let stream = BufReader::new(File::open(file).map_err(|source| match source.kind() {
-            std::io::ErrorKind::NotFound => refused("is not there".to_owned()),
-            _ => io_error(file)(source),
-        })?);
-        ImageReader::new(stream).with_guessed_format().map_err(io_error(file))
-    };
+    let bytes = read_opened(stream, file, BYTES_MAX)?;
+    let open = || ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(io_error(file));
     let (width_px, height_px) =
         open()?.into_dimensions().map_err(|error| refused(format!("is no picture: {error}")))?;
     let pixels = u64::from(width_px) * u64::from(height_px);

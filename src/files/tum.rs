@@ -8,6 +8,7 @@
 use std::path::{Path, PathBuf};
 
 use super::euroc::FrameEntry;
+use super::open::is_there;
 use super::{content_error, io_error, read_text};
 use crate::error::Error;
 use crate::num::u64_half_even;
@@ -30,7 +31,7 @@ pub struct TumFolder {
 impl TumFolder {
     /// Whether a folder is laid out so.
     pub fn is_one(dir: &Path) -> bool {
-        dir.join("rgb.txt").is_file() || (dir.join("K.txt").is_file() && pictures_folder(dir).is_some())
+        is_there(&dir.join("rgb.txt")) || (is_there(&dir.join("K.txt")) && pictures_folder(dir).is_some())
     }
 
     /// Opens a folder.
@@ -38,7 +39,7 @@ impl TumFolder {
     /// # Errors
     /// No calibration, no list of pictures that fits, a file that cannot be read, each named.
     pub fn open(dir: &Path) -> Result<Self, Error> {
-        let truth = ["groundtruth.txt", "groundtruth.tum"].map(|name| dir.join(name)).into_iter().find(|f| f.is_file());
+        let truth = ["groundtruth.txt", "groundtruth.tum"].map(|name| dir.join(name)).into_iter().find(|f| is_there(f));
         let truth_text = truth.as_ref().map(|file| read_text(file, TEXT_BYTES_MAX)).transpose()?;
         let ground_truth = match (&truth, &truth_text) {
             (Some(file), Some(text)) => {
@@ -47,7 +48,7 @@ impl TumFolder {
             _ => None,
         };
         let list = dir.join("rgb.txt");
-        let entries = if list.is_file() { listed(dir, &list)? } else { by_truth(dir, truth_text.as_deref())? };
+        let entries = if is_there(&list) { listed(dir, &list)? } else { by_truth(dir, truth_text.as_deref())? };
         let mut frames: Vec<FrameEntry> = Vec::new();
         for entry in entries {
             match frames.last() {
@@ -123,7 +124,7 @@ fn by_truth(dir: &Path, truth: Option<&str>) -> Result<Vec<FrameEntry>, Error> {
 }
 
 fn lens(file: &Path) -> Result<Lens, Error> {
-    if !file.is_file() {
+    if !is_there(file) {
         return Err(content_error(file, "is missing; three lines 'fx 0 cx', '0 fy cy', '0 0 1' in pixels would do"));
     }
     let text = read_text(file, TEXT_BYTES_MAX)?;

@@ -15,6 +15,7 @@ use super::verilator::{self, Build, sources};
 use crate::error::Error;
 use crate::num::{low_u16, u32_from};
 use crate::silicon::{FrameAsked, FrameGiven, RowAsked, Silicon};
+use crate::words::{PlacePx, Turns};
 
 /// Bytes of a whole descriptor in a record.
 const DESCRIPTOR_BYTES: usize = 32;
@@ -119,12 +120,13 @@ impl Player {
     }
 
     fn record(&mut self, descriptor_bits: u32) -> Result<Record, Error> {
-        let (x_q4, y_q4, score) = (self.get16()?, self.get16()?, self.get16()?);
+        let (x_q4, y_q4) = (PlacePx::from_bits(self.get16()?), PlacePx::from_bits(self.get16()?));
+        let score = self.get16()?;
         let [angle, octave] = self.get()?;
         let mut descriptor = [0; DESCRIPTOR_BYTES];
         let bytes = crate::num::index(descriptor_bits / 8);
         self.from.read_exact(&mut descriptor[..bytes]).map_err(broken)?;
-        Ok(Record { x_q4, y_q4, score, angle, octave, frame: false, descriptor })
+        Ok(Record { x_q4, y_q4, score, angle: Turns::from_bits(angle), octave, frame: false, descriptor })
     }
 
     fn given(&mut self) -> Result<FrameGiven, Error> {
@@ -218,11 +220,12 @@ pub fn extractor_parameters(config: &FxBackConfig) -> Vec<String> {
 const VERILATOR: &str = "verilator";
 
 impl Verilated {
-    /// Programs are built in this folder when they are needed first.
+    /// Programs are built when they are needed first, in this folder, or where there is none in the user's own among the temporary ones.
     ///
     /// # Errors
     /// There is no Verilator.
-    pub fn new(folder: PathBuf) -> Result<Self, Error> {
+    pub fn new(folder: impl Into<Option<PathBuf>>) -> Result<Self, Error> {
+        let folder = folder.into().unwrap_or_else(super::private::temporary_folder);
         verilator::version(VERILATOR).map(|_| Self { folder, players: Players::default() })
     }
 

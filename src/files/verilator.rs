@@ -1,5 +1,6 @@
-//! Verilog to a program. Enters: a module, of `rtl_models` or another, its parameters, a harness in C++. Leaves: the path of a program
-//! that Verilator made of them, made once for each content of all that goes in.
+//! Verilog to a program: Verilator builds a module, of `rtl_models` or another, with its parameters and a harness in C++. A program is
+//! built once for each content of all that goes in, in a folder that only this user can write. It is run again only where it is still the
+//! same.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -8,11 +9,19 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rtl_models::verilog::{self, sources_of};
 
-use super::io_error;
+use super::open::{open_regular, read_opened};
+use super::{disk, io_error, private};
 use crate::error::Error;
 
 /// Name of the header that the harness includes beside `Vblock.h`.
 const HEADER: &str = "block.h";
+
+/// The program.
+const PROGRAM: &str = "block";
+/// Its hash in hexadecimal, in a file beside it.
+const CHECKSUM: &str = "block.blake3";
+/// Longest program that is taken for one.
+const PROGRAM_BYTES_MAX: u64 = 1 << 30;
 
 /// Numbers the unfinished builds of this process.
 static TURN: AtomicU32 = AtomicU32::new(0);
@@ -76,29 +85,40 @@ impl Build<'_> {
         [version, self.top, self.harness, self.header].into_iter().for_each(&mut add);
         self.sources.iter().for_each(|(_, text)| add(text));
         self.flags.iter().for_each(|flag| add(flag));
-        hasher.finalize().to_hex()[..16].to_owned()
+        hasher.finalize().to_hex()[..32].to_owned()
     }
 
-    /// The program, in a folder of its own under `base`; built unless it stands there from an earlier time.
+    /// The program, in a folder of its own under `base`; built unless it stands there, whole, from an earlier time.
     ///
     /// # Errors
-    /// Verilator is not there or refuses, or the disk says no.
+    /// Verilator is not there or refuses, other users can write `base`, or the disk says no.
     pub fn program(&self, base: &Path) -> Result<PathBuf, Error> {
         let name = format!("{}-{}", self.top, self.key(&version(self.verilator)?));
+        private::make_private(base)?;
         let folder = base.join(&name);
-        let program = folder.join("block");
-        if program.exists() {
+        let program = folder.join(PROGRAM);
+        if is_whole(&folder) {
             return Ok(program);
         }
         let turn = TURN.fetch_add(1, Ordering::Relaxed);
         let scratch = base.join(format!("{name}.{}-{turn}", std::process::id()));
-        std::fs::create_dir_all(&scratch).map_err(io_error(&scratch))?;
-        let made = self.make(&scratch);
-        if made.is_err() || std::fs::rename(&scratch, &folder).is_err() {
+        // What stands here was left by a process of the same number that died.
+        let _ = std::fs::remove_dir_all(&scratch);
+        private::make_private(&scratch)?;
+        let made = self.make(&scratch).and_then(|()| write_checksum(&scratch));
+        // A damaged program gives way to the new one; where the system cannot exchange names it goes first.
+        let moved = made.as_ref().is_ok_and(|()| match std::fs::rename(&scratch, &folder) {
+            Err(_) if !is_whole(&folder) => disk::exchange(&scratch, &folder).is_err_and(|_| {
+                std::fs::remove_dir_all(&folder).and_then(|()| std::fs::rename(&scratch, &folder)).is_ok()
+            }),
+            other => other.is_ok(),
+        });
+        if !moved {
             // A failed build leaves nothing; of two that were built at once the quicker serves.
             std::fs::remove_dir_all(&scratch).map_err(io_error(&scratch))?;
         }
-        made.map(|()| program)
+        made?;
+        if is_whole(&folder) { Ok(program) } else { Err(failed(format!("{} is damaged", folder.display()))) }
     }
 
     fn make(&self, folder: &Path) -> Result<(), Error> {
@@ -123,5 +143,83 @@ impl Build<'_> {
         }
         let objects = folder.join("obj");
         std::fs::remove_dir_all(&objects).map_err(io_error(&objects))
+    }
+}
+
+fn hash_of(program: &Path) -> Result<String, Error> {
+    let bytes = read_opened(open_regular(program)?, program, PROGRAM_BYTES_MAX)?;
+    Ok(blake3::hash(&bytes).to_hex().to_string())
+}
+
+fn write_checksum(folder: &Path) -> Result<(), Error> {
+    let (program, path) = (folder.join(PROGRAM), folder.join(CHECKSUM));
+    std::fs::write(&path, hash_of(&program)?).map_err(io_error(&path))?;
+    [program, path].iter().try_for_each(|file| private::take_from_others(file).map_err(io_error(file)))
+}
+
+/// Whether a folder holds a program as it was built, which nobody else can have put there.
+fn is_whole(folder: &Path) -> bool {
+    let (program, checksum) = (folder.join(PROGRAM), folder.join(CHECKSUM));
+    let told = || read_opened(open_regular(&checksum)?, &checksum, 1 << 10);
+    private::check_private(folder).is_ok()
+        && [&program, &checksum].into_iter().all(|file| private::is_private_file(file))
+        && matches!((told(), hash_of(&program)), (Ok(told), Ok(found)) if told == found.as_bytes())
+}
+
+#[cfg(all(test, unix))]
+#[allow(clippy::unwrap_used, reason = "tests may stop at the first surprise")]
+mod tests {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    use super::*;
+    use crate::files::scratch::Scratch;
+
+    /// Stands for Verilator: makes a program that says which build it is of.
+    const IMITATION: &str = r##"#!/bin/sh
+if [ "$1" = --version ]; then echo 'Verilator 5.0'; exit 0; fi
+while [ $# -gt 0 ]; do if [ "$1" = --Mdir ]; then folder=$2; fi; shift; done
+mkdir -p "$folder"
+echo x >> "$0.builds"
+echo "#!/bin/sh" > "$folder/../block"
+chmod 775 "$folder/../block"
+"##;
+
+    fn mode(path: &Path, mode: u32) {
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+    }
+
+    #[test]
+    fn a_program_that_was_changed_is_built_again_and_one_that_others_could_change_is_not_run() {
+        let scratch = Scratch::new();
+        let imitation = scratch.path().join("verilator");
+        std::fs::write(&imitation, IMITATION).unwrap();
+        mode(&imitation, 0o700);
+        let verilator = imitation.to_str().unwrap();
+        let build = Build { verilator, top: "top", sources: vec![], harness: "", header: "", flags: &[] };
+        let builds = || std::fs::read(imitation.with_extension("builds")).unwrap().len() / 2;
+        let base = scratch.path().join("programs");
+        let program = build.program(&base).unwrap();
+        assert_eq!((build.program(&base).unwrap(), builds()), (program.clone(), 1), "built once");
+        let good = std::fs::read(&program).unwrap();
+        let checksum = program.with_file_name(CHECKSUM);
+        let mut tried = 0;
+        for deed in [|| (PROGRAM, b"#!/bin/sh\nexit 1".to_vec()), || (CHECKSUM, b"0".to_vec()), || (CHECKSUM, vec![])] {
+            let (name, bytes) = deed();
+            std::fs::write(program.with_file_name(name), bytes).unwrap();
+            assert_eq!(std::fs::read(build.program(&base).unwrap()).unwrap(), good);
+            tried += 1;
+            assert_eq!(builds(), 1 + tried);
+        }
+        std::fs::remove_file(&checksum).unwrap();
+        build.program(&base).unwrap();
+        mode(&program, 0o777);
+        build.program(&base).unwrap();
+        assert_eq!(builds(), 3 + tried, "without a checksum, or writable by others, it is built again");
+        assert_eq!(std::fs::read_dir(&base).unwrap().count(), 1, "nothing is left beside it");
+        // Whatever stands in a folder that others can write, a whole program with its checksum too, is left where it is.
+        mode(&base, 0o777);
+        let error = build.program(&base).unwrap_err().to_string();
+        assert!(error.contains("can be written by other users"), "{error}");
+        assert_eq!((builds(), tried), (6, 3));
     }
 }

@@ -64,6 +64,11 @@ impl WaveFile {
         Ok(Self { path: path.to_owned(), format })
     }
 
+    /// Where it goes.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Whether it could be written, before long work is done for it.
     ///
     /// # Errors

@@ -25,7 +25,8 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw::{DrawKey, uniform_f64};
+    use crate::draw::DrawKey;
+    use rand::RngExt;
 
     /// Whatever is left out has a point on the front that is as good and, within what times differ by twice, as fast; and no two points of
     /// the front are one.
@@ -37,7 +38,7 @@ mod tests {
             // Some errors are equal.
             let error = |x: f64| if case % 2 == 0 { x } else { (8.0 * x).floor() };
             let points: Vec<(f64, f64)> =
-                (0..30).map(|_| (uniform_f64(&mut stream), error(uniform_f64(&mut stream)))).collect();
+                (0..30).map(|_| (stream.random::<f64>(), error(stream.random::<f64>()))).collect();
             let found = front(&points);
             for (place, point) in points.iter().enumerate() {
                 let as_good = |&other: &usize| {
@@ -65,7 +66,7 @@ mod tests {
                 let point = |number: i32| {
                     let (render, effects) = (f64::from(number / 4), f64::from(number % 4));
                     let time = 100.0 * libm::pow(1.1, render) * (1.0 + 0.001 * effects);
-                    let off = 1.0 + 0.003 * (2.0 * uniform_f64(&mut stream) - 1.0);
+                    let off = 1.0 + 0.003 * (2.0 * stream.random::<f64>() - 1.0);
                     (time * off, libm::pow(0.9, render) * (1.0 + 0.1 * libm::pow(0.1, effects)))
                 };
                 (0..40).map(point).collect::<Vec<_>>()

@@ -44,7 +44,8 @@ fn student_95(frames: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw::{DrawKey, uniform_f64};
+    use crate::draw::DrawKey;
+    use rand::RngExt;
 
     fn frames(values: &[f64]) -> Vec<Squares> {
         values.iter().map(|&sum| Squares { sum, pixels: 1 }).collect()
@@ -78,7 +79,7 @@ mod tests {
             for _ in 0..tried {
                 // A sum of twelve uniforms is nearly normal; its mean is 6.
                 let values: Vec<f64> =
-                    (0..count).map(|_| (0..12).map(|_| uniform_f64(&mut stream)).sum::<f64>()).collect();
+                    (0..count).map(|_| (0..12).map(|_| stream.random::<f64>()).sum::<f64>()).collect();
                 let mean = values.iter().sum::<f64>() / f64_from_usize(count);
                 above += usize::from(6.0 > mean + hidden(&frames(&values), 1_000_000));
             }

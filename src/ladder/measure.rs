@@ -31,6 +31,7 @@ pub fn study_key(resolved: &Resolved) -> String {
         reflections: 0,
         gloss: String::new(),
         accuracy: 0.0,
+        ..scenario.run
     };
     scenario.tracker.window = 0;
     let text = toml::to_string(&scenario).expect("every field has a TOML form");

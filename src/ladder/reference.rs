@@ -113,7 +113,7 @@ impl Halves {
             bench.progress.at("reference", share);
             for half in 0..2_u32 {
                 // Number 0 is the run's own render, which must not be its own judge.
-                setup.fidelity.render_repeat = 1 + 2 * self.rounds + half;
+                setup.fidelity.render.repeat = 1 + 2 * self.rounds + half;
                 let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(place));
                 self.cost = self.cost.and(cost);
                 for (slot, exposure) in exposures?.iter().enumerate() {

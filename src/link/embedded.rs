@@ -10,6 +10,7 @@ use crate::link::records::Reader;
 use crate::num::low_u8;
 use crate::num::low_u16;
 use crate::units::{FrameIndex, Size};
+use crate::words::RampGain;
 
 /// Bytes of the payload.
 pub const EMBEDDED_BYTES: usize = 40;
@@ -32,8 +33,8 @@ pub struct FrameMetadata {
     pub row_time_ns: u32,
     /// The die's temperature, where it is measured.
     pub temperature_mk: Option<u32>,
-    /// Gain of the ramp in effect, in 1/65536.
-    pub gain_q16: u32,
+    /// Gain of the ramp in effect.
+    pub gain: RampGain,
 }
 
 /// What follows in the frame; filled in by `pack_frame`.
@@ -86,7 +87,7 @@ pub(crate) fn payload(metadata: &FrameMetadata, shape: &FrameShape) -> Vec<u8> {
     bytes.extend_from_slice(&metadata.temperature_mk.unwrap_or(0).to_le_bytes());
     bytes.extend_from_slice(&shape.width_px.to_le_bytes());
     bytes.extend_from_slice(&shape.height_px.to_le_bytes());
-    bytes.extend_from_slice(&metadata.gain_q16.to_le_bytes());
+    bytes.extend_from_slice(&metadata.gain.to_le_bytes());
     assert!(bytes.len() == EMBEDDED_BYTES, "the layout has one length");
     bytes
 }
@@ -104,9 +105,10 @@ pub(crate) fn parse(payload: &[u8]) -> Option<(FrameMetadata, FrameShape)> {
     let frame = FrameIndex(reader.u32()?);
     let timestamp_ns = u64::from_le_bytes(reader.take()?);
     let (exposure_ns, row_time_ns, temperature_mk) = (reader.u32()?, reader.u32()?, reader.u32()?);
-    let (width_px, height_px, gain_q16) = (reader.u16()?, reader.u16()?, reader.u32()?);
+    let (width_px, height_px) = (reader.u16()?, reader.u16()?);
+    let gain = RampGain::from_le_bytes(reader.take()?);
     let temperature_mk = (flags & TEMPERATURE_IS_MEASURED != 0).then_some(temperature_mk);
     let (features_follow, rows_are_numbered) = (flags & FEATURES_FOLLOW != 0, flags & ROWS_ARE_NUMBERED != 0);
     let shape = FrameShape { data_type, bits, width_px, height_px, features_follow, rows_are_numbered };
-    Some((FrameMetadata { frame, timestamp_ns, exposure_ns, row_time_ns, temperature_mk, gain_q16 }, shape))
+    Some((FrameMetadata { frame, timestamp_ns, exposure_ns, row_time_ns, temperature_mk, gain }, shape))
 }

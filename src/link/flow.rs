@@ -61,6 +61,15 @@ pub struct Sent {
     pub end: Clocks,
 }
 
+/// When a feature is whole: so many `byte_clk` after a row is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FeatureReady {
+    /// Row of the picture.
+    pub row: u32,
+    /// From the reading of that row.
+    pub after: Clocks,
+}
+
 /// A frame in time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Flow {
@@ -86,6 +95,12 @@ impl Flow {
         self.sent.last().map_or(Clocks(0), |sent| sent.end)
     }
 
+    /// From the reading of the last row to the last bit of the frame's last packet. Trail and exit of its burst are not in it.
+    pub fn last_bit(&self) -> Clocks {
+        let last = self.sent.last().map_or(0, |sent| sent.data_end.0);
+        Clocks(last.saturating_sub(self.rows_end.0))
+    }
+
     /// From the reading of the last row to the end of the frame's last burst.
     pub fn tail(&self) -> Clocks {
         Clocks(self.end().0.saturating_sub(self.rows_end.0))
@@ -95,6 +110,12 @@ impl Flow {
     pub fn feature_latency(&self) -> Option<Clocks> {
         let last = self.sent.iter().rev().find(|sent| matches!(sent.packet, Packet::Features { .. }))?;
         Some(Clocks(last.data_end.0.saturating_sub(self.rows_end.0)))
+    }
+
+    /// From the reading of the last row to the start of the first burst of features behind it; none where there is none.
+    pub fn features_behind_rows(&self) -> Option<Clocks> {
+        let is_behind = |sent: &&Sent| matches!(sent.packet, Packet::Features { .. }) && sent.start >= self.rows_end;
+        self.sent.iter().find(is_behind).map(|sent| Clocks(sent.start.0 - self.rows_end.0))
     }
 
     /// How much later than without stalls each row was read; empty where no rows are sent.
@@ -128,8 +149,22 @@ impl LinkParams {
         }
     }
 
-    /// A frame's packets in time. `rows` are read one period apart; a row's payload has so many bytes.
+    /// A frame's packets in time. `rows` are read one period apart; a row's payload has so many bytes; features are there when the row
+    /// behind which they leave is read.
     pub fn flow(&self, packets: &[Packet], rows: u32, row_payload_bytes: u64, period: RowPeriod) -> Flow {
+        self.flow_of_ready(packets, rows, row_payload_bytes, period, &[])
+    }
+
+    /// The same where each feature of the frame, by its index, is whole only when `ready` says so: a packet of features starts with the
+    /// last of its own at the earliest.
+    pub fn flow_of_ready(
+        &self,
+        packets: &[Packet],
+        rows: u32,
+        row_payload_bytes: u64,
+        period: RowPeriod,
+        ready: &[FeatureReady],
+    ) -> Flow {
         let bytes = |packet| self.packet_bytes(packet, row_payload_bytes);
         let in_front = packets.iter().take_while(|packet| matches!(packet, Packet::FrameStart | Packet::Embedded));
         let lead = in_front.map(|&packet| self.burst_time(bytes(packet)).0).sum();
@@ -140,7 +175,11 @@ impl LinkParams {
             let there = match packet {
                 Packet::FrameStart | Packet::Embedded => 0,
                 Packet::LineStart(row) | Packet::Row(row) => readout.read(row),
-                Packet::Features { after_row, .. } => readout.read_before(after_row),
+                Packet::Features { first, count, after_row, .. } => {
+                    let own = ready.get(index(first)..index(first + count)).unwrap_or(&[]);
+                    let whole = own.iter().map(|feature| readout.read_before(feature.row) + feature.after.0);
+                    whole.fold(readout.read_before(after_row), u64::max)
+                }
                 Packet::FrameEnd => readout.read_before(rows.saturating_sub(1)),
             };
             let (start, bytes) = (there.max(link_free), bytes(packet));

@@ -97,7 +97,8 @@ impl LinkParams {
             return Err(Error::key("link.lanes", self.lanes, "1 to 4 would do"));
         }
         if !(FREQUENCY_HZ_MIN..=FREQUENCY_HZ_MAX).contains(&self.frequency_hz) {
-            let reason = format!("{FREQUENCY_HZ_MIN} to {FREQUENCY_HZ_MAX} would do (D-PHY's double-data-rate clock)");
+            let reason =
+                format!("out of range; use {FREQUENCY_HZ_MIN} to {FREQUENCY_HZ_MAX} (D-PHY's double-data-rate clock)");
             return Err(Error::key("link.frequency_hz", self.frequency_hz, reason));
         }
         if self.frames_every == 0 {

@@ -8,6 +8,7 @@
 use crate::compute::Feature;
 use crate::num::{low_u8, low_u32, u64_from};
 use crate::units::FrameIndex;
+use crate::words::{PlacePx, Turns};
 
 /// Bytes of a feature on the link.
 pub const FEATURE_BYTES: usize = 40;
@@ -33,10 +34,10 @@ pub(crate) fn payload(frame: FrameIndex, first: u32, features: &[Feature], last:
     bytes.extend_from_slice(&frame.0.to_le_bytes());
     bytes.extend_from_slice(&(first | if last { IS_LAST } else { 0 }).to_le_bytes());
     for feature in features {
-        bytes.extend_from_slice(&feature.x_q4.to_le_bytes());
-        bytes.extend_from_slice(&feature.y_q4.to_le_bytes());
+        bytes.extend_from_slice(&feature.x.to_le_bytes());
+        bytes.extend_from_slice(&feature.y.to_le_bytes());
         bytes.extend_from_slice(&feature.score.to_le_bytes());
-        bytes.extend_from_slice(&[feature.angle, feature.octave]);
+        bytes.extend_from_slice(&[feature.angle.to_bits(), feature.octave]);
         bytes.extend_from_slice(&feature.descriptor);
     }
     bytes
@@ -64,10 +65,10 @@ pub(crate) fn parse(payload: &[u8]) -> Option<Records> {
         return None;
     }
     let one = |_| {
-        let (x_q4, y_q4) = (reader.u16()?, reader.u16()?);
+        let (x, y) = (PlacePx::from_le_bytes(reader.take()?), PlacePx::from_le_bytes(reader.take()?));
         let score = reader.u16()?;
         let [angle, octave] = reader.take()?;
-        Some(Feature { x_q4, y_q4, score, angle, octave, descriptor: reader.take()? })
+        Some(Feature { x, y, score, angle: Turns::from_bits(angle), octave, descriptor: reader.take()? })
     };
     let features = (0..count).map(one).collect::<Option<_>>()?;
     Some(Records { frame, first: place & !IS_LAST, last: place & IS_LAST != 0, features })

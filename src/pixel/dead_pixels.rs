@@ -50,7 +50,7 @@ impl Effect for DeadPixels {
     }
 
     fn reason(&self, facts: &Facts) -> String {
-        format!("a dead pixel lacks up to {:.3e} e-", facts.signal_e_max)
+        format!("a dead pixel lacks up to {}", facts.signal_words())
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {

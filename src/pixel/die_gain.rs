@@ -56,7 +56,7 @@ impl Effect for DieGain {
     }
 
     fn reason(&self, facts: &Facts) -> String {
-        format!("{:.2} % of {:.0} e- between dies", 100.0 * self.sigma, facts.signal_e_max)
+        format!("{:.2} % of {} between dies", 100.0 * self.sigma, facts.signal_words())
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {

@@ -84,7 +84,7 @@ impl Effect for GainCompression {
 
     fn reason(&self, facts: &Facts) -> String {
         let lost_e = self.compression * facts.signal_e_max * facts.signal_e_max / self.capacity_e;
-        format!("{lost_e:.3e} e- at {:.0} e-, full well {} e-", facts.signal_e_max, self.capacity_e)
+        format!("{lost_e:.3e} e- at {}, full well {} e-", facts.signal_words(), self.capacity_e)
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {

@@ -62,19 +62,19 @@ impl PixelType {
 pub struct PixelParams {
     /// How the pixel resets, transfers and stores.
     pub pixel_type: PixelType,
-    /// Distance between pixel centres in um, above 0 to 100. Datasheet.
+    /// Distance between pixel centres in um, 0.001 to 100. Datasheet.
     pub pitch_um: f64,
     /// Photoelectrons per photon on the photodiode, 0 to 1. Datasheet; EMVA 1288 gives its product with the fill factor.
     pub quantum_efficiency: f64,
-    /// Share of the pixel's light that meets the photodiode, micro-lens included, above 0 to 1. Datasheet.
+    /// Share of the pixel's light that meets the photodiode, micro-lens included, 1e-6 to 1. Datasheet.
     pub fill_factor: f64,
-    /// Conversion gain at the ADC's input in uV/e-, above 0 to 1000. Datasheet or photon transfer.
+    /// Conversion gain at the ADC's input in uV/e-, 0.001 to 1000. Datasheet or photon transfer.
     pub conversion_gain_uv_per_e: f64,
     /// Charge at which the pixel clips in e-, 1 to 1e9. EMVA 1288 saturation capacity.
     pub full_well_e: f64,
     /// Dark current at 300 K in e-/s, 0 to 1e9. EMVA 1288 dark current.
     pub dark_current_e_per_s: f64,
-    /// Warming in K that doubles the dark current, above 0 to 100; 8 for silicon near room temperature.
+    /// Warming in K that doubles the dark current, 0.001 to 100; 8 for silicon near room temperature.
     pub dark_doubling_k: f64,
     /// Temperature of the die in K, 0 to 450. Dark current and kTC noise vanish at 0 K; carriers are not taken to freeze out.
     pub temperature_k: f64,
@@ -98,7 +98,7 @@ pub struct PixelParams {
     pub rts_ppm: f64,
     /// Mean amplitude of their trap in uV at the ADC's input, 0 to 1e6 (exponentially distributed).
     pub rts_amplitude_uv: f64,
-    /// Mean rate of capture and of emission of a trap in Hz, above 0 to 1e9.
+    /// Mean rate of capture and of emission of a trap in Hz, 1e-6 to 1e9.
     pub rts_rate_hz: f64,
     /// Source follower's 1/f noise at 1 Hz in uV/sqrt(Hz) at the ADC's input, 0 to 1e6.
     pub flicker_uv_per_rthz: f64,
@@ -120,7 +120,7 @@ pub struct PixelParams {
     pub stuck_ppm: f64,
     /// Share of defects that take their 2x2 neighbourhood with them, 0 to 1.
     pub defect_cluster_share: f64,
-    /// The lower of two conversion gains in uV/e-, above 0 to the higher one; not written: one gain only.
+    /// The lower of two conversion gains in uV/e-, 0.001 to the higher one; not written: one gain only.
     pub low_conversion_gain_uv_per_e: Option<f64>,
     /// Capacity of the lateral overflow capacitor in e- beyond the full well, 0 to 1e9; read at the lower gain.
     pub overflow_capacity_e: f64,
@@ -138,16 +138,19 @@ const DARK_NOW_E_PER_S_MAX: f64 = 1e12;
 /// Gain of the source follower between floating diffusion and column.
 pub const SOURCE_FOLLOWER_GAIN: f64 = 0.85;
 
+/// Least conversion gain. Below it noise in electrons leaves all meaning.
+const GAIN_UV_PER_E_MIN: f64 = 0.001;
+
 impl PixelParams {
     /// Refuses values out of range, naming key, value and what would do.
     pub fn check(&self) -> Result<(), Error> {
-        above("sensor.pixel.pitch_um", self.pitch_um, 0.0, 100.0)?;
+        within("sensor.pixel.pitch_um", self.pitch_um, 0.001, 100.0)?;
         within("sensor.pixel.quantum_efficiency", self.quantum_efficiency, 0.0, 1.0)?;
-        above("sensor.pixel.fill_factor", self.fill_factor, 0.0, 1.0)?;
-        above("sensor.pixel.conversion_gain_uv_per_e", self.conversion_gain_uv_per_e, 0.0, 1000.0)?;
+        within("sensor.pixel.fill_factor", self.fill_factor, 1e-6, 1.0)?;
+        within("sensor.pixel.conversion_gain_uv_per_e", self.conversion_gain_uv_per_e, GAIN_UV_PER_E_MIN, 1000.0)?;
         within("sensor.pixel.full_well_e", self.full_well_e, 1.0, 1e9)?;
         within("sensor.pixel.dark_current_e_per_s", self.dark_current_e_per_s, 0.0, 1e9)?;
-        above("sensor.pixel.dark_doubling_k", self.dark_doubling_k, 0.0, 100.0)?;
+        within("sensor.pixel.dark_doubling_k", self.dark_doubling_k, 0.001, 100.0)?;
         within("sensor.temperature_k", self.temperature_k, 0.0, 450.0)?;
         within("sensor.pixel.read_noise_uv", self.read_noise_uv, 0.0, 1e6)?;
         within("sensor.pixel.ktc_noise_uv", self.ktc_noise_uv.unwrap_or(0.0), 0.0, 1e6)?;
@@ -164,7 +167,7 @@ impl PixelParams {
         within("sensor.pixel.parasitic_light", self.parasitic_light, 0.0, 1.0)?;
         within("sensor.pixel.rts_ppm", self.rts_ppm, 0.0, 1000000.0)?;
         within("sensor.pixel.rts_amplitude_uv", self.rts_amplitude_uv, 0.0, 1000000.0)?;
-        above("sensor.pixel.rts_rate_hz", self.rts_rate_hz, 0.0, 1000000000.0)?;
+        within("sensor.pixel.rts_rate_hz", self.rts_rate_hz, 1e-6, 1000000000.0)?;
         within("sensor.pixel.flicker_uv_per_rthz", self.flicker_uv_per_rthz, 0.0, 1000000.0)?;
         within("sensor.pixel.follower_bandwidth_hz", self.follower_bandwidth_hz, 1000.0, 10000000000.0)?;
         within("sensor.pixel.gain_compression", self.gain_compression, 0.0, 0.5)?;
@@ -176,7 +179,8 @@ impl PixelParams {
         within("sensor.pixel.stuck_ppm", self.stuck_ppm, 0.0, 100000.0)?;
         within("sensor.pixel.defect_cluster_share", self.defect_cluster_share, 0.0, 1.0)?;
         if let Some(low) = self.low_conversion_gain_uv_per_e {
-            above("sensor.pixel.low_conversion_gain_uv_per_e", low, 0.0, self.conversion_gain_uv_per_e)?;
+            let key = "sensor.pixel.low_conversion_gain_uv_per_e";
+            within(key, low, GAIN_UV_PER_E_MIN, self.conversion_gain_uv_per_e)?;
         }
         within("sensor.pixel.overflow_capacity_e", self.overflow_capacity_e, 0.0, 1000000000.0)?;
         within("sensor.die_gain_sigma", self.die_gain_sigma, 0.0, 0.15)?;
@@ -227,15 +231,7 @@ pub(crate) fn within(key: &str, value: f64, least: f64, most: f64) -> Result<(),
     if value >= least && value <= most {
         return Ok(());
     }
-    Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
-}
-
-/// Refuses a value that is not above `least` and at most `most`, NaN included.
-pub(crate) fn above(key: &str, value: f64, least: f64, most: f64) -> Result<(), Error> {
-    if value > least && value <= most {
-        return Ok(());
-    }
-    Err(Error::key(key, value, format!("out of range; above {least} to {most} would do")))
+    Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
 }
 
 #[cfg(test)]

@@ -53,7 +53,7 @@ impl Effect for Prnu {
 
     fn reason(&self, facts: &Facts) -> String {
         let sigma_e = self.sigma * facts.signal_e_max;
-        format!("{:.2} % of {:.0} e- is {sigma_e:.3} e- between pixels", 100.0 * self.sigma, facts.signal_e_max)
+        format!("{:.2} % of {} is {sigma_e:.3} e- between pixels", 100.0 * self.sigma, facts.signal_words())
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {

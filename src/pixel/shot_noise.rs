@@ -43,7 +43,7 @@ impl Effect for ShotNoise {
     }
 
     fn reason(&self, facts: &Facts) -> String {
-        format!("{:.2} e- at {:.0} e-", facts.signal_e_max.sqrt(), facts.signal_e_max)
+        format!("{:.2} e- at {}", facts.signal_e_max.sqrt(), facts.signal_words())
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {

@@ -55,7 +55,7 @@ impl Effect for StorageLeakage {
 
     fn reason(&self, facts: &Facts) -> String {
         let share = self.share(facts.storage_s_max);
-        format!("{:.3e} of {:.0} e- in {:.3} ms", share, facts.signal_e_max, 1e3 * facts.storage_s_max)
+        format!("{:.3e} of {} in {:.3} ms", share, facts.signal_words(), 1e3 * facts.storage_s_max)
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {

@@ -94,6 +94,7 @@ mod tests {
 
     fn facts(light_e: f64) -> Facts {
         Facts {
+            is_capped: false,
             signal_e_min: light_e,
             signal_e_max: light_e,
             frame_e_max: light_e,

@@ -11,13 +11,13 @@ use super::Schedule;
 use super::registers::{ExposureSettings, Registers};
 use crate::error::Error;
 use crate::num::{f64_from_u64, greater, lesser, u64_truncated};
-use crate::pixel::{above, within};
+use crate::pixel::within;
 use crate::units::FrameIndex;
 
 /// What the controller aims at and keeps to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AutoExposureParams {
-    /// Mean code to reach as a share of the greatest code, black level included; above 0, below 1.
+    /// Mean code to reach as a share of the greatest code, black level included; 0.001 to 0.99.
     pub target_mean: f64,
     /// Frames between the frame whose mean is known and the write that answers it, beyond the one in which it is read, 0 to 8.
     pub delay_frames: u32,
@@ -27,11 +27,14 @@ pub struct AutoExposureParams {
     pub gain_max: f64,
 }
 
+/// Greatest mean code to aim at, as a share of the greatest code.
+const TARGET_MEAN_MOST: f64 = 0.99;
+
 impl AutoExposureParams {
     /// Refuses values out of range, naming key, value and what would do.
     pub fn check(&self) -> Result<(), Error> {
-        above("sensor.readout.target_mean", self.target_mean, 0.0, 0.99)?;
-        above("sensor.readout.gain_max", self.gain_max, 0.0, 1000.0)?;
+        within("sensor.readout.target_mean", self.target_mean, 0.001, TARGET_MEAN_MOST)?;
+        within("sensor.readout.gain_max", self.gain_max, 0.001, 1000.0)?;
         within("sensor.readout.delay_frames", self.delay_frames.into(), 0.0, 8.0)
     }
 }
@@ -86,16 +89,22 @@ impl AutoExposure {
         let (least, most) = (u64::from(schedule.params().exposure_lines_min).max(1), schedule.exposure_lines_max());
         let lines_max = params.exposure_lines_max.map_or(most, u64::from);
         if !(least..=most).contains(&lines_max) {
-            let reason = format!("out of range; {least} to {most} would do");
+            let reason = format!("out of range; use {least} to {most}");
             return Err(Error::key("sensor.readout.exposure_lines_max", lines_max, reason));
         }
         if params.gain_max < range.gain {
-            let reason = format!("less than sensor.adc.gain; {} or more would do", range.gain);
+            let reason = format!("less than sensor.adc.gain; use {} or more", range.gain);
             return Err(Error::key("sensor.readout.gain_max", params.gain_max, reason));
         }
         let target_signal_dn = params.target_mean * range.max_dn - range.black_dn;
         if !(target_signal_dn > 0.0) {
-            let reason = format!("not above the black level; more than {} would do", range.black_dn / range.max_dn);
+            // Rounded up, so that what is named is accepted.
+            let least = (1e4 * (range.black_dn + 1.0) / range.max_dn).ceil() / 1e4;
+            let reason = if least <= TARGET_MEAN_MOST {
+                format!("not above the black level; use {least} or more")
+            } else {
+                format!("not above the black level of {} DN; lower sensor.adc.black_level_dn", range.black_dn)
+            };
             return Err(Error::key("sensor.readout.target_mean", params.target_mean, reason));
         }
         let initial = ExposureSettings {
@@ -245,12 +254,12 @@ mod tests {
     #[test]
     fn limits_that_contradict_the_sensor_are_refused() {
         let cases = [
-            (AutoExposureParams { exposure_lines_max: Some(1705), ..PARAMS }, "1 to 1704 would do"),
-            (AutoExposureParams { exposure_lines_max: Some(0), ..PARAMS }, "1 to 1704 would do"),
-            (AutoExposureParams { gain_max: 0.5, ..PARAMS }, "1 or more would do"),
-            (AutoExposureParams { target_mean: 0.06, ..PARAMS }, "more than 0.0625"),
-            (AutoExposureParams { target_mean: f64::NAN, ..PARAMS }, "above 0 to 0.99"),
-            (AutoExposureParams { delay_frames: 9, ..PARAMS }, "0 to 8 would do"),
+            (AutoExposureParams { exposure_lines_max: Some(1705), ..PARAMS }, "use 1 to 1704"),
+            (AutoExposureParams { exposure_lines_max: Some(0), ..PARAMS }, "use 1 to 1704"),
+            (AutoExposureParams { gain_max: 0.5, ..PARAMS }, "use 1 or more"),
+            (AutoExposureParams { target_mean: 0.06, ..PARAMS }, "use 0.0636 or more"),
+            (AutoExposureParams { target_mean: f64::NAN, ..PARAMS }, "0.001 to 0.99"),
+            (AutoExposureParams { delay_frames: 9, ..PARAMS }, "use 0 to 8"),
         ];
         for (params, words) in cases {
             let message = AutoExposure::new(&params, &schedule(100, 2), RANGE).unwrap_err().to_string();

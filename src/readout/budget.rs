@@ -46,6 +46,18 @@ pub struct LineDemand {
 }
 
 impl LineDemand {
+    /// What makes this demand shorter.
+    pub(super) fn remedy(&self) -> &'static str {
+        match self.kind {
+            DemandKind::Pixels => "read a narrower window",
+            DemandKind::Conversion => {
+                "use a faster sensor.adc.clock_hz, fewer sensor.adc.bits, shorter settling or a slower pixel_rate_hz"
+            }
+            DemandKind::ShiftOut => "use more or faster lanes (sensor.readout.lanes, lane_clock_hz)",
+            DemandKind::Packet => "use a faster link (link.frequency_hz, link.lanes)",
+        }
+    }
+
     /// The words of the error.
     pub(super) fn words(&self) -> String {
         let time_us = 1e6 * self.time_s;

@@ -18,7 +18,13 @@ pub(super) fn check_line(params: &ReadoutParams, demands: &[LineDemand; 4]) -> R
     if u64::from(params.hts) >= most.needed_clk {
         return Ok(());
     }
-    let reason = format!("a line must hold {}; hts = {} would do", most.words(), most.needed_clk);
+    let reason = if most.needed_clk <= u64::from(LENGTH_MAX) {
+        format!("a line must hold {}; hts = {} would do", most.words(), most.needed_clk)
+    } else {
+        // No line is so long: what it must hold has to get shorter.
+        let shorter = most.remedy();
+        format!("a line must hold {}, more than the longest line of {LENGTH_MAX} clocks; {shorter}", most.words())
+    };
     Err(Error::key("sensor.readout.hts", params.hts, reason))
 }
 
@@ -37,8 +43,10 @@ pub(super) fn exposure_lines(params: &ReadoutParams) -> Result<u64, Error> {
             let lines = u64_half_even(lines);
             if exposure_us == 0.0 && least > 0 {
                 let shortest_us = lines_us(least.into(), params);
-                let reason =
-                    format!("out of range; above 0 would do ({shortest_us:.3}, {least} lines, is the shortest)");
+                let reason = format!(
+                    "out of range; use {:.3} or more ({least} lines, the shortest)",
+                    (1e3 * shortest_us).ceil() / 1e3
+                );
                 return Err(Error::key("sensor.readout.exposure_us", 0.0, reason));
             }
             Ok(lines.max(least.into()))
@@ -55,7 +63,7 @@ pub(super) fn frame_lines(exposure_lines: u64, geometry: &Geometry, params: &Rea
             let lines = u64_half_even(f64_from_u64(params.pixel_rate_hz) / (f64_from_u64(hts) * rate_hz));
             if lines > u64::from(LENGTH_MAX) {
                 let slowest_hz = f64_from_u64(params.pixel_rate_hz) / f64_from_u64(hts * u64::from(LENGTH_MAX));
-                let reason = format!("a frame of {lines} lines is too long; {slowest_hz} or more would do");
+                let reason = format!("a frame of {lines} lines is too long; use {slowest_hz} or more");
                 return Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, reason));
             }
             lines

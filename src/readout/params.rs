@@ -6,7 +6,7 @@
 use super::auto_exposure::AutoExposureParams;
 use super::geometry::{BinningMode, Window};
 use crate::error::Error;
-use crate::pixel::{above, within};
+use crate::pixel::within;
 
 /// Whether rows are exposed together or one after another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -75,7 +75,7 @@ pub enum Hdr {
     MultiExposure {
         /// Exposures a frame, 2 to 4.
         exposures: u32,
-        /// Each exposure over the next shorter one, above 1 to 1024.
+        /// Each exposure over the next shorter one, 1.001 to 1024.
         ratio: f64,
     },
     /// One, whose charge is read at two conversion gains, one after the other.
@@ -194,14 +194,14 @@ fn whole(key: &str, value: u32, least: u32, most: u32) -> Result<(), Error> {
     if (least..=most).contains(&value) {
         return Ok(());
     }
-    Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
+    Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
 }
 
 fn frequency(key: &str, value_hz: u64) -> Result<(), Error> {
     if (1_000..=100_000_000_000).contains(&value_hz) {
         return Ok(());
     }
-    Err(Error::key(key, value_hz, "out of range; 1 kHz to 100 GHz would do"))
+    Err(Error::key(key, value_hz, "out of range; use 1000 to 100000000000 (1 kHz to 100 GHz)"))
 }
 
 impl ReadoutParams {
@@ -240,7 +240,7 @@ impl ReadoutParams {
         whole("sensor.readout.hts", self.hts, 1, LENGTH_MAX)?;
         match self.frame {
             FrameLength::Lines(vts) => whole("sensor.readout.vts", vts, 1, LENGTH_MAX)?,
-            FrameLength::RateHz(rate_hz) => above("sensor.readout.frame_rate_hz", rate_hz, 0.0, 1e6)?,
+            FrameLength::RateHz(rate_hz) => within("sensor.readout.frame_rate_hz", rate_hz, 1e-6, 1e6)?,
         }
         frequency("sensor.readout.pixel_rate_hz", self.pixel_rate_hz)?;
         if let Exposure::Us(exposure_us) = self.exposure {
@@ -249,7 +249,7 @@ impl ReadoutParams {
         whole("sensor.readout.exposure_lines_min", self.exposure_lines_min, 0, 65_535)?;
         whole("sensor.readout.exposure_margin_lines", self.exposure_margin_lines, 0, LENGTH_MAX - 1)?;
         if self.exposure_fine_clk >= self.hts {
-            let reason = format!("out of range; 0 to {} (less than a line of hts clocks) would do", self.hts - 1);
+            let reason = format!("out of range; use 0 to {} (less than a line of hts clocks)", self.hts - 1);
             return Err(Error::key("sensor.readout.exposure_fine_clk", self.exposure_fine_clk, reason));
         }
         whole("sensor.readout.lanes", self.lanes, 0, 65_536)?;
@@ -276,7 +276,7 @@ impl ReadoutParams {
         }
         let Hdr::MultiExposure { exposures, ratio } = self.hdr else { return Ok(()) };
         whole("sensor.readout.hdr_exposures", exposures, 2, 4)?;
-        above("sensor.readout.hdr_exposure_ratio", ratio, 1.0, 1024.0)?;
+        within("sensor.readout.hdr_exposure_ratio", ratio, 1.001, 1024.0)?;
         if self.shutter == Shutter::Global {
             let reason = "staggered exposures need a rolling shutter: a pixel stores one charge; none would do";
             return Err(Error::key("sensor.readout.hdr", "multi_exposure", reason));
@@ -296,16 +296,16 @@ impl ReadoutParams {
         if let Trigger::External { period_ns, .. } = self.trigger
             && !(1..=100_000_000_000).contains(&period_ns)
         {
-            let reason = "out of range; 0.001 to 100000000 would do";
+            let reason = "out of range; use 0.001 to 100000000";
             return Err(Error::key("sensor.readout.trigger_period_us", microseconds(period_ns), reason));
         }
         if let Some(&skew_ns) = self.sync_skew_ns.iter().find(|&&skew_ns| skew_ns > 1_000_000_000) {
-            let reason = "out of range; 0 to 1000000 would do";
+            let reason = "out of range; use 0 to 1000000";
             return Err(Error::key("sensor.readout.sync_skew_us", microseconds(skew_ns), reason));
         }
         if let Some(&ppb) = self.clock_ppb.iter().find(|ppb| !(-1_000_000..=1_000_000).contains(*ppb)) {
             let ppm = 1e-3 * crate::num::f64_from_i64(ppb);
-            return Err(Error::key("sensor.readout.clock_ppm", ppm, "out of range; -1000 to 1000 would do"));
+            return Err(Error::key("sensor.readout.clock_ppm", ppm, "out of range; use -1000 to 1000"));
         }
         Ok(())
     }

@@ -16,6 +16,7 @@ mod text;
 mod tiles;
 mod timing;
 mod trajectory;
+mod warnings;
 
 use crate::plane::Plane;
 use crate::report::ladder_record::LadderRecord;
@@ -60,6 +61,7 @@ pub fn html(report: &Report, pictures: &Pictures) -> String {
     let body = [
         header::header(report),
         "<main>".to_owned(),
+        warnings::warnings(report),
         tiles::tiles(report),
         frames::frames(pictures),
         trajectory::trajectory(report),

@@ -14,16 +14,16 @@ pub struct PlanRecord {
     pub kept_reasons: Ordered<String>,
     /// In physical order.
     pub omitted: Vec<OmittedEffect>,
-    /// Sum of all systematic bounds.
-    pub bias_e: f64,
-    /// Root of the sum of all variance bounds.
-    pub sigma_e: f64,
+    /// Sum of all systematic bounds; none where something without a bound is left out.
+    pub bias_e: Option<f64>,
+    /// Root of the sum of all variance bounds; none as above.
+    pub sigma_e: Option<f64>,
     /// Share of a pixel's noise that the sum was allowed to reach.
     pub accuracy: f64,
     /// The same in electrons, where a pixel's own noise is least.
     pub budget_e: f64,
-    /// Share of the budget that the sum takes as a mean square error, where it is most.
-    pub budget_used: f64,
+    /// Share of the budget that the sum takes as a mean square error, where it is most; none as above.
+    pub budget_used: Option<f64>,
     /// Predicted cost of the kept effects.
     pub cost_ns_per_px: f64,
     /// Predicted cost of all effects that the sensor has.
@@ -70,12 +70,12 @@ pub struct TileRecord {
 pub struct OmittedEffect {
     /// The effect's one name.
     pub name: String,
-    /// Bound of its systematic part.
-    pub bias_e: f64,
-    /// Bound of its random part.
-    pub sigma_e: f64,
-    /// Its part of the budget, where all together take most of it.
-    pub budget_share: f64,
+    /// Bound of its systematic part; none where nothing bounds it.
+    pub bias_e: Option<f64>,
+    /// Bound of its random part; none as above.
+    pub sigma_e: Option<f64>,
+    /// Its part of the budget, where all together take most of it; none as above.
+    pub budget_share: Option<f64>,
     /// What leaving it out saves, predicted.
     pub cost_ns_per_px: f64,
     /// With numbers, for a person.

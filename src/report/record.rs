@@ -16,7 +16,7 @@ pub use crate::report::plan_record::{FactRecord, OmittedEffect, PlanRecord, Tile
 use crate::report::spread::{SpectrumPoint, interval_of_rms, second_difference_squares, spectrum};
 
 /// Counted up when a key changes its name or meaning; new keys leave it.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// The report of one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -54,11 +54,33 @@ pub struct Report {
     pub frames: Vec<FrameRecord>,
     /// Path of every null figure (`tracking.rpe_m`, `frames.error_m`) and the reason.
     pub not_measurable: BTreeMap<String, String>,
-    /// The effective configuration as TOML.
-    pub config: String,
+    /// What a user should know although the run went on, each once, in the order of arrival.
+    #[serde(default)]
+    pub warnings: Vec<String>,
+    /// The effective configuration, an object a section. Its `run.threads` is 0 whatever was used: threads decide no byte.
+    pub config: toml::Table,
+    /// Where this report holds what this machine measured; all else is the same on every run of this configuration, seed and version.
+    pub measured: Measured,
     /// What accuracy costs in time, where `sensel ladder` has measured this scenario.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ladder: Option<LadderRecord>,
+}
+
+/// What differs from machine to machine and from run to run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    /// Dotted paths of everything that was measured: leave these out to compare two reports byte by byte.
+    pub keys: Vec<String>,
+    /// Threads of the run.
+    pub threads: u32,
+}
+
+impl Default for Measured {
+    fn default() -> Self {
+        let keys = ["cost", "tracking.ms_per_frame", "ladder", "measured"];
+        Self { keys: keys.map(str::to_owned).to_vec(), threads: 1 }
+    }
 }
 
 /// What was simulated, in the words of the configuration.
@@ -105,7 +127,7 @@ pub struct Scenario {
     pub shutter: String,
     /// Effective exposure, whole lines.
     pub exposure_us: f64,
-    /// Lens preset, with f-number.
+    /// Lens preset, with what was changed, and f-number.
     pub optics: String,
     /// Of the ladder.
     pub rung: String,
@@ -125,20 +147,38 @@ pub struct Timing {
     pub frame_time_us: f64,
     /// Frames a second.
     pub fps: f64,
-    /// From the middle of the exposure to the last byte of the frame.
+    /// From the middle of the exposure to the last bit of the frame's last packet on the lanes, the extractor included: the longest of the
+    /// run, or of a frame with the expected number of features spread evenly where nothing has run.
     pub latency_us: f64,
-    /// From the reading of the last row to the last feature byte, with the features of a mean frame spread evenly over its height.
+    /// From the reading of the last row to the last feature byte, the extractor included, with the features of a mean frame spread evenly
+    /// over the picture.
     pub feature_latency_us: Option<f64>,
-    /// From the end of the first row's conversion to the extractor's first feature, the longest of the run; none without features.
+    /// From the reading of the first row, when it reaches the extractor, to the extractor's first feature, the longest of the run; none
+    /// without features.
     pub first_feature_us: Option<f64>,
-    /// From the end of the last row's conversion to the extractor's last feature, the longest of the run; none without features.
+    /// From the reading of the last row, when it reaches the extractor, to the extractor's last feature, the longest of the run; none
+    /// without features.
     pub last_feature_us: Option<f64>,
+    /// Clocks of the extractor; none where the sensor extracts nothing.
+    pub extractor: Option<ExtractorClocks>,
     /// Of `pix_clk`.
     pub clocks_per_frame: u64,
     /// What happens within one line.
     pub line: Vec<Phase>,
     /// What happens within one frame.
     pub frame: Vec<Phase>,
+}
+
+/// Clocks of the extractor over a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExtractorClocks {
+    /// From a frame's first pixel until its rows have run and its last feature has left, the longest of the run.
+    pub required: u64,
+    /// From frame to frame.
+    pub available: u64,
+    /// Frames of a camera that needed more.
+    pub frames_over: u64,
 }
 
 /// A span of a timing diagram.
@@ -213,9 +253,9 @@ pub struct Tracking {
     pub jitter_d2_m: Option<f64>,
     /// 95 % interval of `jitter_d2_m`, from blocks of a second of this run.
     pub jitter_d2_interval_m: Option<[f64; 2]>,
-    /// Cramer-Rao bound of the frames' positions given the map, per axis, RMS over the frames: what no unbiased estimate of a frame by
-    /// itself can stay below, at the noise that the run's own tracks show. To hold beside `jitter_d2_m`.
-    pub jitter_bound_m: Option<f64>,
+    /// Single-picture position sigma given the map, per axis, RMS over the frames. Landmarks count as exact, priors (motion, inertial
+    /// unit, window) are left out, and the noise is that of the accepted residuals. It is no bound: `jitter_d2_m` may lie below it.
+    pub single_picture_sigma_m: Option<f64>,
     /// RMS position error after alignment with scale.
     pub ate_sim3_m: Option<f64>,
     /// Scale that this alignment found.
@@ -288,6 +328,8 @@ pub struct LinkRecord {
     pub fifo_rows_most: u32,
     /// From the reading of the last row to the last feature byte, the longest of the run.
     pub feature_latency_us: Option<f64>,
+    /// Features that left the extractor and found no time on the link before the next frame; they are not in the run's features.
+    pub features_dropped: u64,
 }
 
 /// Hashes of the bytes of each stage, hexadecimal.
@@ -391,14 +433,14 @@ impl Report {
         self.note_frames_without_error();
     }
 
-    /// Fills in the bound of the jitter: root mean square of the frames' bounds, in metres.
-    pub fn set_jitter_bound(&mut self, bounds_m: impl Iterator<Item = f64>) {
-        let (sum_m2, count) = bounds_m.fold((0.0, 0_u32), |(sum, count), bound_m| (sum + bound_m * bound_m, count + 1));
-        let bound = match count {
+    /// Fills in the single-picture sigma: root mean square of the frames' sigmas, in metres.
+    pub fn set_single_picture_sigma(&mut self, sigmas_m: impl Iterator<Item = f64>) {
+        let (sum_m2, count) = sigmas_m.fold((0.0, 0_u32), |(sum, count), sigma_m| (sum + sigma_m * sigma_m, count + 1));
+        let sigma = match count {
             0 => Err(NotMeasurable::Absent("no frame's pose follows from landmarks".to_owned())),
             _ => Ok((sum_m2 / f64::from(count)).sqrt()),
         };
-        self.tracking.jitter_bound_m = self.figure("tracking.jitter_bound_m", bound);
+        self.tracking.single_picture_sigma_m = self.figure("tracking.single_picture_sigma_m", sigma);
     }
 
     fn set_intervals(&mut self, figures: &Result<TrajectoryFigures, NotMeasurable>) {

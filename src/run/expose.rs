@@ -1,51 +1,76 @@
-//! One exposure of one camera. Enters: a run's setup, a camera, the times of a frame. Leaves: mean photons of the window.
+//! The render of one exposure, from what reaches it and nothing else: world, camera, motion, exposure windows, render settings.
 
-use super::rows::spans;
-use super::setup::Setup;
 use crate::draw::DrawKey;
 use crate::error::Error;
+use crate::fidelity::RenderSettings;
 use crate::num::{f32_nearest, u64_from};
 use crate::optics::{Camera, Exposure, Sampling};
-use crate::readout::Schedule;
-use crate::units::FrameIndex;
+use crate::scene::motion::Motion;
+use crate::units::{FrameIndex, Span};
+
+use super::world::World;
 
 /// Published number of the renderer's sample pattern in keys.
 const RENDER_NUMBER: u64 = 1;
 
-/// What a camera's window sees in one exposure of a frame.
-///
-/// # Errors
-/// A picture that cannot be read any more.
-pub(super) fn expose(
-    setup: &Setup,
-    camera: &Camera,
-    camera_index: usize,
-    schedule: &Schedule,
-    frame: FrameIndex,
-    slot: usize,
-) -> Result<Exposure, Error> {
-    // The motion was checked to cover the whole run before the first frame.
-    let pose = |t_s: f64| setup.motion.world_from_body(t_s).expect("the motion covers the run");
-    // Nothing distinguishes the frames of a still picture, so its samples are those of frame 0 at every time.
-    let named = if setup.is_still() { FrameIndex(0) } else { frame };
-    let key = DrawKey::root(setup.resolved.scenario.seed)
-        .with(RENDER_NUMBER)
-        .with(u64_from(camera_index))
-        .with(named.0.into());
-    let sampling = Sampling {
-        samples_per_pixel: setup.fidelity.samples_per_pixel,
-        samples_max: setup.fidelity.samples_max,
-        tolerance: setup.fidelity.render_tolerance,
-        subframes: setup.fidelity.subframes,
-        reflections: setup.fidelity.reflections,
-        follows_gloss: setup.fidelity.follows_gloss,
-        electrons_per_photon: setup.sensor.electrons_per_photon(),
-        saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
-        outlines: true,
-        key: repeated(if slot == 0 { key } else { key.with(u64_from(slot)) }, setup.fidelity.render_repeat),
-    };
-    let rows = spans(schedule, |row| schedule.row_exposure_clk(frame, slot, row));
-    setup.world.expose((camera_index, camera), &rows, &pose, sampling)
+/// All that decides the photons of an exposure. It holds no sensor: two designs with equal inputs have the same photons, in every bit.
+pub struct RenderInputs<'a> {
+    /// Scene under its light, or pictures.
+    pub world: &'a World,
+    /// The camera with the pixels that are read: lens, filters, and geometry of the array.
+    pub camera: &'a Camera,
+    /// How the body moves.
+    pub motion: &'a Motion,
+    /// When each row gathers light, in the run's time.
+    pub rows: &'a [Span],
+    /// Which exposure of the run.
+    pub place: ExposurePlace,
+    /// Keys of the render.
+    pub settings: RenderSettings,
+}
+
+/// Names the samples of an exposure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExposurePlace {
+    /// Camera of the rig.
+    pub camera: usize,
+    /// Frame of the run.
+    pub frame: FrameIndex,
+    /// Exposure of the frame.
+    pub slot: usize,
+}
+
+impl RenderInputs<'_> {
+    /// What the camera's window sees. Its render noise is counted with the settings' quantum efficiency.
+    ///
+    /// # Errors
+    /// A picture that cannot be read any more.
+    pub fn expose(&self) -> Result<Exposure, Error> {
+        // The motion was checked to cover the whole run before the first frame.
+        let pose = |t_s: f64| self.motion.world_from_body(t_s).expect("the motion covers the run");
+        let settings = &self.settings;
+        let sampling = Sampling {
+            samples_per_pixel: settings.samples_per_pixel,
+            samples_max: settings.samples_max,
+            tolerance: settings.tolerance,
+            subframes: settings.subframes,
+            reflections: settings.reflections,
+            follows_gloss: settings.follows_gloss,
+            electrons_per_photon: settings.quantum_efficiency,
+            saturation_photons: f32_nearest(settings.saturation_photons()),
+            outlines: true,
+            key: self.key(),
+        };
+        self.world.expose((self.place.camera, self.camera), self.rows, &pose, sampling)
+    }
+
+    fn key(&self) -> DrawKey {
+        let ExposurePlace { camera, frame, slot } = self.place;
+        // Nothing distinguishes the frames of a still picture, so its samples are those of frame 0 at every time.
+        let named = if self.world.is_still(self.motion) { FrameIndex(0) } else { frame };
+        let key = DrawKey::root(self.settings.seed).with(RENDER_NUMBER).with(u64_from(camera)).with(named.0.into());
+        repeated(if slot == 0 { key } else { key.with(u64_from(slot)) }, self.settings.repeat)
+    }
 }
 
 /// Published number of repetitions in keys.

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 
 use super::sensor::SensorSetup;
 use super::world::World;
-use crate::effects::regions::LightBounds;
+use crate::effects::regions::{self, LightBounds};
 use crate::error::Error;
 use crate::facts::{DieSpread, Fact, ScenarioFacts, Tile, readable};
 use crate::num::{f64_from_usize, greater, lesser};
@@ -101,8 +101,14 @@ impl Lit<'_> {
     fn light_facts(&self) -> Vec<Fact> {
         let [least, greatest] = self.signal_e();
         let [short_s, long_s] = self.exposures_s;
+        let counted_e = regions::most_e(&self.sensor.parameters, greatest);
+        let capped = if counted_e < greatest {
+            format!("; the plan counts {} e- at most, twice what pixel and converter hold", readable(counted_e))
+        } else {
+            String::new()
+        };
         let how = format!(
-            "darkest and brightest lit texel times roll-off, filters and quantum efficiency, {} to {} us",
+            "darkest and brightest lit texel times roll-off, filters and quantum efficiency, {} to {} us{capped}",
             readable(1e6 * short_s),
             readable(1e6 * long_s)
         );

@@ -22,10 +22,10 @@ impl StageHashes {
         self.photons.update(bytemuck::cast_slice(photons.values()));
         self.codes.update(bytemuck::cast_slice(codes.values()));
         for feature in features {
-            self.features.update(&feature.x_q4.to_le_bytes());
-            self.features.update(&feature.y_q4.to_le_bytes());
+            self.features.update(&feature.x.to_le_bytes());
+            self.features.update(&feature.y.to_le_bytes());
             self.features.update(&feature.score.to_le_bytes());
-            self.features.update(&[feature.angle, feature.octave]);
+            self.features.update(&[feature.angle.to_bits(), feature.octave]);
             self.features.update(&feature.descriptor);
         }
     }
@@ -41,7 +41,7 @@ impl StageHashes {
             let numbers = pose.rotation.to_array().into_iter().chain(pose.translation_m.to_array());
             numbers.for_each(|number| take(&number.to_le_bytes()));
         }
-        for number in [tracked.innovation_px, tracked.position_bound_m].into_iter().flatten() {
+        for number in [tracked.innovation_px, tracked.single_picture_sigma_m].into_iter().flatten() {
             take(&number.to_le_bytes());
         }
         for inlier in &tracked.inliers {

@@ -10,6 +10,14 @@ use crate::error::Error;
 use crate::scene::surroundings::PANEL;
 use crate::scene::{Bake, BakeCost, BakeSettings, Environment, LitScene, Scene, generated, target};
 
+/// A scene with what lights it.
+enum Found {
+    /// Lit evenly: nothing is baked.
+    Target(Box<LitScene>),
+    /// Before its bake.
+    Scene(Box<Scene>),
+}
+
 /// Loads or generates the scene, gives it what lights it, bakes or loads its light, and scales it to the scenario's lux at `start_m`.
 ///
 /// # Errors
@@ -22,6 +30,45 @@ pub fn lit_scene(
 ) -> Result<LitScene, Error> {
     let (illuminant, lux) = scenario.light()?;
     let (level, limits, flicker) = (scenario.light_level()?, scenario.bake_limits()?, scenario.flicker()?);
+    let scene = match found(scenario, assets)? {
+        Found::Target(lit) => {
+            return Ok(match flicker {
+                Some(flicker) => lit.all_flickering(flicker),
+                None => *lit,
+            });
+        }
+        Found::Scene(scene) => *scene,
+    };
+    let bake = baked(&scene, limits, assets, progress)?;
+    let lit = match level {
+        Level::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
+        Level::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
+    };
+    Ok(match flicker {
+        Some(flicker) => lit.with_flicker(flicker),
+        None => lit,
+    })
+}
+
+/// Refuses what `lit_scene` refuses before it bakes.
+///
+/// # Errors
+/// As `lit_scene`, but for what only the baked light tells.
+pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
+    let limits = scenario.bake_limits()?;
+    match found(scenario, assets)? {
+        Found::Scene(scene) if kept(&scene, limits, assets).is_none() => {
+            limits.check(BakeCost::of(&scene, &settings(&scene, limits)))
+        }
+        Found::Scene(_) | Found::Target(_) => Ok(()),
+    }
+}
+
+/// The scene that the scenario names, with its lamps.
+fn found(scenario: &Scenario, assets: &dyn Assets) -> Result<Found, Error> {
+    let (illuminant, lux) = scenario.light()?;
+    scenario.light_level()?;
+    let flicker = scenario.flicker()?;
     let section = &scenario.scene;
     // Also where the scene has no use for them: a value that is written is a value that holds.
     section.surroundings.check()?;
@@ -36,11 +83,9 @@ pub fn lit_scene(
         }
         (None, Some(generator), None) => generated::scene(generator, &section.surroundings, &|name| assets.read(name))?,
         (None, None, Some(target)) => {
-            let lit = target::named(target, &section.target_wish())?.evenly_lit(lux, illuminant);
-            return Ok(match flicker {
-                Some(flicker) => lit.all_flickering(flicker),
-                None => lit,
-            });
+            return Ok(Found::Target(Box::new(
+                target::named(target, &section.target_wish())?.evenly_lit(lux, illuminant),
+            )));
         }
         _ => return Err(not_one_scene(section)),
     };
@@ -48,16 +93,9 @@ pub fn lit_scene(
         Some(environment) => scene.with_environment(environment),
         None => scene,
     };
-    let scene = flickering(scene, section, flicker.is_some())?.with_lamps(&section.lamp, illuminant)?;
-    let bake = baked(&scene, limits, assets, progress)?;
-    let lit = match level {
-        Level::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
-        Level::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
-    };
-    Ok(match flicker {
-        Some(flicker) => lit.with_flicker(flicker),
-        None => lit,
-    })
+    flickering(scene, section, flicker.is_some())?
+        .with_lamps(&section.lamp, illuminant)
+        .map(|scene| Found::Scene(Box::new(scene)))
 }
 
 /// Light from beyond all surfaces: of a picture or of sun and sky, if either is asked for.
@@ -128,16 +166,27 @@ fn not_one_scene(section: &crate::config::scenario::Scene) -> Error {
     }
 }
 
-fn baked(scene: &Scene, limits: BakeLimits, assets: &dyn Assets, progress: &dyn Progress) -> Result<Bake, Error> {
+fn settings(scene: &Scene, limits: BakeLimits) -> BakeSettings {
     let full = BakeSettings::of(scene);
-    let settings = if limits.bounces { full } else { full.direct() };
-    let key = blake3::Hash::from_bytes(scene.bake_key(&settings)).to_hex().to_string();
-    let stored = assets.load(&key).and_then(|bytes| Bake::from_bytes(&key, &bytes).ok());
-    if let Some(bake) = stored.filter(|bake| bake.key() == scene.bake_key(&settings)) {
+    if limits.bounces { full } else { full.direct() }
+}
+
+/// The scene's light, where it was baked before.
+fn kept(scene: &Scene, limits: BakeLimits, assets: &dyn Assets) -> Option<Bake> {
+    let key = scene.bake_key(&settings(scene, limits));
+    let name = blake3::Hash::from_bytes(key).to_hex().to_string();
+    let stored = assets.load(&name).and_then(|bytes| Bake::from_bytes(&name, &bytes).ok());
+    stored.filter(|bake| bake.key() == key)
+}
+
+fn baked(scene: &Scene, limits: BakeLimits, assets: &dyn Assets, progress: &dyn Progress) -> Result<Bake, Error> {
+    if let Some(bake) = kept(scene, limits, assets) {
         return Ok(bake);
     }
+    let settings = settings(scene, limits);
     limits.check(BakeCost::of(scene, &settings))?;
     let bake = scene.bake(&settings, &|share| progress.at("light", share));
+    let key = blake3::Hash::from_bytes(scene.bake_key(&settings)).to_hex().to_string();
     assets.store(&key, &bake.to_bytes());
     Ok(bake)
 }

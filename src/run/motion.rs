@@ -7,6 +7,7 @@ use crate::config::Scenario;
 use crate::config::check::{unit_quaternion, within};
 use crate::config::motion::{STEP_TOLERANCE, Source};
 use crate::error::Error;
+use crate::facts::readable;
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::pose::{Pose, TimedPose};
 use crate::scene::motion::gait::{self, GENERATED_KNOT_S, generated};
@@ -24,8 +25,17 @@ const OSCILLATION_KNOTS: f64 = 20.0;
 /// Latest start: generated motions are made up to it.
 const START_S_MAX: f64 = 10_000.0;
 
-/// Knots of a generated motion, at most: 56 bytes each.
+/// Knots of a generated motion, at most: 56 bytes each, and as much again while they are made.
 const KNOTS_MAX: f64 = 4e6;
+
+/// Poses of a sway, at most: some 250 bytes each while the spline is fitted to them.
+const SWAY_POSES_MAX: f64 = 2e6;
+
+/// Greatest distance from the scene's origin along an axis: meshes end there too.
+const PLACE_M_MAX: f64 = 1e6;
+
+/// Greatest speeds, in m/s and in rad/s: beyond them a picture shows nothing.
+const SPEEDS_MAX: [f64; 2] = [1e6, 1e6];
 
 /// A motion, and what a person should know of it.
 pub struct Placed {
@@ -43,8 +53,9 @@ pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Res
     let section = &scenario.motion;
     let turn = unit_quaternion("motion.world_from_motion", section.world_from_motion)?;
     let offset_m = DVec3::from_array(section.offset_m);
-    if !offset_m.is_finite() {
-        return Err(Error::key("motion.offset_m", format!("{offset_m}"), "finite metres would do"));
+    if !is_in_reach(offset_m) {
+        let reason = format!("out of range; use -{PLACE_M_MAX} to {PLACE_M_MAX} along each axis");
+        return Err(Error::key("motion.offset_m", format!("{:?}", section.offset_m), reason));
     }
     let start_s = within("motion.start_s", section.start_s, 0.0..=START_S_MAX, "0 to 10,000")?;
     let scale = scenario.motion_scale()?;
@@ -58,16 +69,56 @@ pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Res
         let reason = format!("{error} (times of the run); an earlier start or fewer frames would do");
         Error::key("motion.start_s", start_s, reason)
     })?;
+    check_reach(section, &motion, run)?;
     Ok(Placed { motion, notes })
+}
+
+fn is_in_reach(place_m: DVec3) -> bool {
+    place_m.abs().cmple(DVec3::splat(PLACE_M_MAX)).all()
+}
+
+/// Refuses a path that leaves the space that scenes have, or on which no picture could be taken.
+fn check_reach(section: &crate::config::scenario::Motion, motion: &Motion, run: Span) -> Result<(), Error> {
+    let named = section.file.as_deref().or(section.kind.as_deref()).unwrap_or_default();
+    let key = if section.file.is_some() { "motion.file" } else { "motion.kind" };
+    let refused = |reason: String| Error::key(key, named, reason);
+    let (low_m, high_m) = motion.extent_m(run).map_err(|error| refused(error.to_string()))?;
+    if !(is_in_reach(low_m) && is_in_reach(high_m)) {
+        let reason = format!(
+            "the run's path goes from {low_m} to {high_m} m; use one within {PLACE_M_MAX} m of the scene's origin along each axis, \
+             or a smaller motion.scale"
+        );
+        return Err(refused(reason));
+    }
+    let speeds = motion.speeds_max(run).map_err(|error| refused(error.to_string()))?;
+    if !(speeds[0] <= SPEEDS_MAX[0] && speeds[1] <= SPEEDS_MAX[1]) {
+        let reason = format!(
+            "the run's path has {} m/s and {} rad/s; use one of at most {} m/s and {} rad/s",
+            readable(speeds[0]),
+            readable(speeds[1]),
+            SPEEDS_MAX[0],
+            SPEEDS_MAX[1]
+        );
+        return Err(refused(reason));
+    }
+    Ok(())
 }
 
 /// The spline of the scenario's source over `asked`, in the source's own frame and time, with notes; none where nothing moves.
 fn spline(scenario: &Scenario, asked: Span, assets: &dyn Assets) -> Result<Option<(Spline, Vec<String>)>, Error> {
-    let follow = |knot_s: f64, pose: &dyn Fn(f64) -> Pose| {
-        if asked.end_s / knot_s > KNOTS_MAX {
-            let reason = format!("the run ends {:.0} s into a generated motion; an earlier end would do", asked.end_s);
-            return Err(Error::key("motion.start_s", asked.start_s, reason));
+    let check_end = |end_s_max: f64| {
+        if asked.end_s <= end_s_max {
+            return Ok(());
         }
+        let reason = format!(
+            "the run ends {:.0} s into a generated motion; use fewer frames, a higher frame rate or an earlier start, so that it ends \
+             within {end_s_max:.0} s",
+            asked.end_s
+        );
+        Err(Error::key("run.frames", scenario.run.frames, reason))
+    };
+    let follow = |knot_s: f64, pose: &dyn Fn(f64) -> Pose| {
+        check_end(KNOTS_MAX * knot_s)?;
         Ok((generated(pose, knot_s, asked.end_s), Vec::new()))
     };
     let made = match scenario.motion_source()? {
@@ -81,9 +132,12 @@ fn spline(scenario: &Scenario, asked: Span, assets: &dyn Assets) -> Result<Optio
             let count = format!("{} poses", poses.len());
             on_control_poses("motion.pose", &count, &poses).map(|spline| (spline, Vec::new()))
         }
-        Source::Sway => Spline::fit(&sway(asked.end_s), KNOT_S)
-            .map(|spline| (spline, Vec::new()))
-            .map_err(|error| error.at_key("motion.kind", "sway")),
+        Source::Sway => {
+            check_end(SWAY_POSES_MAX * SWAY_STEP_S)?;
+            Spline::fit(&sway(asked.end_s), KNOT_S)
+                .map(|spline| (spline, Vec::new()))
+                .map_err(|error| error.at_key("motion.kind", "sway"))
+        }
         Source::Gait(gait) => follow(GENERATED_KNOT_S, &|t_s| gait.pose(t_s)),
         Source::Spin { rate_deg_per_s } => follow(GENERATED_KNOT_S, &|t_s| gait::spin(rate_deg_per_s, t_s)),
         Source::Oscillation { height_m, frequency_hz, axis } => {
@@ -97,7 +151,7 @@ fn spline(scenario: &Scenario, asked: Span, assets: &dyn Assets) -> Result<Optio
 fn read(file: &str, assets: &dyn Assets) -> Result<Recording, Error> {
     let refused = |reason: String| Error::key("motion.file", file, reason);
     let bytes = assets.read(file).map_err(|error| error.named_by("motion.file", file))?;
-    let text = String::from_utf8(bytes).map_err(|_| refused("is not text".to_owned()))?;
+    let text = crate::text::from_bytes(bytes).map_err(&refused)?;
     recording::parse(&text).map_err(|error| refused(error.to_string()))
 }
 

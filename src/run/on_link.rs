@@ -2,12 +2,16 @@
 //! by clock, how the readout has to wait for them, and the refusal of what does not pass.
 
 use super::sensor::SensorSetup;
-use crate::compute::PATCH_MARGIN_PX;
+use crate::compute::{FrameClocks, RowByRow, even_frame};
 use crate::error::Error;
-use crate::link::{Batch, Flow, FramePlan, Packet, RowPeriod, WhenFull, after_the_rows, by_row, evenly};
-use crate::num::{f64_from_u64, index, u32_from, u64_from};
-use crate::readout::{FrameLength, Hdr, ReadoutParams, Schedule, Shutter};
+use crate::link::{Batch, FeatureReady, Flow, FramePlan, Packet, RowPeriod, Sent, WhenFull, after_the_rows, by_row};
+use crate::num::{f64_from_u64, index, u32_from, u64_from, u64_truncated};
+use crate::readout::{FrameLength, Hdr, ReadoutParams, Schedule, Shutter, Trigger};
 use crate::units::{Clocks, FrameIndex};
+
+/// What keeps an extractor within its frame, or features within their link.
+pub(super) const EXTRACTOR_REMEDY: &str =
+    "a lower compute.target_features (0 sets no limit) or compute.per_cell, more compute.engines, or a longer frame";
 
 /// Times of a frame's way through the link, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +20,12 @@ pub struct LinkTimes {
     pub stalled_s: f64,
     /// From the reading of the last row to the end of the frame's last burst.
     pub tail_s: f64,
+    /// From the reading of the last row to the last bit of the frame's last packet.
+    pub last_bit_s: f64,
+    /// From the reading of the last row to the start of the first burst of features behind it; none where features are not sent.
+    pub features_from_s: Option<f64>,
+    /// From the reading of the first row to the extractor's last feature; none without features.
+    pub last_feature_s: Option<f64>,
     /// From the reading of the last row to the last feature byte; none where features are not sent.
     pub feature_latency_s: Option<f64>,
 }
@@ -38,10 +48,10 @@ impl SensorSetup {
         self.link.features_per_gap(self.size.width_px, self.bits(), self.row_period())
     }
 
-    /// The rows in whose time a frame's features left the extractor, from the clock of each; what leaves after the last row waits for it no
-    /// longer than that.
+    /// A frame's features by the row at whose reading they are whole, from the clock in which each is taken; those that are whole after
+    /// the last row stand with the last row, and `flow_at` knows by how much they are late.
     pub fn batches(&self, out_clk: &[u64]) -> Vec<Batch> {
-        let row_of = |&clk: &u64| u32::try_from(clk / self.row_clk()).unwrap_or(u32::MAX);
+        let row_of = |&clk: &u64| u32::try_from((clk + 1).div_ceil(self.row_clk())).unwrap_or(u32::MAX);
         by_row(out_clk.iter().map(row_of), self.size.height_px)
     }
 
@@ -59,25 +69,70 @@ impl SensorSetup {
         }))
     }
 
-    /// The packets of a frame in time.
+    /// The packets of a frame in time, its features taken from the extractor in these clocks; a stalled readout delays both rows and
+    /// features. Features without a clock are whole when their row is read.
     ///
     /// # Errors
     /// A row that the link cannot carry.
-    pub fn flow(&self, packets: &[Packet]) -> Result<Flow, Error> {
+    pub fn flow_at(&self, packets: &[Packet], out_clk: &[u64]) -> Result<Flow, Error> {
+        let (row_clk, last_row) = (self.row_clk(), u64::from(self.size.height_px.saturating_sub(1)));
+        let byte_clk =
+            |pix_clk: u64| RowPeriod::new(Clocks(pix_clk), self.schedule.pixel_rate_hz(), &self.link).clocks(1);
+        let ready_of = |&clk: &u64| {
+            let row = (clk / row_clk).min(last_row);
+            let row_number = u32::try_from(row).expect("not above the last row");
+            FeatureReady { row: row_number, after: byte_clk(clk + 1 - row * row_clk) }
+        };
+        let ready: Vec<FeatureReady> = out_clk.iter().map(ready_of).collect();
         let payload_bytes = self.link.row_payload_bytes(self.size.width_px, self.bits());
         // Without rows nothing asks for their bytes.
         let payload_bytes = if self.link.mode.sends_codes() { payload_bytes? } else { 0 };
-        Ok(self.link.flow(packets, self.size.height_px, payload_bytes, self.row_period()))
+        let (rows, period) = (self.size.height_px, self.row_period());
+        Ok(self.link.flow_of_ready(packets, rows, payload_bytes, period, &ready))
     }
 
-    /// A frame with so many features spread evenly over its height, with its rows where the mode sends them, in time.
+    /// The extractor's clocks in a frame of so many features spread evenly over the picture; none where the sensor has no extractor.
+    pub fn extractor_clocks(&self, features: u64) -> Option<FrameClocks> {
+        let mut rows = RowByRow { first_clk: 0, row_clk: self.row_clk() };
+        let has_one = self.link.mode.sends_features();
+        has_one.then(|| even_frame(&self.extractor, self.size, (features, self.bits()), &mut rows))
+    }
+
+    /// Clocks of the pixel clock from frame to frame, which the extractor has for one.
+    pub fn extractor_clk_available(&self) -> u64 {
+        match self.schedule.params().trigger {
+            Trigger::Free => self.schedule.frame_clk().0,
+            Trigger::External { .. } => {
+                // A millionth of a clock is rounding.
+                u64_truncated(self.schedule.frame_time_s() * f64_from_u64(self.schedule.pixel_rate_hz()) + 1e-6)
+            }
+        }
+    }
+
+    /// What to tell a user before any picture is known, where the extractor can need more clocks than a frame has: with the expected
+    /// features, or with as many as its cells hold.
+    pub fn extractor_warning(&self) -> Option<String> {
+        let available_clk = self.extractor_clk_available();
+        let most = self.extractor.features_max(self.size);
+        for (features, word) in [(self.extractor.features_expected(self.size), "needs"), (most, "can need")] {
+            let required_clk = self.extractor_clocks(features)?.required_clk();
+            if required_clk > available_clk {
+                return Some(format!(
+                    "the extractor {word} {required_clk} clocks of the {available_clk} that a frame has, with {features} features; \
+                     {EXTRACTOR_REMEDY} would keep it in time"
+                ));
+            }
+        }
+        None
+    }
+
+    /// A frame with so many features spread evenly over the picture, with its rows where the mode sends them, in time.
     ///
     /// # Errors
     /// A row that the link cannot carry.
     pub fn flow_of(&self, features: u64) -> Result<Flow, Error> {
-        let features = u32::try_from(features).expect("a list of features has fewer than 2^32");
-        let batches = evenly(features, self.extractor.cell_px, PATCH_MARGIN_PX, self.size.height_px);
-        self.flow(&self.packets(FrameIndex(0), &batches)?)
+        let out_clk = self.extractor_clocks(features).map_or_else(Vec::new, |clocks| clocks.out_clk);
+        self.flow_at(&self.packets(FrameIndex(0), &self.batches(&out_clk))?, &out_clk)
     }
 
     /// What `flow_of` says, in seconds.
@@ -90,6 +145,12 @@ impl SensorSetup {
         Ok(LinkTimes {
             stalled_s: seconds(flow.stalled),
             tail_s: seconds(flow.tail()),
+            last_bit_s: seconds(flow.last_bit()),
+            features_from_s: flow.features_behind_rows().map(seconds),
+            last_feature_s: self
+                .extractor_clocks(features)
+                .and_then(|clocks| clocks.out_clk.last().copied())
+                .map(|clk| f64_from_u64(clk + 1) / f64_from_u64(self.schedule.pixel_rate_hz())),
             feature_latency_s: flow.feature_latency().map(seconds),
         })
     }
@@ -120,7 +181,7 @@ impl SensorSetup {
     pub(super) fn check_frame(&self, features: u64) -> Result<(), Error> {
         let most = u32::try_from(features).expect("a configuration's number");
         let packets = self.packets(FrameIndex(0), &after_the_rows(most))?;
-        self.check_passes(&self.flow(&packets)?, features, &self.schedule)
+        self.check_passes(&self.flow_at(&packets, &[])?, features, &self.schedule)
     }
 
     /// Whether these packets pass within a frame's time of this schedule.
@@ -128,14 +189,16 @@ impl SensorSetup {
     /// # Errors
     /// They do not; the error names the frame length that would do.
     pub(super) fn check_passes(&self, flow: &Flow, features: u64, schedule: &Schedule) -> Result<(), Error> {
-        let last_row = flow.sent.iter().rev().find(|sent| matches!(sent.packet, Packet::Row(_)));
+        let last_row = flow.sent.iter().rposition(|sent| matches!(sent.packet, Packet::Row(_)));
+        // Time on the lanes; waiting for the extractor is its own matter.
+        let busy_clk = |sent: &[Sent]| sent.iter().map(|sent| sent.end.0 - sent.start.0).sum::<u64>();
         // Rows leave as they are read; everything else needs the lines that are left.
         let (rows_lines, rest_clk) = match last_row {
             Some(row) => {
-                let behind = flow.end().0 - row.end.0;
+                let behind = busy_clk(&flow.sent[row + 1..]);
                 (f64_from_u64(schedule.frame_demand().rows), flow.lead.0 + flow.stalled.0 + behind)
             }
-            None => (0.0, flow.sent.iter().map(|sent| sent.end.0 - sent.start.0).sum()),
+            None => (0.0, busy_clk(&flow.sent)),
         };
         let lines = rows_lines + (self.link.seconds(Clocks(rest_clk)) / schedule.line_time_s()).ceil();
         // A triggered frame has its trigger's period; a millionth of a line is rounding.
@@ -144,8 +207,9 @@ impl SensorSetup {
         }
         let needed = format!("rows and {features} features a frame need {lines:.0} lines on this link");
         if let FrameLength::RateHz(rate_hz) = schedule.params().frame {
-            let fastest_hz = 1.0 / (lines * schedule.line_time_s());
-            let reason = format!("{needed}; {fastest_hz:.3} or less, fewer features or a faster link would do");
+            // Rounded down, so that what is named is slow enough.
+            let fastest_hz = (1e3 / (lines * schedule.line_time_s())).floor() / 1e3;
+            let reason = format!("{needed}; use {fastest_hz} or less, fewer features or a faster link");
             return Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, reason));
         }
         let reason = format!("{needed}; vts = {lines:.0}, fewer features or a faster link would do");

@@ -2,8 +2,8 @@
 //! samples, codes, features, each by the same draws as in a run. The frame before leaves no charge, and an automatic exposure
 //! stands where it starts.
 
-use super::expose::expose;
-use super::rows::{merge_planes, row_times};
+use super::expose::{ExposurePlace, RenderInputs};
+use super::rows::{merge_planes, row_times, spans};
 use super::session::extract_one;
 use super::setup::Setup;
 use crate::compute::{Extractor, Feature};
@@ -11,7 +11,7 @@ use crate::effects::chain::{Capture, Chain, Expected, RowSamples};
 use crate::error::Error;
 use crate::events::Events;
 use crate::num::u32_from;
-use crate::optics::Exposure;
+use crate::optics::{Camera, Exposure};
 use crate::plane::Plane;
 use crate::readout::Schedule;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
@@ -48,8 +48,31 @@ impl Setup {
         camera: usize,
         schedule: &Schedule,
     ) -> Result<Vec<Exposure>, Error> {
-        let of = |slot| expose(self, &self.windows[camera], camera, schedule, frame, slot);
-        (0..schedule.slots().len()).map(of).collect()
+        (0..schedule.slots().len())
+            .map(|slot| {
+                let place = ExposurePlace { camera, frame, slot };
+                self.exposure_of(place, &self.windows[camera], schedule)
+            })
+            .collect()
+    }
+
+    /// The same of one slot, by a camera of that place.
+    pub(super) fn exposure_of(
+        &self,
+        place: ExposurePlace,
+        camera: &Camera,
+        schedule: &Schedule,
+    ) -> Result<Exposure, Error> {
+        let rows = spans(schedule, |row| schedule.row_exposure_clk(place.frame, place.slot, row));
+        let (world, motion) = (&self.world, &self.motion);
+        let settings = self.fidelity.render;
+        let mut exposure = RenderInputs { world, camera, motion, rows: &rows, place, settings }.expose()?;
+        // Photon noise is that of the sensor's own electrons, whatever the tolerance counted with.
+        let (own, counted) = (self.sensor.electrons_per_photon(), settings.quantum_efficiency);
+        if own.to_bits() != counted.to_bits() && counted > 0.0 {
+            exposure.render_variance_ratio *= own / counted;
+        }
+        Ok(exposure)
     }
 
     /// The chain from photons to codes at the gain of the run's start.

@@ -4,6 +4,7 @@ use super::session::{FrameNotes, STAGES, Session};
 use super::setup::PlanSummary;
 use super::timing::{burst_utilisation, timing_record};
 use super::world::World;
+use crate::config::presets::Kind;
 use crate::error::Error;
 use crate::facts::{Fact, ScenarioFacts};
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
@@ -11,8 +12,8 @@ use crate::optics::Camera;
 use crate::pose::TimedPose;
 use crate::report::figures::bring_to_metres;
 use crate::report::record::{
-    Bandwidth, FactRecord, FrameRecord, Hashes, LinkRecord, OmittedEffect, PlanRecord, Scenario, StageCost, TileRecord,
-    Timing, TrackingEvent,
+    Bandwidth, FactRecord, FrameRecord, Hashes, LinkRecord, Measured, OmittedEffect, PlanRecord, Scenario, StageCost,
+    TileRecord, Timing, TrackingEvent,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
 use crate::scene::{Illuminant, LitScene};
@@ -43,7 +44,9 @@ impl Session {
             link: self.link(),
             hashes: self.hash_record(),
             frames: self.notes.iter().map(frame_record).collect(),
-            config: setup.resolved.canonical_text(),
+            config: setup.resolved.recorded(),
+            measured: Measured { threads: threads(), ..Measured::default() },
+            warnings: self.final_warnings(),
             ..Report::default()
         };
         if report.scenario.render_variance_ratio.is_none() {
@@ -59,8 +62,21 @@ impl Session {
             let reason = "a fact that nothing bounds; its words say why".to_owned();
             report.not_measurable.insert("plan.facts.greatest".to_owned(), reason);
         }
+        if report.plan.bias_e.is_none() || report.plan.budget_used.is_none() {
+            let reason = "an effect is left out that nothing bounds";
+            for figure in ["bias_e", "sigma_e", "budget_used"] {
+                report.not_measurable.insert(format!("plan.{figure}"), reason.to_owned());
+            }
+            for figure in ["bias_e", "sigma_e", "budget_share"] {
+                report.not_measurable.insert(format!("plan.omitted.{figure}"), reason.to_owned());
+            }
+        }
         if report.bandwidth.reduction.is_none() {
-            let reason = "no feature was sent".to_owned();
+            let reason = if self.setup.sensor.link.mode.sends_features() {
+                "no feature was found, so that none was sent".to_owned()
+            } else {
+                "link.mode = frames sends no features".to_owned()
+            };
             report.not_measurable.insert("bandwidth.reduction".to_owned(), reason);
         }
         if !self.setup.sensor.link.mode.sends_features() {
@@ -70,6 +86,7 @@ impl Session {
         }
         let absent = [
             ("timing.first_feature_us", report.timing.first_feature_us.is_none(), "no feature left the extractor"),
+            ("timing.extractor", report.timing.extractor.is_none(), "the sensor extracts nothing"),
             ("timing.last_feature_us", report.timing.last_feature_us.is_none(), "no feature left the extractor"),
             ("features.threshold", report.features.threshold.is_none(), "the sensor extracts nothing"),
         ];
@@ -114,13 +131,13 @@ impl Session {
             frames: u32_from(self.notes.len()),
             cameras: u32_from(setup.cameras.len()),
             baseline_mm: source.rig.baseline_mm.unwrap_or_else(|| first_distance_mm(&setup.cameras)),
-            sensor: source.sensor.preset.clone(),
+            sensor: setup.resolved.label(Kind::Sensor),
             width_px: setup.sensor.size.width_px,
             height_px: setup.sensor.size.height_px,
             bits: setup.sensor.bits(),
             shutter: source.sensor.readout.shutter.clone(),
             exposure_us: 1e6 * setup.sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s(),
-            optics: format!("{}, f/{}", optics.preset, optics.f_number),
+            optics: format!("{}, f/{}", setup.resolved.label(Kind::Lens), optics.f_number),
             rung: setup.fidelity.rung.name().to_owned(),
             samples_per_pixel: f64_from_u64(self.totals.rays)
                 / (f64_from_usize(setup.sensor.size.pixel_count()) * frames * cameras),
@@ -133,9 +150,11 @@ impl Session {
         let sensor = &self.setup.sensor;
         let totals = &self.totals.extractor;
         let us = |clk: u64| 1e6 * f64_from_u64(clk) / f64_from_u64(sensor.schedule.pixel_rate_hz());
-        // Clocks count from the end of the first row's conversion.
+        // Clocks count from the reading of the first row.
         let rows_clk = u64::from(sensor.size.height_px - 1) * sensor.row_clk();
         let mut timing = timing_record(sensor, self.mean_features())?;
+        timing.latency_us = 1e6 * self.totals.link.latency_s;
+        timing.extractor = totals.clocks();
         timing.first_feature_us = totals.first_clk.map(us);
         timing.last_feature_us = totals.last_clk.map(|clk| us(clk.saturating_sub(rows_clk)));
         Ok(timing)
@@ -196,6 +215,7 @@ impl Session {
             stalled_us_per_frame: 1e6 * totals.stalled_s / frames,
             fifo_rows_most: totals.fifo_rows_most,
             feature_latency_us: totals.feature_latency_s.map(|latency_s| 1e6 * latency_s),
+            features_dropped: totals.features_dropped,
         }
     }
 
@@ -238,7 +258,8 @@ impl Session {
             .ok_or_else(|| NotMeasurable::Absent("no landmark was predicted into a frame and found again".to_owned()));
         report.tracking.innovation_px = report.figure("tracking.innovation_px", innovation);
         report.set_trajectory(figures, unit_m);
-        report.set_jitter_bound(self.notes.iter().filter_map(|note| note.position_bound_m).map(|bound| bound * unit_m));
+        let sigmas_m = self.notes.iter().filter_map(|note| note.single_picture_sigma_m);
+        report.set_single_picture_sigma(sigmas_m.map(|sigma| sigma * unit_m));
         self.set_course(report);
     }
 
@@ -271,6 +292,14 @@ impl Session {
     }
 }
 
+/// Threads that share the work.
+fn threads() -> u32 {
+    #[cfg(feature = "parallel")]
+    return u32_from(rayon::current_num_threads());
+    #[cfg(not(feature = "parallel"))]
+    1
+}
+
 /// Between the first two cameras; 0 where there is one.
 fn first_distance_mm(cameras: &[Camera]) -> f64 {
     let place_m = |camera: &Camera| camera.body_from_camera.translation_m;
@@ -300,31 +329,36 @@ fn frame_record(note: &FrameNotes) -> FrameRecord {
     }
 }
 
+/// A bound, or none where nothing bounds the value.
+fn bounded(value: f64) -> Option<f64> {
+    Some(value).filter(|value| value.is_finite())
+}
+
 /// The plan as the report and the verb `plan` show it.
 pub fn plan_record(plan: &PlanSummary, facts: &ScenarioFacts, accuracy: f64) -> PlanRecord {
     let omitted = plan.omitted.iter().map(|effect| OmittedEffect {
         name: effect.name.to_owned(),
-        bias_e: effect.bias_e,
-        sigma_e: effect.sigma_e,
-        budget_share: effect.budget_share,
+        bias_e: bounded(effect.bias_e),
+        sigma_e: bounded(effect.sigma_e),
+        budget_share: bounded(effect.budget_share),
         cost_ns_per_px: effect.cost_ns_per_px,
         reason: effect.reason.clone(),
     });
     let fact = |fact: &Fact| FactRecord {
         name: fact.name.to_owned(),
         least: fact.least,
-        greatest: Some(fact.greatest).filter(|greatest| greatest.is_finite()),
+        greatest: bounded(fact.greatest),
         how: fact.how.clone(),
     };
     PlanRecord {
         kept: plan.kept.iter().map(|effect| effect.name.to_owned()).collect(),
         kept_reasons: plan.kept.iter().map(|effect| (effect.name, effect.reason.clone())).collect(),
         omitted: omitted.collect(),
-        bias_e: plan.bias_e,
-        sigma_e: plan.sigma_e,
+        bias_e: bounded(plan.bias_e),
+        sigma_e: bounded(plan.sigma_e),
         accuracy,
         budget_e: plan.budget_e,
-        budget_used: plan.budget_used,
+        budget_used: bounded(plan.budget_used),
         cost_ns_per_px: plan.cost_ns_per_px,
         cost_of_all_ns_per_px: plan.cost_of_all_ns_per_px,
         cost_of_none_ns_per_px: plan.cost_of_none_ns_per_px,

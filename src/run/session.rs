@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::assets::{Assets, Stopwatch};
+use super::exposed::{CodeSums, saturated_dn};
 use super::extractor::ExtractorTotals;
 use super::felt::Felt;
 use super::hashes::StageHashes;
@@ -13,13 +14,14 @@ use super::seen::{Seen, Still};
 use super::sensor::SensorSetup;
 use super::setup::Setup;
 use super::transfer::{LinkTotals, frame_time_s, marks};
+use super::warnings::Warnings;
 use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
 use crate::effects::chain::{Capture, Chain, RowSamples};
 use crate::energy::{EnergyAccount, RunLength};
 use crate::error::Error;
 use crate::events::Events;
 use crate::fidelity::Rung;
-use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
+use crate::num::{f64_from_usize, u32_from, u64_from};
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
@@ -74,7 +76,7 @@ pub(super) struct FrameNotes {
     pub found: Vec<u32>,
     pub tracked: u32,
     pub innovation_px: Option<f64>,
-    pub position_bound_m: Option<f64>,
+    pub single_picture_sigma_m: Option<f64>,
     pub status: Option<Status>,
     pub loop_closed: bool,
 }
@@ -89,6 +91,7 @@ pub(super) struct Totals {
     pub rays: u64,
     pub render_variance_ratio: f64,
     pub feature_count: u64,
+    pub codes: CodeSums,
     pub stage_s: [f64; STAGES.len()],
 }
 
@@ -115,6 +118,7 @@ pub struct Session {
     electrons: Vec<Option<Plane<f32>>>,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,
+    pub(super) warnings: Warnings,
 }
 
 /// Rows of the first camera whose samples are kept when their frame is sensed.
@@ -148,6 +152,7 @@ impl Session {
         let rung = if on_sensor { setup.fidelity.rung } else { Rung::Sampled };
         let extractor = Extractor::new(&setup.sensor.extractor).on_rung(rung).in_verilog(setup.verilog().cloned());
         let extractors = vec![extractor; setup.cameras.len()];
+        let warnings = setup.warnings.clone();
         let delays_s = setup.sensor.row_delays_s().map_err(|error| setup.resolved.tree.locate(error))?;
         Ok(Self {
             setup,
@@ -166,6 +171,7 @@ impl Session {
             electrons: Vec::new(),
             notes: Vec::new(),
             totals: Totals::default(),
+            warnings,
         })
     }
 
@@ -253,7 +259,7 @@ impl Session {
         let on_sensor = self.setup.sensor.link.mode.sends_features();
         let mut extracted = if on_sensor { self.extract(&codes)? } else { vec![Extracted::default(); codes.len()] };
         self.totals.stage_s[2] += lap.next_s();
-        let packets = self.send(frame, &schedules, &codes, &extracted)?;
+        let packets = self.send(frame, &schedules, &codes, &mut extracted)?;
         self.totals.stage_s[3] += lap.next_s();
         let host = self.receive(&packets)?;
         // Without features on the link, those of the host's own extractor stand in their place.
@@ -290,7 +296,7 @@ impl Session {
         self.setup.motion.world_from_body(t_s).map_err(|error| Error::Run(error.to_string()))
     }
 
-    fn next_frame(&self) -> FrameIndex {
+    pub(super) fn next_frame(&self) -> FrameIndex {
         FrameIndex(u32_from(self.notes.len()))
     }
 
@@ -363,20 +369,20 @@ impl Session {
     }
 
     fn note(&mut self, frame: &Frame, schedule: &Schedule) {
-        let mut code_sum = 0_u64;
+        let (mut sums, saturated_dn) = (CodeSums::default(), saturated_dn(&self.setup, self.gain));
         for camera in &frame.cameras {
             self.totals.hashes.add(&camera.photons, &camera.codes, &camera.features);
             self.totals.feature_count += u64_from(camera.features.len());
-            code_sum += camera.codes.values().chunks(SUMMED).map(sum_of_codes).sum::<u64>();
+            sums.add(CodeSums::of(&camera.codes, saturated_dn));
         }
-        let pixels = f64_from_usize(self.setup.sensor.size.pixel_count() * frame.cameras.len());
+        self.totals.codes.add(sums);
         let tracked = frame.tracked.as_ref();
         tracked.iter().for_each(|tracked| self.totals.hashes.add_pose(tracked));
         let predicted = tracked.and_then(|tracked| tracked.predicted_position_m).map(|translation_m| TimedPose {
             t_s: frame.t_s,
             world_from_body: Pose { translation_m, ..Pose::IDENTITY },
         });
-        let mean_code_dn = f64_from_u64(code_sum) / pixels;
+        let mean_code_dn = sums.mean_dn();
         self.setup.exposure.after_frame(frame.frame, mean_code_dn);
         self.notes.push(FrameNotes {
             truth: TimedPose { t_s: frame.t_s, world_from_body: frame.truth },
@@ -388,7 +394,7 @@ impl Session {
             found: frame.cameras.iter().map(|camera| u32_from(camera.features.len())).collect(),
             tracked: tracked.map_or(0, |tracked| tracked.tracked_features),
             innovation_px: tracked.and_then(|tracked| tracked.innovation_px),
-            position_bound_m: tracked.and_then(|tracked| tracked.position_bound_m),
+            single_picture_sigma_m: tracked.and_then(|tracked| tracked.single_picture_sigma_m),
             status: tracked.map(|tracked| tracked.status),
             loop_closed: tracked.is_some_and(|tracked| tracked.loop_closed),
         });
@@ -429,13 +435,6 @@ impl Session {
         let [photons, codes, features, poses] = self.totals.hashes.hex();
         [photons, codes, features, blake3::hash(&self.energy().to_bytes()).to_hex().to_string(), poses]
     }
-}
-
-/// Codes of 16 bits whose sum fits 32.
-const SUMMED: usize = 1 << 15;
-
-fn sum_of_codes(codes: &[u16]) -> u64 {
-    codes.iter().map(|&code| u32::from(code)).sum::<u32>().into()
 }
 
 /// What each camera's extractor makes of its picture, and the events of that.

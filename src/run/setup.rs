@@ -8,8 +8,10 @@ use glam::DVec2;
 use super::assets::{Assets, NoFiles, NoProgress, Progress};
 use super::exposure::ExposureControl;
 use super::facts::Known;
+use super::felt::check_readings;
 use super::motion::placed_motion;
 use super::sensor::SensorSetup;
+use super::warnings::Warnings;
 use super::world::{Demand, World};
 use crate::config::check::within;
 use crate::config::{Resolved, Scenario};
@@ -26,7 +28,6 @@ use crate::optics::lens::Lens;
 use crate::pixel;
 use crate::pose::Pose;
 use crate::readout::{Geometry, Schedule, Shutter};
-use crate::scene::LitScene;
 use crate::scene::motion::Motion;
 use crate::scene::motion::imu::Imu;
 use crate::silicon::Seat;
@@ -122,6 +123,8 @@ pub struct Setup {
     pub tracker: TrackerParams,
     /// What runs the Verilog, on the rung `rtl`.
     verilog: Option<Seat>,
+    /// What a user should know of this setup before its first frame.
+    pub warnings: Warnings,
 }
 
 impl Setup {
@@ -165,6 +168,9 @@ impl Setup {
             (_, kept) => kept,
         };
         let feels = scenario.tracker_feels(imu.is_some())?;
+        let end_s = span_of_run(&sensor, cameras.len(), frames).end_s;
+        check_end(&sensor, frames, end_s)?;
+        check_readings(imu.as_ref(), end_s)?;
         let (motion, motion_notes) = match kept {
             Some(kept) => (kept.motion.clone(), kept.motion_notes.clone()),
             None => placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)
@@ -183,7 +189,7 @@ impl Setup {
         let (run, dies) = (span_of(frames), dies(&sensor, scenario, windows.len()));
         let known = Known { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run, dies };
         let Planned { facts, plan: summary, chosen } = planned(&known, fidelity.accuracy, &choice)?;
-        let setup = Self {
+        let mut setup = Self {
             resolved,
             fidelity,
             frames,
@@ -202,7 +208,10 @@ impl Setup {
             chosen,
             tracker,
             verilog,
+            warnings: Warnings::default(),
         };
+        let start = super::exposed::short_start(&setup);
+        setup.resolved.inheritance_warnings().into_iter().chain(start).for_each(|text| setup.warnings.add(text));
         if setup.fidelity.rung == Rung::Expected {
             setup.first_chain().check_expected()?;
         }
@@ -255,7 +264,7 @@ impl Setup {
 
     /// Whether every exposure of the same length sees the same light: nothing moves and nothing flickers.
     pub fn is_still(&self) -> bool {
-        matches!(self.motion, Motion::Still(_)) && self.world.scene().is_some_and(LitScene::is_steady)
+        self.world.is_still(&self.motion)
     }
 
     /// Whether rows are exposed one after the other.
@@ -299,8 +308,22 @@ fn names(plan: &Plan) -> Vec<&'static str> {
     plan.effects.iter().map(|effect| effect.name()).collect()
 }
 
+/// Longest run: its stamps are nanoseconds in 64 bits, and the host's times rise by at least one of them.
+const RUN_S_MAX: f64 = 9e9;
+
+/// Refuses a run whose stamps would leave their range.
+fn check_end(sensor: &SensorSetup, frames: u32, end_s: f64) -> Result<(), Error> {
+    if end_s <= RUN_S_MAX {
+        return Ok(());
+    }
+    let frame_s = sensor.schedule.frame_time_s();
+    let most = (RUN_S_MAX / frame_s - 2.0).floor();
+    let fewer = if most >= 1.0 { format!("use {most} or fewer") } else { "use a higher frame rate".to_owned() };
+    Err(Error::key("run.frames", frames, format!("frames of {frame_s} s would end after {RUN_S_MAX:e} s; {fewer}")))
+}
+
 /// From the start of the run to the end of its last exposure, whichever camera's.
-fn span_of_run(sensor: &SensorSetup, cameras: usize, frames: u32) -> Span {
+pub(super) fn span_of_run(sensor: &SensorSetup, cameras: usize, frames: u32) -> Span {
     let end_s = |camera| {
         let schedule = sensor.schedule.for_camera(CameraIndex(u32_from(camera)));
         schedule.span(schedule.frame_window_clk(FrameIndex(frames - 1))).end_s
@@ -309,7 +332,7 @@ fn span_of_run(sensor: &SensorSetup, cameras: usize, frames: u32) -> Span {
 }
 
 /// When light is first gathered, by whichever camera: from the start of the run on where exposures may grow.
-fn first_exposure_s(sensor: &SensorSetup, cameras: usize) -> f64 {
+pub(super) fn first_exposure_s(sensor: &SensorSetup, cameras: usize) -> f64 {
     if sensor.schedule.params().auto.is_some() {
         return 0.0;
     }
@@ -335,7 +358,7 @@ fn exposure_bounds_s(schedule: &Schedule) -> [f64; 2] {
 }
 
 /// Cameras with the pixels of their pictures, and with those of the array that are read.
-fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<(Vec<Camera>, Vec<Camera>), Error> {
+pub(super) fn cameras(resolved: &Resolved, sensor: &SensorSetup) -> Result<(Vec<Camera>, Vec<Camera>), Error> {
     let scenario = &resolved.scenario;
     let body_from_cameras = scenario.cameras()?;
     let geometry = sensor.schedule.geometry();

@@ -8,10 +8,10 @@
 use super::sensor::SensorSetup;
 use crate::adc::AdcParams;
 use crate::error::Error;
-use crate::link::HEADER_BYTES;
-use crate::num::{f64_from_u64, f64_from_usize, index, u64_from};
+use crate::link::{Flow, HEADER_BYTES};
+use crate::num::{f64_from_u64, f64_from_usize, greater, index, u64_from};
 use crate::readout::{ClockSpan, Pulses, Schedule};
-use crate::report::record::{Phase, Timing};
+use crate::report::record::{ExtractorClocks, Phase, Timing};
 use crate::report::timing_diagram::{Band, BandKind, Budget, TimingDiagram};
 use crate::units::{Clocks, FrameIndex, RowIndex};
 
@@ -37,10 +37,14 @@ pub fn timing_record(sensor: &SensorSetup, features: u64) -> Result<Timing, Erro
         line_time_us: 1e6 * schedule.line_time_s(),
         frame_time_us: 1e6 * schedule.frame_time_s(),
         fps: schedule.fps(),
-        latency_us: 1e6 * latency_s(sensor, features)?,
+        latency_us: 1e6 * sensor.latency_s(&sensor.flow_of(features)?, schedule, FrameIndex(0)),
         feature_latency_us: sensor.link_times(features)?.feature_latency_s.map(|latency_s| 1e6 * latency_s),
         first_feature_us: None,
         last_feature_us: None,
+        extractor: sensor.extractor_clocks(features).map(|clocks| {
+            let (required, available) = (clocks.required_clk(), sensor.extractor_clk_available());
+            ExtractorClocks { required, available, frames_over: u64::from(required > available) }
+        }),
         clocks_per_frame: schedule.frame_clk().0,
         line: line_phases(sensor)?,
         frame: frame_phases(sensor, features)?,
@@ -101,14 +105,15 @@ fn memory_s(schedule: &Schedule) -> f64 {
     if schedule.shift_lane_clk().0 > 0 { schedule.line_time_s() } else { 0.0 }
 }
 
-/// From the middle of the exposure to the frame's last byte: the last row is converted during its line and sent during the next
-/// (or the next but one, behind serial lanes); feature packets follow the rows. The extractor's own delay is a figure of its own, from
-/// the run's pictures.
-fn latency_s(sensor: &SensorSetup, features: u64) -> Result<f64, Error> {
-    let (schedule, first) = (&sensor.schedule, FrameIndex(0));
-    let last = schedule.slot_readout(first, schedule.slots().len() - 1, schedule.last_row());
-    let times = sensor.link_times(features)?;
-    Ok(last.end_s + memory_s(schedule) + times.stalled_s + times.tail_s - schedule.t_frame(first))
+impl SensorSetup {
+    /// From the middle of a frame's exposure to the last bit of its last packet: the last row is converted during its line and sent during
+    /// the next (or the next but one, behind serial lanes); feature packets follow the rows and leave when the extractor has made their
+    /// last feature.
+    pub fn latency_s(&self, flow: &Flow, schedule: &Schedule, frame: FrameIndex) -> f64 {
+        let last = schedule.slot_readout(frame, schedule.slots().len() - 1, schedule.last_row());
+        let behind_s = self.link.seconds(Clocks(flow.stalled.0 + flow.last_bit().0));
+        last.end_s + memory_s(schedule) + behind_s - schedule.t_frame(frame)
+    }
 }
 
 /// Spans one after another from the start of a line; those of no length are left out.
@@ -211,11 +216,16 @@ fn frame_phases(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error
     let times = sensor.link_times(features)?;
     let read_s = last.end_s + memory_s(schedule) + times.stalled_s;
     let rows_end_s = read_s + packet_s(sensor)?;
+    if let Some(last_s) = times.last_feature_s {
+        let from_s = first.end_s + memory_s(schedule);
+        phases.push(phase("extractor", "features".to_owned(), from_s, from_s + times.stalled_s + last_s));
+    }
     if sensor.link.mode.sends_codes() {
         phases.push(phase("link", "rows".to_owned(), first.end_s + memory_s(schedule), rows_end_s));
     }
     if sensor.link.mode.sends_features() {
-        phases.push(phase("link", "features".to_owned(), rows_end_s, read_s + times.tail_s));
+        let from_s = times.features_from_s.map_or(rows_end_s, |from_s| greater(rows_end_s, read_s + from_s));
+        phases.push(phase("link", "features".to_owned(), from_s, read_s + times.tail_s));
     }
     Ok(phases)
 }
@@ -247,7 +257,8 @@ fn frame_lanes(sensor: &SensorSetup, features: u64) -> Result<Vec<Phase>, Error>
             push("link", "rows", first.end_s + memory_s(schedule), rows_end_s);
         }
         if sensor.link.mode.sends_features() {
-            push("link", "features", rows_end_s, read_s + times.tail_s);
+            let from_s = times.features_from_s.map_or(rows_end_s, |from_s| greater(rows_end_s, read_s + from_s));
+            push("link", "features", from_s, read_s + times.tail_s);
         }
     }
     Ok(lanes)

@@ -3,16 +3,19 @@
 
 use super::host::HostFrame;
 use super::on_link::rows_in;
+use super::sensor::SensorSetup;
 use super::session::Session;
-use crate::compute::Extracted;
+use super::warnings::Warnings;
+use crate::compute::{Extracted, Overflow};
 use crate::draw::RowPlace;
 use crate::error::Error;
 use crate::link::{self, Flow, FrameMetadata, FrameOut, LinkCounts, Traffic};
-use crate::num::{f64_from_u64, index, low_u8, low_u32, u32_from, u64_from, u64_half_even};
+use crate::num::{f64_from_u64, greater, index, low_u8, low_u32, u32_from, u64_from, u64_half_even};
 use crate::plane::Plane;
 use crate::readout::{Schedule, Shutter};
 use crate::tracker::TrackedFrame;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
+use crate::words::RampGain;
 
 /// What the links of a run did.
 #[derive(Default)]
@@ -33,17 +36,35 @@ pub(super) struct LinkTotals {
     pub fifo_rows_most: u32,
     /// Longest time from a last row to the last feature byte behind it; none where features are not sent.
     pub feature_latency_s: Option<f64>,
+    /// Longest time from the middle of a frame's exposure to the last bit of its last packet.
+    pub latency_s: f64,
+    /// Features that left the extractor and found no time on the link before the next frame.
+    pub features_dropped: u64,
+    /// Frames of a camera that lost some so.
+    pub frames_dropping: u64,
 }
 
 impl LinkTotals {
-    fn add_flow(&mut self, sensor: &super::SensorSetup, flow: &Flow) {
+    fn add_flow(&mut self, sensor: &SensorSetup, flow: &Flow, (schedule, frame): (&Schedule, FrameIndex)) {
         self.rows_stalled += u64::from(flow.rows_stalled);
         self.stalled_s += sensor.link.seconds(flow.stalled);
         self.fifo_rows_most = self.fifo_rows_most.max(flow.fifo_rows_most);
         if let Some(latency) = flow.feature_latency() {
             let latency_s = sensor.link.seconds(latency);
             let longest_s = self.feature_latency_s.unwrap_or(0.0);
-            self.feature_latency_s = Some(crate::num::greater(longest_s, latency_s));
+            self.feature_latency_s = Some(greater(longest_s, latency_s));
+        }
+        self.latency_s = greater(self.latency_s, sensor.latency_s(flow, schedule, frame));
+    }
+
+    /// Warns of features that the link had no time for.
+    pub fn warn(&self, warnings: &mut Warnings) {
+        let (features, frames) = (self.features_dropped, self.frames_dropping);
+        if features > 0 {
+            warnings.add(format!(
+                "{features} features of {frames} frames of a camera found no time on the link before the next frame and were dropped; a \
+                 lower compute.target_features (0 sets no limit), a faster link or a longer frame would carry them"
+            ));
         }
     }
 }
@@ -62,6 +83,55 @@ fn metadata_ns(seconds: f64) -> u32 {
     u32::try_from(nanoseconds(seconds)).unwrap_or(u32::MAX)
 }
 
+/// Keeps so many features, in their order: the strongest where the extractor drops the weakest, else the first that left.
+fn kept(extracted: &Extracted, count: usize, overflow: Overflow) -> Extracted {
+    let mut places: Vec<usize> = (0..extracted.features.len()).collect();
+    if overflow == Overflow::DropWeakest {
+        places.sort_by_key(|&place| std::cmp::Reverse(extracted.features[place].score));
+    }
+    places.truncate(count);
+    places.sort_unstable();
+    Extracted {
+        features: places.iter().map(|&place| extracted.features[place]).collect(),
+        out_clk: places.iter().map(|&place| extracted.out_clk[place]).collect(),
+        ..extracted.clone()
+    }
+}
+
+/// Drops features of a frame until its packets pass before the next frame; returns how many. No more than that are dropped.
+///
+/// # Errors
+/// Rows that do not pass even without features.
+fn drop_what_does_not_pass(
+    sensor: &SensorSetup,
+    (schedule, frame): (&Schedule, FrameIndex),
+    extracted: &mut Extracted,
+) -> Result<u64, Error> {
+    let check = |extracted: &Extracted| {
+        let packets = sensor.packets(frame, &sensor.batches(&extracted.out_clk))?;
+        let flow = sensor.flow_at(&packets, &extracted.out_clk)?;
+        sensor.check_passes(&flow, u64_from(extracted.features.len()), schedule)
+    };
+    if check(extracted).is_ok() {
+        return Ok(0);
+    }
+    let of = |count: usize| kept(extracted, count, sensor.extractor.overflow);
+    check(&of(0))?;
+    // `passes` features do, `fails` do not.
+    let (mut passes, mut fails) = (0, extracted.features.len());
+    while fails - passes > 1 {
+        let middle = usize::midpoint(passes, fails);
+        if check(&of(middle)).is_ok() {
+            passes = middle;
+        } else {
+            fails = middle;
+        }
+    }
+    let dropped = u64_from(extracted.features.len() - passes);
+    *extracted = of(passes);
+    Ok(dropped)
+}
+
 /// From the exposure of one row of the picture to the next one's; 0 where rows are exposed together.
 fn row_step_s(schedule: &Schedule, frame: FrameIndex) -> f64 {
     let start_s = |row| schedule.exposure(frame, RowIndex(row)).start_s;
@@ -72,19 +142,22 @@ fn row_step_s(schedule: &Schedule, frame: FrameIndex) -> f64 {
 }
 
 impl Session {
-    /// Packs each camera's frame and brings it over its link.
+    /// Packs each camera's frame and brings it over its link. Features that do not pass before the next frame are dropped and counted.
     pub(super) fn send(
         &mut self,
         frame: FrameIndex,
         schedules: &[Schedule],
         codes: &[Plane<u16>],
-        extracted: &[Extracted],
+        extracted: &mut [Extracted],
     ) -> Result<Vec<Vec<u8>>, Error> {
         let sensor = &self.setup.sensor;
-        let gain_q16 = low_u32(u64_half_even(self.gain * 65_536.0));
+        let gain = RampGain::saturating_from_num(self.gain);
         let features_per_gap = sensor.features_per_gap()?;
         let mut arrived = Vec::with_capacity(codes.len());
         for (camera, ((codes, extracted), schedule)) in codes.iter().zip(extracted).zip(schedules).enumerate() {
+            let dropped = drop_what_does_not_pass(sensor, (schedule, frame), extracted)?;
+            self.totals.link.features_dropped += dropped;
+            self.totals.link.frames_dropping += u64::from(dropped > 0);
             let features = &extracted.features;
             let metadata = FrameMetadata {
                 frame,
@@ -92,7 +165,7 @@ impl Session {
                 exposure_ns: metadata_ns(schedule.exposure(frame, RowIndex(0)).length_s()),
                 row_time_ns: metadata_ns(row_step_s(schedule, frame)),
                 temperature_mk: Some(low_u32(u64_half_even(sensor.parameters.pixel.temperature_k * 1e3))),
-                gain_q16,
+                gain,
             };
             let out = FrameOut {
                 // Each camera has a link of its own; beyond four of them the channels' numbers come round again.
@@ -105,11 +178,13 @@ impl Session {
                 features_per_gap,
             };
             let packets = out.packets(&sensor.link);
-            let flow = sensor.flow(&packets)?;
-            sensor.check_passes(&flow, u64_from(features.len()), schedule)?;
+            let flow = sensor.flow_at(&packets, &extracted.out_clk)?;
+            if sensor.link.mode.sends_features() {
+                self.totals.extractor.add_clocks(sensor, extracted, &flow);
+            }
             let mut bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
             let totals = &mut self.totals.link;
-            totals.add_flow(sensor, &flow);
+            totals.add_flow(sensor, &flow, (schedule, frame));
             totals.traffic.add(&sensor.link.traffic_of(&packets, sensor.size, out.bits)?);
             totals.frames_with_rows += u64::from(rows_in(&packets) > 0);
             let (seed, camera) = (self.setup.resolved.scenario.seed, CameraIndex(u32_from(camera)));
@@ -135,7 +210,8 @@ impl Session {
             let best = frames.iter().position(|frame| frame.metadata.is_some()).unwrap_or(0);
             received.push((best < frames.len()).then(|| frames.swap_remove(best)));
         }
-        self.host.hear(&self.setup.sensor, &mut self.extractors, received)
+        let number = u64::from(self.next_frame().0);
+        self.host.hear(&self.setup.sensor, &mut self.extractors, (number, received))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Ground truth of a run's frames. Enters: a run after one of its frames. Leaves: views of that frame and of the next, and the full colour
 //! beside a mosaic.
 
-use super::expose::expose;
+use super::expose::ExposurePlace;
 use super::session::Session;
 use crate::error::Error;
 use crate::optics::Mosaic;
@@ -42,7 +42,8 @@ impl Session {
             only[band] = 1.0;
             let (filter, _) = Mosaic::parse("mono", &[('M', only)]).expect("one filter over all pixels is a pattern");
             let alone = self.setup.resolved.scenario.fitted(window.clone().with_mosaic(filter))?;
-            Ok((BAND_CHANNELS[band], expose(&self.setup, &alone, camera, schedule, frame, 0)?.photons))
+            let place = ExposurePlace { camera, frame, slot: 0 };
+            Ok((BAND_CHANNELS[band], self.setup.exposure_of(place, &alone, schedule)?.photons))
         };
         (0..passed).map(of_band).collect()
     }

@@ -5,8 +5,8 @@ mod pictures;
 
 use glam::DVec3;
 
-use super::assets::{Assets, Progress};
-use super::light::lit_scene;
+use super::assets::{Assets, NoProgress, Progress};
+use super::light::{check_scene, lit_scene};
 use crate::config::Scenario;
 use crate::effects::regions::LightBounds;
 use crate::error::Error;
@@ -14,6 +14,7 @@ use crate::num::{greater, lesser};
 use crate::optics::{self, Camera, Exposure, Sampling, resample};
 use crate::plane::Plane;
 use crate::pose::Pose;
+use crate::scene::motion::Motion;
 use crate::scene::{Illuminant, ImageSequence, LitScene};
 use crate::units::Span;
 
@@ -60,12 +61,28 @@ impl World {
         }
     }
 
+    /// Refuses what `new` refuses, without baking light.
+    ///
+    /// # Errors
+    /// As `new`, but for what only the baked light tells.
+    pub fn check(scenario: &Scenario, demand: &Demand, assets: &dyn Assets) -> Result<(), Error> {
+        match &scenario.scene.images {
+            Some(folders) => pictures::sequence(scenario, folders, demand, assets, &NoProgress).map(|_| ()),
+            None => check_scene(scenario, assets),
+        }
+    }
+
     /// The geometry under its light, where there is geometry.
     pub fn scene(&self) -> Option<&LitScene> {
         match self {
             Self::Scene(scene) => Some(&**scene),
             Self::Images(_) => None,
         }
+    }
+
+    /// Whether every exposure of the same length sees the same light under a motion: nothing moves and nothing flickers.
+    pub fn is_still(&self, motion: &Motion) -> bool {
+        matches!(motion, Motion::Still(_)) && self.scene().is_some_and(LitScene::is_steady)
     }
 
     /// Spectrum of its white light.

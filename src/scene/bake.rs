@@ -15,12 +15,13 @@ mod store;
 use super::Scene;
 use super::chance::in_chunks;
 use super::light::{BANDS, Bands};
-use crate::num::{f64_from_usize, u64_from};
+use super::mesh::ALBEDO_MAX;
+use crate::num::{f32_nearest, f64_from_usize, greater, lesser, u64_from};
 use gathered::Gathered;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 10;
+pub const BAKE_VERSION: u32 = 11;
 
 /// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,15 +123,21 @@ const BYTES_PER_SAMPLE: usize = 320;
 /// Samples of a unit of parallel work.
 const CHUNK: usize = 128;
 
-/// The iteration ends when no sample changes by more than this share of its own irradiance, in any band that has more than a hundred
-/// thousandth of the greatest irradiance. What is left is this times a / (1 - a) for an albedo of a: 4e-4 at 0.8, 9e-4 at 0.9.
+/// The iteration ends when no sample's change, nor what all further bounces bring by the rate at which changes fall, is more than this
+/// share of its own irradiance, in any band that has more than a hundred thousandth of the greatest irradiance.
 const CONVERGED_SHARE: f32 = 1e-4;
 
 /// Irradiance below this share of the greatest, which is found beside a lamp, does not keep the iteration going.
 const DIM_SHARE: f32 = 1e-5;
 
-/// Bounces at most. With the greatest albedo, 0.9 everywhere, what is left after them is 0.9^200 = 7e-10 of the light.
-const BOUNCES_MAX: usize = 200;
+/// Iterations at most. A room of the greatest albedo all over needs a few, because its light is extrapolated.
+const BOUNCES_MAX: usize = 1_000;
+
+/// Changes that fall more slowly than this from bounce to bounce are extrapolated once their rate is known.
+const SLOW_RATE: f64 = 0.8;
+
+/// A rate is known where it differs from the one before by less than this share of what it lacks to 1.
+const RATE_KNOWN: f64 = 0.02;
 
 impl Bake {
     /// The same irradiance at every sample, for targets that are lit evenly.
@@ -170,6 +177,7 @@ fn settled(scene: &Scene, gathered: &[Gathered], stand_ins: &[(u32, u32)], group
     let mut now: Vec<Bands> = gathered.iter().flat_map(|chunk| chunk.direct[group].iter().copied()).collect();
     buried::fill(&mut now, stand_ins);
     let mut exitance = vec![[0.0; BANDS]; now.len()];
+    let mut rates = Rates::default();
     for _ in 0..BOUNCES_MAX {
         for (place, (exitance, light)) in exitance.iter_mut().zip(&now).enumerate() {
             let albedo = &scene.layout.samples[place / 2].albedo;
@@ -179,7 +187,11 @@ fn settled(scene: &Scene, gathered: &[Gathered], stand_ins: &[(u32, u32)], group
         let mut next = Vec::with_capacity(now.len());
         chunks.into_iter().for_each(|chunk| next.extend(chunk));
         buried::fill(&mut next, stand_ins);
-        let settled = is_settled(&now, &next);
+        rates.follow(&now, &next);
+        let settled = is_settled(&now, &next, &rates);
+        if !settled && rates.are_known() {
+            rates.extrapolate(&now, &mut next);
+        }
         now = next;
         if settled {
             break;
@@ -188,11 +200,68 @@ fn settled(scene: &Scene, gathered: &[Gathered], stand_ins: &[(u32, u32)], group
     now
 }
 
-/// Whether no place changes any more, each against its own light.
-fn is_settled(now: &[Bands], next: &[Bands]) -> bool {
+/// Rates at which changes fall from bounce to bounce in each band: after some bounces, the greatest eigenvalue of the light transport.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rates {
+    /// Sum of the last change's magnitudes; none before the first and after an extrapolation.
+    change: Option<[f64; BANDS]>,
+    /// The last rate and the one before.
+    last: [Option<[f64; BANDS]>; 2],
+}
+
+impl Rates {
+    fn follow(&mut self, now: &[Bands], next: &[Bands]) {
+        let mut change = [0.0; BANDS];
+        for (now, next) in now.iter().zip(next) {
+            for band in 0..BANDS {
+                change[band] += f64::from((next[band] - now[band]).abs());
+            }
+        }
+        let rate = self.change.map(|before| {
+            std::array::from_fn(|band| {
+                let rate = if before[band] > 0.0 { change[band] / before[band] } else { 0.0 };
+                lesser(rate, f64::from(ALBEDO_MAX))
+            })
+        });
+        (self.change, self.last) = (Some(change), [rate, self.last[0]]);
+    }
+
+    /// What all further bounces bring, over the last change.
+    fn rest(&self) -> Option<[f64; BANDS]> {
+        self.last[0].map(|rates| rates.map(|rate| rate / (1.0 - rate)))
+    }
+
+    fn are_known(&self) -> bool {
+        let [Some(last), Some(before)] = self.last else { return false };
+        let is_known = |band: usize| (last[band] - before[band]).abs() < RATE_KNOWN * (1.0 - last[band]);
+        last.iter().any(|&rate| rate > SLOW_RATE) && (0..BANDS).all(is_known)
+    }
+
+    /// Adds what all further bounces bring at these rates (Lyusternik). Whatever it misses, further bounces put right.
+    fn extrapolate(&mut self, now: &[Bands], next: &mut [Bands]) {
+        let Some(rest) = self.rest() else { return };
+        for (now, next) in now.iter().zip(next) {
+            for band in 0..BANDS {
+                let light = f64::from(next[band]) + f64::from(next[band] - now[band]) * rest[band];
+                next[band] = f32_nearest(greater(light, 0.0));
+            }
+        }
+        *self = Self::default();
+    }
+}
+
+/// Whether no place changes any more, now or by all further bounces, each against its own light.
+fn is_settled(now: &[Bands], next: &[Bands], rates: &Rates) -> bool {
     let greatest = next.iter().flatten().fold(0.0_f32, |greatest, &light| greatest.max(light));
     let dim = DIM_SHARE * greatest;
-    now.iter().flatten().zip(next.iter().flatten()).all(|(a, b)| (a - b).abs() <= CONVERGED_SHARE * b.max(dim))
+    // Before any rate is known only a change of nothing is an end.
+    let left = rates.rest().map_or([f32::INFINITY; BANDS], |rest| rest.map(|rest| f32_nearest(greater(rest, 1.0))));
+    now.iter().zip(next).all(|(now, next)| {
+        (0..BANDS).all(|band| {
+            let change = (now[band] - next[band]).abs();
+            change == 0.0 || change * left[band] <= CONVERGED_SHARE * next[band].max(dim)
+        })
+    })
 }
 
 #[cfg(test)]
@@ -212,13 +281,15 @@ mod tests {
 
     #[test]
     fn a_closed_glowing_box_settles_at_the_sum_of_all_bounces() {
-        for albedo in [0.0, 0.3, 0.5, 0.8, 0.9] {
+        for albedo in [0.0, 0.3, 0.5, 0.8, 0.9, 0.98, 0.99, 1.0] {
             let scene = furnace(albedo);
             let bake = scene.bake(&BakeSettings::DRAFT, &|_| {});
+            // Beyond the greatest albedo of a bake there is no finite sum.
+            let albedo = albedo.min(ALBEDO_MAX);
             let expected = std::f64::consts::PI / (1.0 - f64::from(albedo));
-            // What the iteration leaves out is the last change (1e-4 of the result) times a / (1 - a); sums of f32 add 1e-6 a
+            // The iteration leaves out 1e-4 of the result by the rate of its changes, which is the albedo here; sums of f32 add 1e-6 a
             // bounce, amplified by 1 / (1 - a). Every ray sees the same light, so there is no noise at all.
-            let bound = (1e-4 * f64::from(albedo) + 2e-6) / (1.0 - f64::from(albedo));
+            let bound = 1.1e-4 + 2e-6 / (1.0 - f64::from(albedo));
             let mut inside = 0;
             for light in bake.irradiance.iter().step_by(2).flatten() {
                 let error = f64::from(*light) / expected - 1.0;

@@ -30,6 +30,9 @@ pub struct Files<'a> {
     read: Read<'a>,
 }
 
+/// Most sentences about one file.
+const NOTES_MAX: usize = 100;
+
 /// Sentences for the user, each once, in the order in which they came up.
 #[derive(Debug, Default)]
 pub struct Notes(Vec<String>);
@@ -37,8 +40,13 @@ pub struct Notes(Vec<String>);
 impl Notes {
     fn add(&mut self, note: impl Into<String>) {
         let note = note.into();
-        if !self.0.contains(&note) {
-            self.0.push(note);
+        if self.0.contains(&note) {
+            return;
+        }
+        match self.0.len() {
+            ..NOTES_MAX => self.0.push(note),
+            NOTES_MAX => self.0.push("there is more of this kind".to_owned()),
+            _ => {}
         }
     }
 }

@@ -7,11 +7,12 @@
 
 pub mod fixture;
 
+use super::bulb::{Bulb, BulbPoint};
 use super::bvh::Bvh;
 use super::chance::{cosine_direction, frame, pair, turned};
 use super::lanes::{Floats, LANES};
-use super::light::Bands;
-use super::mesh::{Mesh, area_m2, unit_normal};
+use super::light::{BANDS, Bands};
+use super::mesh::{Material, Mesh, area_m2, unit_normal};
 use super::tracer::{MISS, Packet, Stack, closest};
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_usize, index, u64_from};
@@ -48,6 +49,18 @@ pub struct LampPoint {
 #[derive(Clone, Debug, Default)]
 pub struct Lamps {
     groups: Vec<Vec<Piece>>,
+    bulbs: Vec<Shining>,
+    /// Whether a ray is aimed at the lamps of a material.
+    aimed: Vec<bool>,
+}
+
+/// A bulb with its intensity: radiance times the mean over all directions of the area that is seen of a convex body, a quarter of its
+/// surface (Cauchy).
+#[derive(Clone, Copy, Debug)]
+struct Shining {
+    bulb: Bulb,
+    intensity: [f64; BANDS],
+    material: u32,
 }
 
 impl Lamps {
@@ -55,6 +68,7 @@ impl Lamps {
     pub fn of(mesh: &Mesh, bvh: &Bvh) -> Self {
         let (mut total_m2, mut glowing_m2) = (0.0, 0.0);
         let mut groups = vec![Vec::new(); mesh.materials.len()];
+        let mut bulb_areas_m2 = vec![0.0; mesh.materials.len()];
         for triangle in 0..mesh.triangles.len() {
             let corners_m = mesh.corners_m(triangle);
             let area = f64::from(area_m2(corners_m));
@@ -62,6 +76,10 @@ impl Lamps {
             let number = index(mesh.material_of[triangle]);
             let material = &mesh.materials[number];
             if !material.is_emissive() {
+                continue;
+            }
+            if material.bulb.is_some() {
+                bulb_areas_m2[number] += area;
                 continue;
             }
             glowing_m2 += area;
@@ -77,22 +95,44 @@ impl Lamps {
         if glowing_m2 > AIMED_AREA_SHARE_MAX * total_m2 {
             groups.clear();
         }
-        Self { groups }
+        let shining = |(number, material): (u32, &Material)| {
+            let (bulb, area_m2) = (material.bulb?, bulb_areas_m2[index(number)]);
+            let intensity = material.emission.map(|band| f64::from(band) * 0.25 * area_m2);
+            (area_m2 > 0.0).then_some(Shining { bulb, intensity, material: number })
+        };
+        let bulbs: Vec<Shining> = (0_u32..).zip(&mesh.materials).filter_map(shining).collect();
+        let is_aimed = |material: &Material| material.is_emissive() && (material.bulb.is_some() || !groups.is_empty());
+        let aimed = mesh.materials.iter().map(is_aimed).collect();
+        Self { groups, bulbs, aimed }
     }
 
-    /// Whether there is anything to aim at.
-    pub fn is_empty(&self) -> bool {
-        self.groups.is_empty()
+    /// Whether rays are aimed at the lamps of a material, so that those that meet them by chance do not count.
+    #[inline]
+    pub fn are_aimed_at(&self, material: u32) -> bool {
+        self.aimed[index(material)]
     }
 
     /// At least one point in each group, about `count` in all, the same for each group, stratified by power.
     pub fn points(&self, count: usize) -> Vec<LampPoint> {
         let mut points = Vec::with_capacity(count);
-        let each = (count / self.groups.len().max(1)).max(1);
+        let each = self.points_each(count);
         for (number, group) in self.groups.iter().enumerate() {
             spread(group, each, DrawKey::root(2).with(u64_from(number)), &mut points);
         }
         points
+    }
+
+    /// Points in all bulbs, as many in each as in a group.
+    pub fn bulb_points(&self, count: usize) -> Vec<BulbPoint> {
+        let (mut points, each) = (Vec::new(), self.points_each(count));
+        for shining in &self.bulbs {
+            shining.bulb.points(each, shining.intensity, shining.material, &mut points);
+        }
+        points
+    }
+
+    fn points_each(&self, count: usize) -> usize {
+        (count / (self.groups.len() + self.bulbs.len()).max(1)).max(1)
     }
 }
 

@@ -19,6 +19,7 @@ use glam::DVec3;
 
 use super::bake::rays::{Aims, aimed_light, bounce_rays};
 use super::bake::{Bake, BakeSettings};
+use super::bulb::Cone;
 use super::flicker::Flicker;
 use super::glints::Glints;
 use super::light::{BANDS, Bands, Illuminant, luminance};
@@ -56,6 +57,8 @@ struct Paint {
     /// `UNTEXTURED` without one.
     texture: u32,
     double_sided: bool,
+    /// Place of its own light's cone; `NO_CONE` where it shines to all sides.
+    cone: u32,
     /// Whether its own light flickers.
     flickers: bool,
     /// Whether it keeps an image: by gloss, and as a mirror.
@@ -63,6 +66,7 @@ struct Paint {
 }
 
 const UNTEXTURED: u32 = u32::MAX;
+const NO_CONE: u32 = u32::MAX;
 
 /// A scene under light.
 #[derive(Clone, Debug)]
@@ -75,6 +79,8 @@ pub struct LitScene {
     flickering_lux: Vec<Bands>,
     /// What shading needs of each material.
     paints: Vec<Paint>,
+    /// Where spot lights shine to.
+    cones: Vec<Cone>,
     /// How lamps flicker; none: not at all.
     flicker: Option<Flicker>,
     /// Exitance in lux-equivalents over radiance in the scene's own units.
@@ -195,7 +201,16 @@ impl LitScene {
     fn scaled(scene: Scene, bake: &Bake, lux_per_unit: f64, illuminant: Illuminant) -> Self {
         let scaled = |value: Bands, factor: f64| value.map(|band| f32_nearest(f64::from(band) * factor));
         let pi = std::f64::consts::PI;
+        let mut cones = Vec::new();
+        let mut cone_of = |material: &Material| match material.bulb.and_then(|bulb| bulb.cone) {
+            None => NO_CONE,
+            Some(cone) => {
+                cones.push(cone);
+                crate::num::u32_from(cones.len() - 1)
+            }
+        };
         let paint = |(number, material): (u32, &Material)| Paint {
+            cone: cone_of(material),
             base_colour: material.base_colour,
             glow_lux: scaled(material.emission, pi * lux_per_unit),
             texture: material.texture.unwrap_or(UNTEXTURED),
@@ -215,6 +230,7 @@ impl LitScene {
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
             faces: packet::faces(&scene.mesh, &scene.layout, &slopes::of(&scene.mesh), &paints),
             paints,
+            cones,
             has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
             gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
             glints: Glints::of(&scene.mesh),
@@ -323,12 +339,22 @@ impl LitScene {
         }
         let irradiance = self.irradiance_of(shade.around(u, v), back, lamp_level);
         let albedo = self.albedo(shade, paint, [u, v], footprint);
-        let glow_level = if paint.flickers { lamp_level } else { 1.0 };
+        let glow_level = self.glow_level(paint, direction, lamp_level);
         let mut light = [0.0; BANDS];
         for band in 0..BANDS {
             light[band] = irradiance[band] * albedo[band] + paint.glow_lux[band] * glow_level;
         }
         light
+    }
+
+    /// Level of a surface's own light towards where a ray that leaves along `direction` came from, over its emission.
+    #[inline(always)]
+    fn glow_level(&self, paint: &Paint, direction: [f32; 3], lamp_level: f32) -> f32 {
+        let level = if paint.flickers { lamp_level } else { 1.0 };
+        match self.cones.get(index(paint.cone)) {
+            None => level,
+            Some(cone) => level * cone.share(direction.map(|x| -x)),
+        }
     }
 
     /// Lux-equivalents that reach one side of a surface between three samples.

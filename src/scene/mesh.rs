@@ -1,22 +1,23 @@
 //! Triangles and what they are made of. Enters: vertices, indices and materials from any source. Leaves: a mesh in which
 //! every number is finite, every index is in range and every triangle has an area.
 
+use super::bulb::Bulb;
 use super::cut_out::CutOut;
 use super::light::{BANDS, Bands, with_infrared};
 use super::texture::Texture;
 use super::tracer::Holes;
 use crate::num::{f32_nearest, index, u32_from};
 
-/// No real surface reflects more: base colours above are brought down to it, which also keeps the light's series of bounces
-/// short. Metals, which this diffuse model takes by their base colour, often state 1.
-pub const ALBEDO_MAX: f32 = 0.9;
+/// Greatest albedo that a bake's bounces take: base colour times texture beyond it is brought down to it, since light in a closed room
+/// of albedo 1 has no finite level. What a ray sees of a surface is not: glTF's white reflects all.
+pub const ALBEDO_MAX: f32 = 0.99;
 
 /// What a surface is made of. Reflection is Lambertian; metallic and roughness factors are known and not used.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// As the file calls it.
     pub name: String,
-    /// Linear base colour, multiplied with the texture.
+    /// Linear base colour, 0 to 1, multiplied with the texture.
     pub base_colour: Bands,
     /// Index of a texture, if there is one.
     pub texture: Option<u32>,
@@ -24,6 +25,8 @@ pub struct Material {
     pub cut_out: Option<u32>,
     /// Radiance in the scene's own units, on both sides where `double_sided`.
     pub emission: Bands,
+    /// The ball that all its triangles make, where it is a lamp of a stated intensity.
+    pub bulb: Option<Bulb>,
     /// 0 for dielectrics, 1 for metals.
     pub metallic: f32,
     /// 0 for a mirror, 1 for chalk.
@@ -41,6 +44,7 @@ impl Material {
             texture: None,
             cut_out: None,
             emission: [0.0; BANDS],
+            bulb: None,
             metallic: 0.0,
             roughness: 1.0,
             double_sided: true,
@@ -122,7 +126,13 @@ impl Mesh {
     /// without area are dropped, the winding follows the normals, and a normal that is missing or not finite is made from the
     /// first triangle at its vertex. Says why where it cannot be repaired: a position that is not finite, an index out of
     /// range. Returns how many triangles were dropped.
-    pub fn append(&mut self, material: u32, vertices: &[Vertex], triangles: &[[u32; 3]]) -> Result<usize, String> {
+    pub fn append(
+        &mut self,
+        material: u32,
+        vertices: impl Into<Vec<Vertex>>,
+        triangles: &[[u32; 3]],
+    ) -> Result<usize, String> {
+        let mut vertices = vertices.into();
         assert!(index(material) < self.materials.len(), "a mesh needs its material first");
         if let Some(bad) = vertices.iter().position(|vertex| !vertex.position_m.iter().all(|x| in_range(*x))) {
             return Err(format!(
@@ -131,7 +141,6 @@ impl Mesh {
             ));
         }
         let base = u32_from(self.vertices.len());
-        let mut vertices = vertices.to_vec();
         let mut dropped = 0;
         let mut normal_known: Vec<bool> = vertices.iter_mut().map(repair_vertex).collect();
         for (number, corners) in triangles.iter().enumerate() {
@@ -160,15 +169,16 @@ impl Mesh {
     }
 
     /// Adds a flat quadrangle with corners in counter-clockwise order seen from its front. Its picture stands upright for
-    /// corners that start at the bottom left: (0, v), (u, v), (u, 0), (0, 0) for a `uv_span` of (u, v).
+    /// corners that start at the bottom left: (0, v), (u, v), (u, 0), (0, 0) for a `uv_span` of (u, v). Two corners may be the same
+    /// point, which leaves a triangle. Adds nothing where there is no area.
     pub fn append_quad(&mut self, material: u32, corners_m: [[f32; 3]; 4], uv_span: [f32; 2]) {
-        let [a, b, c, _] = corners_m;
-        let normal = unit_normal([a, b, c]).expect("a quadrangle has an area");
+        let [a, b, c, d] = corners_m;
+        let Some(normal) = unit_normal([a, b, c]).or_else(|| unit_normal([a, c, d])) else { return };
         let [u, v] = uv_span;
         let uvs = [[0.0, v], [u, v], [u, 0.0], [0.0, 0.0]];
         let vertex = |corner: usize| Vertex { position_m: corners_m[corner], normal, uv: uvs[corner] };
         let vertices = [vertex(0), vertex(1), vertex(2), vertex(3)];
-        self.append(material, &vertices, &[[0, 1, 2], [0, 2, 3]]).expect("a quadrangle made here is sound");
+        self.append(material, vertices, &[[0, 1, 2], [0, 2, 3]]).expect("a quadrangle made here is sound");
     }
 }
 

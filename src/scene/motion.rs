@@ -60,7 +60,7 @@ pub enum MotionError {
     TimeStandsStill { t_s: f64 },
     #[error("the box from {low_m} to {high_m} is empty")]
     EmptyBox { low_m: DVec3, high_m: DVec3 },
-    #[error("a scale of {scale}; above 0 and up to 100 would do")]
+    #[error("a scale of {scale}; use 1e-9 to 100")]
     Scale { scale: f64 },
 }
 

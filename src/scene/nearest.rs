@@ -79,8 +79,9 @@ fn to_block_m(block: &Block, [low_m, high_m]: [DVec3; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw::{DrawKey, uniform_f64};
+    use crate::draw::DrawKey;
     use crate::num::f32_nearest;
+    use rand::RngExt;
 
     /// Points of random triangles against random boxes: none is nearer than the bound, and for points (boxes without extent) the bound is
     /// within the triangles' own size of the truth.
@@ -88,7 +89,7 @@ mod tests {
     fn no_point_of_a_triangle_is_nearer_than_the_bound() {
         let seed = 8;
         let mut stream = DrawKey::root(seed).stream();
-        let mut draw = |least: f64, most: f64| least + (most - least) * uniform_f64(&mut stream);
+        let mut draw = |least: f64, most: f64| least + (most - least) * stream.random::<f64>();
         let triangles_m: Vec<[[f32; 3]; 3]> = (0..500)
             .map(|_| {
                 let at = [draw(-5.0, 5.0), draw(-5.0, 5.0), draw(-5.0, 5.0)];

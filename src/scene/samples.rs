@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::light::Bands;
-use super::mesh::{Material, Mesh, Vertex, area_m2, cross, dot, sub, unit, unit_normal};
+use super::mesh::{ALBEDO_MAX, Material, Mesh, Vertex, area_m2, cross, dot, sub, unit, unit_normal};
 use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated_f32};
 
 /// Triangles with a longer edge than this have a grid.
@@ -236,18 +236,19 @@ fn grid_steps(corners_m: [[f32; 3]; 3], spacing_m: f32) -> u32 {
     u32_truncated_f32(steps).clamp(2, GRID_STEPS_MAX)
 }
 
-/// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid.
+/// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid, as bounces take it.
 fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2], spacing_m: f32) -> Bands {
     let material = &mesh.materials[index(shade.material)];
     let dull = if material.is_mirror() { 1.0 - material.metallic } else { 1.0 };
     let base = material.base_colour.map(|band| band * dull);
-    match material.texture {
+    let product = match material.texture {
         None => base,
         Some(texture) => {
             let colour = mesh.textures[index(texture)].colour(uv, shade.texels_per_m * spacing_m);
             std::array::from_fn(|band| base[band] * colour[band])
         }
-    }
+    };
+    product.map(|band| if band > ALBEDO_MAX { ALBEDO_MAX } else { band })
 }
 
 impl Material {

@@ -38,7 +38,7 @@ impl Wish {
         if value >= low && value <= high {
             return Ok(value);
         }
-        Err(Error::key(&format!("scene.{key}"), value, format!("out of range; {low} to {high} would do")))
+        Err(Error::key(&format!("scene.{key}"), value, format!("out of range; use {low} to {high}")))
     }
 
     /// Refuses keys that this target does not read.
@@ -69,7 +69,7 @@ pub fn named(name: &str, wish: &Wish) -> Result<Scene, Error> {
         "grey_wedge" => board::grey_wedge(wish),
         "checkerboard" => board::checkerboard(wish),
         "point_sources" => board::point_sources(wish),
-        _ => Err(Error::key("scene.target", name, format!("not known; one of {} would do", NAMES.join(", ")))),
+        _ => Err(Error::key("scene.target", name, format!("not known; use one of {}", NAMES.join(", ")))),
     }
 }
 
@@ -83,14 +83,11 @@ pub fn flat(reflectance: f64) -> Result<Scene, Error> {
         return Err(Error::key("scene.reflectance", reflectance, "0 to 1 would do"));
     }
     let mut mesh = Mesh::default();
-    // White is exactly white here: the bound on albedos is for scenes with bounces, and this one has none.
-    mesh.materials.push(Material::plain("flat", [1.0; 3]));
+    mesh.materials.push(Material::plain("flat", [crate::num::f32_nearest(reflectance); 3]));
     for corners_m in cube([-HALF_EDGE_M; 3], [HALF_EDGE_M; 3], true) {
         mesh.append_quad(0, corners_m, [1.0, 1.0]);
     }
-    let mut scene = Scene::new("flat", mesh, [0.0; BANDS])?;
-    scene.mesh.materials[0].base_colour = [crate::num::f32_nearest(reflectance); BANDS];
-    Ok(scene)
+    Scene::new("flat", mesh, [0.0; BANDS])
 }
 
 /// The six faces of a box (-x, +x, -y, +y, -z, +z), each counter-clockwise seen from inside or from outside.

@@ -478,8 +478,15 @@ impl Texture {
         hasher.update(&level.width.to_le_bytes());
         hasher.update(&level.height.to_le_bytes());
         hasher.update(&u32_from(self.wrap[0] as usize * 3 + self.wrap[1] as usize).to_le_bytes());
-        let bytes: Vec<u8> = level.rows().flatten().flat_map(|value| value.to_le_bytes()).collect();
-        hasher.update(&bytes);
+        // Row by row: the bytes of a whole picture would take as much memory again.
+        let mut bytes = Vec::new();
+        for row in level.rows() {
+            bytes.clear();
+            for value in row {
+                bytes.extend_from_slice(&value.to_le_bytes());
+            }
+            hasher.update(&bytes);
+        }
     }
 }
 

@@ -93,9 +93,10 @@ pub struct TrackedFrame {
     /// Median over the inliers of the distance in pixels between a landmark's place predicted for this frame and the place
     /// where it was found. `None` without prediction or inliers.
     pub innovation_px: Option<f64>,
-    /// Cramer-Rao bound of the position given the map: standard deviation per axis in metres of the best unbiased estimate from the
-    /// inliers, at the noise that their own errors show. `None` without a located pose.
-    pub position_bound_m: Option<f64>,
+    /// Single-picture position sigma given the map: standard deviation per axis in metres that the inliers of this picture leave, at the
+    /// noise that their own residuals show. Landmarks count as exact and priors are left out, so it is no bound of the estimator's
+    /// error. `None` without a located pose.
+    pub single_picture_sigma_m: Option<f64>,
     /// Whether the frame became a keyframe.
     pub keyframe: bool,
     /// Whether the frame closed a loop: earlier keyframes were recognised and the map was bent to agree.

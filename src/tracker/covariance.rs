@@ -1,10 +1,10 @@
 //! How sure a pose is. Enters: an adjusted window, or one frame's observations. Leaves: 6 x 6 covariances in the body's
-//! frame (m^2, m rad, rad^2; linear part first), and the Cramer-Rao bound of a frame's pose.
+//! frame (m^2, m rad, rad^2; linear part first), and the covariance of a frame's pose.
 //!
 //! The covariance is of the left twist d of `exp(d) body_from_world`, so its linear part is the body's place in its own
 //! axes. Landmarks are unknowns: their uncertainty is carried into the poses through the Schur complement. Observations
-//! count as normal with the stated sigma, so for such errors the inverse information is the Cramer-Rao bound (Kay 1993,
-//! section 3.9).
+//! count as normal with the stated sigma: the inverse information is the covariance to first order (Kay 1993, section 3.9), as far
+//! as that sigma is true.
 
 use std::collections::BTreeMap;
 
@@ -211,8 +211,9 @@ pub fn frame_information(
     (information + information.transpose()) * 0.5
 }
 
-/// The Cramer-Rao bound of one frame's pose: the inverse of [`frame_information`]. `None` where the pose is not determined.
-pub fn frame_bound(
+/// Covariance of one frame's pose by its own observations, without priors: the inverse of [`frame_information`]. `None`
+/// where the pose is not determined.
+pub fn frame_covariance(
     cameras: &[RigCamera],
     body_from_world: &Pose,
     measurements: &[(u32, Measurement)],

@@ -13,11 +13,10 @@ mod linear;
 pub mod models;
 
 use glam::{DMat3, DQuat, DVec3};
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rand::seq::IndexedRandom;
 
 use crate::draw::DrawKey;
-use crate::num::{f64_from_usize, greater, index, lesser, low_u32, u64_from};
+use crate::num::{f64_from_usize, greater, lesser};
 use crate::pose::Pose;
 use linear::cofactors;
 pub use models::Pair;
@@ -341,13 +340,13 @@ fn sampled<const N: usize, M: Copy>(
     solve: impl Fn(&[Pair; N]) -> Vec<M>,
     distance2: impl Fn(&M, &Pair) -> f64,
 ) -> Vec<M> {
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(key.0);
+    let mut stream = key.stream();
     let unit = 1.0 / (search.sigma_rad * search.sigma_rad);
     let mut best: Vec<(M, f64)> = Vec::new();
     let (mut sample, mut needed) = (0, search.samples_max);
     while sample < needed {
         sample += 1;
-        let Some(drawn) = distinct::<N>(&mut random, pairs) else { continue };
+        let Some(drawn) = pairs.sample_array(&mut stream) else { break };
         for model in solve(&drawn) {
             let (mut cost, mut agreeing) = (0.0, 0_usize);
             let limit = best.last().map_or(f64::INFINITY, |(_, cost)| *cost);
@@ -375,14 +374,4 @@ fn samples_needed(share: f64, size: usize, search: &Search) -> u32 {
     let good = (0..size).fold(1.0, |product, _| product * share);
     let needed = libm::log(1.0 - search.confidence) / libm::log1p(-lesser(good, 1.0 - 1e-9));
     crate::num::u32_truncated(greater(needed + 1.0, 100.0))
-}
-
-/// Different pairs, or none where a draw repeats.
-fn distinct<const N: usize>(random: &mut Xoshiro256PlusPlus, pairs: &[Pair]) -> Option<[Pair; N]> {
-    let drawn: [usize; N] = std::array::from_fn(|_| {
-        let wide = u64::from(low_u32(random.next_u64() >> 32)) * u64_from(pairs.len());
-        index(low_u32(wide >> 32))
-    });
-    let differ = (0..N).all(|k| !drawn[..k].contains(&drawn[k]));
-    differ.then(|| drawn.map(|number| pairs[number]))
 }

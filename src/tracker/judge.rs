@@ -22,8 +22,8 @@ const NOISE_FRAMES: f64 = 15.0;
 /// What a pose is worth.
 #[derive(Clone, Copy, Debug)]
 pub struct Judgement {
-    /// Cramer-Rao bound of the place given the map.
-    pub position_bound_m: Option<f64>,
+    /// Single-picture position sigma given the map.
+    pub single_picture_sigma_m: Option<f64>,
     /// Whether landmarks may be made from it.
     pub is_sound: bool,
 }
@@ -49,24 +49,24 @@ impl Tracker {
 
     /// Judges a pose; what is felt besides the picture vouches for it.
     pub(super) fn judge(&mut self, located: &Located, is_felt: bool) -> Judgement {
-        let position_bound_m = located.position_bound_m;
-        let is_sound = is_felt || self.is_sound(located, position_bound_m);
+        let single_picture_sigma_m = located.single_picture_sigma_m;
+        let is_sound = is_felt || self.is_sound(located, single_picture_sigma_m);
         self.weak_frames = if is_sound { 0 } else { self.weak_frames + 1 };
-        let bound_m = position_bound_m.unwrap_or(self.usual_bound_m);
-        let usual_m = if self.usual_bound_m > 0.0 { self.usual_bound_m } else { bound_m };
-        self.usual_bound_m = usual_m + (bound_m - usual_m) / USUAL_FRAMES;
-        Judgement { position_bound_m, is_sound }
+        let sigma_m = single_picture_sigma_m.unwrap_or(self.usual_sigma_m);
+        let usual_m = if self.usual_sigma_m > 0.0 { self.usual_sigma_m } else { sigma_m };
+        self.usual_sigma_m = usual_m + (sigma_m - usual_m) / USUAL_FRAMES;
+        Judgement { single_picture_sigma_m, is_sound }
     }
 
     /// Whether a pose is known well enough to make landmarks from: they would carry its error on.
-    fn is_sound(&self, located: &Located, position_bound_m: Option<f64>) -> bool {
+    fn is_sound(&self, located: &Located, single_picture_sigma_m: Option<f64>) -> bool {
         let body_from_world = &located.state.body_from_world;
         let depth_m = |found: &Found| body_from_world.point(self.map.landmarks[found.landmark].position_m).length();
         let mut depths_m: Vec<f64> = located.inliers.iter().map(depth_m).collect();
         depths_m.sort_by(f64::total_cmp);
         let median_m = depths_m.get(depths_m.len() / 2).copied().unwrap_or(0.0);
-        let known = |bound_m: f64| bound_m <= greater(SOUND_SHARE_MAX * median_m, SOUND_FACTOR * self.usual_bound_m);
-        self.cameras.len() == 1 || position_bound_m.is_some_and(known)
+        let known = |sigma_m: f64| sigma_m <= greater(SOUND_SHARE_MAX * median_m, SOUND_FACTOR * self.usual_sigma_m);
+        self.cameras.len() == 1 || single_picture_sigma_m.is_some_and(known)
     }
 
     /// Takes a frame's residuals for the noise of places, by their median. Corners on the steps of few bits jump by a pixel: points made

@@ -10,7 +10,7 @@ use crate::tracker::map::{Landmark, Map};
 use crate::tracker::matching::{Best, Distances, Rule, one_to_one};
 use crate::tracker::ransac::{Search, search};
 use crate::tracker::refine::{
-    Known, Measurement, PosePrior, Tailed, errors2, information, position_bound_m, refine_with, upper_median,
+    Known, Measurement, PosePrior, Tailed, errors2, information, refine_with, single_picture_sigma_m, upper_median,
 };
 use crate::tracker::rig::{RigCamera, View};
 use crate::tracker::shift;
@@ -40,8 +40,8 @@ pub struct Located {
     pub in_view: Vec<usize>,
     /// What the picture alone knows of the pose given the map: information of the left twist.
     pub information: Matrix6<f64>,
-    /// Bound of the position at the noise that the picture shows, in metres.
-    pub position_bound_m: Option<f64>,
+    /// Single-picture position sigma given the map, at the noise that the picture's residuals show, in metres.
+    pub single_picture_sigma_m: Option<f64>,
 }
 
 /// One frame, the map it is held against, and the rules.
@@ -187,8 +187,9 @@ impl Frame<'_> {
             let under = |law| information(self.cameras, &measurements, &state, prior.as_ref(), law);
             let information = under(known);
             // In motion the two are one mostly.
-            let position_bound_m = position_bound_m(&if shown == known { information } else { under(shown) });
-            Located { state, inliers, in_view, information, position_bound_m }
+            let single_picture_sigma_m =
+                single_picture_sigma_m(&if shown == known { information } else { under(shown) });
+            Located { state, inliers, in_view, information, single_picture_sigma_m }
         })
     }
 

@@ -330,7 +330,7 @@ mod tests {
     #[test]
     fn several_views_prove_a_motion_and_tell_the_noise_of_places() {
         let (mut tried, mut proofs) = (0, 0);
-        for seed in 0..6 {
+        for seed in 0..30 {
             for wrong in [0, 30] {
                 tried += 1;
                 let Some(path) = proved(wrong, seed) else { continue };
@@ -339,14 +339,15 @@ mod tests {
                 // What the halves may differ by; the whole has half of it.
                 assert!(last.translation_m.angle_between(DVec3::X) < HALVES_RAD_MAX, "seed {seed}: {last:?}");
                 // Residuals mix errors: between a normal law's 0.5 px and a uniform one's, whose squares have their median at
-                // 2 a^2 / pi for a = 3^0.5 sigma, 0.59 px. A median of 350 to 500 is known to 5 %; three times that either way.
+                // 2 a^2 / pi for a = 3^0.5 sigma, 0.59 px. A median of 350 to 500 is known to 5 %; four times that either way.
                 let noise_px = path.noise_sigmas * params_px();
-                assert!((0.425..0.68).contains(&noise_px), "seed {seed}: {noise_px} px");
+                assert!((0.4..0.71).contains(&noise_px), "seed {seed}: {noise_px} px");
                 assert!(path.points_m.len() >= 50, "seed {seed}: {} points", path.points_m.len());
             }
         }
-        println!("seeds 0 to 5: {proofs} proofs of {tried}");
-        assert!(proofs >= 10, "{proofs} of {tried}");
+        println!("seeds 0 to 29: {proofs} proofs of {tried}");
+        // Some four of five are proved; 40 of 60 is 2.6 standard deviations below 48.
+        assert!(proofs >= 40, "{proofs} of {tried}");
     }
 
     fn params_px() -> f64 {

@@ -2,11 +2,10 @@
 //! pose that most of them agree on, equal for equal keys.
 
 use glam::DVec3;
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rand::seq::IndexedRandom;
 
 use crate::draw::DrawKey;
-use crate::num::{f64_from_usize, index, low_u32, u32_from};
+use crate::num::{f64_from_usize, index, u32_from};
 use crate::pose::Pose;
 use crate::tracker::p3p;
 use crate::tracker::refine::{Measurement, errors2};
@@ -53,13 +52,13 @@ pub fn search(
     if groups.is_empty() {
         return None;
     }
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(key.0);
+    let mut stream = key.stream();
     let mut best: Option<Consensus> = None;
     let (mut sample, mut needed) = (0, limits.samples_max);
     while sample < needed {
         let group = &groups[index(sample) % groups.len()];
         sample += 1;
-        let Some(triple) = distinct(&mut random, group) else { continue };
+        let triple: [usize; 3] = group.sample_array(&mut stream).expect("groups have three members or more");
         let camera = &cameras[index(measurements[triple[0]].camera.0)];
         let points_m = triple.map(|m| measurements[m].point_in_world_m);
         for camera_from_world in p3p::solve(&triple.map(|m| bearings[m]), &points_m) {
@@ -85,17 +84,6 @@ fn samples_needed(inlier_share: f64, limits: Search) -> u32 {
     }
     let needed = libm::ceil(libm::log(1.0 - limits.confidence) / libm::log1p(-good));
     if needed < f64::from(limits.samples_max) { crate::num::u32_truncated(needed).max(1) } else { limits.samples_max }
-}
-
-/// Three different members, or none where the third draw repeats too often.
-fn distinct(random: &mut Xoshiro256PlusPlus, group: &[usize]) -> Option<[usize; 3]> {
-    let mut draw = || {
-        // Multiply-shift: the bias of at most group.len() / 2^32 does not matter for a search.
-        let wide = u64::from(low_u32(random.next_u64() >> 32)) * crate::num::u64_from(group.len());
-        group[index(low_u32(wide >> 32))]
-    };
-    let (a, b, c) = (draw(), draw(), draw());
-    (a != b && b != c && a != c).then_some([a, b, c])
 }
 
 #[cfg(test)]

@@ -331,9 +331,9 @@ pub fn information(
     rate.cholesky().map_or(own, |rate| own - coupling * rate.solve(&coupling.transpose()))
 }
 
-/// Cramer-Rao bound of a position given the map: standard deviation per axis, mean over the axes, of the best unbiased estimate from
-/// measurements of this information, in metres. `None` where they leave a direction open.
-pub fn position_bound_m(information: &Matrix6<f64>) -> Option<f64> {
+/// Single-picture position sigma given the map: root of the mean variance over the axes that measurements of this information leave, in
+/// metres. Landmarks count as exact, and no prior is used. `None` where the measurements leave a direction open.
+pub fn single_picture_sigma_m(information: &Matrix6<f64>) -> Option<f64> {
     // A step of the twist's linear part moves the position by as much, in a turned frame.
     let covariance = information.cholesky()?.inverse();
     let variance_m2 = covariance.fixed_view::<3, 3>(0, 0).trace() / 3.0;

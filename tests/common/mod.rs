@@ -66,27 +66,43 @@ impl Outcome {
 
 /// Runs the program in the repository's folder, with a cache of its own that all tests share (entries are written whole).
 pub fn sensel<S: AsRef<str>>(arguments: &[S]) -> Outcome {
-    outcome(command(arguments))
+    outcome(sensel_command(arguments))
 }
 
 /// The same where no other program is found.
 pub fn sensel_alone<S: AsRef<str>>(arguments: &[S]) -> Outcome {
-    let mut alone = command(arguments);
+    let mut alone = sensel_command(arguments);
     alone.env("PATH", "");
     outcome(alone)
 }
 
-fn command<S: AsRef<str>>(arguments: &[S]) -> Command {
+/// The program without any argument.
+pub fn sensel_bare() -> Outcome {
+    outcome(Command::new(env!("CARGO_BIN_EXE_sensel")))
+}
+
+/// The same as `sensel` with another cache.
+pub fn sensel_in_cache<S: AsRef<str>>(arguments: &[S], cache: &str) -> Outcome {
+    outcome(command_in(arguments, cache))
+}
+
+/// The program with these words, to be run in the repository's folder.
+pub fn sensel_command<S: AsRef<str>>(arguments: &[S]) -> Command {
+    command_in(arguments, concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"))
+}
+
+fn command_in<S: AsRef<str>>(arguments: &[S], cache: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sensel"));
     command
         .args(arguments.iter().map(AsRef::as_ref))
-        .args(["--cache", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache")])
+        .args(["--cache", cache])
         .env_remove("SENSEL_SCENES")
         .current_dir(env!("CARGO_MANIFEST_DIR"));
     command
 }
 
-fn outcome(mut command: Command) -> Outcome {
+/// Runs a command to its end.
+pub fn outcome(mut command: Command) -> Outcome {
     let output = command.output().unwrap();
     Outcome {
         code: output.status.code().expect("the program ends by itself"),

@@ -243,16 +243,16 @@ fn frames_of_a_still_scene_after_the_first_send_no_ray_and_are_what_they_would_b
     assert!(all.iter().all(|photons| *photons == one[0]));
     // The slow twin: the frame rendered anew, by the same samples.
     let (setup, camera) = camera(&[]);
-    let key = DrawKey::root(setup.resolved.scenario.seed).with(1).with(0).with(0);
+    let key = DrawKey::root(setup.fidelity.render.seed).with(1).with(0).with(0);
     let spans: Vec<Span> = (0..48).map(|row| setup.sensor.schedule.exposure(FrameIndex(2), RowIndex(row))).collect();
     let pose = |t_s: f64| setup.motion.world_from_body(t_s).unwrap();
     let sampling = Sampling {
         samples_per_pixel: 2,
-        samples_max: setup.fidelity.samples_max,
-        reflections: setup.fidelity.reflections,
-        follows_gloss: setup.fidelity.follows_gloss,
-        electrons_per_photon: setup.sensor.electrons_per_photon(),
-        saturation_photons: f32_nearest(setup.sensor.saturation_photons()),
+        samples_max: setup.fidelity.render.samples_max,
+        reflections: setup.fidelity.render.reflections,
+        follows_gloss: setup.fidelity.render.follows_gloss,
+        electrons_per_photon: setup.fidelity.render.quantum_efficiency,
+        saturation_photons: f32_nearest(setup.fidelity.render.saturation_photons()),
         ..Sampling::fixed(2, key)
     };
     let anew = setup.world.expose((0, &camera), &spans, &pose, sampling).unwrap();

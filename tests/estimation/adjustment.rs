@@ -1,4 +1,4 @@
-//! Bundle adjustment and covariances against GTSAM on the same problem, and the Cramer-Rao bound of a frame.
+//! Bundle adjustment and covariances against GTSAM on the same problem, and the covariance of a frame's pose.
 
 use glam::{DVec2, DVec3};
 use nalgebra::{Matrix3, Matrix6, Vector6};
@@ -8,7 +8,7 @@ use sensel::optics::lens::{Intrinsics, Lens, Mapping};
 use sensel::pose::Pose;
 use sensel::tracker::CameraCalibration;
 use sensel::tracker::adjust::{Observation, Problem};
-use sensel::tracker::covariance::{frame_bound, frame_information, position_sigma_m, window_uncertainty};
+use sensel::tracker::covariance::{frame_covariance, frame_information, position_sigma_m, window_uncertainty};
 use sensel::tracker::lie::{Twist, se3_exp, se3_log};
 use sensel::tracker::refine::{Measurement, refine};
 use sensel::tracker::rig::RigCamera;
@@ -151,7 +151,7 @@ fn frame(cameras: &[RigCamera], truth: &Pose, count: usize, key: DrawKey) -> Vec
 }
 
 #[test]
-fn the_frame_bound_is_what_the_pose_fit_scatters_by() {
+fn the_frame_covariance_is_what_the_pose_fit_scatters_by() {
     let seed = 21;
     let cameras = cameras(
         [320.0, 320.0, 320.0, 240.0],
@@ -162,7 +162,7 @@ fn the_frame_bound_is_what_the_pose_fit_scatters_by() {
     let landmark = Matrix3::from_diagonal(&nalgebra::Vector3::new(4e-6, 1e-6, 9e-6));
     for uncertain in [false, true] {
         let covariance = |_| uncertain.then_some(landmark);
-        let bound = frame_bound(&cameras, &truth, &exact, covariance).unwrap();
+        let covariance_of_pose = frame_covariance(&cameras, &truth, &exact, covariance).unwrap();
         let whitener = frame_information(&cameras, &truth, &exact, covariance);
         let trials = 600;
         let mut mean = 0.0;
@@ -195,9 +195,13 @@ fn the_frame_bound_is_what_the_pose_fit_scatters_by() {
         }
         // Normalised squared errors have mean 6 and variance 12: a mean of 600 scatters by 0.14, four of that 0.57. The
         // fit weighs all places alike, Huber's kernel costs 5 %, and unequal landmark errors some more: at most 10 %
-        // together, always above the bound.
+        // together, always above.
         assert!(mean > 6.0 - 0.57 && mean < 6.6 + 0.6, "seed {seed}, uncertain {uncertain}: {mean}");
-        assert!(position_sigma_m(&bound) > 1e-4 && position_sigma_m(&bound) < 3e-3, "{}", position_sigma_m(&bound));
+        assert!(
+            position_sigma_m(&covariance_of_pose) > 1e-4 && position_sigma_m(&covariance_of_pose) < 3e-3,
+            "{}",
+            position_sigma_m(&covariance_of_pose)
+        );
     }
 }
 
@@ -207,7 +211,7 @@ fn uncertain_landmarks_never_make_a_frame_surer_and_known_ones_are_the_limit() {
     let truth = se3_exp(Twist::from_array([0.1, 0.0, 0.2, 0.0, 0.1, 0.0]));
     let seen = frame(&cameras, &truth, 40, DrawKey::root(4));
     let sigma = |covariance: Option<Matrix3<f64>>| {
-        position_sigma_m(&frame_bound(&cameras, &truth, &seen, |_| covariance).unwrap())
+        position_sigma_m(&frame_covariance(&cameras, &truth, &seen, |_| covariance).unwrap())
     };
     let known = sigma(None);
     let mut last = known;
@@ -218,8 +222,8 @@ fn uncertain_landmarks_never_make_a_frame_surer_and_known_ones_are_the_limit() {
         last = now;
     }
     assert!((sigma(Some(Matrix3::zeros())) / known - 1.0).abs() < 1e-9 && last > 10.0 * known);
-    // All on one line, or nothing at all: no bound.
+    // All on one line, or nothing at all: no covariance.
     let line: Vec<_> = seen.iter().take(2).copied().collect();
-    assert!(frame_bound(&cameras, &truth, &line, |_| None).is_none());
-    assert!(frame_bound(&cameras, &truth, &[], |_| None).is_none());
+    assert!(frame_covariance(&cameras, &truth, &line, |_| None).is_none());
+    assert!(frame_covariance(&cameras, &truth, &[], |_| None).is_none());
 }

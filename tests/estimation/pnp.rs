@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use sensel::draw::DrawKey;
 use sensel::num::u64_from;
 use sensel::pose::Pose;
-use sensel::tracker::covariance::{frame_bound, frame_information};
+use sensel::tracker::covariance::{frame_covariance, frame_information};
 use sensel::tracker::lie::{Twist, se3_exp};
 use sensel::tracker::p3p;
 use sensel::tracker::ransac::{Search, search};
@@ -71,7 +71,7 @@ fn points_on_a_line_give_no_sample_a_bounded_step_and_no_bound() {
         let numbered: Vec<(u32, Measurement)> =
             measurements.iter().map(|m| (u32::try_from(tried).unwrap(), *m)).collect();
         assert!(
-            frame_bound(&cameras(), &truth, &numbered, |_| None).is_none_or(|bound| bound.trace() > 1e6),
+            frame_covariance(&cameras(), &truth, &numbered, |_| None).is_none_or(|covariance| covariance.trace() > 1e6),
             "seed {seed}"
         );
         tried += 1;

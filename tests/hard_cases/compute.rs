@@ -1,7 +1,7 @@
 //! Hard cases of the extractor's integers: angles at seams, moments at their greatest, fits of equal or no values, plateaus. Enters:
 //! integers.
 
-use sensel::compute::blocks::{Patch, RADIUS_PX, arc_difference, moments, offset_q4};
+use sensel::compute::blocks::{Patch, RADIUS_PX, arc_difference, fitted_shift, moments};
 use sensel::compute::{Corner, angle_of, fast9};
 use sensel::num::{f64_from_i64, index, low_u16, u32_from};
 use sensel::plane::Plane;
@@ -25,7 +25,7 @@ fn angles(stage: &mut Stage) {
     let case = stage.case("direction of a moment in 1/256 turns", "arctangent in double-double", "turns", sides);
     let mut chance = Chance::new(501);
     let mut check = |side: usize, x: i32, y: i32| {
-        let found = f64::from(angle_of(x, y)) / 256.0;
+        let found = f64::from(angle_of(x, y));
         if (x, y) == (0, 0) {
             case.hold(3, found == 0.0, || format!("(0, 0): {found}"));
             return;
@@ -142,7 +142,7 @@ fn fits(stage: &mut Stage) {
             7 => [[0; 3]; 3],
             _ => r,
         };
-        let (x, y) = offset_q4(&r);
+        let (x, y) = (fitted_shift(&r).0.to_bits(), fitted_shift(&r).1.to_bits());
         let exact = exact_centroid(&r);
         let (x_free, y_free) = exact.unwrap_or((0, 0));
         let (x_exact, y_exact) = (x_free.clamp(-16, 15), y_free.clamp(-16, 15));

@@ -27,7 +27,7 @@ pub const TESTS: &[[&str; 4]] = &[
     ["scene", "soups of triangles against Embree", "tests/rays.rs", "soups_of_triangles_agree_with_embree"],
     [
         "scene",
-        "furnace: sum of all bounces, albedo to 0.9",
+        "furnace: sum of all bounces, albedo to 1",
         "src/scene/bake.rs",
         "a_closed_glowing_box_settles_at_the_sum_of_all_bounces",
     ],

@@ -40,7 +40,11 @@ def world():
     parts = {"type": "scene"}
     for number, face in enumerate(scene["faces"]):
         shape = quad(number, face["corners_m"], face["uvs"])
-        if face["texture"] is None:
+        if face.get("mirror"):
+            colour = {"type": "rgb", "value": face["colour"]}
+            shape["bsdf"] = {"type": "twosided",
+                             "bsdf": {"type": "conductor", "material": "none", "specular_reflectance": colour}}
+        elif face["texture"] is None:
             shape["bsdf"] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": face["colour"]}}
         else:
             width, height = face["texture_size"]
@@ -51,6 +55,15 @@ def world():
         if any(face["radiance"]):
             shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": face["radiance"]}}
         parts[f"face{number}"] = shape
+    for number, light in enumerate(scene.get("lights", [])):
+        emitter = {"type": light["type"], "intensity": {"type": "rgb", "value": light["intensity"]}}
+        if light["type"] == "point":
+            emitter["position"] = light["position_m"]
+        else:
+            emitter["to_world"] = mi.ScalarTransform4f().look_at(
+                origin=light["position_m"], target=light["target_m"], up=[0.0, 0.0, 1.0])
+            emitter["cutoff_angle"], emitter["beam_width"] = light["outer_deg"], light["inner_deg"]
+        parts[f"light{number}"] = emitter
     return parts
 
 
@@ -88,6 +101,8 @@ def main():
         theirs = squares(theirs)
         lit = theirs > 0.0
         for name in names:
+            if not (folder / f"{name}0.f32").exists():
+                continue
             pictures = [floats(f"{name}{number}.f32", (height, width)) for number in range(len(scene["views"]))]
             ours = squares(np.array(pictures, dtype=np.float64))
             error = np.abs(ours[lit] - theirs[lit]) / theirs[lit]

@@ -7,8 +7,8 @@ use sensel::plane::Plane;
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::html::{Mark, Picture, Pictures};
 use sensel::report::record::{
-    Bandwidth, FactRecord, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase, PlanRecord,
-    SCHEMA_VERSION, Scenario, StageCost, TileRecord, Timing, Tracking, TrackingEvent,
+    Bandwidth, ExtractorClocks, FactRecord, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase,
+    PlanRecord, SCHEMA_VERSION, Scenario, StageCost, TileRecord, Timing, Tracking, TrackingEvent,
 };
 use sensel::report::{Report, trajectory_figures};
 use sensel::units::Size;
@@ -92,13 +92,14 @@ pub fn report() -> Report {
         frames: truth.iter().map(frame).collect(),
         config: "seed = 1\n\n[scene]\nfile = \"bathroom.glb\"\nilluminance_lux = 300.0\n\n[sensor]\npreset = \
          \"paper_6t_vga\"\n"
-            .to_owned(),
+            .parse()
+            .unwrap(),
         ..Report::default()
     };
     report.set_trajectory(figures, 1.0);
     report.tracking.prediction_error_m = Some(0.0061);
     report.tracking.innovation_px = Some(0.42);
-    report.tracking.jitter_bound_m = Some(0.0009);
+    report.tracking.single_picture_sigma_m = Some(0.0009);
     report.tracking.relocalise_s = Some(0.2);
     let event = |t_s, event: &str| TrackingEvent { t_s, event: event.to_owned() };
     report.tracking.events = vec![event(0.0, "initialised"), event(4.0, "lost"), event(4.2, "relocalised")];
@@ -137,9 +138,9 @@ fn scenario(path_m: f64) -> Scenario {
 fn plan() -> PlanRecord {
     let omitted = |name: &str, bias_e, sigma_e, reason: &str| OmittedEffect {
         name: name.to_owned(),
-        bias_e,
-        sigma_e,
-        budget_share: 0.02,
+        bias_e: Some(bias_e),
+        sigma_e: Some(sigma_e),
+        budget_share: Some(0.02),
         cost_ns_per_px: 0.6,
         reason: reason.to_owned(),
     };
@@ -151,11 +152,11 @@ fn plan() -> PlanRecord {
             omitted("storage_leakage", 0.000_12, 0.011, "0.00012 e- in at most 35.9 ms of storage at 300 K"),
             omitted("ktc", 0.0, 0.0, "6T with correlated double sampling removes it"),
         ],
-        bias_e: 0.020_12,
-        sigma_e: 0.141,
+        bias_e: Some(0.020_12),
+        sigma_e: Some(0.141),
         accuracy: 0.1,
         budget_e: 1.05,
-        budget_used: 0.02,
+        budget_used: Some(0.02),
         cost_ns_per_px: 5.9,
         cost_of_all_ns_per_px: 6.5,
         cost_of_none_ns_per_px: 2.0,
@@ -193,6 +194,7 @@ fn timing() -> Timing {
         feature_latency_us: Some(71.4),
         first_feature_us: Some(640.0),
         last_feature_us: Some(57.0),
+        extractor: Some(ExtractorClocks { required: 452_000, available: 1_599_872, frames_over: 0 }),
         clocks_per_frame: 1_599_872,
         line: vec![
             phase("row n", "settle reset", 0.0, 2.0),

@@ -115,7 +115,7 @@ impl Bench {
 #[test]
 fn the_packetiser_equals_its_twin_on_every_clock() {
     const SEED: u64 = 36;
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let config = PacketiserConfig { lanes_log2: 0 };
     let (inputs, outputs) = (pins_in(&config, &PacketiserIn::default(), &[0; 8]), pins_out(&PacketiserOut::default()));
     let judge = Judge::new("csi2_packetiser", &[], &inputs, &outputs);

@@ -6,6 +6,7 @@ use sensel::events::Events;
 use sensel::link::{Batch, FrameMetadata, FrameOut, LinkParams, Mode, RawKind, pack_frame};
 use sensel::plane::Plane;
 use sensel::units::{FrameIndex, Size};
+use sensel::words::{PlacePx, Turns};
 
 use rtl_models::csi2_packetiser::{PacketiserIn, PacketiserOut};
 
@@ -59,12 +60,12 @@ pub fn frame(seed: u64, kind: RawKind) -> Vec<Case> {
 
 fn feature(draw: u64) -> Feature {
     let [a, b, c, d, score, angle, octave, e] = draw.to_le_bytes();
-    let (x_q4, y_q4) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
+    let (x, y) = (PlacePx::from_le_bytes([a, b]), PlacePx::from_le_bytes([c, d]));
     Feature {
-        x_q4,
-        y_q4,
+        x,
+        y,
         score: score.into(),
-        angle,
+        angle: Turns::from_bits(angle),
         octave,
         descriptor: std::array::from_fn(|i| e.wrapping_mul(sensel::num::low_u8(sensel::num::u32_from(i)) | 1)),
     }

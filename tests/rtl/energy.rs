@@ -45,7 +45,7 @@ impl Activity {
 /// output pins.
 fn readout_activity() -> BTreeMap<&'static str, f64> {
     const COLUMNS: usize = 16;
-    let mut random = Random(61);
+    let mut random = Random::new(61);
     let mut config = core_config(&mut random, 10, 16, u32::MAX);
     (config.columns, config.lanes, config.cds.bits) = (16, 4, 10);
     (config.seq.n_ramp_signal, config.seq.hts) = (1024, config.seq.hts.max(1400));

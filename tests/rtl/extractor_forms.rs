@@ -107,7 +107,7 @@ struct Around {
 
 fn told(record: Record, clk: u64) -> (Feature, bool, u64) {
     let Record { x_q4, y_q4, score, angle, octave, frame, descriptor } = record;
-    (Feature { x_q4, y_q4, score, angle, octave, descriptor }, frame, clk)
+    (Feature { x: x_q4, y: y_q4, score, angle, octave, descriptor }, frame, clk)
 }
 
 impl Surroundings for Around {
@@ -159,7 +159,7 @@ pub fn clocked(case: &Case, pictures: &[Vec<u16>], end_clk: u64) -> (Told, FxBac
     let mut found = Told::default();
     let mut next = pictures.iter();
     let make = |_: &mut Random| next.next().or(pictures.first()).unwrap().clone();
-    let (last, toggles) = play(case, &mut Random(0), make, |clock| {
+    let (last, toggles) = play(case, &mut Random::new(0), make, |clock| {
         if let Some(record) = clock.left {
             found.features.push(told(record, clock.clk));
         }

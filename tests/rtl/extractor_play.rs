@@ -31,7 +31,7 @@ pub struct Times {
 
 impl Times {
     fn one_in(&self, what: u64, clk: u64, n: u32) -> bool {
-        Random(self.seed ^ what << 60 ^ clk.wrapping_mul(0x9E37_79B9)).one_in(n)
+        Random::new(self.seed ^ what << 60 ^ clk.wrapping_mul(0x9E37_79B9)).one_in(n)
     }
 
     pub fn offered(&self, clk: u64) -> bool {

@@ -102,7 +102,7 @@ fn play(judge: &mut Judge, config: &FxFrontConfig, picture: &Picture, random: &m
 
 fn compare(seed: u64, pix_bits: u32, octaves: u32, harris: bool) {
     const MAX_WIDTH: u32 = 150;
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut config = FxFrontConfig { max_width: MAX_WIDTH, pix_bits, octaves, harris, width: 7, height: 7 };
     let parameters = [
         format!("-GMAX_WIDTH={MAX_WIDTH}"),

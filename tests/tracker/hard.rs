@@ -4,6 +4,7 @@ use sensel::num::f64_from_u64;
 use sensel::tracker::{FrameInput, Status, Tracker, TrackerParams};
 
 use crate::synthetic::{RATE_HZ, World, lively, resting};
+use sensel::words::PlacePx;
 
 fn tracker(world: &World) -> Tracker {
     Tracker::new(world.cameras.clone(), TrackerParams::room(world.seed)).expect("a valid rig")
@@ -76,8 +77,8 @@ fn plateaus_of_two_bits_are_tracked() {
     world.hardship.flipped = 0.1;
     let statuses = run(&world, 60, |_, input| {
         for feature in input.features.iter_mut().flatten() {
-            let whole = |place_q4: u16| (place_q4 + 8) / 16 * 16;
-            (feature.x_q4, feature.y_q4) = (whole(feature.x_q4), whole(feature.y_q4));
+            let whole = |place: PlacePx| place.saturating_add(PlacePx::lit("0.5")).int();
+            (feature.x, feature.y) = (whole(feature.x), whole(feature.y));
         }
     });
     let tracked = statuses.iter().filter(|&&status| status == Status::Tracked).count();

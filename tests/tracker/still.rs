@@ -1,12 +1,13 @@
 //! A rig at rest must neither shake nor freeze, and a tremble must come through.
 
 use glam::{DQuat, DVec3};
-use sensel::num::{f64_from_usize, low_u16, u32_truncated};
+use sensel::num::f64_from_usize;
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::trajectory_figures;
 use sensel::tracker::{Tracker, TrackerParams};
 
 use crate::synthetic::{Hardship, RATE_HZ, World, resting, time_s};
+use sensel::words::PlacePx;
 
 /// A sensor of 10 bit at 1,000 lux: places scatter by 0.15 px from frame to frame where nothing moves (measured in the furnished room).
 fn calm(seed: u64) -> World {
@@ -16,15 +17,15 @@ fn calm(seed: u64) -> World {
 }
 
 fn follow(world: &World, motion: fn(f64) -> Pose, frames: u64) -> (Vec<TimedPose>, Vec<TimedPose>) {
-    follow_places(world, motion, frames, |place_q4| place_q4)
+    follow_places(world, motion, frames, |place| place)
 }
 
-/// The same, of corners whose columns and rows an extractor gives in its own way, in sixteenths of a pixel.
+/// The same, of corners whose columns and rows an extractor gives in its own way.
 fn follow_places(
     world: &World,
     motion: fn(f64) -> Pose,
     frames: u64,
-    given: fn(u16) -> u16,
+    given: fn(PlacePx) -> PlacePx,
 ) -> (Vec<TimedPose>, Vec<TimedPose>) {
     let mut tracker = Tracker::new(world.cameras.clone(), TrackerParams::room(world.seed)).expect("a valid rig");
     let (mut truth, mut estimate) = (Vec::new(), Vec::new());
@@ -33,7 +34,7 @@ fn follow_places(
         truth.push(timed(motion(time_s(number))));
         let mut frame = world.frame(number, &motion(time_s(number)));
         for feature in frame.features.iter_mut().flatten() {
-            (feature.x_q4, feature.y_q4) = (given(feature.x_q4), given(feature.y_q4));
+            (feature.x, feature.y) = (given(feature.x), given(feature.y));
         }
         let answer = tracker.track(&frame);
         estimate.push(timed(answer.world_from_body.expect("tracked")));
@@ -84,11 +85,11 @@ fn a_tremble_of_a_millimetre_a_second_comes_through_within_a_fifth() {
 /// them, those that stay must not outvote those that go.
 #[test]
 fn a_tremble_comes_through_where_corners_stick_to_whole_pixels() {
-    let sticky = |place_q4: u16| {
-        let place_px = f64::from(place_q4 + 8) / 16.0;
+    let sticky = |place: PlacePx| {
+        let place_px = f64::from(place) + 0.5;
         let off = place_px - libm::floor(place_px) - 0.5;
         let drawn = off - 0.9 / std::f64::consts::TAU * libm::sin(std::f64::consts::TAU * off);
-        low_u16(u32_truncated((16.0 * (libm::floor(place_px) + drawn)).round_ties_even()))
+        PlacePx::saturating_from_num(libm::floor(place_px) + drawn)
     };
     for seed in [37, 38, 39] {
         let mut world = calm(seed);

@@ -2,7 +2,8 @@
 //! corners, and a lively hand. Everything is a function of its seed.
 
 use glam::{DQuat, DVec2, DVec3};
-use sensel::compute::{Feature, STEPS_PER_PX};
+use rand::seq::SliceRandom;
+use sensel::compute::Feature;
 use sensel::draw::DrawKey;
 use sensel::num::{f64_from_u64, low_u8, low_u32, u32_truncated, u64_from};
 use sensel::optics::lens::{Intrinsics, Kb4, Lens, Mapping, Radtan};
@@ -10,6 +11,7 @@ use sensel::pose::Pose;
 use sensel::tracker::lie::so3_exp;
 use sensel::tracker::{CameraCalibration, FrameInput, RowClock};
 use sensel::units::Size;
+use sensel::words::{PlacePx, Turns};
 
 /// Frames a second.
 pub const RATE_HZ: f64 = 30.0;
@@ -235,18 +237,15 @@ pub fn corner(place_px: DVec2, size: Size, descriptor: [u8; 32]) -> Option<Featu
         && place_px.y >= 0.0
         && place_px.x <= f64::from(size.width_px - 1)
         && place_px.y <= f64::from(size.height_px - 1);
-    let steps =
-        |place_px: f64| sensel::num::low_u16(u32_truncated((place_px * f64::from(STEPS_PER_PX)).round_ties_even()));
-    let (x_q4, y_q4) = (steps(place_px.x), steps(place_px.y));
-    inside.then_some(Feature { x_q4, y_q4, score: 40, angle: 0, octave: 0, descriptor })
+    let (x, y) = (PlacePx::saturating_from_num(place_px.x), PlacePx::saturating_from_num(place_px.y));
+    inside.then_some(Feature { x, y, score: 40, angle: Turns::ZERO, octave: 0, descriptor })
 }
 
 /// Keeps a keyed choice, in a keyed order, as an extractor's top-K would.
-fn thin_out(features: Vec<Feature>, features_max: usize, key: DrawKey) -> Vec<Feature> {
-    let mut order: Vec<(u64, usize)> = (0..features.len()).map(|n| (key.with(7).with(u64_from(n)).0, n)).collect();
-    order.sort_unstable();
-    order.truncate(features_max);
-    order.into_iter().map(|(_, number)| features[number]).collect()
+fn thin_out(mut features: Vec<Feature>, features_max: usize, key: DrawKey) -> Vec<Feature> {
+    features.shuffle(&mut key.with(7).stream());
+    features.truncate(features_max);
+    features
 }
 
 /// How a run went.

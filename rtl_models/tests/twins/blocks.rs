@@ -18,7 +18,7 @@ fn gray_codes_differ_in_one_bit_and_decode() {
 
 #[test]
 fn the_ramp_counter_advances_as_it_ticks() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let mut clocks = 0;
     for case in 0..400 {
         let bits = random.within(1, 12);
@@ -59,7 +59,7 @@ fn tick_ramp(column: &mut Cds, config: &CdsConfig, down: bool, steps: u32, cross
 #[test]
 fn both_ways_of_double_sampling_give_the_formula_and_count_the_bits_they_flip() {
     const COLUMNS: usize = 12;
-    let mut random = Random(12);
+    let mut random = Random::new(12);
     let (mut below_zero, mut above) = (0, 0);
     for case in 0..480_u32 {
         let bits = if case < 16 { case + 1 } else { random.within(1, 11) };
@@ -108,7 +108,7 @@ fn both_ways_of_double_sampling_give_the_formula_and_count_the_bits_they_flip() 
 
 #[test]
 fn the_sequencer_advances_as_it_ticks() {
-    let mut random = Random(13);
+    let mut random = Random::new(13);
     let (mut quiet, mut clocks) = (0, 0);
     for case in 0..300 {
         let bits = random.within(1, 8);
@@ -134,7 +134,7 @@ fn the_sequencer_advances_as_it_ticks() {
 
 #[test]
 fn exposure_is_exactly_the_lines_that_were_asked_for_and_rows_wrap() {
-    let mut random = Random(14);
+    let mut random = Random::new(14);
     let mut rows_seen = 0;
     for case in 0..200 {
         let config = crate::cases::core_config(&mut random, 3, 16, 3).seq;
@@ -164,7 +164,7 @@ fn exposure_is_exactly_the_lines_that_were_asked_for_and_rows_wrap() {
 
 #[test]
 fn a_row_written_at_once_equals_the_shifters_ticks() {
-    let mut random = Random(15);
+    let mut random = Random::new(15);
     let mut compared = 0;
     for case in 0..400 {
         let (bits, lanes) = (1 + case % 16, random.within(1, 16));

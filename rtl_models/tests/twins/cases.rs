@@ -1,20 +1,23 @@
 //! Cases for the twins' tests: a seeded stream, random configs, and comparators that follow given crossings.
 
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rtl_models::NEVER;
 use rtl_models::cds::CdsConfig;
 use rtl_models::ramp_counter::RampCounterOut;
 use rtl_models::readout_seq::SeqConfig;
 use rtl_models::sensor_core::CoreConfig;
 
-/// SplitMix64.
-pub struct Random(pub u64);
+/// SplitMix64: a seed is its whole state, so a function of the clock can begin one for each clock.
+pub struct Random(SplitMix64);
 
 impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(SplitMix64::seed_from_u64(seed))
+    }
+
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
+        self.0.next_u64()
     }
 
     /// 0 .. bound-1.

@@ -130,7 +130,7 @@ fn check(config: CoreConfig, random: &mut Random) -> (u64, u32) {
 
 #[test]
 fn events_equal_ticks_over_random_configs_with_stalls_and_pauses() {
-    let mut random = Random(21);
+    let mut random = Random::new(21);
     let (mut clocks, mut lost) = (0, 0);
     for case in 0..400 {
         let config = core_config(&mut random, 1 + case % 9, 70, 6);
@@ -144,7 +144,7 @@ fn events_equal_ticks_over_random_configs_with_stalls_and_pauses() {
 
 #[test]
 fn sixteen_bits_and_one_bit() {
-    let mut random = Random(22);
+    let mut random = Random::new(22);
     for bits in [16, 1, 15, 1] {
         let mut config = core_config(&mut random, bits, 4, 100);
         config.seq.rows = config.seq.rows.min(2);
@@ -154,7 +154,7 @@ fn sixteen_bits_and_one_bit() {
 
 #[test]
 fn a_line_after_a_line_gives_the_same_as_a_frame() {
-    let mut random = Random(23);
+    let mut random = Random::new(23);
     let mut config = core_config(&mut random, 6, 16, 100);
     config.seq = rtl_models::readout_seq::SeqConfig { rows: 5, vts: 8, exposure_lines: 2, ..config.seq };
     let columns = usize::try_from(config.columns).unwrap();

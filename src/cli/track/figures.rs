@@ -1,6 +1,7 @@
-//! What `sensel track` says of its trajectory where the folder has the truth. Enters: true and estimated poses, and the frames' bounds.
-//! Leaves: the figures of a report (docs/tracker.md), in words and as JSON.
+//! What `sensel track` says of its trajectory where the folder has the truth. Enters: true and estimated poses, and the frames'
+//! single-picture sigmas. Leaves: the figures of a report (docs/tracker.md), in words and as JSON.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use sensel::pose::TimedPose;
@@ -17,9 +18,11 @@ pub struct Figures {
     is_one_camera: bool,
     /// Why there is no position error.
     without_ate: Option<String>,
+    /// Why a figure has no value, by its name.
+    not_measurable: BTreeMap<String, String>,
 }
 
-/// Those of a report that two trajectories and the frames' bounds tell.
+/// Those of a report that two trajectories and the frames' sigmas tell.
 const NAMES: [&str; 11] = [
     "ate_m",
     "ate_interval_m",
@@ -27,7 +30,7 @@ const NAMES: [&str; 11] = [
     "jitter_frame_m",
     "jitter_d2_m",
     "jitter_d2_interval_m",
-    "jitter_bound_m",
+    "single_picture_sigma_m",
     "ate_sim3_m",
     "scale_sim3",
     "jitter_still_m",
@@ -35,26 +38,36 @@ const NAMES: [&str; 11] = [
 ];
 
 impl Figures {
-    /// Figures of an estimate as a run's report has them; without the truth there is nothing but the bound.
+    /// Figures of an estimate as a run's report has them; without the truth there is nothing but the sigma.
     pub fn of(
         truth: Option<&[TimedPose]>,
         mut estimate: Vec<TimedPose>,
-        bounds: &[f64],
+        sigmas: &[f64],
         (cameras, seed): (usize, u64),
     ) -> Self {
         let mut report = Report { seed, ..Report::default() };
         let truth = truth.unwrap_or(&[]);
         let unit_m = bring_to_metres(truth, &mut estimate, cameras);
         report.set_trajectory(trajectory_figures(truth, &estimate), unit_m);
-        report.set_jitter_bound(bounds.iter().map(|bound| bound * unit_m));
-        let without_ate = report.not_measurable.remove("tracking.ate_m");
-        Self { tracking: report.tracking, is_one_camera: cameras == 1, without_ate }
+        report.set_single_picture_sigma(sigmas.iter().map(|sigma| sigma * unit_m));
+        let without_ate = report.not_measurable.get("tracking.ate_m").cloned();
+        let own = |(path, reason): (String, String)| Some((path.strip_prefix("tracking.")?.to_owned(), reason));
+        let not_measurable = report.not_measurable.into_iter().filter_map(own).collect();
+        Self { tracking: report.tracking, is_one_camera: cameras == 1, without_ate, not_measurable }
     }
 
     /// Every figure under its name in a report; null where it is not measurable.
     pub fn json(&self) -> Map<String, Value> {
         let all = json!(self.tracking);
         NAMES.iter().map(|&name| (name.to_owned(), all[name].clone())).collect()
+    }
+
+    /// Why figures are null, by their names.
+    pub fn reasons(&self) -> Map<String, Value> {
+        let named = |(name, reason): (&String, &String)| {
+            NAMES.contains(&name.as_str()).then(|| (name.clone(), Value::from(reason.clone())))
+        };
+        self.not_measurable.iter().filter_map(named).collect()
     }
 }
 
@@ -66,7 +79,9 @@ impl fmt::Display for Figures {
             None => write!(f, "ATE {}{how}, ", mm(self.tracking.ate_m))?,
             Some(reason) => write!(f, "no ATE ({reason}), ")?,
         }
-        write!(f, "RPE over 1 s {}, jitter (d2) {}", mm(self.tracking.rpe_m), words::jitter(&self.tracking))
+        write!(f, "RPE over 1 s {}, ", mm(self.tracking.rpe_m))?;
+        let frame = mm(self.tracking.jitter_frame_m);
+        write!(f, "jitter frame {frame}, jitter d2 {}", words::jitter(&self.tracking))
     }
 }
 
@@ -95,15 +110,18 @@ mod tests {
         let json = one.json();
         assert!((json["scale_sim3"].as_f64().unwrap() - 2.0).abs() < 1e-12, "{json:?}");
         // sqrt((3^2 + 4^2) / 2) mm of a map whose unit is 2 m.
-        assert!((json["jitter_bound_m"].as_f64().unwrap() - 2e-3 * 12.5_f64.sqrt()).abs() < 1e-12, "{json:?}");
+        assert!((json["single_picture_sigma_m"].as_f64().unwrap() - 2e-3 * 12.5_f64.sqrt()).abs() < 1e-12, "{json:?}");
         for key in ["ate_m", "ate_sim3_m", "rpe_m", "jitter_frame_m", "jitter_d2_m"] {
             assert!(json[key].as_f64().unwrap() < 1e-12, "{key}: {json:?}");
         }
-        assert!(one.to_string().contains("(scale aligned)") && one.to_string().contains("bound 7.071 mm"), "{one}");
+        assert!(
+            one.to_string().contains("(scale aligned)") && one.to_string().contains("given the map 7.071 mm"),
+            "{one}"
+        );
         let two = Figures::of(Some(&truth), half, &[], (2, 1));
         let json = two.json();
         assert!(json["ate_m"].as_f64().unwrap() > 0.1 && json["ate_sim3_m"].as_f64().unwrap() < 1e-12, "{json:?}");
-        assert!(json["jitter_bound_m"].is_null() && !two.to_string().contains("scale aligned"), "{two}");
+        assert!(json["single_picture_sigma_m"].is_null() && !two.to_string().contains("scale aligned"), "{two}");
     }
 
     #[test]
@@ -115,5 +133,7 @@ mod tests {
         assert!(figures.to_string().contains("without alignment, 0.0 % of steps under 1 um"), "{figures}");
         let unknown = Figures::of(None, path(curve), &[], (2, 1)).json();
         assert!(unknown.values().all(Value::is_null), "{unknown:?}");
+        let reasons = Figures::of(None, path(curve), &[], (2, 1)).reasons();
+        assert!(unknown.keys().all(|name| reasons.contains_key(name)), "a null without a reason: {reasons:?}");
     }
 }

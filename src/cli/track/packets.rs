@@ -1,15 +1,15 @@
-//! Packets that a run kept, as the host heard them. Enters: one file a camera, packets of all its frames back to back, damaged as they may
-//! be. Leaves: the features of one frame of the rig after the other, with the time of each row.
+//! Packets that a run kept, as the host heard them: reads one file a camera, packets of all its frames back to back, damaged as they may
+//! be, and gives the features of one frame of the rig after the other, with the time of each row. Numbers and times of frames rise.
 
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{Read as _, Take};
 use std::path::{Path, PathBuf};
 
 use sensel::compute::Extractor;
 use sensel::error::Error;
 use sensel::link::{Decoder, LinkCounts, Received};
-use sensel::num::u64_half_even;
+use sensel::num::{u64_from, u64_half_even};
 use sensel::run::{Host, SensorSetup};
 
 use super::{Brought, place};
@@ -18,6 +18,8 @@ use super::{Brought, place};
 const PIECE_BYTES: usize = 1 << 20;
 /// Frame numbers in short packets go from 1 to this and begin again.
 const NUMBERS: u64 = 65_535;
+/// Frames that are read ahead at most, for one whose embedded line says which frame of the run it is.
+const AHEAD_FRAMES: usize = 64;
 
 /// The file of a camera's packets.
 pub fn file(folder: &Path, camera: usize) -> PathBuf {
@@ -55,7 +57,7 @@ impl<'a> Packets<'a> {
     fn bring(&mut self) -> Result<Option<Brought>, Error> {
         let mut next = None;
         for stream in &mut self.streams {
-            let number = stream.next_number()?;
+            let number = stream.next_number(self.sensor)?;
             next = match (next, number) {
                 (Some(a), Some(b)) => Some(u64::min(a, b)),
                 (one, other) => one.or(other),
@@ -66,7 +68,7 @@ impl<'a> Packets<'a> {
         for stream in &mut self.streams {
             received.push(stream.take(number, self.sensor)?);
         }
-        let heard = self.host.hear(self.sensor, &mut self.extractors, received)?;
+        let heard = self.host.hear(self.sensor, &mut self.extractors, (number, received))?;
         let timestamp_ns = u64_half_even(heard.input.t_s * 1e9);
         Ok(Some(Brought { timestamp_ns, features: heard.input.features, clocks: heard.input.clocks }))
     }
@@ -83,7 +85,7 @@ impl Iterator for Packets<'_> {
 /// One camera's packets.
 struct Stream {
     path: PathBuf,
-    file: File,
+    file: Take<File>,
     /// None after the last byte.
     decoder: Option<Decoder>,
     ready: VecDeque<Received>,
@@ -95,7 +97,10 @@ struct Stream {
 
 impl Stream {
     fn open(path: PathBuf, wants_pictures: bool) -> Result<Self, Error> {
-        let file = File::open(&path).map_err(|source| place::io(&path, source))?;
+        let file = sensel::files::open::open_input(&path)?;
+        let bytes = file.metadata().map_err(|source| place::io(&path, source))?.len();
+        // A file that grows is read as it was.
+        let file = file.take(bytes);
         Ok(Self {
             path,
             file,
@@ -107,21 +112,24 @@ impl Stream {
         })
     }
 
-    /// The next frame of the run that something arrived of; none after the last. What comes of frames that are over is passed by.
-    fn next_number(&mut self) -> Result<Option<u64>, Error> {
-        loop {
-            let next = self.peek()?;
-            let is_over = |number: u64| self.last.is_some_and(|(last, _)| number <= last);
-            if !next.is_some_and(is_over) {
-                return Ok(next);
+    /// The next frame of the run that something arrived of; none after the last. Frames that are over, or whose place among the others is
+    /// not known, are passed by.
+    fn next_number(&mut self, sensor: &SensorSetup) -> Result<Option<u64>, Error> {
+        while self.fill(1)? {
+            let number = self.number_of_first()?;
+            if let Some(number) = number.filter(|&number| self.last.is_none_or(|(last, _)| number > last)) {
+                return Ok(Some(number));
             }
-            self.ready.pop_front();
+            let passed = self.ready.pop_front();
+            passed.map_or(Ok(()), |frame| self.check_size(&frame, sensor))?;
         }
+        Ok(None)
     }
 
-    fn peek(&mut self) -> Result<Option<u64>, Error> {
-        while self.ready.is_empty() {
-            let Some(decoder) = &mut self.decoder else { return Ok(None) };
+    /// Reads until so many frames wait; false where the stream has fewer.
+    fn fill(&mut self, frames: usize) -> Result<bool, Error> {
+        while self.ready.len() < frames {
+            let Some(decoder) = &mut self.decoder else { return Ok(false) };
             let length = self.file.read(&mut self.piece).map_err(|source| place::io(&self.path, source))?;
             self.ready.extend(decoder.push(&self.piece[..length]));
             if length == 0 {
@@ -130,27 +138,46 @@ impl Stream {
                 self.ready.extend(rest.frames);
             }
         }
-        Ok(self.ready.front().map(|frame| self.number_of(frame)))
+        Ok(true)
     }
 
-    /// The embedded line says which frame of the run it is; without it, the number on the link does, which begins again.
-    fn number_of(&self, frame: &Received) -> u64 {
-        match (frame.metadata, self.last) {
-            (Some(metadata), _) => metadata.frame.0.into(),
-            (None, Some((number, on_link))) => {
-                number + (u64::from(frame.frame_number) + NUMBERS - u64::from(on_link)) % NUMBERS
+    /// The embedded line says which frame of the run the first one is. Without it, the number on the link does, which begins again; but
+    /// bits of that may be flipped too, so it has to lie between the frame before and the next one whose embedded line holds.
+    fn number_of_first(&mut self) -> Result<Option<u64>, Error> {
+        let mut place = 0;
+        let ahead = loop {
+            if place == AHEAD_FRAMES || !self.fill(place + 1)? {
+                break None;
             }
-            (None, None) => u64::from(frame.frame_number).saturating_sub(1),
-        }
+            let frame = &self.ready[place];
+            if let Some(metadata) = frame.metadata {
+                break Some((u64::from(metadata.frame.0), frame.frame_number));
+            }
+            place += 1;
+        };
+        let on_link = self.ready[0].frame_number;
+        let steps = |from: u16, to: u16| (u64::from(to) + NUMBERS - u64::from(from)) % NUMBERS;
+        Ok(match (self.last, ahead) {
+            (_, Some((number, _))) if place == 0 => Some(number),
+            (Some((last, before)), Some((next, _))) => {
+                Some(last + steps(before, on_link)).filter(|&number| number <= next)
+            }
+            (Some((last, before)), None) => {
+                let steps = steps(before, on_link);
+                (steps <= u64_from(AHEAD_FRAMES)).then_some(last + steps)
+            }
+            (None, Some((next, behind))) => next.checked_sub(steps(on_link, behind)),
+            (None, None) => Some(u64::from(on_link).saturating_sub(1)),
+        })
     }
 
     /// What arrived of a frame: of several that damage made of one, the first whose embedded line holds.
     fn take(&mut self, number: u64, sensor: &SensorSetup) -> Result<Option<Received>, Error> {
         let mut best: Option<Received> = None;
-        while self.peek()?.is_some_and(|next| next <= number) {
+        while self.fill(1)? && self.number_of_first()? == Some(number) {
             let Some(frame) = self.ready.pop_front() else { break };
             self.check_size(&frame, sensor)?;
-            self.last = Some((self.number_of(&frame), frame.frame_number));
+            self.last = Some((number, frame.frame_number));
             if best.as_ref().is_none_or(|best| best.metadata.is_none() && frame.metadata.is_some()) {
                 best = Some(frame);
             }

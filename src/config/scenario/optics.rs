@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 sections! {
     /// Lens and aperture.
     Optics {
-        /// Name of a lens preset.
+        /// Name of a lens preset; "none": what is not written has the values of pinhole_90.
         preset: String,
         /// "pinhole", "radtan", "kb4", "double_sphere", "eucm" or "table".
         model: String,

@@ -7,7 +7,7 @@ use super::PerCamera;
 sections! {
     /// The image sensor.
     Sensor {
-        /// Name of a sensor preset.
+        /// Name of a sensor preset; "none": what is not written has the values of paper_6t_vga.
         preset: String,
         /// Number of the die: spatial patterns are drawn from it.
         die: u64,
@@ -54,15 +54,15 @@ sections! {
         /// nm], 0 to 1. A monochrome
         /// array has the letter M, or `quantum_efficiency`.
         qe_by_filter: Option<std::collections::BTreeMap<String, Vec<f64>>>,
-        /// Share of the pixel that collects light, above 0, to 1.
+        /// Share of the pixel that collects light, 1e-6 to 1.
         fill_factor: f64,
-        /// At the column, source follower included, above 0 to 1000.
+        /// At the column, source follower included, 0.001 to 1000.
         conversion_gain_uv_per_e: f64,
         /// 1 to 1e9.
         full_well_e: f64,
         /// At 300 K, 0 or more.
         dark_current_e_per_s: f64,
-        /// Step of temperature over which dark current doubles, above 0 to 100.
+        /// Step of temperature over which dark current doubles, 0.001 to 100.
         dark_doubling_k: f64,
         /// After CDS, at the ADC's input, 0 or more.
         read_noise_uv: f64,
@@ -84,7 +84,7 @@ sections! {
         rts_ppm: f64,
         /// Mean amplitude of their trap in uV at the ADC's input, 0 to 1e6 (exponentially distributed).
         rts_amplitude_uv: f64,
-        /// Mean rate of capture and of emission of a trap in Hz, above 0 to 1e9.
+        /// Mean rate of capture and of emission of a trap in Hz, 1e-6 to 1e9.
         rts_rate_hz: f64,
         /// Source follower's 1/f noise at 1 Hz in uV/sqrt(Hz) at the ADC's input, 0 to 1e6.
         flicker_uv_per_rthz: f64,
@@ -106,7 +106,7 @@ sections! {
         stuck_ppm: f64,
         /// Share of defects that take their 2x2 neighbourhood with them, 0 to 1.
         defect_cluster_share: f64,
-        /// The lower of two conversion gains in uV/e-, above 0 to the higher one; not written: one gain only.
+        /// The lower of two conversion gains in uV/e-, 0.001 to the higher one; not written: one gain only.
         low_conversion_gain_uv_per_e: Option<f64>,
         /// Capacity of the lateral overflow capacitor in e- beyond the full well, 0 to 1e9; read at the lower gain.
         overflow_capacity_e: f64,
@@ -125,7 +125,7 @@ sections! {
         clock_hz: u64,
         /// Span of the ramp at gain 1; over the gain 100 uV to 10 V.
         full_scale_uv: f64,
-        /// A gain of 2 halves the ramp's span; above 0 to 1000.
+        /// A gain of 2 halves the ramp's span; 0.001 to 1000.
         gain: f64,
         /// Pedestal, below the greatest code; not written: a sixteenth of the codes, at any depth.
         black_level_dn: Option<u32>,
@@ -222,7 +222,7 @@ sections! {
         long_exposure: String,
         /// "fixed", or "auto": the mean code of a frame sets exposure and gain of later ones.
         exposure: String,
-        /// Of the automatic exposure: mean code to reach, as a share of the greatest, black level included; above 0 to 0.99.
+        /// Of the automatic exposure: mean code to reach, as a share of the greatest, black level included; 0.001 to 0.99.
         target_mean: f64,
         /// Of the automatic exposure: frames the host takes to answer, beyond the one in which a frame is read; 0 to 8.
         delay_frames: u32,

@@ -95,7 +95,7 @@ sections! {
         frequency_hz: f64,
         /// Share of the light that follows the waveform, 0 to 1.
         modulation: f64,
-        /// Share of the period in which "pwm" is on, above 0 to 1.
+        /// Share of the period in which "pwm" is on, 1e-6 to 1.
         duty: f64,
         /// Place in the period at time 0, -360 to 360.
         phase_deg: f64,
@@ -132,7 +132,7 @@ sections! {
         kind: Option<String>,
         /// Time in the trajectory at which the run starts, counted from its first pose. 0 to 10,000.
         start_s: f64,
-        /// Factor on the translation of a file, of control poses and of the sway, above 0 to 100. Walk, run and tremble state their
+        /// Factor on the translation of a file, of control poses and of the sway, 1e-9 to 100. Walk, run and tremble state their
         /// own metres.
         scale: f64,
         /// Place of the trajectory's first pose of the run (or of a still rig) in the scene.
@@ -154,6 +154,8 @@ sections! {
         step_rate_hz: Option<f64>,
         /// Standard deviation of the step rate from step to step, 0 to 0.3.
         step_rate_sd_hz: f64,
+        /// Names the draws of "walk" and "run": another number, another walk.
+        seed: u64,
         /// Of "spin", to the right; -1,800 to 1,800.
         rate_deg_per_s: f64,
         /// Height of a sine that a still rig trembles by, 0 to 1,000; 0: none.
@@ -219,5 +221,12 @@ impl Folders {
             Self::One(folder) => std::slice::from_ref(folder),
             Self::Each(folders) => folders,
         }
+    }
+}
+
+impl Scene {
+    /// Whether the scenario says what is looked at.
+    pub fn is_named(&self) -> bool {
+        self.file.is_some() || self.generator.is_some() || self.target.is_some() || self.images.is_some()
     }
 }

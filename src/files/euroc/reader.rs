@@ -9,6 +9,7 @@ use image::{DynamicImage, ImageFormat, ImageReader};
 use super::yaml::{Document, Refusal, shortened};
 use super::{EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, ImuReading, lens};
 use crate::error::Error;
+use crate::files::open::is_there;
 use crate::files::{content_error, read_bytes, read_text};
 use crate::num;
 use crate::plane::Plane;
@@ -92,7 +93,7 @@ impl EurocReader {
             return Err(content_error(dir, "is no EuRoC folder: it has neither mav0/cam0 nor cam0"));
         }
         let path = root.join(GROUND_TRUTH_FOLDER).join("data.csv");
-        let ground_truth = if path.is_file() { Some(read_ground_truth(&path)?) } else { None };
+        let ground_truth = if is_there(&path) { Some(read_ground_truth(&path)?) } else { None };
         let folder = root.join("imu0");
         let imu = if folder.is_dir() { Some(open_imu(&folder)?) } else { None };
         Ok(Self { cameras, ground_truth, imu })

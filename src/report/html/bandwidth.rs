@@ -2,7 +2,8 @@
 
 use crate::report::html::bars::{Bar, bars};
 use crate::report::html::section;
-use crate::report::html::text::{digits, grouped, percent, si};
+use crate::report::html::text::{grouped, percent, si};
+use crate::report::html::tiles::{factor_words, why_no_features};
 use crate::report::record::Report;
 
 pub(super) fn bandwidth(report: &Report) -> String {
@@ -21,8 +22,8 @@ pub(super) fn bandwidth(report: &Report) -> String {
         bar("sent, with headers", bandwidth.link_bits_per_s),
     ];
     let lead = match bandwidth.reduction {
-        Some(factor) => format!("Sending features instead of pixels saves a factor of {}.", digits(factor)),
-        None => "Pixels only; no feature packets were sent.".to_owned(),
+        Some(factor) => format!("Features instead of pixels take {} bits.", factor_words(factor)),
+        None => why_no_features(report),
     };
     section("Bandwidth", &lead, &format!("{}{}", bars("All cameras of the rig", &shown), link(report)))
 }

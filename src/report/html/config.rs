@@ -32,6 +32,6 @@ pub(super) fn config(report: &Report) -> String {
     format!(
         "<section><h2>Configuration</h2><details><summary>The effective configuration of this run</summary>\
          <pre tabindex=\"0\">{}</pre></details></section>",
-        escaped(&report.config)
+        escaped(&toml::to_string(&report.config).unwrap_or_default())
     )
 }

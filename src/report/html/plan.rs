@@ -11,8 +11,8 @@ pub(super) fn plan(report: &Report) -> String {
          systematically and {} e\u{2212} (sigma) at random.",
         plan.kept.len(),
         plan.omitted.len(),
-        digits(plan.bias_e),
-        digits(plan.sigma_e)
+        bound(plan.bias_e),
+        bound(plan.sigma_e)
     );
     let kept: String = plan.kept.iter().map(|name| kept_row(name, plan.kept_reasons.get(name))).collect();
     let omitted: String = plan.omitted.iter().map(omitted_row).collect();
@@ -27,7 +27,7 @@ pub(super) fn plan(report: &Report) -> String {
          Predicted: {} ns a pixel for the effects kept, {} for all, {} without any; {} ms a frame for the sensors on one core.</p>",
         digits(plan.budget_e),
         digits(plan.accuracy),
-        digits(100.0 * plan.budget_used),
+        bound(plan.budget_used.map(|share| 100.0 * share)),
         digits(plan.cost_ns_per_px),
         digits(plan.cost_of_all_ns_per_px),
         digits(plan.cost_of_none_ns_per_px),
@@ -36,13 +36,18 @@ pub(super) fn plan(report: &Report) -> String {
     section("Effects: only what the scene calls for", &lead, &format!("{table}{costs}{}", facts(plan)))
 }
 
+/// A bound in digits, or that there is none.
+fn bound(value: Option<f64>) -> String {
+    value.map_or_else(|| "unbounded".to_owned(), digits)
+}
+
 /// What was known before the run, as intervals.
 fn facts(plan: &PlanRecord) -> String {
     if plan.facts.is_empty() {
         return String::new();
     }
     let row = |fact: &FactRecord| {
-        let greatest = fact.greatest.map_or_else(|| "unbounded".to_owned(), digits);
+        let greatest = bound(fact.greatest);
         format!(
             "<tr><th scope=\"row\">{}</th><td class=\"num\">{}</td><td class=\"num\">{greatest}</td><td class=\"note\">{}</td></tr>",
             escaped(&fact.name.replace('_', " ")),
@@ -87,8 +92,8 @@ fn omitted_row(effect: &OmittedEffect) -> String {
         "<tr><th scope=\"row\">{}</th><td class=\"left\">left out</td><td class=\"num\">{}</td><td class=\"num\">{}\
          </td><td class=\"note\">{}</td></tr>",
         escaped(&effect.name.replace('_', " ")),
-        digits(effect.bias_e),
-        digits(effect.sigma_e),
+        bound(effect.bias_e),
+        bound(effect.sigma_e),
         escaped(&effect.reason)
     )
 }

@@ -39,7 +39,7 @@ fn spectrum(report: &Report) -> String {
         y_log: true,
         ..Axes::default()
     };
-    format!("<h3>Jitter spectrum</h3>{}", chart(&frame, &series))
+    format!("<h3>Spectrum of the position error</h3>{}", chart(&frame, &series))
 }
 
 /// Start, loss and return with their times.
@@ -78,15 +78,24 @@ fn table(report: &Report) -> String {
     let rows = [
         ("ate_sim3_m", "Position error, scale free", metres(tracking.ate_sim3_m)),
         ("scale_sim3", "Scale that this alignment found", tracking.scale_sim3.map(|scale| format!("{scale:.5}"))),
-        ("jitter_d2_m", "Jitter, second difference (per axis)", metres(tracking.jitter_d2_m)),
-        ("jitter_bound_m", "Bound of the jitter given the map (Cram\u{e9}r-Rao)", metres(tracking.jitter_bound_m)),
-        ("ate_interval_m", "Position error, 95\u{a0}% interval", interval(tracking.ate_interval_m)),
+        ("jitter_frame_m", "Frame jitter (RPE over one frame)", metres(tracking.jitter_frame_m)),
+        ("jitter_d2_m", "Second-difference jitter (d2), per axis", metres(tracking.jitter_d2_m)),
+        (
+            "single_picture_sigma_m",
+            "Single-picture position sigma given the map (per axis)",
+            metres(tracking.single_picture_sigma_m),
+        ),
+        (
+            "ate_interval_m",
+            "Position error, 95\u{a0}% interval over this run\u{2019}s seconds",
+            interval(tracking.ate_interval_m),
+        ),
         (
             "jitter_d2_interval_m",
-            "Jitter, second difference, 95\u{a0}% interval",
+            "Second-difference jitter (d2), 95\u{a0}% interval over this run\u{2019}s seconds",
             interval(tracking.jitter_d2_interval_m),
         ),
-        ("jitter_still_m", "The same without alignment (still rig)", metres(tracking.jitter_still_m)),
+        ("jitter_still_m", "Second-difference jitter without alignment (still rig)", metres(tracking.jitter_still_m)),
         ("still_steps_under_1um", "Steps under 1 \u{b5}m", tracking.still_steps_under_1um.map(percent)),
         ("prediction_error_m", "Position predicted one frame ahead", metres(tracking.prediction_error_m)),
         (

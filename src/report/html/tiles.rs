@@ -22,7 +22,6 @@ fn pose_tiles(report: &Report) -> String {
         |path: &str, meaning: &str| report.not_measurable.get(path).cloned().unwrap_or_else(|| meaning.to_owned());
     // A rig that stands still has no alignment, and needs none.
     let d2_m = tracking.jitter_d2_m.or(tracking.jitter_still_m);
-    let d2 = d2_m.map_or("not measured".to_owned(), |value| si(value, "m"));
     let how = if report.scenario.cameras == 1 { "alignment with scale" } else { "rigid alignment" };
     let tracked = format!(
         "Median landmarks of a frame's pose; {} of {} frames have a pose.",
@@ -36,12 +35,21 @@ fn pose_tiles(report: &Report) -> String {
             meaning: why("tracking.ate_m", &format!("RMS distance from the true path after {how}.")),
         },
         Tile {
-            name: "Jitter, frame to frame",
+            name: "Frame jitter (RPE over one frame)",
             value: metres(tracking.jitter_frame_m),
-            meaning: format!(
-                "RMS error of one frame\u{2019}s motion. Second-difference sigma: {d2}.{}",
-                render_share(report)
+            meaning: why(
+                "tracking.jitter_frame_m",
+                &format!("RMS error of one frame\u{2019}s motion.{}", render_share(report)),
             ),
+        },
+        Tile {
+            name: "Second-difference jitter (d2)",
+            value: metres(d2_m),
+            meaning: match (d2_m, tracking.jitter_d2_m) {
+                (Some(_), Some(_)) => format!("Sigma of the position error per axis, blind to drift; {how}."),
+                (Some(_), None) => "Sigma of the position per axis of a rig at rest; no alignment.".to_owned(),
+                (None, _) => why("tracking.jitter_d2_m", "Sigma of the position error per axis, blind to drift."),
+            },
         },
         Tile {
             name: "Drift over one second (RPE)",
@@ -69,11 +77,11 @@ fn sensor_tiles(report: &Report) -> String {
     );
     let reduction = match bandwidth.reduction {
         Some(factor) => format!(
-            "Feature packets instead: {}, {} times less.",
+            "Feature packets instead: {}, {}.",
             rate(bandwidth.feature_bits_per_frame * fps),
-            digits(factor)
+            factor_words(factor)
         ),
-        None => "No feature packets were sent.".to_owned(),
+        None => why_no_features(report),
     };
     [
         Tile { name: "Power", value: Some((digits(energy.power_mw), "mW".to_owned())), meaning: range },
@@ -90,12 +98,29 @@ fn sensor_tiles(report: &Report) -> String {
         Tile {
             name: "Latency",
             value: Some(si_parts(report.timing.latency_us * 1e-6, "s")),
-            meaning: "From the middle of the exposure to the last byte of the frame.".to_owned(),
+            meaning: "From the middle of the exposure to the last bit of the frame\u{2019}s last packet on the lanes, \
+                      the extractor included; the longest of the run."
+                .to_owned(),
         },
     ]
     .iter()
     .map(tile)
     .collect()
+}
+
+/// Pixels over features, in words: features may need more.
+pub(super) fn factor_words(factor: f64) -> String {
+    if factor >= 1.0 {
+        format!("{} times less", digits(factor))
+    } else {
+        format!("{} times more", digits(1.0 / factor))
+    }
+}
+
+/// Why there is nothing to hold beside the pixels.
+pub(super) fn why_no_features(report: &Report) -> String {
+    let reason = report.not_measurable.get("bandwidth.reduction").map_or("no feature was sent", String::as_str);
+    format!("Nothing to compare with: {reason}.")
 }
 
 fn rate(bits_per_s: f64) -> String {

@@ -15,7 +15,7 @@ const LETTER_PX: f64 = 7.5;
 pub(super) fn timing(report: &Report) -> String {
     let timing = &report.timing;
     let lead = format!(
-        "{} lines a second, {} frames a second, {} clocks a frame; {} from mid-exposure to the last byte.",
+        "{} lines a second, {} frames a second, {} clocks a frame; {} from mid-exposure to the last bit on the lanes.",
         grouped(if timing.line_time_us > 0.0 { 1e6 / timing.line_time_us } else { 0.0 }),
         digits(timing.fps),
         grouped(f64_from_u64(timing.clocks_per_frame)),
@@ -25,6 +25,15 @@ pub(super) fn timing(report: &Report) -> String {
         Some(last_us) => {
             format!("{lead} The last feature leaves the extractor {} after the last row.", si(last_us * 1e-6, "s"))
         }
+        None => lead,
+    };
+    let lead = match timing.extractor {
+        Some(clocks) => format!(
+            "{lead} The extractor needed {} clocks at most of the {} that a frame has; {} frames of a camera needed more than that.",
+            grouped(f64_from_u64(clocks.required)),
+            grouped(f64_from_u64(clocks.available)),
+            grouped(f64_from_u64(clocks.frames_over))
+        ),
         None => lead,
     };
     let content = format!(

@@ -57,7 +57,7 @@ fn heading(diagram: &TimingDiagram) -> String {
     text(&mut body, MARGIN_PX, 42.0, "t", &diagram.name);
     text(&mut body, MARGIN_PX, 64.0, "s", &diagram.mode);
     let rates =
-        format!("{:.3} frames/s, {:.3} ms from mid-exposure to last byte", timing.fps, 1e-3 * timing.latency_us);
+        format!("{:.3} frames/s, {:.3} ms from mid-exposure to the last bit", timing.fps, 1e-3 * timing.latency_us);
     text(&mut body, RIGHT_PX, 42.0, "e", &rates);
     let lengths = format!(
         "HTS {} at {} MHz, VTS {}",

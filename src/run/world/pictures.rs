@@ -181,7 +181,7 @@ fn is_picture(name: &str) -> bool {
 
 fn text(file: &str, assets: &dyn Assets) -> Result<String, Error> {
     let bytes = assets.read(file)?;
-    String::from_utf8(bytes).map_err(|_| Error::Content { file: file.to_owned(), reason: "is no text".to_owned() })
+    crate::text::from_bytes(bytes).map_err(|reason| Error::Content { file: file.to_owned(), reason })
 }
 
 /// The files that a list names, or all pictures where it has times only.

@@ -3,12 +3,13 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::super::Scene;
+use super::super::bulb::BulbPoint;
 use super::super::chance::{cosine_direction, frame, pair, turned};
 use super::super::environment::DistantLight;
 use super::super::lamps::LampPoint;
 use super::super::lanes::{Floats, LANES};
 use super::super::light::{BANDS, Bands};
-use super::super::mesh::{dot, sub, unit};
+use super::super::mesh::{Material, dot, sub, unit};
 use super::super::tracer::{Hits, MISS, Packet, Stack, blocked_through, closest_through};
 use super::BakeSettings;
 use crate::draw::DrawKey;
@@ -21,7 +22,7 @@ const LIFT_M: f32 = 2e-4;
 /// Aimed rays end this share short of the lamp.
 const AIM_SHARE: f32 = 0.999;
 
-/// Mirrors that a ray is followed over. What is left after them is dropped: 0.9^5 of a hall of metal mirrors, 1e-7 of glazed tiles.
+/// Mirrors that a ray is followed over. What is left after them is dropped: all that five metal mirrors keep, 1e-7 of glazed tiles.
 const MIRRORS_MAX: usize = 4;
 
 /// Light is kept apart in two groups: what is steady, and what flickers.
@@ -76,6 +77,8 @@ const BOUNCE_DRAWS: u64 = 0x626F_756E;
 pub struct Aims {
     /// Points on lamps.
     pub lamp_points: Vec<LampPoint>,
+    /// Points in bulbs.
+    pub bulb_points: Vec<BulbPoint>,
     /// Bright directions of the surroundings.
     pub distant: Vec<DistantLight>,
     /// Directions of bounces. Empty where rays by chance would find nothing that is wanted.
@@ -86,7 +89,8 @@ impl Aims {
     /// At lamps and bright directions, along so many rays.
     pub fn new(scene: &Scene, lamp_rays: usize, rays: usize) -> Self {
         let distant = scene.environment.as_ref().map_or_else(Vec::new, |environment| environment.aims(lamp_rays));
-        Self { lamp_points: scene.lamps.points(lamp_rays), distant, fan: fan(rays) }
+        let (lamp_points, bulb_points) = (scene.lamps.points(lamp_rays), scene.lamps.bulb_points(lamp_rays));
+        Self { lamp_points, bulb_points, distant, fan: fan(rays) }
     }
 
     /// Of samples on vertices, then of samples on grids.
@@ -102,7 +106,7 @@ impl Aims {
 
     /// Rays of a sample with so many sides.
     pub fn rays(&self, sides: usize) -> usize {
-        self.lamp_points.len() + self.distant.len() + sides * self.fan.len()
+        self.lamp_points.len() + self.bulb_points.len() + self.distant.len() + sides * self.fan.len()
     }
 }
 
@@ -181,6 +185,18 @@ pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], sides: usize
             shadows.push((origin, direction, AIM_SHARE), side, scene.group_of(point.material), sent);
         }
     }
+    for point in &aims.bulb_points {
+        let side = usize::from(dot(sub(point.position_m, at_m), normal) < 0.0);
+        if side >= sides {
+            continue;
+        }
+        let origin = lifted(side);
+        if let Some((strength, enters)) = point.toward(origin, normal) {
+            let sent = point.intensity.map(|band| f64::from(band) * strength);
+            let ray = (origin, sub(point.position_m, origin), enters * AIM_SHARE);
+            shadows.push(ray, side, scene.group_of(point.material), sent);
+        }
+    }
     for light in &aims.distant {
         let cos = f64::from(dot(light.direction, normal));
         let side = usize::from(cos < 0.0);
@@ -243,7 +259,7 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
         for lane in 0..LANES {
             let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
             let end = scene.end_of(&hits, lane, direction);
-            let glow = if end.is_sky || scene.lamps.is_empty() { end.light } else { [0.0; BANDS] };
+            let glow = if end.is_aimed { [0.0; BANDS] } else { end.light };
             for band in 0..BANDS {
                 bounced.seen[end.group][band] += f64::from(glow[band]);
             }
@@ -282,9 +298,8 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
             let hits = closest_through(&scene.bvh, &scene.mesh, &packet, stack);
             for (lane, path) in group.iter().enumerate() {
                 let end = scene.end_of(&hits, lane, path.direction);
-                let is_aimed_at = !end.is_sky && !scene.lamps.is_empty();
-                found += usize::from(is_aimed_at && end.light.iter().any(|&band| band > 0.0));
-                let light = if is_aimed_at { &mut pictures } else { &mut bounced.seen };
+                found += usize::from(end.is_aimed && end.light.iter().any(|&band| band > 0.0));
+                let light = if end.is_aimed { &mut pictures } else { &mut bounced.seen };
                 for band in 0..BANDS {
                     light[end.group][band] += f64::from(end.light[band] * path.weight[band]);
                 }
@@ -354,6 +369,8 @@ struct End {
     /// Twice the sample plus its side; none in the sky and on the back of what has none.
     place: Option<u32>,
     is_sky: bool,
+    /// Whether rays are aimed at the lamp that was met.
+    is_aimed: bool,
     group: usize,
     /// What shines from there by itself.
     light: Bands,
@@ -392,14 +409,15 @@ impl Scene {
         let triangle = hits.triangle[lane];
         if triangle == MISS {
             let light = self.soft_sky(direction);
-            return End { place: None, is_sky: true, group: STEADY, light, mirror: None };
+            return End { place: None, is_sky: true, is_aimed: false, group: STEADY, light, mirror: None };
         }
         let shade = &self.layout.triangles[index(triangle)];
         let facing = dot(shade.normal, direction);
         let back = facing > 0.0;
         let material = &self.mesh.materials[index(shade.material)];
         if back && !material.double_sided {
-            return End { place: None, is_sky: false, group: STEADY, light: [0.0; BANDS], mirror: None };
+            let light = [0.0; BANDS];
+            return End { place: None, is_sky: false, is_aimed: false, group: STEADY, light, mirror: None };
         }
         let mut nearest = (0, f32::MIN);
         for (sample, weight) in shade.around(hits.u.0[lane], hits.v.0[lane]) {
@@ -414,7 +432,13 @@ impl Scene {
             Mirror { normal: if back { shade.normal.map(|x| -x) } else { shade.normal }, reflectance }
         });
         let place = Some(u32_from(2 * nearest.0 + usize::from(back)));
-        End { place, is_sky: false, group: self.group_of(shade.material), light: material.emission, mirror }
+        let (group, is_aimed) = (self.group_of(shade.material), self.lamps.are_aimed_at(shade.material));
+        let cone = material.bulb.and_then(|bulb| bulb.cone);
+        let light = cone.map_or(material.emission, |cone| {
+            let share = cone.share(direction.map(|x| -x));
+            material.emission.map(|band| band * share)
+        });
+        End { place, is_sky: false, is_aimed, group, light, mirror }
     }
 
     /// Group of a material's own light.
@@ -425,6 +449,7 @@ impl Scene {
     /// Whether rays that leave by chance find light that no ray is aimed at.
     fn glows_beyond_aims(&self) -> bool {
         let sky = self.environment.is_some() || self.sky.iter().any(|&band| band > 0.0);
-        sky || self.lamps.is_empty() && self.mesh.materials.iter().any(super::super::mesh::Material::is_emissive)
+        let is_left = |(number, material): (u32, &Material)| material.is_emissive() && !self.lamps.are_aimed_at(number);
+        sky || (0_u32..).zip(&self.mesh.materials).any(is_left)
     }
 }

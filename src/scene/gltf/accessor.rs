@@ -5,10 +5,11 @@ use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{DataType, Dimensions};
 
 use super::buffers::Buffers;
+use super::node::TRIANGLES_MAX;
 use crate::num::index;
 
-/// Elements of one accessor at most: more vertices than a scene may have.
-const ELEMENTS_MAX: usize = 1 << 25;
+/// Elements of one accessor that no bytes of the file stand for, at most: as many vertices as a scene may have.
+const ELEMENTS_MAX: usize = 3 * TRIANGLES_MAX;
 
 /// Bytes of one number.
 const fn bytes_of(kind: DataType) -> usize {
@@ -41,31 +42,36 @@ impl Buffers<'_> {
         offset: usize,
         count: usize,
         bytes: usize,
-    ) -> Result<Vec<&[u8]>, String> {
+    ) -> Result<impl Iterator<Item = &[u8]> + use<'_>, String> {
         let (data, stride) = (self.view(view)?, view.stride().unwrap_or(bytes));
-        if count == 0 {
-            return Ok(Vec::new());
-        }
-        let last = (count - 1).checked_mul(stride).and_then(|last| last.checked_add(offset));
+        let last = count.saturating_sub(1).checked_mul(stride).and_then(|last| last.checked_add(offset));
         let end = last.and_then(|last| last.checked_add(bytes)).filter(|&end| end <= data.len() && stride >= bytes);
-        end.ok_or_else(|| {
-            format!("{what} needs {count} elements of {bytes} bytes every {stride}, its view has {} bytes", data.len())
-        })?;
-        let start = |number: usize| offset + number * stride;
-        Ok((0..count).map(|number| &data[start(number)..start(number) + bytes]).collect())
+        if end.is_none() && count > 0 {
+            return Err(format!(
+                "{what} needs {count} elements of {bytes} bytes every {stride}, its view has {} bytes",
+                data.len()
+            ));
+        }
+        let start = move |number: usize| offset + number * stride;
+        Ok((0..count).map(move |number| &data[start(number)..start(number) + bytes]))
     }
 
-    /// One list of `bytes` bytes for each element, sparse replacements done.
-    fn elements(&self, accessor: &Accessor<'_>, bytes: usize) -> Result<Vec<&[u8]>, String> {
+    /// Each element as `read` takes it from its `bytes` bytes, sparse replacements done.
+    fn elements<T: Copy>(
+        &self,
+        accessor: &Accessor<'_>,
+        bytes: usize,
+        read: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, String> {
         const ZEROS: &[u8] = &[0; 64];
         let what = format!("accessor {}", accessor.index());
         let count = accessor.count();
         let mut elements = match accessor.view() {
-            Some(view) => self.spaced(&what, &view, accessor.offset(), count, bytes)?,
+            Some(view) => self.spaced(&what, &view, accessor.offset(), count, bytes)?.map(&read).collect(),
             None if count > ELEMENTS_MAX => {
-                return Err(format!("{what} needs {count} elements; up to {ELEMENTS_MAX} would do"));
+                return Err(format!("{what} needs {count} elements; use {ELEMENTS_MAX} or fewer"));
             }
-            None => vec![&ZEROS[..bytes]; count],
+            None => vec![read(&ZEROS[..bytes]); count],
         };
         if let Some(sparse) = accessor.sparse() {
             let (places, values) = (sparse.indices(), sparse.values());
@@ -77,9 +83,9 @@ impl Buffers<'_> {
             let what = format!("{what}'s sparse part");
             let places = self.spaced(&what, &places.view(), places.offset(), sparse.count(), width)?;
             let values = self.spaced(&what, &values.view(), values.offset(), sparse.count(), bytes)?;
-            for (place, value) in places.into_iter().map(little_endian).zip(values) {
+            for (place, value) in places.map(little_endian).zip(values) {
                 *elements.get_mut(index(place)).ok_or_else(|| format!("{what} names element {place} of {count}"))? =
-                    value;
+                    read(value);
             }
         }
         Ok(elements)
@@ -94,10 +100,9 @@ impl Buffers<'_> {
             return Err(format!("accessor {} holds {found}; {wanted:?} of F32 would do", accessor.index()));
         }
         let bytes = bytes_of(kind);
-        let elements = self.elements(accessor, N * bytes)?;
         let is_share = accessor.normalized();
         let vector = |e: &[u8]| std::array::from_fn(|at| number(&e[at * bytes..(at + 1) * bytes], kind, is_share));
-        Ok(elements.into_iter().map(vector).collect())
+        self.elements(accessor, N * bytes, vector)
     }
 
     /// Indices of 8, 16 or 32 bits.
@@ -108,7 +113,7 @@ impl Buffers<'_> {
             let found = format!("indices as {:?} of {kind:?}", accessor.dimensions());
             return Err(format!("accessor {} holds {found}; unsigned scalars would do", accessor.index()));
         }
-        Ok(self.elements(accessor, bytes_of(kind))?.into_iter().map(little_endian).collect())
+        self.elements(accessor, bytes_of(kind), little_endian)
     }
 }
 

@@ -56,12 +56,36 @@ struct Instancing {
     attributes: BTreeMap<String, usize>,
 }
 
+/// Objects of a file's JSON at most: one takes up to 300 bytes, however few it has in the file.
+const OBJECTS_MAX: usize = 1_000_000;
+
+/// Characters of a reason at most: the crate names every fault of a file.
+const REASON_CHARS_MAX: usize = 400;
+
+/// Refuses JSON that would take far more memory than the file.
+fn judge(json: &[u8]) -> Result<(), String> {
+    let objects = json.iter().filter(|&&byte| byte == b'{').count();
+    if objects > OBJECTS_MAX {
+        return Err(format!("its JSON has {objects} objects; use {OBJECTS_MAX} or fewer"));
+    }
+    Ok(())
+}
+
+fn not_gltf(error: &impl std::fmt::Display) -> String {
+    let words = error.to_string();
+    let shortened: String = words.chars().take(REASON_CHARS_MAX).collect();
+    let rest = if shortened.len() < words.len() { " ..." } else { "" };
+    format!("its JSON is not glTF 2.0: {shortened}{rest}")
+}
+
 /// Takes a file apart.
 pub fn open(bytes: &[u8]) -> Result<Container<'_>, String> {
+    // JSON may begin with a byte order mark.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let is_text = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{');
     let (json, binary) = if is_text { (bytes, &[][..]) } else { chunks(bytes)? };
-    let outline: Outline =
-        serde_json::from_slice(json).map_err(|error| format!("its JSON is not glTF 2.0: {error}"))?;
+    judge(json)?;
+    let outline: Outline = serde_json::from_slice(json).map_err(|error| not_gltf(&error))?;
     if let Some(unread) = outline.extensions_required.iter().find(|name| !READ.contains(&name.as_str())) {
         return Err(format!(
             "it requires the extension {unread}; a file without it, or with one of {} would do",
@@ -75,7 +99,7 @@ pub fn open(bytes: &[u8]) -> Result<Container<'_>, String> {
 
 /// The JSON, every index in it within range, everything there that the crate takes for granted.
 fn document(json: &[u8]) -> Result<gltf::Document, String> {
-    let refuse = |error: gltf::Error| format!("its JSON is not glTF 2.0: {error}");
+    let refuse = |error: gltf::Error| not_gltf(&error);
     let mut root = gltf::Gltf::from_slice_without_validation(json).map_err(refuse)?.document.into_json();
     // Judged above, with more of them known than to the crate.
     root.extensions_required.clear();

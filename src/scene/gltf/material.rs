@@ -108,6 +108,7 @@ fn plain(material: &gltf::Material<'_>) -> Material {
         texture: None,
         cut_out: None,
         emission: with_infrared(material.emissive_factor().map(|band| sound(band * strength, 1e12))),
+        bulb: None,
         metallic: sound(pbr.metallic_factor(), 1.0),
         roughness: sound(pbr.roughness_factor(), 1.0),
         double_sided: material.double_sided(),

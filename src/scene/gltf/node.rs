@@ -17,8 +17,9 @@ use crate::pose::Pose;
 /// Nodes may be nested this deep.
 const DEPTH_MAX: usize = 64;
 
-/// Triangles, and vertices, of a scene at most, so that a small file that names one mesh a million times ends with an error: about 1.5 GB.
-const TRIANGLES_MAX: usize = 5_000_000;
+/// Most triangles, and thirds of vertices, of a scene, so that a small file that names one mesh a million times ends with an error before
+/// it takes a gigabyte.
+pub(super) const TRIANGLES_MAX: usize = 3_000_000;
 
 /// What is read so far.
 pub struct Reader<'a> {
@@ -81,7 +82,8 @@ impl<'a> Reader<'a> {
             self.viewpoints.extend(viewpoint(name, world_from_node));
         }
         if let Some(light) = node.light() {
-            super::lights::place(self, &light, world_from_node);
+            self.judge_light()?;
+            super::lights::place(self, &light, world_from_node)?;
         }
         for child in node.children() {
             self.node(&child, world_from_node, depth + 1)?;
@@ -161,11 +163,20 @@ impl<'a> Reader<'a> {
             })
             .fold(0, usize::saturating_add);
         let known = self.mesh.triangles.len().max(self.mesh.vertices.len() / 3);
-        if each.saturating_mul(instances).saturating_add(known) > TRIANGLES_MAX {
+        // Places take memory of their own, even those of a mesh that is empty.
+        if each.max(1).saturating_mul(instances).saturating_add(known) > TRIANGLES_MAX {
             return Err(format!(
                 "mesh {}, {instances} times: the scene has more than {TRIANGLES_MAX} triangles",
                 mesh.index()
             ));
+        }
+        Ok(())
+    }
+
+    /// Refuses one light more where the scene is full.
+    fn judge_light(&self) -> Result<(), String> {
+        if self.mesh.triangles.len().max(self.mesh.vertices.len() / 3) > TRIANGLES_MAX {
+            return Err(format!("its lights and meshes have more than {TRIANGLES_MAX} triangles"));
         }
         Ok(())
     }
@@ -204,8 +215,10 @@ impl<'a> Reader<'a> {
             Vertex { position_m, normal: narrow(cofactors * wide(normal)), uv: kind.placing.of(uv) }
         };
         let known: Vec<Vertex> = (0..positions.len()).map(vertex).collect();
-        self.flattened += if normals.is_some() {
-            self.mesh.append(material, &known, &triangles)?
+        let has_normals = normals.is_some();
+        drop((positions, normals, uvs));
+        self.flattened += if has_normals {
+            self.mesh.append(material, known, &triangles)?
         } else {
             // glTF 2.0, 3.7.2.1: without normals every triangle is flat, so no corner may be shared.
             if let Some(bad) = triangles.iter().flatten().find(|&&corner| crate::num::index(corner) >= known.len()) {
@@ -216,7 +229,8 @@ impl<'a> Reader<'a> {
             let own: Vec<[u32; 3]> = (0..u32_from(triangles.len()))
                 .map(|at| if is_mirrored { [3 * at, 3 * at + 2, 3 * at + 1] } else { [3 * at, 3 * at + 1, 3 * at + 2] })
                 .collect();
-            self.mesh.append(material, &loose, &own)?
+            drop(known);
+            self.mesh.append(material, loose, &own)?
         };
         Ok(())
     }

@@ -9,8 +9,8 @@ use super::super::texture::{Texture, Wrap};
 
 /// Edge of a picture at most.
 const EDGE_PX_MAX: u32 = 8_192;
-/// Texels of all pictures of a scene together at most: 700 MB as they are kept, coarser levels included.
-const TEXELS_MAX: u64 = 1 << 26;
+/// Texels of all pictures of a scene together at most: 350 MB as they are kept, coarser levels included.
+const TEXELS_MAX: u64 = 1 << 25;
 
 /// A decoded picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +51,7 @@ impl Picture {
         let texels = u64::from(width) * u64::from(height);
         if width.max(height) > EDGE_PX_MAX || texels > budget.0 || width.min(height) == 0 {
             return Err(format!(
-                "{width} x {height} px; up to {EDGE_PX_MAX} an edge and {TEXELS_MAX} texels in all would do"
+                "{width} x {height} px; use up to {EDGE_PX_MAX} an edge and {TEXELS_MAX} texels in all pictures"
             ));
         }
         budget.0 -= texels;
@@ -59,10 +59,16 @@ impl Picture {
         let mut limits = Limits::default();
         (limits.max_image_width, limits.max_image_height) = (Some(EDGE_PX_MAX), Some(EDGE_PX_MAX));
         decoder.limits(limits);
-        let picture = decoder.decode().map_err(|error| error.to_string())?.into_rgba8();
+        let picture = decoder.decode().map_err(|error| error.to_string())?;
+        let size_px = [picture.width(), picture.height()];
+        if !picture.color().has_alpha() {
+            let codes: Vec<[u8; 3]> = picture.into_rgb8().pixels().map(|pixel| pixel.0).collect();
+            return Ok(Self { size_px, alpha: vec![u8::MAX; codes.len()], codes });
+        }
+        let picture = picture.into_rgba8();
         let codes = picture.pixels().map(|pixel| [pixel.0[0], pixel.0[1], pixel.0[2]]).collect();
         let alpha = picture.pixels().map(|pixel| pixel.0[3]).collect();
-        Ok(Self { size_px: [picture.width(), picture.height()], codes, alpha })
+        Ok(Self { size_px, codes, alpha })
     }
 
     /// The colours of texels that are holes become the mean of the others, so that coarser levels do not bleed what nobody sees.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::super::Scene;
+use super::super::bulb::Bulb;
 use super::super::chance::frame;
 use super::super::light::{BLACKBODY_K, Illuminant};
 use super::super::mesh::{Material, Mesh, Vertex, area_m2, unit};
@@ -25,7 +26,7 @@ pub struct Lamp {
     /// Where a rectangle shines to; down if not given. Need not have unit length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<[f32; 3]>,
-    /// Luminous flux, above 0 to 1e9.
+    /// Luminous flux, 1e-6 to 1e9.
     pub flux_lm: f64,
     /// Colour temperature of a black body, 1000 to 20000; the scene's own illuminant if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -39,7 +40,10 @@ const fn yes() -> bool {
     true
 }
 
-/// Steps along the edge of an octahedron's face: 8 * 8 * 8 = 512 triangles a ball. Its intensity is that of a sphere within 0.7 % in
+/// Balls up to this radius light surfaces as a point of their intensity does.
+const BULB_RADIUS_MAX_M: f32 = 0.1;
+
+/// Steps along the edge of an octahedron's face: 8 * 8 * 8 = 512 triangles a ball. Its mesh is as bright as a sphere within 0.7 % in
 /// every direction.
 const BALL_STEPS: u32 = 8;
 
@@ -75,8 +79,8 @@ impl Lamp {
                 return refuse("direction", format!("{direction:?}"), "three finite numbers, not all 0, would do");
             }
         }
-        if !(self.flux_lm > 0.0 && self.flux_lm <= 1e9) {
-            return refuse("flux_lm", self.flux_lm.to_string(), "above 0 to 1e9 would do");
+        if !(1e-6..=1e9).contains(&self.flux_lm) {
+            return refuse("flux_lm", self.flux_lm.to_string(), "use 1e-6 to 1e9");
         }
         match self.cct_k.filter(|kelvin| !(BLACKBODY_K[0]..=BLACKBODY_K[1]).contains(kelvin)) {
             Some(kelvin) => refuse("cct_k", kelvin.to_string(), "1000 to 20000 would do"),
@@ -88,7 +92,9 @@ impl Lamp {
     fn append_to(&self, mesh: &mut Mesh, name: String, illuminant: Illuminant) {
         let material = u32_from(mesh.materials.len());
         let plain = Material::plain(&name, [0.0; 3]);
-        mesh.materials.push(Material { double_sided: false, ..plain });
+        let bulb = self.radius_m.filter(|&radius_m| radius_m <= BULB_RADIUS_MAX_M);
+        let bulb = bulb.map(|radius_m| Bulb { centre_m: self.position_m, radius_m, cone: None });
+        mesh.materials.push(Material { double_sided: false, bulb, ..plain });
         let first = mesh.triangles.len();
         match (self.radius_m, self.size_m) {
             (Some(radius_m), _) => append_ball(mesh, material, self.position_m, radius_m),
@@ -105,7 +111,8 @@ impl Lamp {
     }
 }
 
-fn append_ball(mesh: &mut Mesh, material: u32, middle_m: [f32; 3], radius_m: f32) {
+/// Adds a ball that lies within its sphere.
+pub fn append_ball(mesh: &mut Mesh, material: u32, middle_m: [f32; 3], radius_m: f32) {
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
     for face in 0..8_u32 {
@@ -131,7 +138,7 @@ fn append_ball(mesh: &mut Mesh, material: u32, middle_m: [f32; 3], radius_m: f32
             }
         }
     }
-    mesh.append(material, &vertices, &triangles).expect("a ball of checked numbers is sound");
+    mesh.append(material, vertices, &triangles).expect("a ball of checked numbers is sound");
 }
 
 fn append_rectangle(mesh: &mut Mesh, material: u32, middle_m: [f32; 3], size_m: [f32; 2], direction: [f32; 3]) {

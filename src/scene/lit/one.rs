@@ -8,8 +8,8 @@ use super::super::light::{BANDS, Bands};
 use super::super::samples::ShadeTriangle;
 use super::super::texture::Texture;
 use super::super::tracer::{Hits, MISS};
-use super::LitScene;
 use super::packet::{Face, MIDDLE, by_band, whole_below};
+use super::{LitScene, NO_CONE};
 use crate::num::{f32_from_u32, index};
 
 impl Face {
@@ -153,11 +153,17 @@ impl LitScene {
         } else {
             self.irradiance_by_lane(&around, back, lamp_levels)
         };
+        let mut glow_levels = if paint.flickers { levels } else { Floats::splat(1.0) };
+        if paint.cone != NO_CONE {
+            for lane in 0..LANES {
+                let along = [direction[0].0[lane], direction[1].0[lane], direction[2].0[lane]];
+                glow_levels.0[lane] = self.glow_level(paint, along, lamp_levels[lane]);
+            }
+        }
         let mut lux = irradiance;
         for band in 0..BANDS {
             let albedo = Floats::splat(paint.base_colour[band]) * colours[band];
-            let glow_lux = Floats::splat(paint.glow_lux[band]);
-            lux[band] = irradiance[band] * albedo + if paint.flickers { glow_lux * levels } else { glow_lux };
+            lux[band] = irradiance[band] * albedo + Floats::splat(paint.glow_lux[band]) * glow_levels;
         }
         if back.any() && !paint.double_sided {
             for band in 0..BANDS {

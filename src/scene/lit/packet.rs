@@ -299,7 +299,8 @@ impl LitScene {
                 near[place] = (index(around.samples[place][lane]), around.weights[place].0[lane]);
             }
             let irradiance = self.irradiance_of(near, back, level);
-            let glow_level = if paint.flickers { level } else { 1.0 };
+            let along = [direction[0].0[lane], direction[1].0[lane], direction[2].0[lane]];
+            let glow_level = self.glow_level(paint, along, level);
             for band in 0..BANDS {
                 let albedo = paint.base_colour[band] * colours[lane][band];
                 lux[lane][band] = irradiance[band] * albedo + paint.glow_lux[band] * glow_level;

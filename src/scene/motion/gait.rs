@@ -13,7 +13,9 @@ use super::imu::GRAVITY_M_PER_S2;
 use super::path::Path;
 use super::so3;
 use super::spline::Spline;
-use crate::draw::{DrawKey, uniform_f64};
+use rand::RngExt;
+
+use crate::draw::DrawKey;
 use crate::num;
 use crate::pose::Pose;
 
@@ -87,7 +89,7 @@ impl Gait {
         assert!(figures.step_rate_hz > 0.0, "a gait has steps");
         let key = root.with(GAIT_NUMBER);
         let mut stream = key.stream();
-        let wander_rad = core::array::from_fn(|_| TAU * uniform_f64(&mut stream));
+        let wander_rad = core::array::from_fn(|_| TAU * stream.random::<f64>());
         let step_rad_per_s = TAU * figures.step_rate_hz;
         let height_m = |wave: usize, harmonic: f64| {
             let rate = harmonic * step_rad_per_s;

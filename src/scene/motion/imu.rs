@@ -2,8 +2,9 @@
 //! place, with Kalibr's noise: white noise of density sigma, and biases that walk at random.
 
 use glam::DVec3;
+use rand::distr::OpenClosed01;
+use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng as _, SeedableRng as _};
 
 use super::{BodyState, Motion, MotionError};
 use crate::draw::DrawKey;
@@ -161,9 +162,8 @@ impl Normals {
 
     fn pair(&mut self) -> [f64; 2] {
         // 53 bits each; the first lies in (0, 1], so its logarithm is finite.
-        let unit = 1.0 / 9_007_199_254_740_992.0;
-        let uniform = num::f64_from_u64((self.source.next_u64() >> 11) + 1) * unit;
-        let turn = num::f64_from_u64(self.source.next_u64() >> 11) * unit;
+        let uniform: f64 = self.source.sample(OpenClosed01);
+        let turn: f64 = self.source.random();
         let radius = (-2.0 * libm::log(uniform)).sqrt();
         let (sine, cosine) = libm::sincos(core::f64::consts::TAU * turn);
         [radius * cosine, radius * sine]

@@ -24,6 +24,7 @@ pub type EurocPose = (u64, Pose);
 /// # Errors
 /// As [`parse_euroc`] and [`read_tum`].
 pub fn parse(text: &str) -> Result<Recording, LineError> {
+    let text = crate::text::without_mark(text);
     if is_euroc(text) {
         let (poses, repairs) = parse_euroc(text)?;
         let first_ns = poses.first().map_or(0, |(first_ns, _)| *first_ns);
@@ -55,7 +56,7 @@ fn is_euroc(text: &str) -> bool {
 pub fn parse_euroc(text: &str) -> Result<(Vec<EurocPose>, Repairs), LineError> {
     let mut poses: Vec<EurocPose> = Vec::new();
     let mut repairs = Repairs::default();
-    for (index, line) in text.lines().enumerate() {
+    for (index, line) in crate::text::without_mark(text).lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;

@@ -5,7 +5,7 @@ use super::super::light::BANDS;
 use super::super::mesh::{Material, Mesh};
 use super::Wish;
 use crate::error::Error;
-use crate::num::{f32_nearest, f64_from_usize, u32_from, u32_truncated, u64_truncated};
+use crate::num::{f32_nearest, f64_from_usize, lesser, u32_from, u32_truncated, u64_truncated};
 
 /// The keys that every board reads.
 const PLACE: [&str; 2] = ["target_distance_m", "target_size_m"];
@@ -13,14 +13,16 @@ const PLACE: [&str; 2] = ["target_distance_m", "target_size_m"];
 /// Sides of the discs that point sources are.
 const DISC_SIDES: usize = 24;
 
-/// Patches at once at most.
+/// Most squares of a checkerboard.
 const PATCHES_MAX: f64 = 250_000.0;
+
+/// Most point sources: a render spends its most expensive samples on them.
+const SOURCES_MAX: f64 = 2_500.0;
 
 /// A board under construction: coordinates on it are metres from its middle, to the right and down as a level camera sees it.
 #[derive(Debug)]
 pub struct Board {
     mesh: Mesh,
-    reflectances: Vec<f64>,
     distance_m: f64,
     size_m: f64,
 }
@@ -34,7 +36,7 @@ impl Board {
         if !(0.0..=1.0).contains(&wish.reflectance) {
             return Err(Error::key("scene.reflectance", wish.reflectance, "0 to 1 would do"));
         }
-        let mut board = Self { mesh: Mesh::default(), reflectances: Vec::new(), distance_m, size_m };
+        let mut board = Self { mesh: Mesh::default(), distance_m, size_m };
         let around = board.patch_material(wish.reflectance);
         let half_m = f32_nearest(4.0 * (distance_m + size_m));
         let mut faces = super::cube([-half_m; 3], [half_m; 3], true);
@@ -53,7 +55,6 @@ impl Board {
     }
 
     fn patch_material(&mut self, reflectance: f64) -> u32 {
-        self.reflectances.push(reflectance);
         self.mesh.materials.push(Material::plain(&format!("{reflectance}"), [f32_nearest(reflectance); 3]));
         u32_from(self.mesh.materials.len() - 1)
     }
@@ -74,12 +75,7 @@ impl Board {
     }
 
     fn scene(self, name: &str) -> Result<Scene, Error> {
-        let mut scene = Scene::new(name, self.mesh, [0.0; BANDS])?;
-        // White is exactly white here: the bound on albedos is for scenes with bounces, and this one has none.
-        for (material, &reflectance) in scene.mesh.materials.iter_mut().zip(&self.reflectances) {
-            material.base_colour = [f32_nearest(reflectance); BANDS];
-        }
-        Ok(scene)
+        Scene::new(name, self.mesh, [0.0; BANDS])
     }
 }
 
@@ -87,12 +83,11 @@ impl Board {
 fn light_and_dark(wish: &Wish, contrast: f64) -> Result<[f64; 2], Error> {
     let dark = 2.0 * wish.reflectance / (1.0 + contrast);
     let light = dark * contrast;
-    if light <= 1.0 {
-        return Ok([light, dark]);
-    }
     let most = (1.0 + contrast) / (2.0 * contrast);
-    let reason =
-        format!("with a contrast of {contrast} the light parts would reflect {light:.3}; up to {most:.3} would do");
+    if wish.reflectance <= most {
+        return Ok([lesser(light, 1.0), dark]);
+    }
+    let reason = format!("with a contrast of {contrast} the light parts would reflect {light:.3}; use {most} or less");
     Err(Error::key("scene.reflectance", wish.reflectance, reason))
 }
 
@@ -138,7 +133,7 @@ pub fn checkerboard(wish: &Wish) -> Result<Scene, Error> {
     let square_m = wish.get("target_square_m", board.size_m / 8.0, 1e-5, board.size_m)?;
     let [light, dark] = light_and_dark(wish, wish.get("target_contrast", 10.0, 1.0, 10_000.0)?)?;
     let [light, dark] = [board.patch_material(light), board.patch_material(dark)];
-    let count = whole(board.size_m, square_m)?;
+    let count = whole(board.size_m, square_m, PATCHES_MAX)?;
     let (h, rim) = (0.5 * board.size_m, 0.5 * square_m * f64_from_usize(count));
     let at = |number: usize| square_m * f64_from_usize(number) - rim;
     for row in 0..count {
@@ -158,15 +153,12 @@ pub fn checkerboard(wish: &Wish) -> Result<Scene, Error> {
 }
 
 /// How often a length fits, with room for rounding; few enough that the board can be made.
-fn whole(size_m: f64, square_m: f64) -> Result<usize, Error> {
+fn whole(size_m: f64, square_m: f64, most: f64) -> Result<usize, Error> {
     let count = (size_m / square_m + 1e-9).floor();
-    if count * count > PATCHES_MAX {
-        let least = size_m / PATCHES_MAX.sqrt();
-        return Err(Error::key(
-            "scene.target_square_m",
-            square_m,
-            format!("too small for this board; from {least} on would do"),
-        ));
+    if count * count > most {
+        let least_m = size_m / most.sqrt();
+        let reason = format!("too small for a board of {size_m} m; use {least_m} or more");
+        return Err(Error::key("scene.target_square_m", square_m, reason));
     }
     Ok(crate::num::index(u32_truncated(count)).max(1))
 }
@@ -187,7 +179,7 @@ pub fn point_sources(wish: &Wish) -> Result<Scene, Error> {
     let emission = intensity_cd / (area_m2 * wish.illuminance_lux);
     let material = &mut board.mesh.materials[crate::num::index(glow)];
     (material.emission, material.double_sided) = ([f32_nearest(emission); BANDS], false);
-    let count = whole(board.size_m, step_m)?;
+    let count = whole(board.size_m, step_m, SOURCES_MAX)?;
     let middle = 0.5 * (f64_from_usize(count) - 1.0);
     for row in 0..count {
         for column in 0..count {
@@ -218,6 +210,6 @@ impl Board {
             .collect();
         let sides = u32_from(DISC_SIDES);
         let triangles: Vec<_> = (0..sides).map(|side| [0, 1 + side, 1 + (side + 1) % sides]).collect();
-        self.mesh.append(material, &vertices, &triangles).expect("a disc made here is sound");
+        self.mesh.append(material, vertices, &triangles).expect("a disc made here is sound");
     }
 }

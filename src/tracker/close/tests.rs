@@ -13,6 +13,7 @@ use crate::tracker::rig::View;
 use crate::tracker::sweep::Moving;
 use crate::tracker::{CameraCalibration, RowClock, Tracker, TrackerParams, Work};
 use crate::units::{CameraIndex, Size};
+use crate::words::{PlacePx, Turns};
 
 const SIZE: Size = Size { width_px: 640, height_px: 480 };
 /// Keyframes of a lap; the last one stands where the first one stood.
@@ -76,12 +77,13 @@ impl Ring {
             };
             let noise_px =
                 |field| 0.5 * (DrawKey::root(self.seed).with(number).with(keyframe).with(field).uniform() - 0.5);
-            let steps = |place_px: f64| low_u16(u32_truncated(16.0 * crate::num::greater(place_px, 0.0)));
-            let (x_q4, y_q4) = (steps(place_px.x + noise_px(7)), steps(place_px.y + noise_px(8)));
+            let below =
+                |place_px: f64| PlacePx::from_bits(low_u16(u32_truncated(16.0 * crate::num::greater(place_px, 0.0))));
+            let (x, y) = (below(place_px.x + noise_px(7)), below(place_px.y + noise_px(8)));
             let look = DrawKey::root(self.seed).with(number).with(9);
             let mut descriptor = [0; 32];
             descriptor.iter_mut().zip(0_u64..).for_each(|(byte, place)| *byte = low_u8(low_u32(look.with(place).0)));
-            features.push(Feature { x_q4, y_q4, score: 40, angle: 0, octave: 0, descriptor });
+            features.push(Feature { x, y, score: 40, angle: Turns::ZERO, octave: 0, descriptor });
             numbers.push(number);
         }
         let view = View::new(camera, &features, RowClock::GLOBAL);

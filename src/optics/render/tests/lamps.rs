@@ -6,8 +6,8 @@ use crate::scene::mesh::Vertex;
 const LUX: f64 = 100.0;
 /// Radiance of the lamps, over that of a white surface under `LUX`.
 const BRIGHT: f32 = 2e5;
-/// What a metal reflects straight back, as meshes keep it.
-const REFLECTED: f64 = 0.9;
+/// What a white metal reflects straight back.
+const REFLECTED: f64 = 1.0;
 
 /// A lamp's square in the plane of some depth, and what else is in the scene, before black.
 fn with_lamp(middle_m: DVec3, side_m: f64, more: &dyn Fn(&mut Mesh, u32)) -> LitScene {
@@ -46,7 +46,7 @@ fn ball(mesh: &mut Mesh, material: u32, middle_m: DVec3, radius_m: f64) {
             }
         }
     }
-    mesh.append(material, &vertices, &triangles).unwrap();
+    mesh.append(material, vertices, &triangles).unwrap();
 }
 
 #[test]

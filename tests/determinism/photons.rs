@@ -1,0 +1,146 @@
+//! Which keys reach the photons: those of scene, light, lens, motion, exposure windows and render, and no others.
+
+use std::collections::BTreeSet;
+
+use sensel::config::Resolved;
+use sensel::run::probe::Place;
+use sensel::run::{NoFiles, NoProgress, Setup};
+use sensel::units::FrameIndex;
+
+const TEXT: &str = "[scene]\ntarget = \"checkerboard\"\ntarget_square_m = 0.1\nilluminance_lux = 2000.0\n\
+    [run]\nrender_tolerance = 0.02\n[sensor]\nwidth = 64\nheight = 48\noptical_black_rows = 2\n\
+    [sensor.pixel]\nrts_ppm = 10.0\n";
+
+/// Keys that are held where a sensor's own figures would stand in their place.
+const HELD: [&str; 2] = ["run.render_quantum_efficiency=0.5", "run.render_full_well_e=9000.0"];
+
+/// Keys behind the lens, each with another value.
+const BEHIND: &str = "seed=2 run.rung=clocked run.effects=all run.accuracy=0.5 run.threads=1 run.frames=5 \
+    rig.imu=none rig.imu_rate_hz=100.0 rig.imu_position_mm=[1.0,0.0,0.0] \
+    sensor.temperature_k=320.0 sensor.die=2 sensor.corner=ff sensor.supply_v=2.9 sensor.supply_nominal_v=2.9 \
+    sensor.die_gain_sigma=0.01 sensor.die_offset_uv=10.0 sensor.die_dark_sigma=0.1 sensor.optical_black_rows=4 \
+    sensor.black_clamp=frame sensor.pixel.type=5T sensor.pixel.quantum_efficiency=0.3 sensor.pixel.fill_factor=0.5 \
+    sensor.pixel.conversion_gain_uv_per_e=20.0 sensor.pixel.full_well_e=2000.0 sensor.pixel.dark_current_e_per_s=1000.0 \
+    sensor.pixel.dark_doubling_k=6.0 sensor.pixel.read_noise_uv=300.0 sensor.pixel.ktc_noise_uv=300.0 sensor.pixel.prnu=0.03 \
+    sensor.pixel.dsnu_e=20.0 sensor.pixel.dcnu=0.3 sensor.pixel.storage_dark_e_per_s=100.0 \
+    sensor.pixel.storage_leakage_per_s=0.1 sensor.pixel.parasitic_light=0.001 sensor.pixel.rts_ppm=1000.0 \
+    sensor.pixel.rts_amplitude_uv=500.0 sensor.pixel.rts_rate_hz=1000.0 sensor.pixel.flicker_uv_per_rthz=5.0 \
+    sensor.pixel.follower_bandwidth_hz=1000000.0 sensor.pixel.gain_compression=0.1 sensor.pixel.blooming=0.5 \
+    sensor.pixel.image_lag=0.02 sensor.pixel.hot_ppm=1000.0 sensor.pixel.hot_dark_e_per_s=1000.0 sensor.pixel.dead_ppm=1000.0 \
+    sensor.pixel.stuck_ppm=1000.0 sensor.pixel.defect_cluster_share=0.5 \
+    sensor.adc.bits=4 sensor.adc.bits=12 sensor.adc.clock_hz=400000000 sensor.adc.full_scale_uv=30000.0 sensor.adc.gain=4.0 \
+    sensor.adc.black_level_dn=128 sensor.adc.column_offset_uv=900.0 sensor.adc.column_offset_residual_uv=90.0 \
+    sensor.adc.column_gain_sigma=0.01 sensor.adc.reset_counts=64 sensor.adc.settle_reset_us=1.0 sensor.adc.settle_signal_us=2.0 \
+    sensor.adc.cds=analog sensor.adc.ramp_inl_lsb=1.0 sensor.adc.ramp_settling_clk=10.0 \
+    sensor.adc.ramp_noise_uv=50.0 sensor.adc.ramp_jitter_ps=50.0 sensor.adc.supply_ripple_uv=50.0 \
+    sensor.adc.supply_ripple_hz=200000.0 sensor.adc.comparator_noise_uv=50.0 sensor.adc.comparator_delay_clk=2 \
+    sensor.adc.comparator_delay_sigma_clk=1.0 sensor.adc.kickback_uv=10.0 sensor.adc.kickback_decay_clk=8 \
+    sensor.adc.row_noise_uv=50.0 sensor.adc.row_offset_uv=50.0 sensor.adc.column_noise_uv=50.0 \
+    sensor.adc.column_capacitance_pf=2.0 sensor.adc.column_bias_ua=5.0 sensor.adc.column_overdrive_v=0.3 \
+    sensor.adc.counter=gray sensor.adc.counting=latch sensor.adc.sides=2 \
+    compute.threshold=40 compute.target_features=100 compute.pipeline_bits=10 compute.smoothing=off compute.octaves=2 \
+    compute.cell_px=32 compute.per_cell=2 compute.rank=harris compute.subpixel=false compute.angle_bits=5 \
+    compute.descriptor_bits=128 compute.pattern=symmetric compute.engines=1 compute.fifo_depth=4 compute.overflow=drop_newest \
+    link.lanes=2 link.frequency_hz=400000000 link.format=raw16 link.mode=features link.mode=frames link.frames_every=2 \
+    link.line_sync=true link.fifo_rows=4 link.when_full=stall link.bit_error_rate=0.00001 \
+    tracker.window=5 tracker.rolling_shutter=false tracker.loop_closing=false tracker.imu=off energy.technology=28nm";
+
+/// Keys before it, each with another value.
+const BEFORE: &str = "scene.illuminance_lux=900.0 scene.illuminant=A scene.reflectance=0.3 scene.target_square_m=0.2 \
+    motion.kind=sway optics.f_number=4.0 optics.transmission=0.5 \
+    optics.aberration_um=2.0 rig.baseline_mm=0.0 \
+    sensor.pixel.pitch_um=4.0 sensor.pixel.optical_crosstalk=0.05 sensor.pixel.electrical_crosstalk=0.05 \
+    sensor.readout.exposure_us=1000.0 \
+    run.render_seed=1 run.render_tolerance=0.1 run.samples_per_pixel=3 run.render_quantum_efficiency=0.25 \
+    run.render_full_well_e=100.0";
+
+/// Sections all of whose keys lie behind the lens, but for those named.
+const SECTIONS: [&str; 6] = ["sensor.adc.", "sensor.pixel.", "compute.", "link.", "tracker.", "energy."];
+/// Of these: geometry and filters, and keys that act only together with others (which are said to be idle, or want a table).
+const NOT_ALONE: &str = "sensor.pixel.pitch_um sensor.pixel.cfa sensor.pixel.optical_crosstalk sensor.pixel.electrical_crosstalk \
+    sensor.pixel.overflow_capacity_e sensor.adc.ramp sensor.adc.ramp_points sensor.adc.ramp_table_uv sensor.adc.pitch_um \
+    sensor.adc.columns_per_adc compute.detector sensor.readout.hts";
+
+fn photons(assignments: &[&str]) -> Vec<Vec<u32>> {
+    let assignments: Vec<String> = assignments.iter().map(|&assignment| assignment.to_owned()).collect();
+    let resolved =
+        Resolved::from_layers("photons.toml", TEXT, &assignments).unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
+    let setup = Setup::new(resolved, &NoFiles, &NoProgress).unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
+    let of = |frame| {
+        let seen = setup.exposures_at(Place { frame: FrameIndex(frame), camera: 0 }).unwrap();
+        seen.iter().flat_map(|exposure| exposure.photons.values().iter().map(|value| value.to_bits())).collect()
+    };
+    vec![of(0), of(3)]
+}
+
+#[test]
+fn no_key_behind_the_lens_changes_a_photon_and_every_key_before_it_does() {
+    let held = photons(&HELD);
+    let mut tried = BTreeSet::new();
+    for assignment in BEHIND.split_whitespace() {
+        let mut all = HELD.to_vec();
+        all.push(assignment);
+        all.extend(beside(assignment));
+        assert!(photons(&all) == held, "{assignment} changes photons");
+        tried.insert(assignment.split_once('=').unwrap().0.to_owned());
+    }
+    for assignment in BEFORE.split_whitespace() {
+        let mut all = HELD.to_vec();
+        all.push(assignment);
+        all.extend(beside(assignment));
+        assert!(photons(&all) != held, "{assignment} changes no photon");
+        tried.insert(assignment.split_once('=').unwrap().0.to_owned());
+    }
+    // Every key of these sections was among them, so that none that comes later is forgotten.
+    let resolved = Resolved::from_layers("photons.toml", TEXT, &[]).unwrap();
+    let mut section = String::new();
+    for line in resolved.canonical_text().lines() {
+        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+            section = format!("{name}.");
+        }
+        let Some((key, _)) = line.split_once(" = ") else { continue };
+        let key = format!("{section}{key}");
+        let belongs = SECTIONS.iter().any(|section| key.starts_with(section));
+        let known = tried.contains(&key) || NOT_ALONE.split_whitespace().any(|other| other == key);
+        assert!(!belongs || known, "{key} is not tried");
+    }
+    assert!(tried.len() > 110, "{}", tried.len());
+}
+
+/// What a key needs beside it so that the configuration is a whole one.
+fn beside(assignment: &str) -> &'static [&'static str] {
+    match assignment.split_once('=').unwrap().0 {
+        "sensor.supply_v" => &["sensor.supply_nominal_v=2.9"],
+        "sensor.supply_nominal_v" => &["sensor.supply_v=2.9"],
+        "link.fifo_rows" | "link.when_full" => &["link.fifo_rows=4", "link.when_full=stall"],
+        "sensor.pixel.hot_dark_e_per_s" | "sensor.pixel.defect_cluster_share" => &["sensor.pixel.hot_ppm=1000.0"],
+        _ => &[],
+    }
+}
+
+/// Nothing is held: what an architect meets who compares converters.
+#[test]
+fn designs_of_four_and_of_ten_bits_see_the_same_photons_as_they_stand() {
+    let plain = photons(&[]);
+    for assignments in [
+        &["sensor.adc.bits=4"][..],
+        &["sensor.adc.bits=12", "sensor.adc.gain=8.0"],
+        &["sensor.adc.full_scale_uv=20000.0", "sensor.adc.black_level_dn=0"],
+        &["sensor.pixel.read_noise_uv=900.0", "sensor.pixel.conversion_gain_uv_per_e=60.0"],
+        &["run.rung=clocked", "seed=9", "link.mode=features", "run.effects=none"],
+    ] {
+        assert!(photons(assignments) == plain, "{assignments:?}");
+    }
+    // Two figures of the sensor stand in the render's keys unless these are given, and the effective configuration says which.
+    let other = ["sensor.pixel.quantum_efficiency=0.2"];
+    assert!(photons(&other) != plain);
+    let stated = |assignments: &[String]| {
+        let run = Resolved::from_layers("photons.toml", TEXT, assignments).unwrap().scenario.run;
+        (run.render_quantum_efficiency.unwrap(), run.render_full_well_e.unwrap())
+    };
+    let (efficiency, full_well_e) = stated(&[]);
+    assert!((efficiency - 0.54).abs() < 1e-12 && full_well_e == 10_000.0, "{efficiency} {full_well_e}");
+    let (efficiency, _) = stated(&other.map(str::to_owned));
+    assert!((efficiency - 0.18).abs() < 1e-12, "{efficiency}");
+    assert!(photons(&[other[0], "run.render_quantum_efficiency=0.54"]) == plain, "the stated key holds the photons");
+}
