@@ -44,7 +44,7 @@ pub(super) fn exposure_lines(params: &ReadoutParams) -> Result<u64, Error> {
             if exposure_us == 0.0 && least > 0 {
                 let shortest_us = lines_us(least.into(), params);
                 let reason = format!(
-                    "out of range; use {:.3} or more ({least} lines, the shortest)",
+                    "out of range; use {:.3} or more (sensor.readout.exposure_lines_min = {least})",
                     (1e3 * shortest_us).ceil() / 1e3
                 );
                 return Err(Error::key("sensor.readout.exposure_us", 0.0, reason));

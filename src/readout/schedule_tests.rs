@@ -122,7 +122,10 @@ fn an_exposure_of_zero_lines_is_an_instant_where_the_sensor_allows_it() {
     let message = refused(&rolling(0));
     assert!(message.contains("exposure_lines = 0: shorter than") && message.contains("1 would do"), "{message}");
     let message = refused(&ReadoutParams { exposure: Exposure::Us(0.0), ..rolling(1) });
-    assert!(message.contains("exposure_us = 0: out of range; above 0"), "{message}");
+    assert!(
+        message.contains("exposure_us = 0: out of range; use 19.334 or more (sensor.readout.exposure_lines_min = 1)"),
+        "{message}"
+    );
 }
 
 #[test]

