@@ -51,7 +51,7 @@ export function start() {
     child.stdio[3].write(JSON.stringify({ id: serial, method, params, sessionId }) + "\0");
   });
   const close = () => new Promise((done) => {
-    child.on("exit", () => { rmSync(profile, { recursive: true, force: true, maxRetries: 5 }); done(); });
+    child.on("exit", () => { rmSync(profile, { recursive: true, force: true, maxRetries: 20, retryDelay: 100 }); done(); });
     child.kill();
   });
   return { send, events, close };
