@@ -6,11 +6,10 @@
 //! shows more than saturation; "off lamps" is over pixels without a saturated one beside them. "seeds" is half the mean square
 //! difference of two renders with different keys, which has no part of the bias (as "sensor"); "bias" is what two of them have in
 //! common against the truth, "own" what the render says of itself, "cpu" processor seconds of a frame.
-//! `--quick` renders 320 x 240 pixels; `--reference N` takes another number of samples for the truth, `--plain N` compares it with renders
-//! of N samples without outlines, `--keep FOLDER` keeps truths for the next run of the same code, `--pairs N` averages over so many pairs
-//! of renders, `--only NAME` one motion, `--least N` and `--most N` fewer rows of a fixed number, `--without` adds their rows without
-//! outlines, `--fixed` none to a target, `--k K` only targets up to K, `--rays` no sub-frames, `--worst` lists the pixels with the most
-//! error; `--reflections N` and `--gloss` follow reflections.
+//! `--quick` renders 320 x 240 pixels; `--reference N` takes another number of samples for the truth, `--keep FOLDER` keeps truths for the
+//! next run of the same code, `--pairs N` averages over so many pairs of renders, `--only NAME` one motion, `--least N` and `--most N`
+//! fewer rows of a fixed number, `--fixed` none to a target, `--k K` only targets up to K, `--rays` no sub-frames, `--worst` lists the
+//! pixels with the most error; `--reflections N` and `--gloss` follow reflections.
 
 #[path = "sampling/case.rs"]
 mod case;
@@ -95,11 +94,6 @@ fn print(label: &str, row: &Row) {
 fn print_truth(name: &str, case: &Case, truth: &Truth) {
     let [all, sensor] = case.noise_of(truth);
     println!("\n{name}: the truth's own noise is {all:.4}, as the sensor shows it {sensor:.4}");
-    if let Some(samples) = number_after("--plain") {
-        let ([all, acted], share) = case.common(truth, samples.parse().expect("a number"));
-        println!("{name}: against {samples} samples without outlines {:.4} +- {:.4}", all[0], all[1]);
-        println!("{name}: where outlines act ({share:.4}) {:.4} +- {:.4}", acted[0], acted[1]);
-    }
     println!("\n| {name} | rays | error | sensor | off lamps | seeds | bias | own | mean off | cpu |");
     println!("|---|---|---|---|---|---|---|---|---|---|");
 }
@@ -127,12 +121,6 @@ fn main() {
             let row = case.row(Sampling::fixed(samples, key), &truth, pairs);
             print("fixed", &row);
             curve.push((row.rays, row.sensor[0]));
-            if flag("--without") && samples >= 32 {
-                print(
-                    "without outlines",
-                    &case.row(Sampling { outlines: false, ..Sampling::fixed(samples, key) }, &truth, pairs),
-                );
-            }
         }
         curves.push((name.to_owned(), curve));
         let mut curve = Vec::new();

@@ -2,7 +2,7 @@
 //!
 //! A truth is two renders A and B with keys of their own: the mean of (S - A)(S - B) over a render S is its error without theirs, and a
 //! quarter of (A - B)^2 is the noise of their mean. What a render and a truth have in common (a bias of the code that made both) shows
-//! in neither, so `Case::common` compares them with renders that know no outlines.
+//! in neither.
 
 use std::time::Instant;
 
@@ -115,16 +115,16 @@ impl Case<'_> {
     }
 
     /// Two renders of so many samples, with keys that no row uses.
-    fn two(&self, samples: u32, outlines: bool) -> [Plane<f32>; 2] {
+    fn two(&self, samples: u32) -> [Plane<f32>; 2] {
         [0, 1].map(|half: u64| {
-            let key = DrawKey::root(if outlines { 98 + half } else { 96 + half });
-            let read = || self.kept(samples, outlines, half).and_then(|path| std::fs::read(path).ok());
+            let key = DrawKey::root(98 + half);
+            let read = || self.kept(samples, half).and_then(|path| std::fs::read(path).ok());
             if let Some(bytes) = read() {
                 let values = bytes.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().expect("four bytes")));
                 return Plane::from_values(Size { width_px: size()[1], height_px: size()[0] }, values.collect());
             }
-            let photons = self.render(Sampling { outlines, ..Sampling::fixed(samples, key) }).photons;
-            if let Some(path) = self.kept(samples, outlines, half) {
+            let photons = self.render(Sampling::fixed(samples, key)).photons;
+            if let Some(path) = self.kept(samples, half) {
                 let bytes: Vec<u8> = photons.values().iter().flat_map(|value| value.to_le_bytes()).collect();
                 std::fs::write(path, bytes).expect("the folder for truths is there");
             }
@@ -133,15 +133,15 @@ impl Case<'_> {
     }
 
     /// Where a truth is kept for the next run, if it is.
-    fn kept(&self, samples: u32, outlines: bool, half: u64) -> Option<String> {
+    fn kept(&self, samples: u32, half: u64) -> Option<String> {
         let name = self.name.replace(['/', ' '], "_");
         let [rows, _] = size();
-        number_after("--keep").map(|folder| format!("{folder}/{name}_{rows}_{samples}_{outlines}_{half}.f32"))
+        number_after("--keep").map(|folder| format!("{folder}/{name}_{rows}_{samples}_{half}.f32"))
     }
 
     /// A truth of two renders of so many samples.
     pub fn truth(&self, samples: u32) -> Truth {
-        let halves = self.two(samples, true);
+        let halves = self.two(samples);
         let mean = halves[0].values().iter().zip(halves[1].values()).map(|(a, b)| 0.5 * (a + b)).collect();
         let photons = Plane::from_values(halves[0].size(), mean);
         let is_below = |photons: f32| photons < self.saturation_photons;
@@ -162,22 +162,6 @@ impl Case<'_> {
         let [a, b] = &truth.halves;
         [f32::INFINITY, self.saturation_photons]
             .map(|limit| 0.25 * self.product([[a, b], [a, b]], truth, &truth.counted, limit)[0])
-    }
-
-    /// What a truth and renders without outlines disagree by for good, each with its standard error: over all counted pixels, and over
-    /// those that outlines changed at 64 samples; and how many these are.
-    pub fn common(&self, truth: &Truth, plain: u32) -> ([[f64; 2]; 2], f64) {
-        let [a, b] = &truth.halves;
-        let [c, d] = &self.two(plain, false);
-        let with = [true, false].map(|outlines| {
-            let sampling = Sampling { outlines, ..Sampling::fixed(64, DrawKey::root(95)) };
-            self.render(sampling).photons
-        });
-        let changed = |at: usize| with[0].values()[at].to_bits() != with[1].values()[at].to_bits();
-        let acted: Vec<bool> = (0..truth.counted.len()).map(|at| truth.counted[at] && changed(at)).collect();
-        let count = |which: &[bool]| f64_from_usize(which.iter().filter(|is| **is).count());
-        let of = |counted: &[bool]| self.product([[a, c], [b, d]], truth, counted, self.saturation_photons);
-        ([of(&truth.counted), of(&acted)], count(&acted) / count(&truth.counted))
     }
 
     /// What `2 * pairs` renders have in common.

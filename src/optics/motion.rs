@@ -92,6 +92,18 @@ impl Parabolas {
 }
 
 impl Parabolas {
+    /// One lane's in all.
+    #[inline(always)]
+    pub fn splatted(&self, lane: usize) -> Self {
+        let mut all = Self { coefficients: [[Floats::splat(0.0); 3]; NUMBERS] };
+        for number in 0..NUMBERS {
+            for power in 0..3 {
+                all.coefficients[number][power] = Floats::splat(self.coefficients[number][power].0[lane]);
+            }
+        }
+        all
+    }
+
     /// Each lane's from another of some.
     #[inline(always)]
     pub fn gathered<'a>(of: impl Fn(usize) -> (&'a Self, usize)) -> Self {
@@ -186,8 +198,8 @@ pub struct Timeline {
     pub is_still: bool,
 }
 
-/// Pieces of an exposure: few, because a parabola over an eighth of a radian is exact enough.
-const PIECES_MIN: u32 = 4;
+/// Pieces of an exposure where it turns little: one parabola is exact enough.
+const PIECES_MIN: u32 = 1;
 /// As many as the packets' samples share strata of time.
 const PIECES_MAX: u32 = 16;
 /// Turn over a piece that asks for finer ones.
@@ -227,8 +239,19 @@ impl Timeline {
         self.pieces[index(piece)].turn_of(lane, share * pieces - f32_from_u32(piece))
     }
 
+    /// How that pose changes there, over the whole exposure.
+    pub fn change_at(&self, lane: usize, share: f32) -> Turn {
+        let pieces = f32_from_u32(u32_from(self.pieces.len()));
+        let piece = u32_truncated_f32(share * pieces).min(u32_from(self.pieces.len() - 1));
+        self.pieces[index(piece)].change_of(lane, share * pieces - f32_from_u32(piece), pieces)
+    }
+
     /// The motion of one lane of the packet, in each lane over a piece of its own.
+    #[inline(always)]
     pub fn gathered(&self, lane: usize, piece_of: &[usize; LANES]) -> Parabolas {
+        if let [piece] = &self.pieces[..] {
+            return piece.splatted(lane);
+        }
         Parabolas::gathered(|to| (&self.pieces[piece_of[to]], lane))
     }
 }

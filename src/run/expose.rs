@@ -58,7 +58,6 @@ impl RenderInputs<'_> {
             follows_gloss: settings.follows_gloss,
             electrons_per_photon: settings.quantum_efficiency,
             saturation_photons: f32_nearest(settings.saturation_photons()),
-            outlines: true,
             key: self.key(),
         };
         self.world.expose((self.place.camera, self.camera), self.rows, &pose, sampling)

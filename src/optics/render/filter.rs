@@ -65,27 +65,19 @@ pub struct Shares {
     /// takes. Nets that lie evenly over the moving surface have no gaps of time to see through; halves of other samples do, and would
     /// agree better than two renders.
     is_wide: bool,
-    /// Whether a sample is one of all pixels that its point goes through, so that each of them has as many more as they are.
-    is_riding: bool,
 }
 
 impl Shares {
     /// Of the pixel and of the exposure.
     #[inline(always)]
     pub fn even(pixel: f32, exposure: f32) -> Self {
-        Self { pixel, to_pixel: to_middle(pixel), exposure, is_wide: false, is_riding: false }
+        Self { pixel, to_pixel: to_middle(pixel), exposure, is_wide: false }
     }
 
     /// The same share of the pixel and of the exposure, for samples that lie evenly over the moving surface.
     #[inline(always)]
     pub fn over_motion(share: f32) -> Self {
         Self { is_wide: true, ..Self::even(share, share) }
-    }
-
-    /// The share of samples that a pixel has alone, for those that ride with what they see (`ride`).
-    #[inline(always)]
-    pub fn riding(share: f32) -> Self {
-        Self { is_wide: true, is_riding: true, ..Self::even(share, share) }
     }
 }
 
@@ -156,9 +148,7 @@ impl Form {
         // Only what crosses the ray is seen as motion.
         let forward = dot(travel_m, direction);
         let across2 = dot(travel_m, travel_m) - forward * forward;
-        let crossed = if shares.is_riding { across2.sqrt() / pixel_m } else { 0.0 };
-        let fewer = 1.0 / (1.0 + crossed).sqrt();
-        let (share, exposure) = (shares.pixel * fewer, shares.exposure * fewer);
+        let (share, exposure) = (shares.pixel, shares.exposure);
         let pixel_m = pixel_m * TRAVEL_PX_MAX;
         let fits = if across2 > pixel_m * pixel_m { pixel_m / across2.sqrt() } else { 1.0 };
         let is_least = shares.is_wide && exposure < fits;
@@ -170,10 +160,8 @@ impl Form {
             exposure * fits
         };
         let (step_u, step_v, taps, area) = ellipse(right, down, travel, share * share, share_t * share_t);
-        // What many pixels see lies amid none of their exposures.
-        let to_middle_t = if shares.is_riding { 0.0 } else { to_middle(share_t) };
-        let to_pixel = if shares.is_riding { to_middle(share) } else { shares.to_pixel };
-        Self { right, down, travel, to_pixel, to_middle: to_middle_t, step: [step_u, step_v], taps, area }
+        let step = [step_u, step_v];
+        Self { right, down, travel, to_pixel: shares.to_pixel, to_middle: to_middle(share_t), step, taps, area }
     }
 }
 

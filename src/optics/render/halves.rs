@@ -31,14 +31,11 @@ pub struct Seen {
     pub spread: f32,
     /// Distance of the nearest surface in metres, `f32::MAX` where none was met.
     pub nearest_m: f32,
-    /// Even samples that those are worth that it shares with other pixels, along the ways of their points; none where it has its own.
-    pub shared: Option<f32>,
 }
 
 impl Seen {
     /// Before any sample.
-    pub const NONE: Self =
-        Self { photons: 0.0, taken: 0.0, taken_before: 0.0, spread: 0.0, nearest_m: f32::MAX, shared: None };
+    pub const NONE: Self = Self { photons: 0.0, taken: 0.0, taken_before: 0.0, spread: 0.0, nearest_m: f32::MAX };
 }
 
 /// Means of a pass's quarters, by lane.
@@ -90,7 +87,7 @@ impl Parts {
         let taken_before = 0.5 * (self.apart(0, 1, lane) + self.apart(2, 3, lane));
         // Quarters of two samples are empty.
         let spread = if self.count < 4 { taken } else { taken + taken_before };
-        Seen { photons: a + apart * -(of_b / all), taken, taken_before, spread, nearest_m, shared: None }
+        Seen { photons: a + apart * -(of_b / all), taken, taken_before, spread, nearest_m }
     }
 }
 

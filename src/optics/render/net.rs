@@ -22,10 +22,6 @@ pub struct Net {
     pub hidden: f32,
     /// Rays beside the samples.
     pub extra: u32,
-    /// Square of what the sample that is farthest from their mean differs from it by, where outlines may be looked for.
-    pub contrast2: f32,
-    /// Whether what they leave was worth asking for outlines.
-    pub is_asked: bool,
 }
 
 /// An edge of contrast c leaves c^2 / 600 (slanting) to c^2 / 1,600 (upright) after sixteen samples, of samples whose spread is c^2 /
@@ -45,19 +41,7 @@ pub const OF_BEFORE: f32 = 0.5 * 0.353_553_4;
 impl Net {
     /// Before any sample, with what one may miss.
     pub const fn new(hidden: f32) -> Self {
-        let (contrast2, is_asked) = (0.0, false);
-        Self {
-            photons: 0.0,
-            samples: 0,
-            powers: Powers::NONE,
-            spread: 0.0,
-            tail: 0.0,
-            taken: 0.0,
-            hidden,
-            extra: 0,
-            contrast2,
-            is_asked,
-        }
+        Self { photons: 0.0, samples: 0, powers: Powers::NONE, spread: 0.0, tail: 0.0, taken: 0.0, hidden, extra: 0 }
     }
 
     /// Takes what its samples sum to.

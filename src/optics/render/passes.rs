@@ -1,14 +1,11 @@
 //! Passes over a whole picture, on all cores where the feature is on. Enters: what a render's samples share. Leaves: even samples of all
 //! pixels, or cells of some. Every pixel's result is a function of its own samples, so no order shows.
 
-use std::sync::OnceLock;
-
 use super::Sampling;
 use super::glints::{Finder, Glint};
-use super::grid::Grid;
 use super::halves::Seen;
 use super::net::Net;
-use super::refine::{Desk, FIRST, Pixel, Rule, STRATA};
+use super::refine::{Desk, Pixel, Rule, STRATA};
 use super::rows::{COLUMNS, Pass, ROWS, Rows};
 use super::shot::View;
 use super::spend::{Estimate, Kind};
@@ -26,8 +23,6 @@ use crate::units::Span;
 const OF_NET: u64 = 1 << 41;
 /// Says that a key is a twin's.
 const OF_TWIN: u64 = 1 << 42;
-/// Says that a twin's key is of a second one.
-const OF_SECOND: u64 = 1 << 47;
 /// Says that a key shows where boxes are lit.
 const OF_BOXES: u64 = 1 << 45;
 /// Pixels of a unit of parallel work.
@@ -48,8 +43,6 @@ pub struct Picture<'a> {
     pub lamp_levels: Vec<[f32; STRATA]>,
     /// Parts of some pixels' exposures that have samples of their own, by place in the picture.
     boxes: Vec<(usize, Vec<Glint>)>,
-    /// How it moves, once that was asked for.
-    pub grid: OnceLock<Option<Grid>>,
 }
 
 /// What parting pixels says of their first batch.
@@ -126,8 +119,7 @@ impl<'a> Picture<'a> {
         let level = |row: usize| std::array::from_fn(|stratum| level(&view, shutter[row], stratum, STRATA));
         let lamp_levels = (0..shutter.len()).map(level).collect();
         let per_lux_s = view.camera.photons_per_lux_s(view.scene.illuminant());
-        let (boxes, grid) = (Vec::new(), OnceLock::new());
-        Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels, boxes, grid }
+        Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels, boxes: Vec::new() }
     }
 
     /// Pixels of a row.
@@ -143,17 +135,7 @@ impl<'a> Picture<'a> {
         std::array::from_fn(|band| f32_nearest(self.per_lux_s[band] * passed[band] * length_s))
     }
 
-    /// What every pixel sees of its first samples, of those of other pixels too where it moves, and how many were taken.
-    pub fn first(&self, count: u32) -> (Vec<Seen>, u64) {
-        if let Some(grid) = self.rides() {
-            return self.shared(count, grid);
-        }
-        let seen = self.even(count);
-        let rays = u64::from(count) * u64_from(seen.len());
-        (seen, rays)
-    }
-
-    /// Even samples of every pixel that it has alone.
+    /// Even samples of every pixel.
     pub fn even(&self, count: u32) -> Vec<Seen> {
         let Sampling { subframes, samples_per_pixel: each, .. } = self.sampling;
         let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
@@ -260,7 +242,7 @@ impl<'a> Picture<'a> {
         });
     }
 
-    /// What twins of pixels see that have as many samples, or two small nets of those that share theirs, and how many that took.
+    /// What twins of pixels see that have as many samples, and how many that took.
     pub fn twins(
         &self,
         twins: &[Twin],
@@ -268,9 +250,9 @@ impl<'a> Picture<'a> {
         seen: &[Seen],
         first: u32,
         rule: &Rule,
-    ) -> (Vec<(f32, Option<f32>)>, u64) {
+    ) -> (Vec<f32>, u64) {
         const EACH: usize = CHUNK / 4;
-        let mut all = vec![((0.0, None), 0); twins.len()];
+        let mut all = vec![(0.0, 0); twins.len()];
         over_chunks(&mut all, EACH, |chunk, some| {
             let mut desk = Desk::new();
             for (number, (photons, samples)) in some.iter_mut().enumerate() {
@@ -287,15 +269,11 @@ impl<'a> Picture<'a> {
                         let grown = estimates[at].samples - first;
                         let (photons_of_net, rays) =
                             net_of(OF_TWIN, if rule.share.is_some() { rule.samples } else { grown });
-                        (*photons, *samples) = ((photons_of_net, None), rays);
-                    }
-                    Kind::Shared => {
-                        let [(a, of_a), (b, of_b)] = [OF_TWIN, OF_TWIN | OF_SECOND].map(|kind| net_of(kind, FIRST));
-                        (*photons, *samples) = ((a, Some(b)), of_a + of_b);
+                        (*photons, *samples) = (photons_of_net, rays);
                     }
                     Kind::Even => {
                         let pixel = self.pixel(at, OF_TWIN);
-                        *photons = (pixel.even_mean(first, &mut desk), None);
+                        *photons = pixel.even_mean(first, &mut desk);
                         *samples = first + pixel.beside(first);
                     }
                 }

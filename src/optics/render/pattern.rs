@@ -72,6 +72,44 @@ pub fn sobol_reversed(dimension: usize, number: u32) -> u32 {
     bits.reverse_bits()
 }
 
+/// The same directions with their bits in reverse.
+const REVERSED: [[u32; 32]; DIMENSIONS] = {
+    let mut all = DIRECTIONS;
+    let mut dimension = 0;
+    while dimension < DIMENSIONS {
+        let mut bit = 0;
+        while bit < 32 {
+            all[dimension][bit] = all[dimension][bit].reverse_bits();
+            bit += 1;
+        }
+        dimension += 1;
+    }
+    all
+};
+
+/// The first three dimensions of the points of some numbers, scrambled by a seed each, side by side.
+#[inline(always)]
+pub fn points(numbers: &[u32; LANES], seeds: [u32; 3]) -> [Floats; 3] {
+    let mut all = 0;
+    for lane in 0..LANES {
+        all |= numbers[lane];
+    }
+    let mut points = [Floats::splat(0.0); 3];
+    for axis in 0..3 {
+        let mut reversed = [0_u32; LANES];
+        for bit in 0..index(u32::BITS - all.leading_zeros()) {
+            let direction = REVERSED[axis][bit];
+            for lane in 0..LANES {
+                reversed[lane] ^= direction & 0_u32.wrapping_sub(numbers[lane] >> bit & 1);
+            }
+        }
+        for lane in 0..LANES {
+            points[axis].0[lane] = unit(scrambled(reversed[lane], seeds[axis]));
+        }
+    }
+    points
+}
+
 /// Nested uniform scrambling of a number given in reverse; the result stands the right way round.
 #[inline(always)]
 pub fn scrambled(reversed: u32, seed: u32) -> u32 {

@@ -11,20 +11,17 @@
 
 use super::filter::Shares;
 use super::glints::Glint;
-use super::halves::Seen;
 use super::net::{Net, OF_BEFORE, Powers};
-use super::outlines::Outlines;
-use super::pattern::{scrambled, sobol_reversed, unit};
+use super::pattern::{points, scrambled, sobol_reversed, unit};
 use super::rows::{COLUMNS, ROWS};
-use super::shear::{moved, sheared};
-use super::shot::{Aim, Pixels, View, bilinear};
+use super::shear::{moved_lanes, sheared_lanes};
+use super::shot::{Aim, Pixels, View};
 use super::spend::{may_count, ratio};
 use super::strata::Parting;
-use super::whole::Whole;
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
 use crate::optics::motion::{Parabolas, Timeline};
-use crate::scene::lanes::{Floats, LANES, Vectors, sub3};
+use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::Bands;
 use crate::scene::tracer::Stack;
 use crate::simd::{Kernel, dispatch};
@@ -46,8 +43,6 @@ pub struct Rule {
     pub saturation_photons: f32,
     /// Share of the pixel's width that each sample stands for, where it is known beforehand; else that of the samples so far.
     pub share: Option<f32>,
-    /// Variance over photons from which on outlines are looked for; none: never.
-    pub outlines_from: Option<f32>,
 }
 
 impl Rule {
@@ -80,13 +75,12 @@ pub struct Pixel<'a> {
 /// Room for working on pixels, one after the other.
 pub struct Desk {
     pub stack: Stack,
-    pub outlines: Outlines,
 }
 
 impl Desk {
     /// Empty.
     pub fn new() -> Self {
-        Self { stack: Stack::new(), outlines: Outlines::default() }
+        Self { stack: Stack::new() }
     }
 }
 
@@ -95,9 +89,6 @@ impl Pixel<'_> {
     pub fn grow(&self, net: &mut Net, nearest_m: f32, rule: &Rule, desk: &mut Desk) {
         let pixels = self.pixels();
         let velocity_px = self.velocity_px(&pixels, nearest_m);
-        if let (Some(share), Some(least)) = (rule.share, rule.outlines_from) {
-            return self.whole(net, &pixels, &Whole { velocity_px, samples: rule.samples, share, least }, desk);
-        }
         if net.samples == 0 {
             let share = rule.share.unwrap_or(share(FIRST));
             self.begin(net, &pixels, velocity_px, share, desk);
@@ -143,37 +134,13 @@ impl Pixel<'_> {
         f32_nearest(self.trace(&self.pixels(), &block, desk, &mut |_, _| ()))
     }
 
-    /// What even samples say that no other pixel has a part in. They are not asked how far they went.
-    pub fn alone(&self, count: u32, desk: &mut Desk) -> Seen {
-        let block = Block { velocity_px: [0.0; 2], first: 0, count, share: share(count), is_sheared: false };
-        let (mut sums, mut squares) = ([0.0_f32; 2], 0.0_f32);
-        let first = count / 2;
-        let photons = f32_nearest(self.trace(&self.pixels(), &block, desk, &mut |number, photons| {
-            sums[usize::from(number >= first)] += photons;
-            squares += photons * photons;
-        }));
-        let [n, a, b] = [count, first, count - first].map(f32_from_u32);
-        let apart = sums[0] / a - sums[1] / b;
-        let spread = squares / n - photons * photons;
-        let spread = if spread > 0.0 { spread } else { 0.0 };
-        Seen { photons, taken: apart * apart * (a * b / (n * n)), spread, ..Seen::NONE }
-    }
-
     /// Rays beside so many samples.
     pub fn beside(&self, samples: u32) -> u32 {
         samples * u32_from(self.glints.len())
     }
 
-    /// Three even numbers of a sample.
-    fn even(&self, number: u32) -> [f32; 3] {
-        even(self.key, number)
-    }
-
     pub fn pixels(&self) -> Pixels {
-        let mut pixels = Pixels::NONE;
-        for lane in 0..LANES {
-            pixels.set(lane, self.view.camera, self.at, &self.photons_per_lux);
-        }
+        let mut pixels = Pixels::of_one(self.view.camera, self.at, &self.photons_per_lux, LANES);
         pixels.facet_seeds = [low_u32(mix(self.key.0) >> 32); LANES];
         pixels
     }
@@ -185,17 +152,15 @@ impl Pixel<'_> {
         }
         // Beyond any scene; what is infinitely far goes with the turn alone.
         let distance_m = if distance_m < 1e6 { distance_m } else { 1e6 };
-        let (zero, half) = (Floats::splat(0.0), Floats::splat(0.5));
-        let pieces = self.timeline.pieces.len();
-        let motion = &self.timeline.pieces[pieces / 2];
-        let (pose, change) = (motion.at(zero), motion.change_at(zero, f32_from_u32(u32_from(pieces))));
-        let bearing = bilinear(&pixels.corners, half, half);
         let lane = self.at[1] % ROWS * COLUMNS;
-        let of = |vectors: Vectors| vectors.map(|axis| axis.0[lane]);
-        let direction = of(pose.turned(bearing));
-        let right = across(of(pose.turned(sub3(pixels.corners[1], pixels.corners[0]))), direction);
-        let down = across(of(pose.turned(sub3(pixels.corners[2], pixels.corners[0]))), direction);
-        let (turn, place) = (of(change.turned(bearing)), of(change.place_m()));
+        let (pose, change) = (self.timeline.turn_at(lane, 0.5), self.timeline.change_at(lane, 0.5));
+        let corner = |number: usize| pixels.corners[number].each_ref().map(|axis| axis.0[0]);
+        let [first, right, down, last] = [corner(0), corner(1), corner(2), corner(3)];
+        let bearing = [0, 1, 2].map(|axis| 0.25 * (first[axis] + right[axis] + down[axis] + last[axis]));
+        let to = |corner: [f32; 3]| pose.turned([0, 1, 2].map(|axis| corner[axis] - first[axis]));
+        let direction = pose.turned(bearing);
+        let (right, down) = (across(to(right), direction), across(to(down), direction));
+        let (turn, place) = (change.turned(bearing), change.place_m());
         let travel = across([0, 1, 2].map(|axis| turn[axis] + place[axis] / distance_m), direction);
         let (rr, rd, dd) = (dot(right, right), dot(right, down), dot(down, down));
         let (tr, td) = (dot(travel, right), dot(travel, down));
@@ -210,18 +175,26 @@ impl Pixel<'_> {
     fn trace(&self, pixels: &Pixels, block: &Block, desk: &mut Desk, tell: &mut dyn FnMut(u32, f32)) -> f64 {
         let shares =
             if block.is_sheared { Shares::over_motion(block.share) } else { Shares::even(block.share, block.share) };
+        let is_moved = block.is_sheared && self.view.scene.has_textures();
         let mut sum = 0.0;
         for from in (0..block.count).step_by(LANES) {
             let lanes = LANES.min(index(block.count - from));
             let numbers = std::array::from_fn(|lane| block.first + from + u32_from(lane));
-            let (mut places, at) = self.places_at(block.velocity_px, &numbers, lanes);
-            if block.is_sheared && self.view.scene.has_textures() {
-                places.moves = Some(self.moves(block, &numbers, lanes));
-            }
-            let [mut photons, _] = self.shoot(pixels, places, lanes, &shares, desk);
+            let short = (lanes < LANES).then(|| pixels.shortened(lanes));
+            let pixels = short.as_ref().unwrap_or(pixels);
+            let (mut photons, at) = dispatch(Samples {
+                pixel: self,
+                pixels,
+                numbers: &numbers,
+                velocity_px: block.velocity_px,
+                moved_among: is_moved.then_some(block.count),
+                shares: &shares,
+                has_gloss: self.has_gloss(),
+                stack: &mut desk.stack,
+            });
             if !self.glints.is_empty() {
                 let parting = Parting { pixels, shares: &shares, numbers: &numbers, lanes };
-                self.part(&parting, &at, &mut photons, desk);
+                self.part(&parting, &lanes_of(&at), &mut photons, desk);
             }
             for lane in 0..lanes {
                 sum += f64::from(photons.0[lane]);
@@ -231,16 +204,8 @@ impl Pixel<'_> {
         sum / f64::from(block.count)
     }
 
-    /// How far the look-ups of a packet's samples are moved.
-    fn moves(&self, block: &Block, numbers: &[u32; LANES], lanes: usize) -> [Floats; 2] {
-        let mut moves = [Floats::splat(0.0); 2];
-        for lane in 0..lanes {
-            let by = moved(self.even(numbers[lane]), block.velocity_px, block.count);
-            for axis in 0..2 {
-                moves[axis].0[lane] = by[axis];
-            }
-        }
-        moves
+    fn has_gloss(&self) -> bool {
+        self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss)
     }
 
     /// Photons of a packet's samples, and how far each went.
@@ -252,7 +217,7 @@ impl Pixel<'_> {
         shares: &Shares,
         desk: &mut Desk,
     ) -> [Floats; 2] {
-        let has_gloss = self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss);
+        let has_gloss = self.has_gloss();
         let mut shots = Shots { pixel: self, pixels: *pixels, places, shares, has_gloss, stack: &mut desk.stack };
         shots.pixels.seen.1 = pixels.seen.1.min(lanes);
         for lane in lanes..LANES {
@@ -261,52 +226,77 @@ impl Pixel<'_> {
         dispatch(shots)
     }
 
-    /// Where and when samples of some numbers lie.
-    pub fn places(&self, velocity_px: [f32; 2], numbers: &[u32; LANES], lanes: usize) -> Places {
-        self.places_at(velocity_px, numbers, lanes).0
-    }
-
-    /// The same, and the shares of the pixel and of the exposure that these are.
-    pub fn places_at(
-        &self,
-        velocity_px: [f32; 2],
-        numbers: &[u32; LANES],
-        lanes: usize,
-    ) -> (Places, [[f32; 3]; LANES]) {
-        let mut places = [[0.0; 3]; LANES];
-        for lane in 0..lanes {
-            places[lane] = sheared(self.even(numbers[lane]), velocity_px);
-        }
-        (self.placed(&places, numbers, lanes), places)
-    }
-
     /// Samples at places and instants.
     pub fn placed(&self, at: &[[f32; 3]; LANES], numbers: &[u32; LANES], lanes: usize) -> Places {
-        let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
-        let mut places = Places {
-            place: [Floats::splat(0.0); 3],
-            motion: None,
-            share: Floats::splat(0.0),
-            moves: None,
-            lamp_levels: [1.0; LANES],
-            numbers: *numbers,
-        };
-        let mut piece_of = [0; LANES];
-        for lane in 0..lanes {
-            let place = at[lane];
-            for axis in 0..3 {
-                places.place[axis].0[lane] = place[axis];
+        let place =
+            [0, 1, 2].map(|axis| Floats(std::array::from_fn(|lane| if lane < lanes { at[lane][axis] } else { 0.0 })));
+        self.placed_lanes(place, numbers)
+    }
+
+    /// The same, side by side.
+    #[inline(always)]
+    fn placed_lanes(&self, place: [Floats; 3], numbers: &[u32; LANES]) -> Places {
+        let mut places =
+            Places { place, motion: None, share: place[2], moves: None, lamp_levels: [1.0; LANES], numbers: *numbers };
+        if !self.view.scene.is_steady() {
+            for lane in 0..LANES {
+                places.lamp_levels[lane] = self.lamp_levels[index(u32_truncated_f32(place[2].0[lane] * 16.0))];
             }
-            let piece = u32_truncated_f32(place[2] * pieces);
-            piece_of[lane] = index(piece);
-            places.share.0[lane] = place[2] * pieces - f32_from_u32(piece);
-            places.lamp_levels[lane] = self.lamp_levels[index(u32_truncated_f32(place[2] * 16.0))];
+        }
+        let mut piece_of = [0; LANES];
+        if self.timeline.pieces.len() > 1 {
+            let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
+            for lane in 0..LANES {
+                let time = place[2].0[lane] * pieces;
+                let piece = u32_truncated_f32(time);
+                piece_of[lane] = index(piece);
+                places.share.0[lane] = time - f32_from_u32(piece);
+            }
         }
         if !self.timeline.is_still {
-            let lane = self.at[1] % ROWS * COLUMNS;
-            places.motion = Some(self.timeline.gathered(lane, &piece_of));
+            places.motion = Some(self.timeline.gathered(self.at[1] % ROWS * COLUMNS, &piece_of));
         }
         places
+    }
+}
+
+/// Places by lane.
+fn lanes_of(places: &[Floats; 3]) -> [[f32; 3]; LANES] {
+    std::array::from_fn(|lane| places.each_ref().map(|axis| axis.0[lane]))
+}
+
+/// Seeds of x, y and t.
+fn seeds(key: DrawKey) -> [u32; 3] {
+    [key.0, key.0 >> 32, mix(key.0)].map(low_u32)
+}
+
+/// Draws and takes a packet of samples of one pixel.
+struct Samples<'a> {
+    pixel: &'a Pixel<'a>,
+    pixels: &'a Pixels,
+    numbers: &'a [u32; LANES],
+    velocity_px: [f32; 2],
+    /// Look-ups are moved within their cells among so many; none: as shares say.
+    moved_among: Option<u32>,
+    shares: &'a Shares,
+    has_gloss: bool,
+    stack: &'a mut Stack,
+}
+
+impl Kernel for Samples<'_> {
+    type Output = (Floats, [Floats; 3]);
+
+    #[inline(always)]
+    fn run(self) -> (Floats, [Floats; 3]) {
+        let even = points(self.numbers, seeds(self.pixel.key));
+        let at = sheared_lanes(even, self.velocity_px);
+        let mut places = self.pixel.placed_lanes(at, self.numbers);
+        if let Some(count) = self.moved_among {
+            places.moves = Some(moved_lanes(even, self.velocity_px, count));
+        }
+        let aim = places.aim(self.pixel.timeline, self.shares);
+        let [photons, _] = self.pixel.view.sample(self.pixels, &aim, self.has_gloss, self.stack);
+        (photons, at)
     }
 }
 
@@ -323,7 +313,7 @@ struct Block {
 
 /// Three even numbers of a sample of a key.
 pub fn even(key: DrawKey, number: u32) -> [f32; 3] {
-    let seeds = [key.0, key.0 >> 32, mix(key.0)].map(low_u32);
+    let seeds = seeds(key);
     [0, 1, 2].map(|axis| unit(scrambled(sobol_reversed(axis, number), seeds[axis])))
 }
 

@@ -8,28 +8,10 @@
 //! biases nothing.
 
 use crate::num::{f32_from_u32, u32_truncated_f32};
+use crate::scene::lanes::{Floats, LANES, Mask};
 
 /// Motion below this many pixels an exposure is none: the bounds of time would lose their digits.
 const LEAST_PX: f32 = 1e-3;
-
-/// The place with even distribution of the sum of an even number of 0..1 and one of 0..`width`, and the bounds of the second one's
-/// share.
-fn sum_of_boxes(p: f32, width: f32) -> (f32, [f32; 2]) {
-    if width < LEAST_PX {
-        return (p, [0.0, 1.0]);
-    }
-    let (least, most) = if width < 1.0 { (width, 1.0) } else { (1.0, width) };
-    let tail = 0.5 * least / most;
-    let place = if p < tail {
-        (2.0 * least * most * p).sqrt()
-    } else if p > 1.0 - tail {
-        1.0 + width - (2.0 * least * most * (1.0 - p)).sqrt()
-    } else {
-        p * most + 0.5 * least
-    };
-    let (from, to) = ((place - 1.0) / width, place / width);
-    (place, [if from > 0.0 { from } else { 0.0 }, if to < 1.0 { to } else { 1.0 }])
-}
 
 /// A share that a sum may have rounded up to 1, or below 0.
 pub fn bounded(share: f32) -> f32 {
@@ -44,55 +26,166 @@ pub fn bounded(share: f32) -> f32 {
     }
 }
 
-/// Place (x, y) in the pixel and instant t, each in 0..1, of a point of the unit cube.
-pub fn sheared([p, q, w]: [f32; 3], velocity_px: [f32; 2]) -> [f32; 3] {
-    // A pixel that goes left is one that goes right in a mirror.
+/// The places with even distribution of the sum of an even number of 0..1 and one of 0..`width`, and the bounds of the second one's
+/// share.
+#[inline(always)]
+fn sums_of_boxes(p: Floats, width: Floats) -> (Floats, [Floats; 2]) {
+    let (zero, one) = (Floats::splat(0.0), Floats::splat(1.0));
+    let (mut place, mut from, mut to) = (zero, zero, zero);
+    for lane in 0..LANES {
+        let (p, width) = (p.0[lane], width.0[lane]);
+        let least = if width < 1.0 { width } else { 1.0 };
+        let most = if width < 1.0 { 1.0 } else { width };
+        let tail = 0.5 * least / most;
+        let first = (2.0 * least * most * p).sqrt();
+        let last = 1.0 + width - (2.0 * least * most * (1.0 - p)).sqrt();
+        let middle = p * most + 0.5 * least;
+        let beyond = if p > 1.0 - tail { last } else { middle };
+        place.0[lane] = if p < tail { first } else { beyond };
+        from.0[lane] = (place.0[lane] - 1.0) / width;
+        to.0[lane] = place.0[lane] / width;
+    }
+    let is_still = width.below(Floats::splat(LEAST_PX));
+    let [from, to] = [zero.below(from).select(from, zero), to.below(one).select(to, one)];
+    (is_still.select(p, place), [is_still.select(zero, from), is_still.select(one, to)])
+}
+
+/// Shares that sums may have rounded up to 1, or below 0, within the pixel and the exposure.
+#[inline(always)]
+fn bounded_lanes(shares: Floats) -> Floats {
+    let mut out = shares;
+    for lane in 0..LANES {
+        out.0[lane] = bounded(shares.0[lane]);
+    }
+    out
+}
+
+/// Places (x, y) in the pixel and instants t, each in 0..1, of points of the unit cube.
+#[inline(always)]
+pub fn sheared_lanes([p, q, w]: [Floats; 3], velocity_px: [f32; 2]) -> [Floats; 3] {
+    let (zero, one) = (Floats::splat(0.0), Floats::splat(1.0));
     let [x_turned, y_turned] = velocity_px.map(|velocity| velocity < 0.0);
-    let [width_x, width_y] = velocity_px.map(f32::abs);
-    let (u, [from, to]) = sum_of_boxes(if x_turned { 1.0 - p } else { p }, width_x);
+    let [width_x, width_y] = velocity_px.map(|velocity| Floats::splat(velocity.abs()));
+    let (u, [from, to]) = sums_of_boxes(if x_turned { one - p } else { p }, width_x);
     let length = to - from;
-    let (v, [least, most]) = sum_of_boxes(if y_turned { 1.0 - q } else { q }, width_y * length);
+    let height = width_y * length;
+    let (v, [least, most]) = sums_of_boxes(if y_turned { one - q } else { q }, height);
     let share = least + (most - least) * w;
     let t = from + length * share;
-    let x = if width_x < LEAST_PX { u } else { u - width_x * t };
-    let y = if width_y * length < LEAST_PX { v } else { v - width_y * length * share };
-    let turned = |is_turned: bool, share: f32| bounded(if is_turned { 1.0 - share } else { share });
-    [turned(x_turned, x), turned(y_turned, y), bounded(t)]
+    let moves = |width: Floats| -> Mask { Floats::splat(LEAST_PX).at_most(width) };
+    let x = u - moves(width_x).select(width_x * t, zero);
+    let y = v - moves(height).select(height * share, zero);
+    let (x, y) = (if x_turned { one - x } else { x }, if y_turned { one - y } else { y });
+    [bounded_lanes(x), bounded_lanes(y), bounded_lanes(t)]
+}
+
+/// How far over the moving surface the look-ups of samples are moved, in pixels to the right and down, where `count` samples make a net
+/// of as many cells: a part of the way to the middle of its cell, and inwards, so that the spread of places and that of filters,
+/// each as wide as a cell, sum to what the pixel sees.
+#[inline(always)]
+pub fn moved_lanes([p, q, _]: [Floats; 3], velocity_px: [f32; 2], count: u32) -> [Floats; 2] {
+    let one = Floats::splat(1.0);
+    let log2 = count.ilog2();
+    let [columns, rows] = [log2.div_ceil(2), log2 / 2].map(|log2| f32_from_u32(1 << log2));
+    // What filters leave of the variance to places.
+    let of_places = 1.0 - 1.0 / f32_from_u32(count);
+    let [x_turned, y_turned] = velocity_px.map(|velocity| velocity < 0.0);
+    let [width_x, width_y] = velocity_px.map(|velocity| Floats::splat(velocity.abs()));
+    let (x, [from, to]) = moved_along(if x_turned { one - p } else { p }, columns, width_x, of_places);
+    let (y, _) = moved_along(if y_turned { one - q } else { q }, rows, width_y * (to - from), of_places);
+    let zero = Floats::splat(0.0);
+    // Their negatives, of zero too.
+    let turned = |is_turned: bool, by: Floats| if is_turned { zero - by } else { by };
+    [turned(x_turned, x), turned(y_turned, y)]
+}
+
+/// Along one axis: how far, and the bounds of time.
+#[inline(always)]
+fn moved_along(share: Floats, cells: f32, width: Floats, of_places: f32) -> (Floats, [Floats; 2]) {
+    let last = cells - 1.0;
+    let mut amid = share;
+    for lane in 0..LANES {
+        let cell = f32_from_u32(u32_truncated_f32(share.0[lane] * cells));
+        amid.0[lane] = (if cell < last { cell } else { last } + 0.5) / cells;
+    }
+    let (place, bounds) = sums_of_boxes(share, width);
+    let (home, _) = sums_of_boxes(amid, width);
+    let left = 1.0 - HOMED;
+    let inwards = Floats::splat((of_places / (1.0 + (left * left - 1.0) / (cells * cells))).sqrt());
+    let middle = Floats::splat(0.5) * (Floats::splat(1.0) + width);
+    (middle + inwards * (place + Floats::splat(HOMED) * (home - place) - middle) - place, bounds)
 }
 
 /// Part of the way to the middle of its cell by which a look-up of a texture is moved. Look-ups all amid their cells take away more of
 /// the variance, and leave a texture with that period as a bias.
 const HOMED: f32 = 0.15;
 
-/// How far over the moving surface the look-up of a sample is moved, in pixels to the right and down, where `count` samples make a net of
-/// as many cells: a part of the way to the middle of its cell, and inwards, so that the spread of places and that of filters, each
-/// as wide as a cell, sum to what the pixel sees.
-pub fn moved([p, q, _]: [f32; 3], velocity_px: [f32; 2], count: u32) -> [f32; 2] {
-    let log2 = count.ilog2();
-    let [columns, rows] = [log2.div_ceil(2), log2 / 2].map(|log2| f32_from_u32(1 << log2));
-    // What filters leave of the variance to places.
-    let of_places = 1.0 - 1.0 / f32_from_u32(count);
-    // Where a share of a sum lies, and by how much its look-up is moved.
-    let one = |share: f32, cells: f32, width: f32| {
-        let (cell, last) = (f32_from_u32(u32_truncated_f32(share * cells)), cells - 1.0);
-        let amid = (if cell < last { cell } else { last } + 0.5) / cells;
-        let ((place, bounds), (home, _)) = (sum_of_boxes(share, width), sum_of_boxes(amid, width));
-        let (middle, left) = (0.5 * (1.0 + width), 1.0 - HOMED);
-        let inwards = (of_places / (1.0 + (left * left - 1.0) / (cells * cells))).sqrt();
-        (middle + inwards * (place + HOMED * (home - place) - middle) - place, bounds)
-    };
-    let [x_turned, y_turned] = velocity_px.map(|velocity| velocity < 0.0);
-    let [width_x, width_y] = velocity_px.map(f32::abs);
-    let (x, [from, to]) = one(if x_turned { 1.0 - p } else { p }, columns, width_x);
-    let (y, _) = one(if y_turned { 1.0 - q } else { q }, rows, width_y * (to - from));
-    [if x_turned { -x } else { x }, if y_turned { -y } else { y }]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::draw::DrawKey;
     use crate::num::{f32_nearest, f64_from_usize, index};
+
+    // One sample after another, as the textbook has it.
+
+    /// The place with even distribution of the sum of an even number of 0..1 and one of 0..`width`, and the bounds of the second one's
+    /// share.
+    fn sum_of_boxes(p: f32, width: f32) -> (f32, [f32; 2]) {
+        if width < LEAST_PX {
+            return (p, [0.0, 1.0]);
+        }
+        let (least, most) = if width < 1.0 { (width, 1.0) } else { (1.0, width) };
+        let tail = 0.5 * least / most;
+        let place = if p < tail {
+            (2.0 * least * most * p).sqrt()
+        } else if p > 1.0 - tail {
+            1.0 + width - (2.0 * least * most * (1.0 - p)).sqrt()
+        } else {
+            p * most + 0.5 * least
+        };
+        let (from, to) = ((place - 1.0) / width, place / width);
+        (place, [if from > 0.0 { from } else { 0.0 }, if to < 1.0 { to } else { 1.0 }])
+    }
+
+    /// Place (x, y) in the pixel and instant t, each in 0..1, of a point of the unit cube.
+    fn sheared([p, q, w]: [f32; 3], velocity_px: [f32; 2]) -> [f32; 3] {
+        // A pixel that goes left is one that goes right in a mirror.
+        let [x_turned, y_turned] = velocity_px.map(|velocity| velocity < 0.0);
+        let [width_x, width_y] = velocity_px.map(f32::abs);
+        let (u, [from, to]) = sum_of_boxes(if x_turned { 1.0 - p } else { p }, width_x);
+        let length = to - from;
+        let (v, [least, most]) = sum_of_boxes(if y_turned { 1.0 - q } else { q }, width_y * length);
+        let share = least + (most - least) * w;
+        let t = from + length * share;
+        let x = if width_x < LEAST_PX { u } else { u - width_x * t };
+        let y = if width_y * length < LEAST_PX { v } else { v - width_y * length * share };
+        let turned = |is_turned: bool, share: f32| bounded(if is_turned { 1.0 - share } else { share });
+        [turned(x_turned, x), turned(y_turned, y), bounded(t)]
+    }
+
+    /// How far over the moving surface the look-up of a sample is moved, in pixels to the right and down, where `count` samples make a net of
+    /// as many cells: a part of the way to the middle of its cell, and inwards, so that the spread of places and that of filters, each
+    /// as wide as a cell, sum to what the pixel sees.
+    fn moved([p, q, _]: [f32; 3], velocity_px: [f32; 2], count: u32) -> [f32; 2] {
+        let log2 = count.ilog2();
+        let [columns, rows] = [log2.div_ceil(2), log2 / 2].map(|log2| f32_from_u32(1 << log2));
+        // What filters leave of the variance to places.
+        let of_places = 1.0 - 1.0 / f32_from_u32(count);
+        // Where a share of a sum lies, and by how much its look-up is moved.
+        let one = |share: f32, cells: f32, width: f32| {
+            let (cell, last) = (f32_from_u32(u32_truncated_f32(share * cells)), cells - 1.0);
+            let amid = (if cell < last { cell } else { last } + 0.5) / cells;
+            let ((place, bounds), (home, _)) = (sum_of_boxes(share, width), sum_of_boxes(amid, width));
+            let (middle, left) = (0.5 * (1.0 + width), 1.0 - HOMED);
+            let inwards = (of_places / (1.0 + (left * left - 1.0) / (cells * cells))).sqrt();
+            (middle + inwards * (place + HOMED * (home - place) - middle) - place, bounds)
+        };
+        let [x_turned, y_turned] = velocity_px.map(|velocity| velocity < 0.0);
+        let [width_x, width_y] = velocity_px.map(f32::abs);
+        let (x, [from, to]) = one(if x_turned { 1.0 - p } else { p }, columns, width_x);
+        let (y, _) = one(if y_turned { 1.0 - q } else { q }, rows, width_y * (to - from));
+        [if x_turned { -x } else { x }, if y_turned { -y } else { y }]
+    }
 
     const VELOCITIES_PX: [[f32; 2]; 7] =
         [[0.0, 0.0], [0.3, 0.0], [0.0, -0.7], [1.0, 1.0], [-3.0, 0.5], [11.0, -0.2], [-6.0, -9.0]];
@@ -202,6 +295,40 @@ mod tests {
                 assert!(moved(even, velocity_px, 16).iter().all(|by| by.abs() < 2.0), "{even:?} {velocity_px:?}");
             }
         }
+    }
+
+    #[test]
+    fn lanes_side_by_side_are_as_one_by_one_in_every_bit() {
+        let mut tried = 0;
+        for velocity_px in VELOCITIES_PX.into_iter().chain([[1e-4, 0.5], [-0.5, 9e-4], [2.0, -1.0]]) {
+            for number in 0..200_u64 {
+                let numbers = |axis: u64| {
+                    let lane = |lane: usize| {
+                        let key = DrawKey::root(6).with(number).with(axis).with(crate::num::u64_from(lane)).0;
+                        f32_from_u32(crate::num::low_u32(key) >> 8) / 16_777_216.0
+                    };
+                    Floats(std::array::from_fn(lane))
+                };
+                let even = [0, 1, 2].map(numbers);
+                let (places, moves) = (sheared_lanes(even, velocity_px), moved_lanes(even, velocity_px, 16));
+                for lane in 0..LANES {
+                    let of_lane = even.map(|axis| axis.0[lane]);
+                    let (place, by) = (sheared(of_lane, velocity_px), moved(of_lane, velocity_px, 16));
+                    assert_eq!(places.map(|axis| axis.0[lane].to_bits()), place.map(f32::to_bits), "{velocity_px:?}");
+                    for axis in 0..2 {
+                        // A zero may have either sign.
+                        assert!(
+                            moves[axis].0[lane] == by[axis],
+                            "{velocity_px:?}: {} {}",
+                            moves[axis].0[lane],
+                            by[axis]
+                        );
+                    }
+                    tried += 1;
+                }
+            }
+        }
+        assert_eq!(tried, 10 * 200 * LANES);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::filter::{Look, Ray, Shares, Steps, Surfaces, ellipse_of_one, ellipses
 use crate::optics::camera::Camera;
 use crate::optics::motion::{Parabolas, Turn, Turns};
 use crate::scene::LitScene;
-use crate::scene::lanes::{Floats, LANES, Vectors, add3, dot3, sub3};
+use crate::scene::lanes::{Floats, LANES, Vectors, add3, sub3};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::{Met, by_band, by_lane};
 use crate::scene::texture::Footprints;
@@ -77,6 +77,38 @@ impl Pixels {
 }
 
 impl Pixels {
+    /// One pixel in all lanes, of which the first `lanes` count.
+    #[inline(always)]
+    pub fn of_one(camera: &Camera, at: [usize; 2], photons_per_lux: &Bands, lanes: usize) -> Self {
+        let mut one = Self::NONE;
+        one.set(0, camera, at, photons_per_lux);
+        let mut all = Self::NONE;
+        for corner in 0..4 {
+            for axis in 0..3 {
+                all.corners[corner][axis] = Floats::splat(one.corners[corner][axis].0[0]);
+            }
+        }
+        all.spread = Floats::splat(one.spread.0[0]);
+        for band in 0..BANDS {
+            all.photons_per_lux[band] = Floats::splat(one.photons_per_lux[band].0[0]);
+        }
+        if one.seen.1 > 0 {
+            all.seen = (std::array::from_fn(|lane| lane), lanes);
+            for lane in 0..lanes {
+                all.t_max.0[lane] = f32::MAX;
+            }
+        }
+        all
+    }
+
+    /// The same of which fewer lanes count.
+    pub fn shortened(&self, lanes: usize) -> Self {
+        let mut short = *self;
+        short.t_max.0[lanes..].fill(-1.0);
+        short.seen.1 = short.seen.1.min(lanes);
+        short
+    }
+
     /// From the first corner of the middle lane's pixel to another, at a distance.
     #[inline(always)]
     fn step_m(&self, corner: usize, pose: &Turn, t_m: f32) -> [f32; 3] {
@@ -117,60 +149,10 @@ impl Aim<'_> {
     }
 }
 
-/// What rays meet.
-pub struct Light {
-    /// Of each band.
-    pub lux: [Floats; BANDS],
-    /// How far they went in metres.
-    pub distance_m: Floats,
-    /// Cosines to the optical axis.
-    cos: Floats,
-    triangles: [u32; LANES],
-}
-
-impl Aim<'_> {
-    /// How points at distances along the rays move in the picture, in pixels to the right and down over an exposure.
-    #[inline(always)]
-    pub fn velocities_px(&self, pixels: &Pixels, distance_m: Floats) -> [Floats; 2] {
-        let zero = Floats::splat(0.0);
-        if !(self.pieces > 0.0) {
-            return [zero; 2];
-        }
-        let (bearing, pose, packet) = self.rays(pixels);
-        let change = self.motion.change_at(self.share, self.pieces);
-        let per_direction2 = over(Floats::splat(1.0), dot3(packet.direction, packet.direction));
-        let right = across(pose.turned(sub3(pixels.corners[1], pixels.corners[0])), packet.direction, per_direction2);
-        let down = across(pose.turned(sub3(pixels.corners[2], pixels.corners[0])), packet.direction, per_direction2);
-        // Beyond any scene; what is infinitely far goes with the turn alone.
-        let per_m = over(Floats::splat(1.0), distance_m.lesser(Floats::splat(1e6)));
-        let travel = add3(change.turned(bearing), scaled(change.place_m(), per_m));
-        let travel = across(travel, packet.direction, per_direction2);
-        let (rr, rd, dd) = (dot3(right, right), dot3(right, down), dot3(down, down));
-        let (tr, td) = (dot3(travel, right), dot3(travel, down));
-        let determinant = rr * dd - rd * rd;
-        // A pixel that goes right sees its points go left.
-        [over(td * rd - tr * dd, determinant), over(tr * rd - td * rr, determinant)]
-    }
-}
-
 impl View<'_> {
     /// Photons of a sample in each lane, and how far it went.
     #[inline(always)]
     pub fn sample(&self, pixels: &Pixels, aim: &Aim, has_gloss: bool, stack: &mut Stack) -> [Floats; 2] {
-        let (light, _) = self.light(pixels, aim, has_gloss, stack);
-        let [r, g, b, n] = light.lux;
-        let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
-        let mut left = Floats::splat(0.0);
-        for lane in 0..LANES {
-            left.0[lane] = self.camera.roll_off_at(light.cos.0[lane]);
-        }
-        let photons = (r * per_r + g * per_g + b * per_b + n * per_n) * left;
-        [photons, light.distance_m]
-    }
-
-    /// Light of a sample in each lane, and whether any reflection was followed.
-    #[inline(always)]
-    pub fn light(&self, pixels: &Pixels, aim: &Aim, has_gloss: bool, stack: &mut Stack) -> (Light, bool) {
         let (bearing, pose, packet) = aim.rays(pixels);
         let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
         let shot = Shot { pixels, aim, bearing, pose, hits, packet };
@@ -179,36 +161,18 @@ impl View<'_> {
             Some(triangle) if are_alike(hits.t) => self.shade_one(triangle, &shot),
             _ => self.shade_mixed(&shot),
         };
-        let follows = has_gloss && is_glossy;
-        if follows {
+        if has_gloss && is_glossy {
             let mut lux_of = by_lane(&lux);
             self.reflect(&shot.hits, &shot.packet, pixels, aim, &mut lux_of);
             lux = by_band(&lux_of);
         }
-        (Light { lux, distance_m: hits.t, cos: shot.bearing[2], triangles: hits.triangle }, follows)
-    }
-
-    /// Whether what a lane met keeps an image that rays follow.
-    pub fn keeps_image(&self, light: &Light, lane: usize) -> bool {
-        let triangle = light.triangles[lane];
-        triangle != MISS && self.scene.face(triangle).has_gloss(self.follows_gloss)
-    }
-
-    /// What the textures at some hits are of white in each lane, in photons for a lux-equivalent of every band: how samples of one light
-    /// differ.
-    #[inline(always)]
-    pub fn tint(&self, pixels: &Pixels, aim: &Aim, hits: Hits) -> Floats {
-        let (bearing, pose, packet) = aim.rays(pixels);
-        let shot = Shot { pixels, aim, bearing, pose, hits, packet };
-        let [r, g, b, n] = match self.scene.one_met(&hits) {
-            Some(triangle) if are_alike(hits.t) => self.colours_of_one(triangle, &shot),
-            _ => {
-                let met = self.scene.met(&hits);
-                by_band(&self.scene.colours(&hits, &met, &shot.footprints(&met)))
-            }
-        };
+        let [r, g, b, n] = lux;
         let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
-        r * per_r + g * per_g + b * per_b + n * per_n
+        let mut left = Floats::splat(0.0);
+        for lane in 0..LANES {
+            left.0[lane] = self.camera.roll_off_at(shot.bearing[2].0[lane]);
+        }
+        [(r * per_r + g * per_g + b * per_b + n * per_n) * left, hits.t]
     }
 
     /// Light of a packet that met one triangle at about one distance, and whether that keeps an image.
@@ -345,19 +309,4 @@ pub(in crate::optics) fn bilinear(corners: &[Vectors; 4], x: Floats, y: Floats) 
         bearing[axis] = above + (below - above) * y;
     }
     bearing
-}
-
-/// The part of vectors across directions, over whose squares it is told.
-#[inline(always)]
-fn across(vectors: Vectors, directions: Vectors, per_direction2: Floats) -> Vectors {
-    sub3(vectors, scaled(directions, dot3(vectors, directions) * per_direction2))
-}
-
-#[inline(always)]
-fn over(a: Floats, b: Floats) -> Floats {
-    let mut quotient = a;
-    for lane in 0..LANES {
-        quotient.0[lane] = a.0[lane] / b.0[lane];
-    }
-    quotient
 }

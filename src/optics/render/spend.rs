@@ -29,8 +29,6 @@ pub struct Estimate {
 pub enum Kind {
     /// A few even ones.
     Even,
-    /// Such that other pixels have a part in, as it has in theirs.
-    Shared,
     /// A net of its own.
     Net,
 }
@@ -136,9 +134,6 @@ const PER_SPREAD: f32 = 5.0;
 /// Samples that a pixel without a net of its own counts as at least.
 const ALONE: f32 = 12.0;
 
-/// Samples of a net of its own that are worth one of those that points bring along.
-const OF_SHARED: f32 = 0.4;
-
 /// What a pixel's difference to the mean of its neighbours says, over what their own differences do.
 const OWN: f32 = 0.5;
 
@@ -159,25 +154,18 @@ pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_pho
     };
     #[cfg(not(feature = "parallel"))]
     let rows: Vec<Vec<(f32, f32, f32)>> = (0..height).map(row).collect();
-    // What halves tell over what contrasts do, and of shared samples over what as many random ones would leave.
-    let (mut left, mut less) = ([0.0_f64; 2], [0.0_f64; 2]);
+    // What halves tell over what contrasts do.
+    let (mut left, mut less) = (0.0_f64, 0.0_f64);
     for (pixel, (contrast, ..)) in seen.iter().zip(rows.iter().flatten()) {
         if pixel.photons > 0.0 && pixel.photons < saturation_photons {
-            let kind = usize::from(pixel.shared.is_some());
-            left[kind] += f64::from(LEFT_TYPICAL * pixel.taken / pixel.photons);
-            less[kind] += f64::from(pixel.shared.map_or(*contrast, |count| pixel.spread / count) / pixel.photons);
+            left += f64::from(LEFT_TYPICAL * pixel.taken / pixel.photons);
+            less += f64::from(*contrast / pixel.photons);
         }
     }
-    let [per_contrast, per_random] =
-        [0, 1].map(|kind| if less[kind] > 0.0 { f32_nearest(left[kind] / less[kind]) } else { 0.0 });
+    let per_contrast = if less > 0.0 { f32_nearest(left / less) } else { 0.0 };
+    let n = f32_from_u32(samples);
     let of = |(pixel, &(contrast, taken, hidden)): (&Seen, &(f32, f32, f32))| {
-        let n = pixel.shared.unwrap_or(f32_from_u32(samples));
-        // Many samples know their own spread, so that the halves of one of nine pixels may be its own.
-        let resolved = if pixel.shared.is_some() {
-            LEFT_TYPICAL * (8.0 * taken + pixel.taken) / 9.0 + per_random * pixel.spread / n
-        } else {
-            LEFT_TYPICAL * taken + per_contrast * contrast
-        };
+        let resolved = LEFT_TYPICAL * taken + per_contrast * contrast;
         let mut variance = 0.5 * resolved + hidden / (n * n * n);
         // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not, and so are most of them.
         if !(pixel.photons < saturation_photons) {
@@ -185,8 +173,7 @@ pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_pho
                 variance = if least > variance { least } else { variance };
             }
         }
-        let (kind, worth) = if pixel.shared.is_some() { (Kind::Shared, OF_SHARED * n) } else { (Kind::Even, n) };
-        Estimate { photons: pixel.photons, variance, samples, kind, worth }
+        Estimate { photons: pixel.photons, variance, samples, kind: Kind::Even, worth: n }
     };
     seen.iter().zip(rows.iter().flatten()).map(of).collect()
 }

@@ -1,7 +1,6 @@
 //! Renders of small scenes: photometry, equal bits, bounds, and the stated error against the true one.
 
 mod lamps;
-mod riding;
 
 use super::*;
 use crate::optics::camera::{Aperture, Pupil, RollOff};
@@ -76,7 +75,6 @@ fn every_level_and_any_number_of_threads_give_the_same_photons() {
         let seen = || render(&scene, &camera, &shutter, &turning, sampling(samples, DrawKey::root(7)));
         same_bits(&seen);
     }
-    // So slowly that samples are shared.
     let shutter: Vec<Span> = shutter.iter().map(|row| Span { end_s: row.start_s + 0.02, ..*row }).collect();
     let slower = |t_s: f64| turning(0.2 * t_s);
     let tight = Sampling { samples_max: 64, tolerance: 0.2, ..sampling(3, DrawKey::root(7)) };
@@ -125,7 +123,6 @@ fn no_pixel_leaves_the_bounds_that_the_planner_is_told() {
 fn the_stated_render_variance_is_what_two_renders_differ_by() {
     let (scene, camera) = (lit_box(), camera(Pupil::ThinLens, RollOff::None));
     let mut tried = 0;
-    // So fast that samples are not shared, and so slowly that they are.
     let slower = |t_s: f64| turning(0.2 * t_s);
     let all = [(4, 4, 0.0), (16, 16, 0.0), (64, 64, 0.0), (4, 64, 0.3), (4, 64, 0.2)];
     let motions: [&(dyn Fn(f64) -> Pose + Sync); 2] = [&turning, &slower];
@@ -195,74 +192,13 @@ fn a_strip_thinner_than_a_sample_has_its_own_area() {
                 count += 1.0;
             }
         }
-        // 1,024 rays are asked in each pixel that the strip cuts. A slanting edge of their net has a variance of 1 / 9 n^1.5 in a
-        // pixel, so two edges in up to three pixels of a row (more as it lies down: 1 / cos) leave 0.0045, and 64 samples 0.036.
-        // The rays of a row's pixels are independent, so the mean of 64 is known to an eighth.
-        let sigma = 0.0045 / libm::cos(angle_rad);
+        // A slanting edge of a net of n has a variance of 1 / 9 n^1.5 in a pixel, so two edges in up to three pixels of a row (more as it
+        // lies down: 1 / cos) leave 0.036 for 64. The rays of a row's pixels are independent, so the mean of 64 is known to an eighth.
+        let sigma = 0.036 / libm::cos(angle_rad);
         let (rms, mean) = ((squares / count).sqrt(), sum / count);
         assert!(rms < 2.0 * sigma, "{angle_rad} rad, {goes_m_per_s} m/s: {rms}");
         assert!(mean.abs() < 5.0 / 8.0 * sigma, "{angle_rad} rad, {goes_m_per_s} m/s: {mean}");
         tried += 1;
     }
     assert_eq!(tried, 4);
-}
-
-/// A wall with a picture of squares, black and white in turn, two pixels wide, turned by an angle.
-fn squares(angle_rad: f64) -> LitScene {
-    const TEXELS: u32 = 256;
-    let px_m = 2.0 * libm::tan(0.6) / 22.5;
-    let mut mesh = Mesh::default();
-    let code = |texel: u32| {
-        let (column, row) = (texel % TEXELS * 8 / TEXELS, texel / TEXELS * 8 / TEXELS);
-        [if (column + row).is_multiple_of(2) { 255 } else { 0 }; 3]
-    };
-    let codes: Vec<[u8; 3]> = (0..TEXELS * TEXELS).map(code).collect();
-    mesh.textures.push(Texture::from_srgb(TEXELS, TEXELS, &codes, [Wrap::Repeat; 2]));
-    mesh.materials.push(Material { texture: Some(0), ..Material::plain("squares", [0.8; 3]) });
-    let (cos, sin) = (libm::cos(angle_rad), libm::sin(angle_rad));
-    let half_m = 32.0 * px_m;
-    let corner = |x: f64, y: f64| [half_m * (x * cos - y * sin), half_m * (x * sin + y * cos), 2.0].map(f32_nearest);
-    // Eight squares in a picture, so four pictures over 64 pixels.
-    let corners_m = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    mesh.append_quad(0, corners_m, [4.0, 4.0]);
-    Scene::new("squares", mesh, [0.0; 4]).unwrap().evenly_lit(100.0, Illuminant::D65)
-}
-
-#[test]
-fn the_edges_of_a_texture_are_as_exact_as_the_finer_net_has_them() {
-    let camera = camera(Pupil::ThinLens, RollOff::None);
-    let mut tried = 0;
-    for (angle_rad, goes_m_per_s) in [(0.3, 0.0), (0.3, 8.0)] {
-        let scene = squares(angle_rad);
-        let moved = |t_s: f64| Pose::new(DQuat::IDENTITY, DVec3::new(goes_m_per_s * t_s, 0.0, 0.0));
-        let see = |samples: u32, seed: u64, outlines: bool| {
-            let sampling = Sampling { outlines, ..sampling(samples, DrawKey::root(seed)) };
-            render(&scene, &camera, &global(0.01), &moved, sampling).photons
-        };
-        let truth = see(4_096, 9, false);
-        let white =
-            f64::from(truth.values().iter().fold(0.0_f32, |most, &value| if value > most { value } else { most }));
-        let rms = |outlines: bool| {
-            let (mut squares, mut count) = (0.0, 0.0);
-            for seed in 1..=2 {
-                let seen = see(64, seed, outlines);
-                for (a, b) in seen.values().iter().zip(truth.values()) {
-                    let apart = f64::from(a - b) / white;
-                    squares += apart * apart;
-                    count += 1.0;
-                }
-            }
-            let mean_square: f64 = squares / count;
-            mean_square.sqrt()
-        };
-        let (plain, told) = (rms(false), rms(true));
-        // An edge that slants leaves 1 / 9 n^1.5 of a pixel: 0.0147 of the contrast by 64 samples and 0.0052 by the 256 whose textures are
-        // looked at; filters and pixels without an edge only lower that. 4,096 samples leave 0.0007 in the truth.
-        assert!(
-            told < 0.0052 + 0.0007 && told < 0.6 * plain,
-            "{angle_rad} rad, {goes_m_per_s} m/s: {told}, {plain} without"
-        );
-        tried += 1;
-    }
-    assert_eq!(tried, 2);
 }

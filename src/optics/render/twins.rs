@@ -3,12 +3,9 @@
 //!
 //! Whatever a pixel's own samples say of their error also decided how many of them there are, so it is too good. So a few pixels
 //! are taken a second time with samples of their own and by the same rules: half the square of what the two differ by is the
-//! variance, whoever chose. No pixel alone can take a second time the samples that it shares with others along the ways of their
-//! points (`ride`): it has two small nets of its own instead, and the product of what it differs by from each is the square of its
-//! error, bias and all, because the three know nothing of each other. Those that claim much are taken more often, in proportion to the
-//! claim, and count so much less (Hansen and Hurwitz 1943): the claims decide how sure the answer is, and not where it lies.
+//! variance, whoever chose. Those that claim much are taken more often, in proportion to the claim, and count so much less (Hansen and
+//! Hurwitz 1943): the claims decide how sure the answer is, and not where it lies.
 
-use super::refine::FIRST;
 use super::spend::{Estimate, Kind, ratio};
 use crate::draw::DrawKey;
 use crate::num::{f32_from_u32, f64_from_u64, f64_from_usize};
@@ -37,7 +34,7 @@ const CLAIM_LEAST: f64 = 0.2;
 pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key: DrawKey) -> Vec<Twin> {
     let samples: u64 = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum();
     let mut twins = Vec::new();
-    for kind in [Kind::Even, Kind::Shared, Kind::Net] {
+    for kind in [Kind::Even, Kind::Net] {
         let is_in = |estimate: &Estimate| estimate.kind == kind && estimate.counts(saturation_photons);
         let of = || estimates.iter().enumerate().filter(|(_, estimate)| is_in(estimate));
         let count = f64_from_usize(of().count());
@@ -47,7 +44,7 @@ pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key
         let (mut claims, mut cost) = (0.0, 0.0);
         for (at, estimate) in of() {
             claims += claim(at);
-            cost += claim(at) * f64::from(if kind == Kind::Shared { 2 * FIRST } else { estimate.samples });
+            cost += claim(at) * f64::from(estimate.samples);
         }
         let affordable = SAMPLES_SHARE * f64_from_u64(samples) * claims / cost;
         let most = crate::num::lesser(TWINS_MAX, f64_from_usize(estimates.len()) * PIXELS_SHARE);
@@ -78,31 +75,19 @@ fn claim(estimates: &[Estimate], width: usize, at: usize, saturation_photons: f3
     f64::from(if is_beside_lamp && variance > own.variance { ratio(own.photons, variance) } else { own.ratio() })
 }
 
-/// The mean of variance over photons of all pixels that count, from what the twins saw, some of them twice.
-pub fn variance_ratio(
-    estimates: &[Estimate],
-    twins: &[Twin],
-    seen: &[(f32, Option<f32>)],
-    saturation_photons: f32,
-) -> f64 {
+/// The mean of variance over photons of all pixels that count, from what the twins saw.
+pub fn variance_ratio(estimates: &[Estimate], twins: &[Twin], seen: &[f32], saturation_photons: f32) -> f64 {
     let pixels = estimates.iter().filter(|estimate| estimate.counts(saturation_photons)).count();
-    let of = |(twin, &(first, second)): (&Twin, &(f32, Option<f32>))| {
+    let of = |(twin, &other): (&Twin, &f32)| {
         let own = f64::from(estimates[twin.at].photons);
         // Nothing beyond saturation shows.
-        let [first, second] = [Some(first), second].map(|photons| {
-            photons.map(|photons| f64::from(if photons < saturation_photons { photons } else { saturation_photons }))
-        });
-        let first = first.unwrap_or(own);
-        let (squares, sum) = match second {
-            Some(second) => (2.0 * (own - first) * (own - second), own + 0.5 * (first + second)),
-            None => ((own - first) * (own - first), own + first),
-        };
+        let other = f64::from(if other < saturation_photons { other } else { saturation_photons });
         // Half the square over the mean of the two.
-        if sum > 0.0 { twin.weight * squares / sum } else { 0.0 }
+        let sum = own + other;
+        if sum > 0.0 { twin.weight * (own - other) * (own - other) / sum } else { 0.0 }
     };
     let sum: f64 = twins.iter().zip(seen).map(of).sum();
-    // By chance products of a render without noise may sum to less than none.
-    if pixels == 0 { 0.0 } else { crate::num::greater(sum, 0.0) / f64_from_usize(pixels) }
+    if pixels == 0 { 0.0 } else { sum / f64_from_usize(pixels) }
 }
 
 #[cfg(test)]
@@ -136,7 +121,7 @@ mod tests {
             };
             let estimates: Vec<Estimate> = (0..PIXELS).map(estimate).collect();
             let twins = choose(&estimates, 200, f32::INFINITY, key.with(3));
-            let seen: Vec<_> = twins.iter().map(|twin| (photons(u64_from(twin.at), 2), None)).collect();
+            let seen: Vec<_> = twins.iter().map(|twin| photons(u64_from(twin.at), 2)).collect();
             assert!(twins.len() > 200 && twins.len() < 2_400, "{}", twins.len());
             told.push(variance_ratio(&estimates, &twins, &seen, f32::INFINITY));
         }
@@ -146,35 +131,5 @@ mod tests {
         for (told, sigma) in told.iter().zip([0.07, 0.2, 0.2]) {
             assert!((told / expected - 1.0).abs() < 4.0 * sigma, "{told} for {expected}");
         }
-    }
-
-    #[test]
-    fn two_nets_tell_the_bias_of_shared_samples_as_well() {
-        const PIXELS: u64 = 40_000;
-        let normal = |key: DrawKey| normal_quantile(low_u32(key.0));
-        let key = DrawKey::root(32);
-        let (bias, sigma, of_net) = (3.0, 2.0, 6.0);
-        let photons = |at: u64, side: u64, mean: f64, sigma: f64| {
-            f32_nearest(1_000.0 + mean + sigma * normal(key.with(side).with(at)))
-        };
-        let estimate = |at: u64| {
-            let photons = photons(at, 1, bias, sigma);
-            Estimate { photons, variance: 1.0, samples: 4, kind: Kind::Shared, worth: 8.0 }
-        };
-        let estimates: Vec<Estimate> = (0..PIXELS).map(estimate).collect();
-        let twins = choose(&estimates, 200, f32::INFINITY, key.with(4));
-        let net = |at: usize, side: u64| photons(u64_from(at), side, 0.0, of_net);
-        let seen: Vec<_> = twins.iter().map(|twin| (net(twin.at, 2), Some(net(twin.at, 3)))).collect();
-        let told = variance_ratio(&estimates, &twins, &seen, f32::INFINITY);
-        // A hundred twins: two hundredths of 160,000 samples are 3,200, of which each takes 32. A product spreads by the nets' 36 and
-        // by some 2 x 3.6 x 6 of what is told: (1,296 + 1,900 + 200)^(1/2) = 58, and the mean of a hundred by 5.8 about 13.
-        assert!(twins.len() > 60 && twins.len() < 140, "{}", twins.len());
-        let (expected, sigma) = ((bias * bias + sigma * sigma) / 1_000.0, 5.8e-3);
-        assert!((told - expected).abs() < 4.0 * sigma, "{told} for {expected}");
-        // All of them, so that it is sure: 40,000 products.
-        let all: Vec<Twin> = (0..estimates.len()).map(|at| Twin { at, weight: 1.0 }).collect();
-        let seen: Vec<_> = all.iter().map(|twin| (net(twin.at, 2), Some(net(twin.at, 3)))).collect();
-        let told = variance_ratio(&estimates, &all, &seen, f32::INFINITY);
-        assert!((told / expected - 1.0).abs() < 4.0 * 58.0 / 200.0 / 13.0, "{told} for {expected}");
     }
 }
