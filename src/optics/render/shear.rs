@@ -128,8 +128,7 @@ mod tests {
 
     // One sample after another, as the textbook has it.
 
-    /// The place with even distribution of the sum of an even number of 0..1 and one of 0..`width`, and the bounds of the second one's
-    /// share.
+    /// `sums_of_boxes` of one lane.
     fn sum_of_boxes(p: f32, width: f32) -> (f32, [f32; 2]) {
         if width < LEAST_PX {
             return (p, [0.0, 1.0]);
@@ -163,9 +162,7 @@ mod tests {
         [turned(x_turned, x), turned(y_turned, y), bounded(t)]
     }
 
-    /// How far over the moving surface the look-up of a sample is moved, in pixels to the right and down, where `count` samples make a net of
-    /// as many cells: a part of the way to the middle of its cell, and inwards, so that the spread of places and that of filters, each
-    /// as wide as a cell, sum to what the pixel sees.
+    /// `moved_lanes` of one sample.
     fn moved([p, q, _]: [f32; 3], velocity_px: [f32; 2], count: u32) -> [f32; 2] {
         let log2 = count.ilog2();
         let [columns, rows] = [log2.div_ceil(2), log2 / 2].map(|log2| f32_from_u32(1 << log2));
