@@ -68,7 +68,7 @@ fn another_seed_is_another_run_in_the_same_room() {
     let two = run_box(&folder.join("two"), 1, &["--seed", "2"]);
     assert_eq!((&one["seed"], &two["seed"]), (&1.into(), &2.into()));
     assert_ne!(one["config_hash"], two["config_hash"]);
-    assert_eq!(hashes(&one)["photons"], hashes(&two)["photons"], "the seed names what lies behind the lens");
+    assert_eq!(hashes(&one)["photons"], hashes(&two)["photons"], "the seed changes the sensor's noise and no photon");
     for stage in ["codes", "features"] {
         assert_ne!(hashes(&one)[stage], hashes(&two)[stage], "{stage}");
     }

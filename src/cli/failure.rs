@@ -18,7 +18,7 @@ pub fn of_verb(error: &Error) -> ExitCode {
     if words::is_json() {
         words::to_stderr(&as_json(error).to_string());
     } else {
-        // The message of a failed tool has lines of its own.
+        // The message of a failed tool may span several lines.
         let lines: Vec<String> = error.to_string().lines().map(text::escaped).collect();
         words::to_stderr(&format!("sensel: {}", lines.join("\n")));
     }

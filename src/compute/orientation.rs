@@ -1,4 +1,4 @@
-//! Orientation of a corner by the intensity centroid of a disc (Rosin 1999). Enters: a smoothed patch. Leaves: turns.
+//! Orientation of a corner, in turns, by the intensity centroid of a disc of its smoothed patch (Rosin 1999).
 
 use super::patch::{Patch, RADIUS_PX, SIDE, STRIDE};
 use super::word::Word;

@@ -1,5 +1,4 @@
-//! The sub-pixel place of a corner by the weighted centroid of FAST's differences. Enters: picture and corner. Leaves: a place in
-//! pixels.
+//! The sub-pixel place of a corner of a picture, in pixels, by the weighted centroid of FAST's differences.
 
 use fixed::FixedI32;
 use fixed::types::extra::U4;

@@ -46,7 +46,7 @@ impl InputFolders {
         Ok(path)
     }
 
-    /// Names of what lies in a folder and is no folder, sorted; "" is the first of the folders itself. Names that are no Unicode are left
+    /// Names of the files in a folder, sorted; "" is the first of the folders itself. Names that are no Unicode are left
     /// out.
     ///
     /// # Errors

@@ -65,7 +65,7 @@ impl Host {
     ///
     /// # Errors
     /// A picture that the host's own extractor refuses.
-    pub fn hear(
+    pub fn receive(
         &mut self,
         sensor: &SensorSetup,
         extractors: &mut [Extractor],
@@ -120,7 +120,7 @@ impl Host {
     fn believed(&self, sensor: &SensorSetup, number: u64, received: &[Option<Received>]) -> Vec<Option<FrameMetadata>> {
         let frame_ns = 1e9 * sensor.schedule.frame_time_s();
         let expected_ns = self.expected_ns(sensor, number);
-        let since = |heard: u64| f64_from_u64(number.saturating_sub(heard));
+        let since = |frame: u64| f64_from_u64(number.saturating_sub(frame));
         let base = if sensor.schedule.params().auto.is_some() { AUTO_STAMP_TOLERANCE } else { STAMP_TOLERANCE };
         let since_rig = since(self.before.map_or(0, |before| before.number));
         let of_camera = |(frame, camera): (&Option<Received>, &CameraClock)| {
@@ -215,7 +215,7 @@ mod tests {
             &["sensor.readout.sync_skew_us=[0.0, 400000.0]"],
             &["sensor.readout.clock_ppm=[1000.0, -1000.0]", "sensor.readout.shutter=rolling"],
         ];
-        let (mut heard, mut guessed) = (0, 0);
+        let (mut frames, mut guessed) = (0, 0);
         for (rig, more) in rigs.iter().enumerate() {
             let sensor = sensor(more);
             let schedules = [0, 1].map(|camera| sensor.schedule.for_camera(CameraIndex(camera)));
@@ -240,7 +240,7 @@ mod tests {
                     });
                     let mut extractors = vec![Extractor::new(&sensor.extractor); 2];
                     let is_lost = cameras.iter().flatten().all(|frame| frame.metadata.is_none());
-                    let input = host.hear(&sensor, &mut extractors, (frame.into(), cameras.into())).unwrap().input;
+                    let input = host.receive(&sensor, &mut extractors, (frame.into(), cameras.into())).unwrap().input;
                     let true_s = schedules[0].t_frame(FrameIndex(frame));
                     let place = format!("seed {SEED}, rig {rig}, case {case}, frame {frame}");
                     assert!(input.t_s > before_s, "{place}: {} after {before_s}", input.t_s);
@@ -250,12 +250,12 @@ mod tests {
                     let unknown = if rig == 2 { CLOCK_TOLERANCE * f64::from(frame) } else { 0.0 };
                     assert!(apart < 2.0 + unknown, "{place}: {apart} frames from the truth");
                     before_s = input.t_s;
-                    heard += 1;
+                    frames += 1;
                     guessed += u32::from(is_lost);
                 }
             }
         }
-        println!("seed {SEED}: {heard} frames, {guessed} without a stamp");
-        assert!(heard > 10_000 && guessed > 1_000);
+        println!("seed {SEED}: {frames} frames, {guessed} without a stamp");
+        assert!(frames > 10_000 && guessed > 1_000);
     }
 }

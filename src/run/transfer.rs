@@ -211,7 +211,7 @@ impl Session {
             received.push((best < frames.len()).then(|| frames.swap_remove(best)));
         }
         let number = u64::from(self.next_frame().0);
-        self.host.hear(&self.setup.sensor, &mut self.extractors, (number, received))
+        self.host.receive(&self.setup.sensor, &mut self.extractors, (number, received))
     }
 }
 

@@ -1,5 +1,5 @@
-//! What `sensel track` says of its trajectory where the folder has the truth. Enters: true and estimated poses, and the frames'
-//! single-picture sigmas. Leaves: the figures of a report (docs/tracker.md), in words and as JSON.
+//! What `sensel track` says of its trajectory where the folder has the truth: the figures of a report
+//! (docs/tracker.md) from true and estimated poses and the frames' single-picture sigmas, in words and as JSON.
 
 use std::collections::BTreeMap;
 use std::fmt;

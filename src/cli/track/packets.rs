@@ -1,4 +1,4 @@
-//! Packets that a run kept, as the host heard them: reads one file a camera, packets of all its frames back to back, damaged as they may
+//! Packets that a run kept, as the host received them: reads one file a camera, packets of all its frames back to back, damaged as they may
 //! be, and gives the features of one frame of the rig after the other, with the time of each row. Numbers and times of frames rise.
 
 use std::collections::VecDeque;
@@ -68,9 +68,9 @@ impl<'a> Packets<'a> {
         for stream in &mut self.streams {
             received.push(stream.take(number, self.sensor)?);
         }
-        let heard = self.host.hear(self.sensor, &mut self.extractors, (number, received))?;
-        let timestamp_ns = u64_half_even(heard.input.t_s * 1e9);
-        Ok(Some(Brought { timestamp_ns, features: heard.input.features, clocks: heard.input.clocks }))
+        let frame = self.host.receive(self.sensor, &mut self.extractors, (number, received))?;
+        let timestamp_ns = u64_half_even(frame.input.t_s * 1e9);
+        Ok(Some(Brought { timestamp_ns, features: frame.input.features, clocks: frame.input.clocks }))
     }
 }
 

@@ -45,7 +45,7 @@ impl Net {
     }
 
     /// Takes what its samples sum to.
-    pub fn hear(&mut self, powers: Powers) {
+    pub fn set_powers(&mut self, powers: Powers) {
         let [spread, tail] = powers.spread_and_tail();
         (self.powers, self.spread, self.tail) = (powers, f32_nearest(spread), f32_nearest(tail));
     }
@@ -132,7 +132,7 @@ mod tests {
                 for number in 0..1_024 {
                     powers.add(if (from..from + lit).contains(&number) { 1_024_100.0 } else { 100.0 });
                 }
-                net.hear(powers);
+                net.set_powers(powers);
                 // A part p = k / n: fourth powers c^4 r (1 - 3 r) of a spread of c^2 r, r = p (1 - p). For one sample 0.75 c^2 / n^2.
                 let p = f64::from(lit) / 1_024.0;
                 let r = p * (1.0 - p);

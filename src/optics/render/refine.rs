@@ -110,7 +110,7 @@ impl Pixel<'_> {
             net.extra += self.beside(more);
             net.taken = 0.5 * weight * (1.0 - weight) * apart * apart + OF_BEFORE * net.taken;
             net.photons += apart * weight;
-            net.hear(powers);
+            net.set_powers(powers);
         }
     }
 
@@ -125,7 +125,7 @@ impl Pixel<'_> {
         let apart = halves[1] - halves[0];
         (net.photons, net.samples, net.taken) = (f32_nearest(mean), FIRST, 0.25 * apart * apart);
         net.extra += self.beside(FIRST);
-        net.hear(powers);
+        net.set_powers(powers);
     }
 
     /// Mean photons of even samples, as those of a tile but with a pattern of their own.
