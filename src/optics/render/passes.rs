@@ -5,7 +5,7 @@ use super::Sampling;
 use super::glints::{Finder, Glint};
 use super::halves::Seen;
 use super::net::Net;
-use super::refine::{Desk, Pixel, Rule, STRATA};
+use super::refine::{Pixel, Rule, STRATA};
 use super::rows::{COLUMNS, Pass, ROWS, Rows};
 use super::shot::View;
 use super::spend::{Estimate, Kind};
@@ -16,6 +16,7 @@ use crate::optics::motion::Timeline;
 use crate::pose::Pose;
 use crate::scene::lanes::LANES;
 use crate::scene::light::{BANDS, Bands};
+use crate::scene::tracer::Stack;
 use crate::simd::dispatch;
 use crate::units::Span;
 
@@ -175,14 +176,14 @@ impl<'a> Picture<'a> {
         const EACH: usize = CHUNK / 4;
         let found = Finder { view: self.view, timelines: &self.timelines }.all();
         let of = |chunk: usize| -> Vec<(usize, Vec<Glint>, Parted, u32)> {
-            let mut desk = Desk::new();
+            let mut stack = Stack::new();
             let some = &found[chunk * EACH..((chunk + 1) * EACH).min(found.len())];
             let one = |(at, glints): &(usize, Vec<Glint>)| {
                 let pixel = self.pixel(*at, OF_BOXES);
                 let least = least * seen[*at].photons;
-                let (lit, left, rays) = Pixel { glints, ..pixel }.lit_boxes(least, &mut desk);
+                let (lit, left, rays) = Pixel { glints, ..pixel }.lit_boxes(least, &mut stack);
                 let pixel = Pixel { glints: &lit, ..self.pixel(*at, OF_NET | OF_BOXES) };
-                let parted = pixel.first_parted(count, seen[*at].nearest_m, left, &mut desk);
+                let parted = pixel.first_parted(count, seen[*at].nearest_m, left, &mut stack);
                 let rays = rays + count + pixel.beside(count);
                 (*at, lit, parted, rays)
             };
@@ -235,9 +236,9 @@ impl<'a> Picture<'a> {
     /// Lets nets grow by a rule.
     pub fn grow(&self, nets: &mut [Growing], seen: &[Seen], rule: &Rule) {
         over_chunks(nets, CHUNK, |_, nets| {
-            let mut desk = Desk::new();
+            let mut stack = Stack::new();
             for Growing { at, net } in nets {
-                self.pixel(*at, OF_NET).grow(net, self.nearest_m(seen, *at), rule, &mut desk);
+                self.pixel(*at, OF_NET).grow(net, self.nearest_m(seen, *at), rule, &mut stack);
             }
         });
     }
@@ -254,13 +255,13 @@ impl<'a> Picture<'a> {
         const EACH: usize = CHUNK / 4;
         let mut all = vec![(0.0, 0); twins.len()];
         over_chunks(&mut all, EACH, |chunk, some| {
-            let mut desk = Desk::new();
+            let mut stack = Stack::new();
             for (number, (photons, samples)) in some.iter_mut().enumerate() {
                 let at = twins[chunk * EACH + number].at;
                 let mut net_of = |kind: u64, samples: u32| {
                     let rule = Rule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
                     let mut net = Net::new(super::spend::hidden(seen, self.width(), at));
-                    self.pixel(at, OF_NET | kind).grow(&mut net, self.nearest_m(seen, at), &rule, &mut desk);
+                    self.pixel(at, OF_NET | kind).grow(&mut net, self.nearest_m(seen, at), &rule, &mut stack);
                     (net.photons, net.samples + net.extra)
                 };
                 match estimates[at].kind {
@@ -273,7 +274,7 @@ impl<'a> Picture<'a> {
                     }
                     Kind::Even => {
                         let pixel = self.pixel(at, OF_TWIN);
-                        *photons = pixel.even_mean(first, &mut desk);
+                        *photons = pixel.even_mean(first, &mut stack);
                         *samples = first + pixel.beside(first);
                     }
                 }

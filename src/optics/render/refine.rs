@@ -72,26 +72,14 @@ pub struct Pixel<'a> {
     pub key: DrawKey,
 }
 
-/// Room for working on pixels, one after the other.
-pub struct Desk {
-    pub stack: Stack,
-}
-
-impl Desk {
-    /// Empty.
-    pub fn new() -> Self {
-        Self { stack: Stack::new() }
-    }
-}
-
 impl Pixel<'_> {
     /// Doubles a pixel's samples until a rule has enough. `nearest_m` is the distance of the surface that its edges belong to.
-    pub fn grow(&self, net: &mut Net, nearest_m: f32, rule: &Rule, desk: &mut Desk) {
+    pub fn grow(&self, net: &mut Net, nearest_m: f32, rule: &Rule, stack: &mut Stack) {
         let pixels = self.pixels();
         let velocity_px = self.velocity_px(&pixels, nearest_m);
         if net.samples == 0 {
             let share = rule.share.unwrap_or(share(FIRST));
-            self.begin(net, &pixels, velocity_px, share, desk);
+            self.begin(net, &pixels, velocity_px, share, stack);
         }
         while net.samples < rule.samples && !rule.is_enough(net) {
             let more = net.samples.min(rule.samples - net.samples);
@@ -103,7 +91,7 @@ impl Pixel<'_> {
                 is_sheared: true,
             };
             let mut powers = net.powers;
-            let mean = f32_nearest(self.trace(&pixels, &block, desk, &mut |_, photons| powers.add(photons)));
+            let mean = f32_nearest(self.trace(&pixels, &block, stack, &mut |_, photons| powers.add(photons)));
             let apart = mean - net.photons;
             let weight = f32_from_u32(more) / f32_from_u32(net.samples + more);
             net.samples += more;
@@ -114,11 +102,11 @@ impl Pixel<'_> {
         }
     }
 
-    fn begin(&self, net: &mut Net, pixels: &Pixels, velocity_px: [f32; 2], share: f32, desk: &mut Desk) {
+    fn begin(&self, net: &mut Net, pixels: &Pixels, velocity_px: [f32; 2], share: f32, stack: &mut Stack) {
         let mut halves = [0.0_f32; 2];
         let mut powers = Powers::NONE;
         let block = Block { velocity_px, first: 0, count: FIRST, share, is_sheared: true };
-        let mean = self.trace(pixels, &block, desk, &mut |number, photons| {
+        let mean = self.trace(pixels, &block, stack, &mut |number, photons| {
             halves[index(2 * number / FIRST)] += photons * (2.0 / f32_from_u32(FIRST));
             powers.add(photons);
         });
@@ -129,9 +117,9 @@ impl Pixel<'_> {
     }
 
     /// Mean photons of even samples, as those of a tile but with a pattern of their own.
-    pub fn even_mean(&self, count: u32, desk: &mut Desk) -> f32 {
+    pub fn even_mean(&self, count: u32, stack: &mut Stack) -> f32 {
         let block = Block { velocity_px: [0.0; 2], first: 0, count, share: share(count), is_sheared: false };
-        f32_nearest(self.trace(&self.pixels(), &block, desk, &mut |_, _| ()))
+        f32_nearest(self.trace(&self.pixels(), &block, stack, &mut |_, _| ()))
     }
 
     /// Rays beside so many samples.
@@ -172,7 +160,7 @@ impl Pixel<'_> {
     }
 
     /// Mean photons of a block of samples, each of which is told.
-    fn trace(&self, pixels: &Pixels, block: &Block, desk: &mut Desk, tell: &mut dyn FnMut(u32, f32)) -> f64 {
+    fn trace(&self, pixels: &Pixels, block: &Block, stack: &mut Stack, tell: &mut dyn FnMut(u32, f32)) -> f64 {
         let shares =
             if block.is_sheared { Shares::over_motion(block.share) } else { Shares::even(block.share, block.share) };
         let is_moved = block.is_sheared && self.view.scene.has_textures();
@@ -190,11 +178,11 @@ impl Pixel<'_> {
                 moved_among: is_moved.then_some(block.count),
                 shares: &shares,
                 has_gloss: self.has_gloss(),
-                stack: &mut desk.stack,
+                stack,
             });
             if !self.glints.is_empty() {
                 let parting = Parting { pixels, shares: &shares, numbers: &numbers, lanes };
-                self.part(&parting, &lanes_of(&at), &mut photons, desk);
+                self.part(&parting, &lanes_of(&at), &mut photons, stack);
             }
             for lane in 0..lanes {
                 sum += f64::from(photons.0[lane]);
@@ -215,10 +203,10 @@ impl Pixel<'_> {
         places: Places,
         lanes: usize,
         shares: &Shares,
-        desk: &mut Desk,
+        stack: &mut Stack,
     ) -> [Floats; 2] {
         let has_gloss = self.has_gloss();
-        let mut shots = Shots { pixel: self, pixels: *pixels, places, shares, has_gloss, stack: &mut desk.stack };
+        let mut shots = Shots { pixel: self, pixels: *pixels, places, shares, has_gloss, stack };
         shots.pixels.seen.1 = pixels.seen.1.min(lanes);
         for lane in lanes..LANES {
             shots.pixels.t_max.0[lane] = -1.0;

@@ -7,10 +7,11 @@ use super::filter::Shares;
 use super::glints::{EACH_MAX, Glint};
 use super::halves::{Parts, Seen};
 use super::net::Powers;
-use super::refine::{Desk, Pixel, even, share};
+use super::refine::{Pixel, even, share};
 use super::shot::Pixels;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
 use crate::scene::lanes::{Floats, LANES};
+use crate::scene::tracer::Stack;
 
 /// Says that a key is of a box's samples.
 const OF_BOX: u64 = 1 << 44;
@@ -39,9 +40,9 @@ pub struct Parted {
 
 impl Pixel<'_> {
     /// Takes out of even samples what lies in a box, and adds samples of the boxes by their volume.
-    pub fn part(&self, parting: &Parting, at: &[[f32; 3]; LANES], photons: &mut Floats, desk: &mut Desk) {
+    pub fn part(&self, parting: &Parting, at: &[[f32; 3]; LANES], photons: &mut Floats, stack: &mut Stack) {
         self.take_out(at, parting.lanes, photons);
-        self.add_boxes(parting, photons, desk);
+        self.add_boxes(parting, photons, stack);
     }
 
     /// Leaves nothing of even samples that lie in a box.
@@ -59,9 +60,9 @@ impl Pixel<'_> {
     }
 
     /// Adds samples of the boxes by their volume.
-    pub fn add_boxes(&self, parting: &Parting, photons: &mut Floats, desk: &mut Desk) {
+    pub fn add_boxes(&self, parting: &Parting, photons: &mut Floats, stack: &mut Stack) {
         for number in 0..self.glints.len() {
-            let own = self.of_box(number, parting, desk);
+            let own = self.of_box(number, parting, stack);
             for lane in 0..parting.lanes {
                 photons.0[lane] += own.0[lane];
             }
@@ -69,7 +70,7 @@ impl Pixel<'_> {
     }
 
     /// What samples of a box add: their photons times its volume, none beyond the pixel, and none where a box before has it.
-    fn of_box(&self, number: usize, parting: &Parting, desk: &mut Desk) -> Floats {
+    fn of_box(&self, number: usize, parting: &Parting, stack: &mut Stack) -> Floats {
         let (glint, before) = (&self.glints[number], &self.glints[..number]);
         let key = self.key.with(OF_BOX | u64_from(number));
         let mut at = [[0.0; 3]; LANES];
@@ -83,7 +84,7 @@ impl Pixel<'_> {
             }
         }
         let places = self.placed(&at, parting.numbers, parting.lanes);
-        let [photons, _] = self.shoot(parting.pixels, places, parting.lanes, parting.shares, desk);
+        let [photons, _] = self.shoot(parting.pixels, places, parting.lanes, parting.shares, stack);
         let mut own = Floats::splat(0.0);
         for lane in 0..parting.lanes {
             own.0[lane] = if weight[lane] > 0.0 { photons.0[lane] * weight[lane] } else { 0.0 };
@@ -93,7 +94,7 @@ impl Pixel<'_> {
 
     /// The boxes that matter, strongest first: those that would leave the pixel more than this variance for each of its even samples. With
     /// the variance of a sample of all of them, and how many rays that took.
-    pub fn lit_boxes(&self, least: f32, desk: &mut Desk) -> (Vec<Glint>, f32, u32) {
+    pub fn lit_boxes(&self, least: f32, stack: &mut Stack) -> (Vec<Glint>, f32, u32) {
         let pixels = self.pixels();
         let shares = Shares::even(share(PROBES), share(PROBES));
         let mut lit: Vec<(f32, Glint)> = Vec::new();
@@ -103,7 +104,7 @@ impl Pixel<'_> {
             for from in (0..PROBES).step_by(LANES) {
                 let numbers = std::array::from_fn(|lane| from + u32_from(lane));
                 let parting = Parting { pixels: &pixels, shares: &shares, numbers: &numbers, lanes: LANES };
-                self.of_box(number, &parting, desk).0.iter().for_each(|&photons| powers.add(photons));
+                self.of_box(number, &parting, stack).0.iter().for_each(|&photons| powers.add(photons));
                 rays += u32_from(LANES);
                 if powers.spread_and_tail()[0] > f64::from(least * glint.volume()) {
                     break;
@@ -123,7 +124,7 @@ impl Pixel<'_> {
 
     /// A first batch of a pixel with boxes, which is a packet at most. `nearest_m` is what a tile's batch said, `left` the variance of a
     /// sample of the boxes.
-    pub fn first_parted(&self, count: u32, nearest_m: f32, left: f32, desk: &mut Desk) -> Parted {
+    pub fn first_parted(&self, count: u32, nearest_m: f32, left: f32, stack: &mut Stack) -> Parted {
         let pixels = self.pixels();
         let shares = Shares::even(share(count), share(count));
         let (numbers, lanes) = (std::array::from_fn(u32_from), LANES.min(index(count)));
@@ -132,14 +133,14 @@ impl Pixel<'_> {
         for lane in 0..lanes {
             at[lane] = even(self.key, numbers[lane]);
         }
-        let [mut photons, _] = self.shoot(&pixels, self.placed(&at, &numbers, lanes), lanes, &shares, desk);
+        let [mut photons, _] = self.shoot(&pixels, self.placed(&at, &numbers, lanes), lanes, &shares, stack);
         self.take_out(&at, lanes, &mut photons);
         let mut parts = Parts::new(count);
         for lane in 0..lanes {
             parts.add(numbers[lane], Floats::splat(photons.0[lane]));
         }
         let outside = parts.seen(0, nearest_m);
-        self.add_boxes(&parting, &mut photons, desk);
+        self.add_boxes(&parting, &mut photons, stack);
         let mut powers = Powers::NONE;
         photons.0[..lanes].iter().for_each(|&photons| powers.add(photons));
         // Few samples of a box that all met the image, or none, differ by less than its probes.
