@@ -3,8 +3,8 @@
 //!
 //!     SENSEL_JUDGE_PYTHON=path/to/python cargo bench --bench ratios [-- PEER ...]
 //!
-//! Peers are those of benches/peers/sensor_speed.py: `numpy32`, `numpy`, `galsim`; `embree`, the row of rays; `opencv`, the rows of
-//! features. Without names: `numpy32`, `embree` and `opencv`.
+//! Peers are those of benches/peers/sensor_speed.py: `numpy32`, `numpy`, `galsim`; `embree`, the row of rays; `frame`, whole frames over
+//! Embree's one ray a pixel; `opencv`, the rows of features. Without names: `numpy32`, `embree`, `frame` and `opencv`.
 
 #![allow(missing_docs)]
 
@@ -17,6 +17,10 @@ mod rays;
 mod embree;
 #[path = "features/row.rs"]
 mod features;
+#[path = "embree/frame.rs"]
+mod frame;
+#[path = "common/scenario.rs"]
+mod scenario;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -50,6 +54,7 @@ fn main() -> ExitCode {
         let is_of_features = features::WORKS.iter().any(|(name, _)| name == work);
         let time = match work.as_str() {
             embree::WORK => embree::ours_s(level),
+            work if work.starts_with(frame::WORK) => frame::ours_s(work[frame::WORK.len()..].trim_start(), level),
             work if is_of_features => features::ours_ns_per_px(work, level),
             work => ours_ns_per_px(work, level),
         };
@@ -57,11 +62,15 @@ fn main() -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let named: Vec<&str> = arguments.iter().map(String::as_str).filter(|argument| !argument.starts_with('-')).collect();
-    let peers = if named.is_empty() { vec!["numpy32", embree::PEER, features::PEER] } else { named };
+    let peers = if named.is_empty() { vec!["numpy32", embree::PEER, frame::WORK, features::PEER] } else { named };
     let mut failed = false;
     let (rays, peers): (Vec<&str>, Vec<&str>) = peers.iter().partition(|&&peer| peer == embree::PEER);
     if !rays.is_empty() {
         failed |= !embree::rows();
+    }
+    let (frames, peers): (Vec<&str>, Vec<&str>) = peers.iter().partition(|&&peer| peer == frame::WORK);
+    if !frames.is_empty() {
+        failed |= !frame::rows();
     }
     let (of_features, peers): (Vec<&str>, Vec<&str>) = peers.iter().partition(|&&peer| peer == features::PEER);
     if !of_features.is_empty() {

@@ -6,6 +6,7 @@
 //! shows more than saturation; "off lamps" is over pixels without a saturated one beside them. "seeds" is half the mean square
 //! difference of two renders with different keys, which has no part of the bias (as "sensor"); "bias" is what two of them have in
 //! common against the truth, "own" what the render says of itself, "cpu" processor seconds of a frame.
+//! `--cells` prints one table of five scenes and three motions at tolerances 0.4 and 0.1 (or that of `--k`).
 //! `--quick` renders 320 x 240 pixels; `--reference N` takes another number of samples for the truth, `--keep FOLDER` keeps truths for the
 //! next run of the same code, `--pairs N` averages over so many pairs of renders, `--only NAME` one motion, `--least N` and `--most N`
 //! fewer rows of a fixed number, `--fixed` none to a target, `--k K` only targets up to K, `--rays` no sub-frames, `--worst` lists the
@@ -15,17 +16,15 @@
 mod case;
 #[path = "sampling/picture.rs"]
 mod picture;
+#[path = "common/scenario.rs"]
+mod scenario;
 
 use case::{Case, Row, Truth, levelled};
 use glam::DVec3;
-use sensel::config::Resolved;
 use sensel::draw::DrawKey;
-use sensel::error::Error;
-use sensel::files::cache::Cache;
 use sensel::optics::Sampling;
-use sensel::run::{Assets, NoProgress, Setup};
+use sensel::run::Setup;
 
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/bathroom");
 /// Rows and columns, and those of `--quick`.
 const SIZES: [[u32; 2]; 2] = [[480, 640], [240, 320]];
 const FIXED: [u32; 10] = [1, 2, 4, 8, 16, 32, 64, 128, 256, 1_024];
@@ -43,30 +42,10 @@ const ADAPTIVE: [(u32, f64); 9] = [
 ];
 const SUBFRAMES: [u32; 4] = [4, 16, 64, 256];
 
-struct Files(Cache);
-
-impl Assets for Files {
-    fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
-        std::fs::read(format!("{FOLDER}/{name}")).map_err(|source| Error::Io { path: name.to_owned(), source })
-    }
-
-    fn load(&self, key: &str) -> Option<Vec<u8>> {
-        self.0.get(key)
-    }
-
-    fn store(&self, key: &str, bytes: &[u8]) {
-        // Without room in the cache the next bench bakes again.
-        let _ = self.0.put(key, bytes);
-    }
-}
-
-fn setup() -> Setup {
-    let text = std::fs::read_to_string(format!("{FOLDER}/scene.toml")).expect("the bathroom lies among the scenes");
+fn setup(scene: &str) -> Setup {
     let [rows, columns] = size();
     let set = [format!("sensor.width={columns}"), format!("sensor.height={rows}"), "run.frames=1".to_owned()];
-    let resolved = Resolved::from_layers("scene.toml", &text, &set).expect("a sound scenario");
-    let cache = Cache::open(None, 1 << 31).expect("a folder for the light");
-    Setup::new(resolved, &Files(cache), &NoProgress).expect("a sound scenario")
+    scenario::setup(scene, &set.each_ref().map(String::as_str))
 }
 
 fn size() -> [u32; 2] {
@@ -98,14 +77,47 @@ fn print_truth(name: &str, case: &Case, truth: &Truth) {
     println!("|---|---|---|---|---|---|---|---|---|---|");
 }
 
-fn main() {
-    let number = |name: &str, unless: u32| number_after(name).map_or(unless, |text| text.parse().expect("a number"));
-    let setup = setup();
-    let cases = [
+/// The table of docs/sampling.md: five scenes and three motions at one tolerance each.
+fn print_cells(tolerances: &[f64], reference: u32, pairs: u64) {
+    println!("| scene | motion | k | rays | error | bias | own | own / error | CPU s |");
+    println!("|---|---|---|---|---|---|---|---|---|");
+    for scene in scenario::FIVE {
+        let setup = setup(scene);
+        for (name, velocity, turn) in motions() {
+            let named = format!("{scene} {name}");
+            let case = levelled(&setup, &named, velocity, turn);
+            let truth = case.truth(reference);
+            for &tolerance in tolerances {
+                let sampling = Sampling { samples_max: 1_024, tolerance, ..Sampling::fixed(1, DrawKey::root(1)) };
+                let Row { rays, cpu_s, sensor, bias, own, .. } = case.row(sampling, &truth, pairs);
+                println!(
+                    "| {scene} | {name} | {tolerance} | {rays:.1} | {:.3} +- {:.3} | {bias:.3} | {own:.3} | {:.2} | {cpu_s:.2} |",
+                    sensor[0],
+                    sensor[1],
+                    own / sensor[0]
+                );
+            }
+        }
+    }
+}
+
+fn motions() -> [(&'static str, DVec3, f64); 3] {
+    [
         ("still", DVec3::ZERO, 0.0),
         ("walking", DVec3::new(0.3, 0.0, 1.37), 0.5),
         ("200 deg/s", DVec3::ZERO, 200_f64.to_radians()),
-    ];
+    ]
+}
+
+fn main() {
+    let number = |name: &str, unless: u32| number_after(name).map_or(unless, |text| text.parse().expect("a number"));
+    if flag("--cells") {
+        let tolerance = number_after("--k").map_or(vec![0.4, 0.1], |text| vec![text.parse().expect("a number")]);
+        print_cells(&tolerance, number("--reference", 1_024), u64::from(number("--pairs", 2)));
+        return;
+    }
+    let setup = setup("bathroom");
+    let cases = motions();
     let mut curves = Vec::new();
     let only = number_after("--only");
     let (most, least, pairs) = (number("--most", 256), number("--least", 1), u64::from(number("--pairs", 1)));

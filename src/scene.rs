@@ -15,7 +15,6 @@ pub mod cut_out;
 pub mod environment;
 pub mod flicker;
 pub mod generated;
-pub mod glints;
 pub mod gltf;
 pub mod hall;
 pub mod images;

@@ -30,7 +30,7 @@ pub fn rows() -> bool {
     for level in LEVELS.into_iter().filter(|&level| level <= simd::level()) {
         let row = peer.as_ref().map_err(Clone::clone).and_then(|peer| {
             let ours = || ourselves(WORK, level);
-            let theirs = || embree_s(peer, &[]);
+            let theirs = || embree_s(peer, PASSES);
             let (first, second, third, fourth) = (ours()?, theirs()?, theirs()?, ours()?);
             Ok((first.min(fourth), second.min(third)))
         });
@@ -53,9 +53,9 @@ pub fn rows() -> bool {
     fine && peer.is_ok_and(|peer| agrees(&peer, &scene, &triangles, &packets))
 }
 
-/// Seconds of Embree's best pass.
-fn embree_s(peer: &Peer, options: &[&str]) -> Result<f64, String> {
-    let words = peer.command(PASSES, options);
+/// Seconds of Embree's best of some passes.
+pub fn embree_s(peer: &Peer, passes: u32) -> Result<f64, String> {
+    let words = peer.command(passes, &[]);
     let arguments: Vec<&str> = words[1..].iter().map(String::as_str).collect();
     let output = run(&words[0], &arguments)?;
     let row: serde_json::Value = serde_json::from_str(&output).map_err(|error| format!("{output:?}: {error}"))?;

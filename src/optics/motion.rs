@@ -5,7 +5,7 @@ use glam::DMat3;
 
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u32_truncated_f32};
 use crate::pose::Pose;
-use crate::scene::lanes::{Floats, LANES, Vectors};
+use crate::scene::lanes::{Floats, LANES, Vectors, unrolled};
 use crate::units::Span;
 
 /// Numbers of a pose: nine of the rotation matrix by columns, three of the translation in metres.
@@ -45,9 +45,54 @@ impl Parabola {
         Self { coefficients }
     }
 
+    /// Poses at shares (0..1) of the span.
+    #[inline(always)]
+    fn at(&self, share: Floats) -> Turns {
+        let of = &self.coefficients;
+        Turns(unrolled!(N in 12 => {
+            Floats::splat(of[N][0]) + share * (Floats::splat(of[N][1]) + share * Floats::splat(of[N][2]))
+        }))
+    }
+
+    /// How the pose changes at a share of the span, over `spans` times the span.
+    #[inline(always)]
+    fn change_at(&self, share: f32, spans: f32) -> Turn {
+        let of = &self.coefficients;
+        Turn(unrolled!(N in 12 => (of[N][1] + (share + share) * of[N][2]) * spans))
+    }
+
     /// Whether it is one pose throughout.
     fn is_still(&self) -> bool {
         self.coefficients.iter().all(|[_, b, c]| *b == 0.0 && *c == 0.0)
+    }
+}
+
+/// The motion of the pixels of a packet.
+#[derive(Clone, Copy, Debug)]
+pub enum PacketMotion<'a> {
+    /// One motion for all lanes.
+    Shared(&'a Parabola),
+    /// One for each.
+    ByLane(&'a Parabolas),
+}
+
+impl PacketMotion<'_> {
+    /// The pose at each lane's own share (0..1) of the span.
+    #[inline(always)]
+    pub fn at(&self, share: Floats) -> Turns {
+        match self {
+            Self::Shared(parabola) => parabola.at(share),
+            Self::ByLane(parabolas) => parabolas.at(share),
+        }
+    }
+
+    /// How one lane's pose changes at its share of the span, over `spans` times the span.
+    #[inline(always)]
+    pub fn change_of(&self, lane: usize, share: f32, spans: f32) -> Turn {
+        match self {
+            Self::Shared(parabola) => parabola.change_at(share, spans),
+            Self::ByLane(parabolas) => parabolas.change_of(lane, share, spans),
+        }
     }
 }
 
@@ -72,38 +117,12 @@ impl Parabolas {
     /// The pose at each lane's own share (0..1) of the span.
     #[inline(always)]
     pub fn at(&self, share: Floats) -> Turns {
-        let mut numbers = [Floats::splat(0.0); NUMBERS];
-        for (to, [a, b, c]) in numbers.iter_mut().zip(&self.coefficients) {
-            *to = *a + share * (*b + share * *c);
-        }
-        Turns(numbers)
-    }
-
-    /// How the pose changes there, over `spans` times the span.
-    #[inline(always)]
-    pub fn change_at(&self, share: Floats, spans: f32) -> Turns {
-        let (twice, spans) = (share + share, Floats::splat(spans));
-        let mut numbers = [Floats::splat(0.0); NUMBERS];
-        for (to, [_, b, c]) in numbers.iter_mut().zip(&self.coefficients) {
-            *to = (*b + twice * *c) * spans;
-        }
-        Turns(numbers)
+        let of = &self.coefficients;
+        Turns(unrolled!(N in 12 => of[N][0] + share * (of[N][1] + share * of[N][2])))
     }
 }
 
 impl Parabolas {
-    /// One lane's in all.
-    #[inline(always)]
-    pub fn splatted(&self, lane: usize) -> Self {
-        let mut all = Self { coefficients: [[Floats::splat(0.0); 3]; NUMBERS] };
-        for number in 0..NUMBERS {
-            for power in 0..3 {
-                all.coefficients[number][power] = Floats::splat(self.coefficients[number][power].0[lane]);
-            }
-        }
-        all
-    }
-
     /// Each lane's from another of some.
     #[inline(always)]
     pub fn gathered<'a>(of: impl Fn(usize) -> (&'a Self, usize)) -> Self {
@@ -194,6 +213,8 @@ impl Turns {
 pub struct Timeline {
     /// A power of two of them, up to `PIECES_MAX`; one where nothing moves.
     pub pieces: Vec<Parabolas>,
+    /// The first piece of each row.
+    first: Vec<Parabola>,
     /// Whether the camera stands still over all of it.
     pub is_still: bool,
 }
@@ -226,7 +247,8 @@ impl Timeline {
         let is_still = known.iter().flatten().all(|parabola| *parabola == first && parabola.is_still());
         let lanes = |piece: usize| Parabolas::of(&std::array::from_fn(|lane| known[lane / (LANES / ROWS)][piece]));
         let count = if is_still { 1 } else { index(pieces) };
-        Self { pieces: (0..count).map(lanes).collect(), is_still }
+        let first = known.iter().map(|of_row| of_row[0]).collect();
+        Self { pieces: (0..count).map(lanes).collect(), first, is_still }
     }
 }
 
@@ -246,12 +268,14 @@ impl Timeline {
         self.pieces[index(piece)].change_of(lane, share * pieces - f32_from_u32(piece), pieces)
     }
 
+    /// The motion of a row of the group over the first piece: all of it where there is one.
+    pub fn first_of_row(&self, row: usize) -> &Parabola {
+        &self.first[row]
+    }
+
     /// The motion of one lane of the packet, in each lane over a piece of its own.
     #[inline(always)]
     pub fn gathered(&self, lane: usize, piece_of: &[usize; LANES]) -> Parabolas {
-        if let [piece] = &self.pieces[..] {
-            return piece.splatted(lane);
-        }
         Parabolas::gathered(|to| (&self.pieces[piece_of[to]], lane))
     }
 }

@@ -1,39 +1,42 @@
-//! Photons. Enters: a lit scene, a camera, its motion, an exposure span for each row. Leaves: mean photons of every pixel.
+//! Renders mean photons of every pixel from a lit scene, a camera, its motion, and an exposure span for each row.
 //!
-//! Every ray has its own place in the pixel and its own instant, and a look-up averages over what its sample stands for (`filter`).
-//! A first batch of even samples (`rows`, `pattern`, `halves`) shows where a picture needs more. Those pixels have nets of their own that
-//! follow their motion (`refine`, `shear`), as fine as brings the picture's mean error to its target (`spend`), and a few have two, to
-//! tell that error (`twins`).
+//! Adaptive sampling in four steps, each a module that uses only those before it:
+//! 1. `tile`: a first batch of two or four samples in every pixel, traced in packets of neighbouring pixels.
+//! 2. `first_batch`, `allocation`: estimate each pixel's variance from its neighbourhood, and find the marginal gain per ray down to which
+//!    pixels must be sampled so that the picture meets its target.
+//! 3. `pixel`, `estimate`: refine the pixels above that level in packets of sixteen samples of one pixel, doubling until each is below it.
+//! 4. `replicate`: sample a few pixels again with other samples, to state the error.
+//!
+//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`) and texture footprints (`footprint`). `frame` runs
+//! the steps over a picture on all cores.
 
-mod filter;
-mod glints;
-mod halves;
-mod net;
-mod passes;
-mod pattern;
-mod refine;
+mod allocation;
+mod estimate;
+mod footprint;
+mod frame;
+mod first_batch;
+mod pixel;
+mod rays;
 mod reflect;
-mod rows;
+mod replicate;
 mod shear;
-mod shot;
-mod spend;
-mod strata;
-mod twins;
+mod sobol;
+mod tile;
 
 use super::camera::Camera;
 use crate::draw::DrawKey;
-use crate::num::{f32_from_u32, f32_nearest, index, u64_from};
+use crate::num::{index, u64_from};
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::LitScene;
 use crate::scene::lit::BOUNCES_MAX;
 use crate::units::Span;
-use halves::Seen;
-use net::Net;
-use passes::{Growing, Picture};
-use refine::{FIRST, Rule};
-use shot::View;
-use spend::{Estimate, Kind};
+use allocation::{Estimate, Stage};
+use estimate::PixelSamples;
+use first_batch::FirstBatch;
+use frame::{Picture, Refined};
+use pixel::{FIRST, StoppingRule};
+use rays::View;
 
 /// What a camera saw in one exposure.
 #[derive(Clone, Debug)]
@@ -41,7 +44,7 @@ pub struct Exposure {
     /// Mean photons of each pixel, all bands by their weights.
     pub photons: Plane<f32>,
     /// Mean over lit pixels below saturation of (estimated variance of the pixel's mean) / (its photon variance), both in
-    /// electrons: render noise over photon noise. It comes from what halves of the samples differ by. Infinite for one sample,
+    /// electrons: render noise over photon noise. Replicates of some pixels state it; for fewer than 32 fixed samples, halves of the samples do. Infinite for one sample,
     /// which says nothing about its own error; 0 without such a pixel.
     pub render_variance_ratio: f64,
     /// Rays that were traced from the camera.
@@ -61,7 +64,7 @@ pub struct Sampling {
     /// Still pictures that are averaged, at the middles of equal parts of the exposure: how others merge sub-frames, and a
     /// reference; 0 for rays that each have their own instant.
     pub subframes: u32,
-    /// Reflections that a ray follows, up to `BOUNCES_MAX`; 0: every surface is dull.
+    /// Reflections that a ray follows, up to `BOUNCES_MAX`; 0: every surface is diffuse.
     pub reflections: u32,
     /// Whether it follows them at gloss and glaze too, and not only at mirrors. Highlights of bright lamps in rough gloss are found
     /// by chance alone, so they cost far more samples than anything else.
@@ -95,18 +98,14 @@ impl Sampling {
     }
 }
 
-/// Samples of every pixel before it is known which need more: few, or so few that only a loose target is served by them.
+/// Samples of the first batch: for a tolerance below `LOOSE`, and from there on.
 const FIRST_BATCH: [u32; 2] = [4, 2];
-/// Tolerance from which on a target is loose.
+/// Tolerance from which on a first batch of two samples is enough.
 const LOOSE: f64 = 1.0;
-/// From so many on, a fixed number of samples is a net of each pixel's own, which follows its motion. Fewer lose more by rays that lie
-/// apart in time than they gain.
-const OWN_NETS_FROM: u32 = 32;
-/// With a fixed number of samples, images of lamps have their own where they would leave more than this of the photons' variance.
-const BOXES_LEAST: f64 = 0.002;
-/// Images of lamps have samples of their own where they would leave more than this share of the target for each of a pixel's samples.
-const BOXES_FROM: f64 = 0.1;
-/// Passes that bring a picture to its target at most: each begins where the estimates of the one before lead.
+/// Fixed number of samples from which on each pixel is sampled by itself, along its motion. Fewer samples gain less by that than their
+/// packets lose in coherence.
+const BY_PIXEL_FROM: u32 = 32;
+/// Upper bound on the passes of refinement. Each pass allocates anew from the estimates of the one before.
 const PASSES_MAX: usize = 12;
 
 /// Renders one exposure. `shutter` has one span a row (all equal for a global shutter). Panics if it does not, or without samples.
@@ -118,19 +117,21 @@ pub fn render(
     sampling: Sampling,
 ) -> Exposure {
     assert!(shutter.len() == index(camera.size.height_px), "a render needs one span for each row");
-    let view = View { scene, camera, reflections: sampling.reflections, follows_gloss: sampling.follows_gloss };
+    let follows_gloss = sampling.follows_gloss;
+    let reflections = if scene.has_gloss(follows_gloss) { sampling.reflections } else { 0 };
+    let view = View { scene, camera, reflections, follows_gloss };
     let picture = Picture::new(view, shutter, world_from_body, sampling);
     if sampling.is_adaptive() {
         return to_target(picture);
     }
     let samples = sampling.samples_per_pixel * sampling.subframes.max(1);
     assert!(samples > 0, "a render needs a sample");
-    if sampling.subframes == 0 && samples >= OWN_NETS_FROM {
-        return own_nets(picture, samples);
+    if sampling.subframes == 0 && samples >= BY_PIXEL_FROM {
+        return stratified_by_pixel(picture, samples);
     }
     let seen = picture.even(samples);
     let rays = u64::from(samples) * u64_from(seen.len());
-    let ratio = halves::variance_ratio(&seen, samples, sampling.saturation_photons);
+    let ratio = first_batch::variance_ratio(&seen, samples, sampling.saturation_photons);
     Exposure {
         photons: plane(camera, seen.iter().map(|pixel| pixel.photons)),
         render_variance_ratio: if samples > 1 { ratio * sampling.electrons_per_photon } else { f64::INFINITY },
@@ -142,80 +143,80 @@ fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
     Plane::from_values(camera.size, photons.collect())
 }
 
-/// The same number of samples for each pixel, along its own motion. One ray each finds the surface first.
-fn own_nets(mut picture: Picture, samples: u32) -> Exposure {
-    let Sampling { saturation_photons, electrons_per_photon, .. } = picture.sampling;
-    let mut seen = picture.even(1);
-    let least = f32_nearest(BOXES_LEAST / electrons_per_photon) * f32_from_u32(samples);
-    let beside = picture.part(1, &mut seen, least).rays;
-    let picture = &picture;
-    let rule = Rule { samples, least_gain: None, saturation_photons, share: Some(refine::share(samples)) };
-    let mut nets: Vec<Growing> = (0..seen.len())
-        .map(|at| Growing { at, net: Net::new(spend::hidden(&seen, index(picture.view.camera.size.width_px), at)) })
+/// Renders the same number of samples for each pixel, along its motion. One more ray each finds the nearest surface first.
+fn stratified_by_pixel(picture: Picture, samples: u32) -> Exposure {
+    let Sampling { saturation_photons, .. } = picture.sampling;
+    let seen = picture.even(1);
+    let rule = StoppingRule { samples, least_gain: None, saturation_photons, share: Some(pixel::share(samples)) };
+    let mut refined: Vec<Refined> = (0..seen.len())
+        .map(|at| Refined {
+            at,
+            net: PixelSamples::new(allocation::missed(&seen, index(picture.view.camera.size.width_px), at)),
+        })
         .collect();
-    picture.grow(&mut nets, &seen, &rule);
-    let of = |Growing { net, .. }: &Growing| Estimate::of_net(net.photons, net.variance(), 1, samples + net.extra);
-    let estimates: Vec<Estimate> = nets.iter().map(of).collect();
-    let exposure = told(picture, &estimates, &seen, 1, &rule);
-    Exposure { rays: exposure.rays + beside, ..exposure }
+    picture.refine(&mut refined, &seen, &rule);
+    let of = |Refined { net, .. }: &Refined| Estimate::refined(net.photons, net.variance(), 1, samples);
+    let estimates: Vec<Estimate> = refined.iter().map(of).collect();
+    with_stated_error(&picture, &estimates, &seen, 1, &rule)
 }
 
-/// As few samples as bring the mean of variance over photons to what is asked for.
-fn to_target(mut picture: Picture) -> Exposure {
+/// Renders with as few samples as bring the mean of variance over photons down to the tolerance.
+fn to_target(picture: Picture) -> Exposure {
     let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
     let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
     let first = FIRST_BATCH[usize::from(picture.sampling.tolerance >= LOOSE)];
     let width = index(picture.view.camera.size.width_px);
-    let mut seen = picture.even(first);
-    let parted = picture.part(first, &mut seen, f32_nearest(target * BOXES_FROM));
-    let mut beside = 0;
-    let mut estimates = spend::first_estimates(&seen, width, first, saturation_photons);
-    parted.correct(&mut estimates);
-    let mut rule = Rule { samples: samples_max, least_gain: None, saturation_photons, share: None };
-    let mut nets: Vec<Growing> = Vec::new();
+    let seen = picture.even(first);
+    let mut estimates = allocation::first_estimates(&seen, width, first, saturation_photons);
+    let mut rule = StoppingRule { samples: samples_max, least_gain: None, saturation_photons, share: None };
+    let mut refined: Vec<Refined> = Vec::new();
     for _ in 0..PASSES_MAX {
         if samples_max < FIRST {
             break;
         }
-        let Some(least) = spend::least_gain(&estimates, target, saturation_photons) else { break };
+        let Some(least) = allocation::least_gain(&estimates, target, saturation_photons) else { break };
         rule.least_gain = Some(least);
         for (at, estimate) in estimates.iter_mut().enumerate() {
-            let is_first = estimate.kind != Kind::Net;
-            if is_first && estimate.may_count(saturation_photons) && estimate.gain() >= least {
-                estimate.kind = Kind::Net;
-                nets.push(Growing { at, net: Net::new(spend::hidden(&seen, width, at)) });
+            let is_first = estimate.stage != Stage::Refined;
+            if is_first && estimate.may_count(saturation_photons) && estimate.marginal_gain() >= least {
+                estimate.stage = Stage::Refined;
+                refined.push(Refined { at, net: PixelSamples::new(allocation::missed(&seen, width, at)) });
             }
         }
-        picture.grow(&mut nets, &seen, &rule);
+        picture.refine(&mut refined, &seen, &rule);
         let mut grown = false;
-        for Growing { at, net } in &nets {
+        for Refined { at, net } in &refined {
             let estimate = &mut estimates[*at];
             grown |= first + net.samples != estimate.samples;
-            *estimate = Estimate::of_net(net.photons, net.variance(), first, net.samples);
+            *estimate = Estimate::refined(net.photons, net.variance(), first, net.samples);
         }
         if !grown {
             break;
         }
     }
-    beside += nets.iter().map(|growing| u64::from(growing.net.extra)).sum::<u64>();
-    let exposure = told(&picture, &estimates, &seen, first, &rule);
-    Exposure { rays: exposure.rays + parted.rays + beside, ..exposure }
+    with_stated_error(&picture, &estimates, &seen, first, &rule)
 }
 
-/// The picture, and its error as pixels tell that are sampled a second time.
-fn told(picture: &Picture, estimates: &[Estimate], seen: &[Seen], first: u32, rule: &Rule) -> Exposure {
+/// The picture, with the error that replicates of some pixels state.
+fn with_stated_error(
+    picture: &Picture,
+    estimates: &[Estimate],
+    seen: &[FirstBatch],
+    first: u32,
+    rule: &StoppingRule,
+) -> Exposure {
     let Sampling { saturation_photons, key, electrons_per_photon, .. } = picture.sampling;
     let width = index(picture.view.camera.size.width_px);
-    let twins = twins::choose(estimates, width, saturation_photons, key.with(TWIN_KEY));
-    let (others, more) = picture.twins(&twins, estimates, seen, first, rule);
-    let ratio = twins::variance_ratio(estimates, &twins, &others, saturation_photons);
+    let replicates = replicate::choose(estimates, width, saturation_photons, key.with(REPLICATE_KEY));
+    let (others, more) = picture.replicates(&replicates, estimates, seen, first, rule);
+    let ratio = replicate::variance_ratio(estimates, &replicates, &others, saturation_photons);
     let rays = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum::<u64>() + more;
     let photons = plane(picture.view.camera, estimates.iter().map(|estimate| estimate.photons));
     Exposure { photons, render_variance_ratio: ratio * electrons_per_photon, rays }
 }
 
-/// Names the draws that choose twins, beyond any row.
-const TWIN_KEY: u64 = 1 << 43;
+/// Names the draws that choose replicates, beyond any row.
+const REPLICATE_KEY: u64 = 1 << 43;
 
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,17 @@
 
 use std::ops::{Add, BitAnd, BitOr, Mul, Sub};
 
+/// An array from an expression of its index, written out. A loop over packets of numbers is vectorised across its turns, by gathers and
+/// scatters that take longer than the work itself.
+macro_rules! unrolled {
+    (@ $i:ident, $e:expr; $($n:literal)*) => { [$({ const $i: usize = $n; $e }),*] };
+    ($i:ident in 2 => $e:expr) => { $crate::scene::lanes::unrolled!(@ $i, $e; 0 1) };
+    ($i:ident in 3 => $e:expr) => { $crate::scene::lanes::unrolled!(@ $i, $e; 0 1 2) };
+    ($i:ident in 4 => $e:expr) => { $crate::scene::lanes::unrolled!(@ $i, $e; 0 1 2 3) };
+    ($i:ident in 12 => $e:expr) => { $crate::scene::lanes::unrolled!(@ $i, $e; 0 1 2 3 4 5 6 7 8 9 10 11) };
+}
+pub(crate) use unrolled;
+
 /// Rays in a packet.
 pub const LANES: usize = 16;
 
@@ -182,6 +193,16 @@ impl Floats {
 }
 
 impl Mask {
+    /// A bit for each lane that is set, the first lane's lowest.
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        let mut bits = 0_u32;
+        for lane in 0..LANES {
+            bits |= self.0[lane] & 1 << lane;
+        }
+        bits
+    }
+
     /// A lane that is set, where others are not.
     #[inline(always)]
     pub fn one_of_some(self) -> Option<usize> {
@@ -191,6 +212,14 @@ impl Mask {
         }
         if all != 0 { None } else { self.0.iter().position(|&lane| lane != 0) }
     }
+}
+
+/// Takes the lowest lane out of the bits of some.
+#[inline(always)]
+pub fn next_lane(bits: &mut u32) -> usize {
+    let lane = bits.trailing_zeros() & 15;
+    *bits &= bits.wrapping_sub(1);
+    crate::num::index(lane)
 }
 
 /// Halves of a packet: eight lanes are what two registers of the baseline or one of AVX2 hold, so that a triangle's test stays within

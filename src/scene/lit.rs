@@ -6,12 +6,11 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 mod gloss;
-mod one;
-mod packet;
 mod slopes;
+mod surface;
 
 pub use gloss::{BOUNCES_MAX, Facet, is_exact_mirror};
-pub use packet::{Face, Met, by_band, by_lane};
+pub use surface::{Face, OnTriangle, by_band, by_lane};
 
 use std::sync::OnceLock;
 
@@ -21,7 +20,6 @@ use super::bake::rays::{Aims, aimed_light, bounce_rays};
 use super::bake::{Bake, BakeSettings};
 use super::bulb::Cone;
 use super::flicker::Flicker;
-use super::glints::Glints;
 use super::light::{BANDS, Bands, Illuminant, luminance};
 use super::mesh::{Gloss, Material, dot};
 use super::texture::Footprint;
@@ -95,8 +93,6 @@ pub struct LitScene {
     has_textures: bool,
     /// What of each material keeps an image.
     gloss: Vec<Option<Gloss>>,
-    /// Mirrors, and the lamps that they may show.
-    glints: Glints,
     /// Found once.
     bounds: OnceLock<ExitanceBounds>,
 }
@@ -228,12 +224,11 @@ impl LitScene {
             illuminance_lux: 0.0,
             bounces: bake.bounces,
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
-            faces: packet::faces(&scene.mesh, &scene.layout, &slopes::of(&scene.mesh), &paints),
+            faces: surface::faces(&scene.mesh, &scene.layout, &slopes::of(&scene.mesh), &paints),
             paints,
             cones,
             has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
             gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
-            glints: Glints::of(&scene.mesh),
             bounds: OnceLock::new(),
             scene,
         }
@@ -242,11 +237,6 @@ impl LitScene {
     /// The geometry.
     pub fn scene(&self) -> &Scene {
         &self.scene
-    }
-
-    /// Its mirrors, and the lamps that they may show.
-    pub fn glints(&self) -> &Glints {
-        &self.glints
     }
 
     /// Spectrum of its white light.

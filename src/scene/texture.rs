@@ -5,13 +5,9 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 mod alike;
-mod lookups;
 
-pub use lookups::Lookups;
-
-use super::lanes::Floats;
 use super::light::{BANDS, Bands};
-use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated, u32_truncated_f32};
+use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated};
 
 /// What lies beyond the edge of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,35 +71,6 @@ impl Footprint {
     #[inline(always)]
     pub fn round(width_texels: f32) -> Self {
         Self { area_texels2: 1.0 + width_texels * width_texels * (1.0 / 3.0), ..Self::POINT }
-    }
-}
-
-/// Footprints by lane of a packet.
-#[derive(Clone, Debug)]
-pub struct Footprints {
-    /// As `Footprint::shift_texels`.
-    pub shift_texels: [Floats; 2],
-    /// As `Footprint::step_texels`.
-    pub step_texels: [Floats; 2],
-    /// As `Footprint::taps`: whole numbers.
-    pub taps: Floats,
-    /// As `Footprint::area_texels2`.
-    pub area_texels2: Floats,
-    /// As `Footprint::snap`.
-    pub snap: Floats,
-}
-
-impl Footprints {
-    /// One lane's.
-    #[inline(always)]
-    pub fn lane(&self, lane: usize) -> Footprint {
-        Footprint {
-            shift_texels: [self.shift_texels[0].0[lane], self.shift_texels[1].0[lane]],
-            step_texels: [self.step_texels[0].0[lane], self.step_texels[1].0[lane]],
-            taps: u32_truncated_f32(self.taps.0[lane]),
-            area_texels2: self.area_texels2.0[lane],
-            snap: self.snap.0[lane],
-        }
     }
 }
 

@@ -1,87 +1,96 @@
-//! Rays that glossy surfaces send on. Enters: a packet's hits. Leaves: the light of those that keep an image, as seen by the camera.
+//! Specular reflection: follows the rays that met gloss, and adds the light that they bring back.
 //!
-//! Only lanes that met gloss pay. Reflected rays go as packets of those lanes; after the last bounce a surface counts as dull.
+//! Lanes without gloss pay nothing. After the last bounce a surface counts as diffuse.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::pattern::facet_numbers;
-use super::shot::{Aim, Pixels, View};
+use super::rays::{Aim, Filter, Pixels, Traced, View};
+use super::sobol::facet_numbers;
 use crate::scene::lanes::{Floats, LANES};
-use crate::scene::light::{BANDS, Bands};
+use crate::scene::light::BANDS;
 use crate::scene::lit::BOUNCES_MAX;
-use crate::scene::texture::Footprint;
-use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_through};
+use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
+use crate::simd::Kernel;
 
 /// Reflected rays start this far above their surface in metres, as those of the bake do.
 const LIFT_M: f32 = 2e-4;
 
-/// Paths that are followed, by lane.
+/// Light along the paths of a packet, by band.
 struct Paths {
-    /// Weight of what the path meets next.
-    weight: [Bands; LANES],
-    /// Metres from the camera.
-    gone_m: [f32; LANES],
-    /// Light of the surfaces that are behind.
-    settled: [Bands; LANES],
-    /// Light of the surface met last, as if it were dull.
-    last: [Bands; LANES],
+    /// Weight of what a path meets next.
+    weight: [Floats; BANDS],
+    /// Light of the surfaces before the last one.
+    settled: [Floats; BANDS],
+    /// Light of the last surface, as if it were diffuse.
+    last: [Floats; BANDS],
+}
+
+/// Light of rays with what their surfaces reflect.
+pub(super) struct Reflection<'a, 'b> {
+    pub view: &'a View<'b>,
+    pub traced: &'a Traced,
+    pub pixels: &'a Pixels,
+    pub aim: &'a Aim<'a>,
+    /// What each ray would be without.
+    pub lux: [Floats; BANDS],
+    pub stack: &'a mut Stack,
+}
+
+impl Kernel for Reflection<'_, '_> {
+    type Output = [Floats; BANDS];
+
+    #[inline(always)]
+    fn run(self) -> [Floats; BANDS] {
+        let Self { view, traced, pixels, aim, lux, stack } = self;
+        let mut paths = Paths { weight: [Floats::splat(1.0); BANDS], settled: [Floats::splat(0.0); BANDS], last: lux };
+        let mut length_m = traced.hits.t;
+        let mut traced = Traced { hits: traced.hits, packet: traced.packet };
+        for bounce in 0..view.reflections.min(BOUNCES_MAX) {
+            let numbers = |lane: usize| facet_numbers(aim.numbers[lane], pixels.facet_seeds[lane], bounce);
+            let Some(packet) = view.reflected(&traced, &numbers, &mut paths) else { break };
+            let hits = closest_inline_through(&view.scene.scene().bvh, &view.scene.scene().mesh, &packet, stack);
+            traced = Traced { hits, packet };
+            length_m = length_m + traced.hits.t;
+            let width_m = length_m * pixels.spread * Floats::splat(aim.shares.pixel);
+            let (met, _) = view.shade(&traced, aim, &Filter::Reflected { width_m });
+            let is_followed = Floats::splat(0.0).below(traced.packet.t_max);
+            for band in 0..BANDS {
+                paths.last[band] = is_followed.select(paths.weight[band] * met[band], paths.last[band]);
+            }
+        }
+        let mut lux = paths.settled;
+        for band in 0..BANDS {
+            lux[band] = lux[band] + paths.last[band];
+        }
+        lux
+    }
 }
 
 impl View<'_> {
-    /// Follows the lanes that met gloss; `lux` holds what every lane would be without it.
+    /// Splits the light of the lanes that met gloss and turns their rays; none if there are none.
     #[inline(never)]
-    pub(super) fn reflect(&self, hits: &Hits, packet: &Packet, pixels: &Pixels, aim: &Aim, lux: &mut [Bands; LANES]) {
-        let (mut hits, mut packet) = (*hits, *packet);
-        let mut paths =
-            Paths { weight: [[1.0; BANDS]; LANES], gone_m: hits.t.0, settled: [[0.0; BANDS]; LANES], last: *lux };
-        let mut stack = Stack::new();
-        for bounce in 0..self.reflections.min(BOUNCES_MAX) {
-            let numbers = |lane: usize| facet_numbers(aim.numbers[lane], pixels.facet_seeds[lane], bounce);
-            let Some(next) = self.turned(&hits, &packet, &numbers, &mut paths) else { break };
-            packet = next;
-            hits = closest_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, &mut stack);
-            for lane in (0..LANES).filter(|&lane| packet.t_max.0[lane] > 0.0) {
-                let met = if hits.triangle[lane] == MISS {
-                    self.scene.sky_lux(direction_of(&packet, lane))
-                } else {
-                    paths.gone_m[lane] += hits.t.0[lane];
-                    let width_m = paths.gone_m[lane] * pixels.spread.0[lane] * aim.shares.pixel;
-                    let footprint = Footprint::round(self.scene.texels_per_m(hits.triangle[lane]) * width_m);
-                    let at = [hits.u.0[lane], hits.v.0[lane]];
-                    let level = aim.lamp_levels[lane];
-                    self.scene.exitance_lux(hits.triangle[lane], at, direction_of(&packet, lane), &footprint, level)
-                };
-                paths.last[lane] = std::array::from_fn(|band| paths.weight[lane][band] * met[band]);
-            }
-        }
-        for lane in 0..LANES {
-            lux[lane] = std::array::from_fn(|band| paths.settled[lane][band] + paths.last[lane][band]);
-        }
-    }
-
-    /// Leaves of the lanes that met gloss what is diffuse, and sends their reflected rays on; none if there are none.
-    fn turned(
-        &self,
-        hits: &Hits,
-        packet: &Packet,
-        numbers: &dyn Fn(usize) -> [f32; 2],
-        paths: &mut Paths,
-    ) -> Option<Packet> {
+    fn reflected(&self, traced: &Traced, numbers: &dyn Fn(usize) -> [f32; 2], paths: &mut Paths) -> Option<Packet> {
+        let Traced { hits, packet } = traced;
         let mut next = Packet { t_max: Floats::splat(-1.0), ..*packet };
         let mut any = false;
         for lane in (0..LANES).filter(|&lane| packet.t_max.0[lane] > 0.0 && hits.triangle[lane] != MISS) {
-            let direction = direction_of(packet, lane);
+            if !self.scene.face(hits.triangle[lane]).has_gloss(self.follows_gloss) {
+                continue;
+            }
+            let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
             let at = [hits.u.0[lane], hits.v.0[lane]];
             let Some(facet) = self.scene.facet(hits.triangle[lane], at, direction, self.follows_gloss) else {
                 continue;
             };
-            let (away, share, dull) = facet.reflected(direction, numbers(lane));
+            let (away, share, diffuse) = facet.reflected(direction, numbers(lane));
+            let mut is_black = true;
             for band in 0..BANDS {
-                paths.settled[lane][band] += paths.last[lane][band] * dull[band];
-                paths.weight[lane][band] *= share[band];
+                paths.settled[band].0[lane] += paths.last[band].0[lane] * diffuse[band];
+                paths.weight[band].0[lane] *= share[band];
+                paths.last[band].0[lane] = 0.0;
+                is_black &= paths.weight[band].0[lane] == 0.0;
             }
-            paths.last[lane] = [0.0; BANDS];
-            if paths.weight[lane] == [0.0; BANDS] {
+            if is_black {
                 continue;
             }
             any = true;
@@ -94,8 +103,4 @@ impl View<'_> {
         }
         any.then_some(next)
     }
-}
-
-fn direction_of(packet: &Packet, lane: usize) -> [f32; 3] {
-    [0, 1, 2].map(|axis| packet.direction[axis].0[lane])
 }

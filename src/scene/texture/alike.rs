@@ -1,14 +1,12 @@
-//! Look-ups of a packet that meets one triangle. Enters: texture coordinates by lane, and one footprint for all. Leaves: linear colours,
-//! lane by lane equal to those of `Texture::over` in every bit.
+//! Texture look-ups of rays that met one triangle: linear colours, lane by lane equal to those of `Texture::over` in every bit.
 //!
 //! Picture, level and places in a row are those of all lanes, so that only the fetching of texels goes lane by lane.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::super::lanes::{Floats, LANES};
+use super::super::lanes::{Floats, LANES, Mask, next_lane};
 use super::super::light::{BANDS, Bands};
-use super::lookups::folded;
-use super::{Footprint, ONE, TAPS_MAX, TO_WHOLE, Texture, between};
+use super::{Footprint, ONE, TAPS_MAX, TO_WHOLE, Texture, Wrap, between};
 use crate::num::f32_from_u32;
 
 /// Rows of places, by lane: the first, and the way from place to place in texture coordinates.
@@ -19,10 +17,16 @@ struct Rows {
 }
 
 impl Texture {
-    /// Linear colours averaged over footprints that differ only by how far they are shifted, which `shift_texels` tells in the footprint's
-    /// place.
+    /// Linear colours of some lanes, averaged over footprints that differ only by how far they are shifted: by `shift_texels`, in place of
+    /// the footprint's own shift.
     #[inline(always)]
-    pub fn over_alike(&self, uv: &[Floats; 2], shift_texels: &[Floats; 2], footprint: &Footprint) -> [Bands; LANES] {
+    pub fn over_alike(
+        &self,
+        uv: &[Floats; 2],
+        shift_texels: &[Floats; 2],
+        footprint: &Footprint,
+        lanes: Mask,
+    ) -> [Bands; LANES] {
         let back = 0.5 * (f32_from_u32(footprint.taps) - 1.0);
         let mut rows = Rows { first: *uv, step: [0.0; 2], taps: footprint.taps.min(TAPS_MAX) };
         for axis in 0..2 {
@@ -31,9 +35,9 @@ impl Texture {
             rows.first[axis] = shifted - Floats::splat(back * rows.step[axis]);
         }
         let (fine, share) = self.levels_of(footprint);
-        let mut sums = self.sums_alike(fine, &rows);
+        let mut sums = self.sums_alike(fine, &rows, lanes);
         if share > 0.0 {
-            let coarse = self.sums_alike(fine + 1, &rows);
+            let coarse = self.sums_alike(fine + 1, &rows, lanes);
             for lane in 0..LANES {
                 for band in 0..BANDS {
                     sums[lane][band] += (coarse[lane][band] - sums[lane][band]) * share;
@@ -51,7 +55,7 @@ impl Texture {
 
     /// Sums of one level over the places of each lane.
     #[inline(always)]
-    fn sums_alike(&self, level: usize, rows: &Rows) -> [Bands; LANES] {
+    fn sums_alike(&self, level: usize, rows: &Rows, lanes: Mask) -> [Bands; LANES] {
         let level = &self.levels[level];
         let stride = level.width + 2;
         let (zero, one, half) = (Floats::splat(0.0), Floats::splat(1.0), Floats::splat(0.5));
@@ -74,7 +78,9 @@ impl Texture {
             for lane in 0..LANES {
                 from[lane] = places[1][lane].wrapping_mul(stride).wrapping_add(places[0][lane]);
             }
-            for lane in 0..LANES {
+            let mut rest = lanes.bits();
+            while rest != 0 {
+                let lane = next_lane(&mut rest);
                 let value = between(&level.texels, from[lane], stride, [shares[0].0[lane], shares[1].0[lane]]);
                 for band in 0..BANDS {
                     sums[lane][band] += value[band];
@@ -85,9 +91,24 @@ impl Texture {
     }
 }
 
+/// Coordinates within the picture that show what lies at any; those of a clamped one are left as they are.
+#[inline(always)]
+fn folded(at: Floats, wrap: Wrap) -> Floats {
+    let (half, magic) = (Floats::splat(0.5), Floats::splat(TO_WHOLE));
+    match wrap {
+        Wrap::Repeat => at - ((at - half + magic) - magic),
+        Wrap::Mirror => {
+            let whole = (at * half - half + magic) - magic;
+            let period = at - (whole + whole);
+            let turned = Floats::splat(2.0) - period;
+            Floats::splat(1.0).below(period).select(turned, period)
+        }
+        Wrap::Clamp => at,
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::Wrap;
     use super::super::tests::{noise, question};
     use super::*;
     use crate::draw::DrawKey;
@@ -118,7 +139,7 @@ mod tests {
             }
             mixed += u32::from(texture.levels_of(&footprint).1 > 0.0);
             let bits = |colours: &[Bands; LANES]| colours.map(|colour| colour.map(f32::to_bits));
-            let found = texture.over_alike(&uv, &shift, &footprint);
+            let found = texture.over_alike(&uv, &shift, &footprint, Mask([u32::MAX; LANES]));
             assert_eq!(bits(&found), bits(&single), "seed {seed}, case {case}");
             tried += 1;
         }

@@ -3,7 +3,7 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::super::lanes::{Floats, LANES, Mask, Vectors};
+use super::super::lanes::{Floats, LANES, Mask, Vectors, unrolled};
 use super::Packet;
 
 /// Directions closer to zero than this are moved away from it, so that slabs need no rule for infinities. Over a scene of
@@ -103,16 +103,9 @@ impl Rays {
             t_max = mask.select(t_max, Floats::splat(f32::MIN));
         }
         let down = [usize::from(course & 1 != 0), usize::from(course & 2 != 0), usize::from(course & 4 != 0)];
-        let mut inverse = along;
-        for axis in 0..3 {
-            // Adding zero makes all zeros positive, so that places that are equal are so bit for bit.
-            origin_m[axis] = origin_m[axis] + Floats::splat(0.0);
-            let away = if down[axis] == 1 { -DIRECTION_MIN } else { DIRECTION_MIN };
-            for lane in 0..LANES {
-                let d = along[axis].0[lane];
-                inverse[axis].0[lane] = 1.0 / if d.abs() < DIRECTION_MIN { away } else { d };
-            }
-        }
+        // Adding zero makes all zeros positive, so that places that are equal are so bit for bit.
+        origin_m = unrolled!(AXIS in 3 => origin_m[AXIS] + Floats::splat(0.0));
+        let inverse = unrolled!(AXIS in 3 => inverses(along[AXIS], down[AXIS] == 1));
         let [x, y, z] = along;
         let (axes, direction, scale) = match course >> 3 {
             0 => ([1, 2, 0], [y, z, x], inverse[0]),
@@ -123,6 +116,18 @@ impl Rays {
         let (span, shared) = Span::of(&origin_m, &inverse, t_min, &shear, down);
         Self { origin_m, inverse, direction, t_min, t_max, axes, shear, down, shared, span }
     }
+}
+
+/// One over directions along an axis, none of which is zero.
+#[inline(always)]
+fn inverses(along: Floats, is_down: bool) -> Floats {
+    let away = if is_down { -DIRECTION_MIN } else { DIRECTION_MIN };
+    let mut inverse = along;
+    for lane in 0..LANES {
+        let d = along.0[lane];
+        inverse.0[lane] = 1.0 / if d.abs() < DIRECTION_MIN { away } else { d };
+    }
+    inverse
 }
 
 impl Span {

@@ -1,40 +1,39 @@
-//! Where rays take most away. Enters: what each pixel's samples leave of its variance. Leaves: the gain a ray below which none is
-//! sent, so that the picture's mean meets its target.
+//! Allocation of rays: which pixels are refined, and how far.
 //!
-//! A pixel of variance V, P photons and n samples loses about a V / n by a ray where V falls as 1 / n^a, so the sum of V / P over
-//! the pixels is least for as many rays where all have the same V / (P n): those above a level are sampled until they reach it.
-//! (Neyman 1934, for strata whose error falls as 1 / n^2 and more.)
+//! A pixel of variance V, P photons and n samples loses about a V / n by one more ray where V falls as 1 / n^a. For a given number of rays
+//! the sum of V / P over the pixels is least where V / (P n), the marginal gain, is equal everywhere (Neyman 1934). So all pixels above
+//! a level are sampled until they reach it, and the level is the one at which the picture meets its target.
 
-use super::halves::{LEFT_TYPICAL, Seen};
-use super::refine::FIRST;
+use super::first_batch::{FirstBatch, LEFT_TYPICAL};
+use super::pixel::FIRST;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
 
-/// What is known of a pixel.
+/// Estimate of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
     /// Mean photons.
     pub photons: f32,
-    /// About the variance of that.
+    /// Estimated variance of that mean.
     pub variance: f32,
-    /// Samples that it is of.
+    /// Samples that it rests on.
     pub samples: u32,
-    /// What these are.
-    pub kind: Kind,
-    /// Samples of a net of its own that leave about as much.
-    pub worth: f32,
+    /// Which samples these are.
+    pub stage: Stage,
+    /// Samples of a refined pixel that would leave as much variance.
+    pub effective_samples: f32,
 }
 
-/// What a pixel's samples are.
+/// Stage of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// A few even ones.
-    Even,
-    /// A net of its own.
-    Net,
+pub enum Stage {
+    /// Only the first batch.
+    First,
+    /// Refined by samples for this pixel alone.
+    Refined,
 }
 
 impl Estimate {
-    /// Whether a sensor shows its noise.
+    /// Whether the pixel is lit and below saturation, so that its noise shows.
     pub fn counts(&self, saturation_photons: f32) -> bool {
         self.photons > 0.0 && self.photons < saturation_photons
     }
@@ -49,26 +48,32 @@ impl Estimate {
         ratio(self.photons, self.variance)
     }
 
-    /// Of a net of its own.
-    pub fn of_net(photons: f32, variance: f32, first: u32, of_net: u32) -> Self {
-        Self { photons, variance, samples: first + of_net, kind: Kind::Net, worth: f32_from_u32(first + of_net) }
+    /// Of a refined pixel.
+    pub fn refined(photons: f32, variance: f32, first: u32, refined: u32) -> Self {
+        Self {
+            photons,
+            variance,
+            samples: first + refined,
+            stage: Stage::Refined,
+            effective_samples: f32_from_u32(first + refined),
+        }
     }
 
-    /// Whether its samples are fewer than those that a net of its own begins with.
+    /// Whether it rests on fewer samples than a refinement begins with.
     fn is_of_few(&self) -> bool {
-        self.kind != Kind::Net && self.worth < ALONE
+        self.stage != Stage::Refined && self.effective_samples < ALONE
     }
 
-    /// About what one more sample takes away of the variance over the photons. The first sixteen of a net of its own replace a
-    /// pixel's few and leave an eighth or less; a doubling costs as many as there are and leaves a third: per sample the former
-    /// gain as much as a doubling of 12.
-    pub fn gain(&self) -> f32 {
-        self.ratio() / if self.is_of_few() { ALONE } else { self.worth }
+    /// Variance over photons that one more sample removes. The first sixteen samples of a refinement replace the first batch and leave an
+    /// eighth or less; a doubling costs as many samples as there are and leaves a third. Per sample the former gains as much as a doubling
+    /// of twelve.
+    pub fn marginal_gain(&self) -> f32 {
+        self.ratio() / if self.is_of_few() { ALONE } else { self.effective_samples }
     }
 }
 
 /// Contrast of each pixel to the eight around it: the variance of those, and half the square of what their mean differs by.
-fn contrast(seen: &[Seen], width: usize, [x, y]: [usize; 2]) -> (f32, f32) {
+fn contrast(seen: &[FirstBatch], width: usize, [x, y]: [usize; 2]) -> (f32, f32) {
     let own = seen[y * width + x].photons;
     let height = seen.len() / width;
     let (mut sum, mut squares, mut taken, mut count) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
@@ -106,11 +111,11 @@ pub fn ratio(photons: f32, variance: f32) -> f32 {
     variance / if photons > sigma { photons } else { sigma }
 }
 
-/// What n samples of a pixel may have missed, n^3 times. Beside a feature of contrast c lies its edge, anywhere over two pixels. It
+/// Bound on the variance of a feature that n samples of a pixel missed, times n^3. Beside a feature of contrast c lies its edge, anywhere over two pixels. It
 /// lies in the part of one that its n samples missed, a 1 / n of it, with probability 1 / 2n, and that part has then half of 1 / n,
 /// or (c / n)^2 / 3 in the mean square: c^2 / 6 n^3 in all. The contrast is that of samples, not of pixels: slits of the sky are
 /// thin.
-pub fn hidden(seen: &[Seen], width: usize, at: usize) -> f32 {
+pub fn missed(seen: &[FirstBatch], width: usize, at: usize) -> f32 {
     let (x, y, height) = (at % width, at / width, seen.len() / width);
     let mut most = 0.0_f32;
     for row in y.saturating_sub(1)..(y + 2).min(height) {
@@ -122,28 +127,28 @@ pub fn hidden(seen: &[Seen], width: usize, at: usize) -> f32 {
             most = if contrast2 > most { contrast2 } else { most };
         }
     }
-    most * OF_HIDDEN
+    most * OF_MISSED
 }
 
-/// What of the square of a contrast one sample may have missed.
-pub const OF_HIDDEN: f32 = 1.0 / 6.0;
+/// Share of a squared contrast that one sample may have missed.
+pub const OF_MISSED: f32 = 1.0 / 6.0;
 
 /// Square of a contrast over the spread of four samples, one or two of which have it: 16 / 3 and 4.
 const PER_SPREAD: f32 = 5.0;
 
-/// Samples that a pixel without a net of its own counts as at least.
+/// Least number of samples that a pixel of the first batch counts as.
 const ALONE: f32 = 12.0;
 
-/// What a pixel's difference to the mean of its neighbours says, over what their own differences do.
+/// Weight of a pixel's difference to the mean of its neighbours, relative to the variance among them.
 const OWN: f32 = 0.5;
 
-/// Judges pixels after a first batch. Halves of two or four samples tell little of one pixel and much of all: they tell how much
-/// variance a contrast leaves. A pixel that has none because its own halves happen to agree would claim to be exact, so only its
-/// neighbours' halves count, its contrast, and what it may have missed.
-pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_photons: f32) -> Vec<Estimate> {
+/// Estimates variances after the first batch. Halves of two or four samples say little about one pixel and much about all of them: they
+/// calibrate how much variance a contrast to the neighbours leaves. A pixel whose halves agree by chance would claim to be exact, so only
+/// the halves of its neighbours count, its contrast, and the bound on what it missed.
+pub fn first_estimates(seen: &[FirstBatch], width: usize, samples: u32, saturation_photons: f32) -> Vec<Estimate> {
     let one = |x: usize, y: usize| {
         let (contrast, taken) = contrast(seen, width, [x, y]);
-        (contrast, taken, hidden(seen, width, y * width + x))
+        (contrast, taken, missed(seen, width, y * width + x))
     };
     let row = |y: usize| -> Vec<(f32, f32, f32)> { (0..width).map(|x| one(x, y)).collect() };
     let height = seen.len() / width;
@@ -164,16 +169,16 @@ pub fn first_estimates(seen: &[Seen], width: usize, samples: u32, saturation_pho
     }
     let per_contrast = if less > 0.0 { f32_nearest(left / less) } else { 0.0 };
     let n = f32_from_u32(samples);
-    let of = |(pixel, &(contrast, taken, hidden)): (&Seen, &(f32, f32, f32))| {
+    let of = |(pixel, &(contrast, taken, missed)): (&FirstBatch, &(f32, f32, f32))| {
         let resolved = LEFT_TYPICAL * taken + per_contrast * contrast;
-        let mut variance = 0.5 * resolved + hidden / (n * n * n);
+        let mut variance = 0.5 * resolved + missed / (n * n * n);
         // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not, and so are most of them.
         if !(pixel.photons < saturation_photons) {
             for least in [0.25 * contrast, pixel.spread / n] {
                 variance = if least > variance { least } else { variance };
             }
         }
-        Estimate { photons: pixel.photons, variance, samples, kind: Kind::Even, worth: n }
+        Estimate { photons: pixel.photons, variance, samples, stage: Stage::First, effective_samples: n }
     };
     seen.iter().zip(rows.iter().flatten()).map(of).collect()
 }
@@ -190,29 +195,30 @@ const FALL: f64 = 1.5;
 struct Step {
     /// Of the ratios of those of few samples.
     few: f64,
-    /// Of what these would be if they were worth one sample.
+    /// The same ratios for a single sample.
     few_at_one: f64,
     /// Of the ratios of the others.
     many: f64,
 }
 
-/// What so many times the samples leave of the variance.
+/// Share of the variance that remains after so many times the samples.
 fn fallen(times: f64) -> f64 {
     1.0 / (times * times.sqrt())
 }
 
-/// The gain below which no pixel needs a sample, if the mean of variance over photons is to be `target`; none where it is.
+/// Marginal gain below which no pixel needs more samples for a mean of variance over photons of `target`; none where that is met.
 pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) -> Option<f32> {
     let mut steps = vec![Step::default(); STEPS];
     let (mut count, mut all) = (0, 0.0);
     for estimate in estimates.iter().filter(|estimate| estimate.may_count(saturation_photons)) {
         count += 1;
         if estimate.variance > 0.0 {
-            let (step, ratio) = (&mut steps[index(estimate.gain().to_bits() >> BELOW)], f64::from(estimate.ratio()));
+            let (step, ratio) =
+                (&mut steps[index(estimate.marginal_gain().to_bits() >> BELOW)], f64::from(estimate.ratio()));
             all += ratio;
             if estimate.is_of_few() {
                 step.few += ratio;
-                step.few_at_one += ratio * fallen(1.0 / f64::from(estimate.worth));
+                step.few_at_one += ratio * fallen(1.0 / f64::from(estimate.effective_samples));
             } else {
                 step.many += ratio;
             }
@@ -266,14 +272,14 @@ mod tests {
                     photons: 100.0,
                     variance: f32_nearest(libm::pow(10.0, 6.0 * share)),
                     samples: 16,
-                    kind: Kind::Net,
-                    worth: 16.0,
+                    stage: Stage::Refined,
+                    effective_samples: 16.0,
                 }
             };
             let estimates: Vec<Estimate> = (0..5_000).map(of).collect();
             let level = f64::from(least_gain(&estimates, target, f32::INFINITY).unwrap());
             let after = |estimate: &Estimate| {
-                let (ratio, gain) = (f64::from(estimate.ratio()), f64::from(estimate.gain()));
+                let (ratio, gain) = (f64::from(estimate.ratio()), f64::from(estimate.marginal_gain()));
                 let times = if gain > level { libm::pow(gain / level, 1.0 / (1.0 + FALL)) } else { 1.0 };
                 ratio / (times * times.sqrt())
             };
@@ -283,7 +289,8 @@ mod tests {
             tried += 1;
         }
         assert_eq!(tried, 4);
-        let known = [Estimate { photons: 10.0, variance: 1.0, samples: 4, kind: Kind::Even, worth: 4.0 }];
+        let known =
+            [Estimate { photons: 10.0, variance: 1.0, samples: 4, stage: Stage::First, effective_samples: 4.0 }];
         assert_eq!(least_gain(&known, 0.2, f32::INFINITY), None);
     }
 
@@ -295,10 +302,10 @@ mod tests {
     }
 
     /// Three by three pixels of four samples each that saw as much, the middle one's within its own spread.
-    fn around(photons: f32, spread: f32) -> Vec<Seen> {
-        let even = Seen { photons, nearest_m: 1.0, ..Seen::NONE };
+    fn around(photons: f32, spread: f32) -> Vec<FirstBatch> {
+        let even = FirstBatch { photons, nearest_m: 1.0, ..FirstBatch::NONE };
         let mut seen = vec![even; 9];
-        seen[4] = Seen { taken: 0.25 * spread, taken_before: 0.75 * spread, spread, ..even };
+        seen[4] = FirstBatch { taken: 0.25 * spread, taken_before: 0.75 * spread, spread, ..even };
         seen
     }
 

@@ -1,37 +1,15 @@
-//! What one sample stands for on a surface. Enters: how a ray's hit moves across a pixel and over the exposure. Leaves: the ellipse
-//! of texels that a look-up averages over.
+//! Footprint of a sample on a texture: the ellipse of texels that a look-up averages over, from ray differentials.
 //!
 //! A sample of N stands for a share f = 1 / sqrt(N) of the pixel's width, of its height and of the motion over the exposure. Its
 //! look-up is moved towards the middle of all three by the factor c = sqrt(1 - f^2), so that the spread of the samples' places and
 //! that of their filters sum to the pixel's own: to second order nothing is blurred twice, at any N. The step of a sharp edge is
-//! rounded by f / 8 at most, within f / 2 of a pixel beside the pixel's own rim: its square falls as 1 / N^1.5, as the variance of
-//! samples at an edge does. Wider shares (2 / sqrt(N)) were measured: half the variance, and a bias of several times that.
+//! rounded by f / 8 of its contrast at most.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use crate::num::{f32_from_u32, u32_truncated_f32};
-use crate::scene::lanes::{Floats, LANES, Vectors};
-use crate::scene::texture::{Footprint, Footprints, TAPS_MAX};
-
-/// Surfaces that the lanes met.
-pub struct Surfaces {
-    /// Unit normals, either way.
-    pub normal: Vectors,
-    /// Texels along u, then along v, for a metre in the world.
-    pub slopes: [Vectors; 2],
-}
-
-/// How hits would move.
-pub struct Steps {
-    /// Of the ray: its direction.
-    pub direction: Vectors,
-    /// Of the ray's end in metres for a pixel to the right, a pixel down, and over the whole exposure.
-    pub steps_m: [Vectors; 3],
-    /// A pixel's width at the hit in metres.
-    pub pixel_m: Floats,
-    /// Where its look-up goes.
-    pub look: Look,
-}
+use crate::scene::lanes::Floats;
+use crate::scene::texture::{Footprint, TAPS_MAX};
 
 /// Where the look-ups of a packet's samples go.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +32,7 @@ const SHIFT_TEXELS_MAX: f32 = 1e5;
 
 /// What of its pixel's width and height, and of the motion over the exposure, a sample stands for.
 #[derive(Clone, Copy, Debug)]
-pub struct Shares {
+pub struct SampleShare {
     /// Of the width and of the height.
     pub pixel: f32,
     /// How much nearer to the pixel's middle the look-up is moved.
@@ -67,7 +45,7 @@ pub struct Shares {
     is_wide: bool,
 }
 
-impl Shares {
+impl SampleShare {
     /// Of the pixel and of the exposure.
     #[inline(always)]
     pub fn even(pixel: f32, exposure: f32) -> Self {
@@ -98,11 +76,6 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-#[inline(always)]
-fn lane3(vectors: &Vectors, lane: usize) -> [f32; 3] {
-    [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
-}
-
 /// How near to a mip level one level serves. The wrong one's variance is off by 1.2 of this at most in units of the look-up's own,
 /// which is share^2 of the pixel's: under 4 % of the pixel's at any number of samples, and one level is half of a look-up's cost.
 #[inline(always)]
@@ -127,7 +100,7 @@ struct Form {
 }
 
 impl Form {
-    /// Of a ray that meets a plane; `steps_m` and `pixel_m` as in `Steps`.
+    /// Of a ray that meets a plane; `steps_m` and `pixel_m` as in `Differentials`.
     #[inline(always)]
     fn of(
         normal: [f32; 3],
@@ -135,7 +108,7 @@ impl Form {
         direction: [f32; 3],
         steps_m: [[f32; 3]; 3],
         pixel_m: f32,
-        shares: &Shares,
+        shares: &SampleShare,
     ) -> Self {
         let cos = dot(normal, direction);
         let bounded = if cos.abs() < COS_MIN { if cos < 0.0 { -COS_MIN } else { COS_MIN } } else { cos };
@@ -165,55 +138,23 @@ impl Form {
     }
 }
 
-/// The ellipses of a packet's samples.
-#[inline(always)]
-pub fn ellipses(surfaces: &Surfaces, steps: &Steps, shares: &Shares) -> Footprints {
-    let zero = Floats::splat(0.0);
-    let mut all = Footprints {
-        shift_texels: [zero; 2],
-        step_texels: [zero; 2],
-        taps: zero,
-        area_texels2: zero,
-        snap: Floats::splat(snap(shares.pixel)),
-    };
-    for lane in 0..LANES {
-        let normal = lane3(&surfaces.normal, lane);
-        let slopes = [lane3(&surfaces.slopes[0], lane), lane3(&surfaces.slopes[1], lane)];
-        let steps_m = [lane3(&steps.steps_m[0], lane), lane3(&steps.steps_m[1], lane), lane3(&steps.steps_m[2], lane)];
-        let form = Form::of(normal, slopes, lane3(&steps.direction, lane), steps_m, steps.pixel_m.0[lane], shares);
-        for axis in 0..2 {
-            let shift = match &steps.look {
-                Look::Inwards([x, y, t]) => {
-                    let within = form.to_pixel * (x.0[lane] * form.right[axis] + y.0[lane] * form.down[axis]);
-                    -(within + form.to_middle * t.0[lane] * form.travel[axis])
-                }
-                Look::By([x, y]) => x.0[lane] * form.right[axis] + y.0[lane] * form.down[axis],
-            };
-            all.shift_texels[axis].0[lane] = if shift.abs() < SHIFT_TEXELS_MAX { shift } else { 0.0 };
-            all.step_texels[axis].0[lane] = form.step[axis];
-        }
-        (all.taps.0[lane], all.area_texels2.0[lane]) = (form.taps, form.area);
-    }
-    all
-}
-
-/// One ray of a packet that meets one plane.
-pub struct Ray {
+/// Ray differentials where a ray meets a plane (Igehy 1999).
+pub struct Differentials {
     /// Unit normal of the plane, either way.
     pub normal: [f32; 3],
     /// Texels along u, then along v, for a metre in the world.
     pub slopes: [[f32; 3]; 2],
     /// Its direction.
     pub direction: [f32; 3],
-    /// As `Steps::steps_m`.
+    /// How far the ray's end goes in metres for a pixel to the right, a pixel down, and over the whole exposure.
     pub steps_m: [[f32; 3]; 3],
-    /// As `Steps::pixel_m`.
+    /// A pixel's width at the hit in metres.
     pub pixel_m: f32,
 }
 
-/// A ray's ellipse for all of its packet, and how far each lane's is moved.
+/// The footprint of a ray, for all rays that meet its triangle with it, and how far each lane's is moved.
 #[inline(always)]
-pub fn ellipse_of_one(ray: &Ray, look: &Look, shares: &Shares) -> (Footprint, [Floats; 2]) {
+pub fn footprint(ray: &Differentials, look: &Look, shares: &SampleShare) -> (Footprint, [Floats; 2]) {
     let form = Form::of(ray.normal, ray.slopes, ray.direction, ray.steps_m, ray.pixel_m, shares);
     let mut shift_texels = [Floats::splat(0.0); 2];
     for axis in 0..2 {
@@ -290,43 +231,6 @@ fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::draw::DrawKey;
-
-    #[test]
-    fn a_packet_on_one_plane_has_the_ellipse_of_its_ray_and_each_lane_its_own_shift() {
-        let (lane, mut tried) = (5, 0);
-        for case in 0..300_u64 {
-            let key = DrawKey::root(8).with(case);
-            let signed =
-                |field: u64| 2.0 * f32_from_u32(crate::num::low_u32(key.with(field).0) >> 8) / 16_777_216.0 - 1.0;
-            let three = |field: u64, scale: f32| [0, 1, 2].map(|axis| signed(field + axis) * scale);
-            let splat3 = |v: [f32; 3]| v.map(Floats::splat);
-            let (normal, slopes) = (three(0, 1.0), [three(3, 400.0), three(6, 400.0)]);
-            let (direction, steps_m) = (three(9, 1.0), [three(12, 5e-3), three(15, 5e-3), three(18, 0.03)]);
-            let [x, y, t] = three(21, 0.5).map(Floats::splat);
-            let look = if case % 3 == 0 { Look::By([x, y]) } else { Look::Inwards([x, y, t]) };
-            let shares = if case % 2 == 0 { Shares::even(0.25, 0.25) } else { Shares::over_motion(0.5) };
-            let surfaces = Surfaces { normal: splat3(normal), slopes: slopes.map(splat3) };
-            let steps = Steps {
-                direction: splat3(direction),
-                steps_m: steps_m.map(splat3),
-                pixel_m: Floats::splat(5e-3),
-                look,
-            };
-            let all = ellipses(&surfaces, &steps, &shares).lane(lane);
-            let ray = Ray { normal, slopes, direction, steps_m, pixel_m: 5e-3 };
-            let (one, shift_texels) = ellipse_of_one(&ray, &look, &shares);
-            assert_eq!(Footprint { shift_texels: all.shift_texels, ..one }, all, "case {case}");
-            for axis in 0..2 {
-                // Three terms of half of 1,200 texels a metre along the ray times 0.09 m over the least cosine of 0.02, at most, each
-                // with four roundings of 2^-24.
-                let apart = (shift_texels[axis].0[lane] - all.shift_texels[axis]).abs();
-                assert!(apart < 4.0 * 3.0 * 2_700.0 * 6e-8, "case {case}: {apart}");
-                tried += 1;
-            }
-        }
-        assert_eq!(tried, 600);
-    }
 
     #[test]
     fn the_look_up_has_the_variance_of_the_three_boxes() {

@@ -1,52 +1,51 @@
-//! What even samples tell of their own error. Enters: a pixel's samples in their order. Leaves: their mean, how far its halves are
-//! apart, and the error of a whole picture of the same number of samples for each pixel.
+//! Statistics of the first batch: mean, variance from halves and quarters, nearest surface.
 //!
-//! Two blocks of n samples, A and B, are alike and together are the 2n samples of a finer net, so exactly var(n) - var(2n) = E(A -
-//! B)^2 / 4: what halves differ by is the variance that doubling took away. Doubling multiplies the variance by some r (1/2 for
-//! random samples, 0.35 to 0.4 at edges, less for what is smooth), so what is left after it is r / (1 - r) of that. The render
-//! takes r from its own pixels: what halves differ by over what quarters do.
+//! Two blocks A and B of n samples are together the 2n samples of a finer stratification, so var(n) - var(2n) = E(A - B)^2 / 4 exactly:
+//! the difference of halves is the variance that doubling removed. Doubling multiplies the variance by a factor r (1/2 for random
+//! samples, 0.35 to 0.4 at edges, less for what is smooth), so r / (1 - r) of that remains. A render of a fixed number of samples takes r
+//! from its pixels: the difference of halves over that of quarters.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use crate::num::{f32_from_u32, f64_from_usize, index};
 use crate::scene::lanes::Floats;
 
-/// The factor r where a render has too few samples to see it: that of edges in two dimensions and time.
+/// The factor r where there are too few samples to measure it: that of edges in two dimensions and time.
 const FALL_TYPICAL: f64 = 0.4;
-/// Bounds of what a render may find: no set of samples is worse than random ones, and a hundredth says all.
+/// Clamps the measured factor r: no stratification is worse than random samples.
 const FALL_BOUNDS: [f64; 2] = [0.05, 0.5];
-/// What is left of the variance over what the last doubling took away, where r is typical.
+/// Remaining variance over the variance that the last doubling removed, for a typical r.
 pub const LEFT_TYPICAL: f32 = 0.4 / 0.6;
 
-/// What a pixel's even samples say.
+/// What the first batch of a pixel found.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
+pub struct FirstBatch {
     /// Mean photons.
     pub photons: f32,
-    /// Variance that the last doubling took away, photons^2.
+    /// Variance that the last doubling removed, photons^2.
     pub taken: f32,
-    /// That of the doubling before, in the mean of the halves; 0 where it is not known.
+    /// The same for the doubling before, mean of both halves; 0 where there are no quarters.
     pub taken_before: f32,
-    /// Variance of its samples about their mean, as far as the parts of their means tell.
+    /// Variance of the samples about their mean, as far as quarters show it.
     pub spread: f32,
     /// Distance of the nearest surface in metres, `f32::MAX` where none was met.
     pub nearest_m: f32,
 }
 
-impl Seen {
+impl FirstBatch {
     /// Before any sample.
     pub const NONE: Self = Self { photons: 0.0, taken: 0.0, taken_before: 0.0, spread: 0.0, nearest_m: f32::MAX };
 }
 
-/// Means of a pass's quarters, by lane.
-pub struct Parts {
+/// Means of the quarters of a batch, by lane.
+pub struct Quarters {
     means: [Floats; 4],
     counts: [u32; 4],
     count: u32,
 }
 
-impl Parts {
-    /// Of a pass of so many samples.
+impl Quarters {
+    /// For a batch of `count` samples.
     #[inline(always)]
     pub fn new(count: u32) -> Self {
         Self { means: [Floats::splat(0.0); 4], counts: [0; 4], count }
@@ -70,16 +69,16 @@ impl Parts {
         if all > 0.0 { (a + (b - a) * (counts[1] / all), all) } else { (0.0, 0.0) }
     }
 
-    /// What two quarters differ by, as the variance that joining them takes away.
+    /// Variance that joining two quarters removes.
     #[inline(always)]
     fn apart(&self, a: usize, b: usize, lane: usize) -> f32 {
         let apart = self.means[a].0[lane] - self.means[b].0[lane];
         0.25 * apart * apart
     }
 
-    /// What a lane's samples say.
+    /// Statistics of one lane.
     #[inline(always)]
-    pub fn seen(&self, lane: usize, nearest_m: f32) -> Seen {
+    pub fn seen(&self, lane: usize, nearest_m: f32) -> FirstBatch {
         let ((a, of_a), (b, of_b)) = (self.mean([0, 1], lane), self.mean([2, 3], lane));
         let all = of_a + of_b;
         let apart = a - b;
@@ -87,12 +86,12 @@ impl Parts {
         let taken_before = 0.5 * (self.apart(0, 1, lane) + self.apart(2, 3, lane));
         // Quarters of two samples are empty.
         let spread = if self.count < 4 { taken } else { taken + taken_before };
-        Seen { photons: a + apart * -(of_b / all), taken, taken_before, spread, nearest_m }
+        FirstBatch { photons: a + apart * -(of_b / all), taken, taken_before, spread, nearest_m }
     }
 }
 
 /// Mean over pixels that are lit and below saturation of their variance over their photons, after as many samples for each.
-pub fn variance_ratio(seen: &[Seen], samples: u32, saturation_photons: f32) -> f64 {
+pub fn variance_ratio(seen: &[FirstBatch], samples: u32, saturation_photons: f32) -> f64 {
     let (mut taken, mut before, mut pixels) = (0.0, 0.0, 0);
     for pixel in seen.iter().filter(|pixel| pixel.photons > 0.0 && pixel.photons < saturation_photons) {
         taken += f64::from(pixel.taken / pixel.photons);

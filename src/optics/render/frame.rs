@@ -1,16 +1,14 @@
-//! Passes over a whole picture, on all cores where the feature is on. Enters: what a render's samples share. Leaves: even samples of all
-//! pixels, or cells of some. Every pixel's result is a function of its own samples, so no order shows.
+//! Runs the steps of a render over a whole picture, on all cores where the feature is on. A pixel's result depends on its own samples
+//! only, so the order of work never shows.
 
 use super::Sampling;
-use super::glints::{Finder, Glint};
-use super::halves::Seen;
-use super::net::Net;
-use super::refine::{Pixel, Rule, STRATA};
-use super::rows::{COLUMNS, Pass, ROWS, Rows};
-use super::shot::View;
-use super::spend::{Estimate, Kind};
-use super::strata::Parted;
-use super::twins::Twin;
+use super::allocation::{Estimate, Stage};
+use super::estimate::PixelSamples;
+use super::first_batch::FirstBatch;
+use super::pixel::{FIRST, Pixel, STRATA, StoppingRule};
+use super::rays::View;
+use super::replicate::Replicate;
+use super::tile::{COLUMNS, Pass, ROWS, Rows};
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
 use crate::optics::motion::Timeline;
 use crate::pose::Pose;
@@ -20,55 +18,36 @@ use crate::scene::tracer::Stack;
 use crate::simd::dispatch;
 use crate::units::Span;
 
-/// Says that a key is of a pixel's own net.
-const OF_NET: u64 = 1 << 41;
-/// Says that a key is a twin's.
-const OF_TWIN: u64 = 1 << 42;
-/// Says that a key shows where boxes are lit.
-const OF_BOXES: u64 = 1 << 45;
+/// Marks keys of refined pixels.
+const OF_REFINED: u64 = 1 << 41;
+/// Marks keys of replicates.
+const OF_REPLICATE: u64 = 1 << 42;
+/// Marks keys of second replicates.
+const OF_SECOND_REPLICATE: u64 = 1 << 46;
 /// Pixels of a unit of parallel work.
 const CHUNK: usize = 64;
 
-/// Everything that the passes of a render share.
+/// Everything that the steps of a render share.
 pub struct Picture<'a> {
-    /// What is seen, by what.
+    /// Scene and camera.
     pub view: View<'a>,
     /// Span of each row.
     pub shutter: &'a [Span],
-    /// How it is sampled.
+    /// Sampling options.
     pub sampling: Sampling,
     /// Motion over the exposure of each group of rows.
     pub timelines: Vec<Timeline>,
     per_lux_s: [f64; BANDS],
     /// Level of the flickering lamps in each stratum of each row's exposure.
     pub lamp_levels: Vec<[f32; STRATA]>,
-    /// Parts of some pixels' exposures that have samples of their own, by place in the picture.
-    boxes: Vec<(usize, Vec<Glint>)>,
 }
 
-/// What parting pixels says of their first batch.
-pub struct Partings {
-    by_place: Vec<(usize, Parted)>,
-    /// Rays that it took.
-    pub rays: u64,
-}
-
-impl Partings {
-    /// Adds what lies in boxes to estimates of the rest.
-    pub fn correct(&self, estimates: &mut [Estimate]) {
-        for (at, parted) in &self.by_place {
-            estimates[*at].photons = parted.photons;
-            estimates[*at].variance += parted.variance;
-        }
-    }
-}
-
-/// A pixel with a net of its own.
-pub struct Growing {
+/// A pixel that is refined.
+pub struct Refined {
     /// Place in the picture, row by row.
     pub at: usize,
     /// Its samples.
-    pub net: Net,
+    pub net: PixelSamples,
 }
 
 /// Rows of each group; those beyond the last repeat it.
@@ -103,7 +82,7 @@ pub fn over_chunks<T: Send>(all: &mut [T], length: usize, work: impl Fn(usize, &
 }
 
 impl<'a> Picture<'a> {
-    /// Asks the motion and the lamps once for every row.
+    /// Evaluates the motion and the lamps once for every row.
     pub fn new(
         view: View<'a>,
         shutter: &'a [Span],
@@ -120,7 +99,7 @@ impl<'a> Picture<'a> {
         let level = |row: usize| std::array::from_fn(|stratum| level(&view, shutter[row], stratum, STRATA));
         let lamp_levels = (0..shutter.len()).map(level).collect();
         let per_lux_s = view.camera.photons_per_lux_s(view.scene.illuminant());
-        Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels, boxes: Vec::new() }
+        Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels }
     }
 
     /// Pixels of a row.
@@ -136,20 +115,20 @@ impl<'a> Picture<'a> {
         std::array::from_fn(|band| f32_nearest(self.per_lux_s[band] * passed[band] * length_s))
     }
 
-    /// Even samples of every pixel.
-    pub fn even(&self, count: u32) -> Vec<Seen> {
+    /// The first batch of every pixel.
+    pub fn even(&self, count: u32) -> Vec<FirstBatch> {
         let Sampling { subframes, samples_per_pixel: each, .. } = self.sampling;
         let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
         // A still picture is filtered for itself, and not along the motion.
         let shares = if subframes > 0 { [share(each), 0.0] } else { [share(count); 2] };
-        let strata_log2 = count.ilog2().min(super::pattern::SHARED_BITS);
+        let strata_log2 = count.ilog2().min(super::sobol::SHARED_BITS);
         let pass = Pass { count, shares, subframes, each, strata_log2 };
-        let mut seen = vec![Seen::NONE; self.width() * self.shutter.len()];
+        let mut seen = vec![FirstBatch::NONE; self.width() * self.shutter.len()];
         over_chunks(&mut seen, self.width() * ROWS, |group, seen| self.even_rows(&pass, group, seen));
         seen
     }
 
-    fn even_rows(&self, pass: &Pass, group: usize, seen: &mut [Seen]) {
+    fn even_rows(&self, pass: &Pass, group: usize, seen: &mut [FirstBatch]) {
         let row_of = rows_of(group, self.shutter.len());
         let strata = if pass.subframes > 0 { index(pass.subframes) } else { 1 << pass.strata_log2 };
         let levels = |stratum: usize| {
@@ -170,41 +149,8 @@ impl<'a> Picture<'a> {
         });
     }
 
-    /// Looks for images of lamps, gives boxes of samples to those that would leave more than `least` of their pixel's photons as
-    /// variance for each even sample, and takes their pixels out of the first batch that is `seen`.
-    pub fn part(&mut self, count: u32, seen: &mut [Seen], least: f32) -> Partings {
-        const EACH: usize = CHUNK / 4;
-        let found = Finder { view: self.view, timelines: &self.timelines }.all();
-        let of = |chunk: usize| -> Vec<(usize, Vec<Glint>, Parted, u32)> {
-            let mut stack = Stack::new();
-            let some = &found[chunk * EACH..((chunk + 1) * EACH).min(found.len())];
-            let one = |(at, glints): &(usize, Vec<Glint>)| {
-                let pixel = self.pixel(*at, OF_BOXES);
-                let least = least * seen[*at].photons;
-                let (lit, left, rays) = Pixel { glints, ..pixel }.lit_boxes(least, &mut stack);
-                let pixel = Pixel { glints: &lit, ..self.pixel(*at, OF_NET | OF_BOXES) };
-                let parted = pixel.first_parted(count, seen[*at].nearest_m, left, &mut stack);
-                let rays = rays + count + pixel.beside(count);
-                (*at, lit, parted, rays)
-            };
-            some.iter().map(one).collect()
-        };
-        let parted: Vec<_> = collected(found.len().div_ceil(EACH), of).into_iter().flatten().collect();
-        let mut partings = Partings { by_place: Vec::new(), rays: 0 };
-        for (at, lit, parted, rays) in parted {
-            partings.rays += u64::from(rays);
-            if !lit.is_empty() {
-                seen[at] = parted.outside;
-                partings.by_place.push((at, parted));
-                self.boxes.push((at, lit));
-            }
-        }
-        partings
-    }
-
-    /// A pixel, whose samples a kind of key names.
+    /// A pixel whose samples are named by `kind`, a mark of keys.
     pub fn pixel(&self, at: usize, kind: u64) -> Pixel<'_> {
-        let boxes = self.boxes.binary_search_by_key(&at, |(at, _)| *at);
         let (x, y) = (at % self.width(), at / self.width());
         Pixel {
             view: self.view,
@@ -212,13 +158,12 @@ impl<'a> Picture<'a> {
             lamp_levels: &self.lamp_levels[y],
             photons_per_lux: self.photons_per_lux(x, y),
             at: [x, y],
-            glints: boxes.map_or(&[], |number| self.boxes[number].1.as_slice()),
             key: self.sampling.key.with(u64_from(y)).with(u64_from(x) | kind),
         }
     }
 
     /// Distance of the nearest surface that a pixel or one of the four beside it met.
-    fn nearest_m(&self, seen: &[Seen], at: usize) -> f32 {
+    fn nearest_m(&self, seen: &[FirstBatch], at: usize) -> f32 {
         let (x, y, width) = (at % self.width(), at / self.width(), self.width());
         let beside = [
             y * width + x.saturating_sub(1),
@@ -233,49 +178,50 @@ impl<'a> Picture<'a> {
         nearest
     }
 
-    /// Lets nets grow by a rule.
-    pub fn grow(&self, nets: &mut [Growing], seen: &[Seen], rule: &Rule) {
-        over_chunks(nets, CHUNK, |_, nets| {
+    /// Refines pixels until a rule has enough.
+    pub fn refine(&self, refined: &mut [Refined], seen: &[FirstBatch], rule: &StoppingRule) {
+        over_chunks(refined, CHUNK, |_, refined| {
             let mut stack = Stack::new();
-            for Growing { at, net } in nets {
-                self.pixel(*at, OF_NET).grow(net, self.nearest_m(seen, *at), rule, &mut stack);
+            for Refined { at, net } in refined {
+                self.pixel(*at, OF_REFINED).refine(net, self.nearest_m(seen, *at), rule, &mut stack);
             }
         });
     }
 
-    /// What twins of pixels see that have as many samples, and how many that took.
-    pub fn twins(
+    /// Photons of replicates, and the rays that they took: one replicate of as many samples for a refined pixel, two finer ones for a
+    /// pixel of the first batch.
+    pub fn replicates(
         &self,
-        twins: &[Twin],
+        replicates: &[Replicate],
         estimates: &[Estimate],
-        seen: &[Seen],
+        seen: &[FirstBatch],
         first: u32,
-        rule: &Rule,
-    ) -> (Vec<f32>, u64) {
+        rule: &StoppingRule,
+    ) -> (Vec<[f32; 2]>, u64) {
         const EACH: usize = CHUNK / 4;
-        let mut all = vec![(0.0, 0); twins.len()];
+        let mut all = vec![([0.0; 2], 0); replicates.len()];
         over_chunks(&mut all, EACH, |chunk, some| {
             let mut stack = Stack::new();
             for (number, (photons, samples)) in some.iter_mut().enumerate() {
-                let at = twins[chunk * EACH + number].at;
+                let at = replicates[chunk * EACH + number].at;
                 let mut net_of = |kind: u64, samples: u32| {
-                    let rule = Rule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
-                    let mut net = Net::new(super::spend::hidden(seen, self.width(), at));
-                    self.pixel(at, OF_NET | kind).grow(&mut net, self.nearest_m(seen, at), &rule, &mut stack);
-                    (net.photons, net.samples + net.extra)
+                    let rule = StoppingRule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
+                    let mut net = PixelSamples::new(super::allocation::missed(seen, self.width(), at));
+                    self.pixel(at, OF_REFINED | kind).refine(&mut net, self.nearest_m(seen, at), &rule, &mut stack);
+                    (net.photons, net.samples)
                 };
-                match estimates[at].kind {
-                    Kind::Net => {
-                        // A given number has rays beside it, which a twin chooses for itself.
+                match estimates[at].stage {
+                    Stage::Refined => {
+                        // A given number has rays beside it, which a replicate chooses for itself.
                         let grown = estimates[at].samples - first;
-                        let (photons_of_net, rays) =
-                            net_of(OF_TWIN, if rule.share.is_some() { rule.samples } else { grown });
-                        (*photons, *samples) = (photons_of_net, rays);
+                        let samples_of_net = if rule.share.is_some() { rule.samples } else { grown };
+                        let (photons_of_net, rays) = net_of(OF_REPLICATE, samples_of_net);
+                        (*photons, *samples) = ([photons_of_net; 2], rays);
                     }
-                    Kind::Even => {
-                        let pixel = self.pixel(at, OF_TWIN);
-                        *photons = pixel.even_mean(first, &mut stack);
-                        *samples = first + pixel.beside(first);
+                    Stage::First => {
+                        let [(a, rays), (b, more)] =
+                            [OF_REPLICATE, OF_SECOND_REPLICATE].map(|kind| net_of(kind, FIRST));
+                        (*photons, *samples) = ([a, b], rays + more);
                     }
                 }
             }

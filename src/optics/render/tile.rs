@@ -1,15 +1,14 @@
-//! The kernel of even samples: neighbouring rows, tile by tile, in packets of one sample of each pixel. Enters: how many samples. Leaves:
-//! their mean, how far its halves are apart, and the nearest surface met.
+//! Kernel of the first batch: traces tiles of four by four pixels of neighbouring rows, one sample of each pixel to a packet.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::filter::Shares;
-use super::halves::{Parts, Seen};
-use super::pattern::{self, Place, Seeds};
-use super::shot::{Aim, Pixels, View};
+use super::first_batch::{FirstBatch, Quarters};
+use super::footprint::SampleShare;
+use super::rays::{Aim, Pixels, View};
+use super::sobol::{self, Place, Seeds};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, index, low_u32, u32_from, u32_truncated_f32, u64_from};
-use crate::optics::motion::Timeline;
+use crate::optics::motion::{PacketMotion, Timeline};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::Bands;
 use crate::scene::tracer::Stack;
@@ -23,7 +22,7 @@ pub const ROWS: usize = LANES / COLUMNS;
 /// What all rows of a pass share.
 #[derive(Clone, Copy, Debug)]
 pub struct Pass {
-    /// Its samples.
+    /// Samples of each pixel.
     pub count: u32,
     /// Share of the pixel, and of the motion over the exposure, that a sample stands for.
     pub shares: [f32; 2],
@@ -39,13 +38,13 @@ impl Pass {
     /// The stratum of time of a sample among those that the lamps' level is known for.
     #[inline(always)]
     fn stratum(&self, number: u32, place: &Place) -> usize {
-        if self.subframes > 0 { index(number / self.each) } else { pattern::stratum(place.shared, self.strata_log2) }
+        if self.subframes > 0 { index(number / self.each) } else { sobol::stratum(place.shared, self.strata_log2) }
     }
 }
 
 /// Neighbouring rows. Lanes beyond the last row of the picture repeat it; their results are not written.
 pub struct Rows<'a> {
-    /// What is seen, by what.
+    /// Scene and camera.
     pub view: View<'a>,
     /// How the camera moves over the rows' exposures.
     pub timeline: &'a Timeline,
@@ -62,8 +61,8 @@ pub struct Rows<'a> {
     pub keys: [DrawKey; ROWS],
     /// Which samples.
     pub pass: &'a Pass,
-    /// What their pixels see, row by row.
-    pub seen: &'a mut [Seen],
+    /// Results, row by row.
+    pub seen: &'a mut [FirstBatch],
 }
 
 impl Kernel for Rows<'_> {
@@ -73,10 +72,9 @@ impl Kernel for Rows<'_> {
     fn run(self) {
         let width = index(self.view.camera.size.width_px);
         let mut stack = Stack::new();
-        let has_gloss = self.view.reflections > 0 && self.view.scene.has_gloss(self.view.follows_gloss);
         for first in (0..width).step_by(COLUMNS) {
             let (pixels, seeds) = self.pixels(first, width);
-            let (parts, nearest_m) = self.gather(&pixels, &seeds, has_gloss, &mut stack);
+            let (parts, nearest_m) = self.gather(&pixels, &seeds, &mut stack);
             for lane in 0..LANES {
                 let (row, column) = (lane / COLUMNS, first + lane % COLUMNS);
                 if row < self.count && column < width {
@@ -111,13 +109,13 @@ impl Rows<'_> {
 
     /// Mean photons of the pass's samples, by quarters of the pass, and the distance of the nearest hit.
     #[inline(always)]
-    fn gather(&self, pixels: &Pixels, seeds: &Seeds, has_gloss: bool, stack: &mut Stack) -> (Parts, Floats) {
-        let mut parts = Parts::new(self.pass.count);
+    fn gather(&self, pixels: &Pixels, seeds: &Seeds, stack: &mut Stack) -> (Quarters, Floats) {
+        let mut parts = Quarters::new(self.pass.count);
         let mut nearest_m = Floats::splat(f32::MAX);
-        let shares = Shares::even(self.pass.shares[0], self.pass.shares[1]);
+        let shares = SampleShare::even(self.pass.shares[0], self.pass.shares[1]);
         let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
         for number in 0..self.pass.count {
-            let mut place = pattern::place(number, seeds);
+            let mut place = sobol::place(number, seeds);
             let stratum = self.pass.stratum(number, &place);
             let mut piece = 0;
             if self.pass.subframes > 0 {
@@ -125,21 +123,22 @@ impl Rows<'_> {
                 place.t = Floats::splat(t);
                 piece = index(u32_truncated_f32(t * pieces));
             } else if !self.timeline.is_still {
-                piece = pattern::stratum(place.shared, self.timeline.pieces.len().trailing_zeros());
+                piece = sobol::stratum(place.shared, self.timeline.pieces.len().trailing_zeros());
             }
             let aim = Aim {
                 place: [place.x, place.y, place.t],
-                motion: &self.timeline.pieces[piece],
+                motion: PacketMotion::ByLane(&self.timeline.pieces[piece]),
                 share: place.t * Floats::splat(pieces) - Floats::splat(f32_from_u32(u32_from(piece))),
                 pieces: if self.timeline.is_still { 0.0 } else { pieces },
                 lamp_levels: &self.lamp_levels[stratum],
+                lanes: LANES,
                 shares: &shares,
                 moves: None,
                 numbers: &[number; LANES],
             };
-            let [photons, gone_m] = self.view.sample(pixels, &aim, has_gloss, stack);
-            parts.add(number, photons);
-            nearest_m = nearest_m.lesser(gone_m);
+            let sampled = self.view.sample(pixels, &aim, stack);
+            parts.add(number, sampled.photons);
+            nearest_m = nearest_m.lesser(sampled.gone_m);
         }
         (parts, nearest_m)
     }

@@ -1,18 +1,41 @@
-//! Light of a packet whose rays all met one triangle, as nearly all do where triangles are larger than a few pixels. Enters: hits, and the
-//! colours of its texture. Leaves: exitance toward each ray in lux-equivalents by band, lane by lane equal to `exitance_lux` in every bit.
+//! Light that leaves one triangle towards the rays of a packet that met it, in lux-equivalents by band; lane by lane equal to
+//! `exitance_lux` in every bit.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3};
+use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, next_lane, splat3};
 use super::super::light::{BANDS, Bands};
-use super::super::samples::ShadeTriangle;
-use super::super::texture::Texture;
-use super::super::tracer::{Hits, MISS};
-use super::packet::{Face, MIDDLE, by_band, whole_below};
-use super::{LitScene, NO_CONE};
+use super::super::mesh::Mesh;
+use super::super::samples::{Layout, ShadeTriangle};
+use super::super::texture::{TO_WHOLE, Texture};
+use super::{LitScene, NO_CONE, Paint};
 use crate::num::{f32_from_u32, index};
 
+/// Numbers of a face: its normal, the slopes of both texture coordinates, the coordinates of its three corners.
+const NUMBERS: usize = 15;
+
+/// A triangle as a ray meets it, in one cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Face {
+    pub(super) numbers: [f32; NUMBERS],
+    /// Its texture, `UNTEXTURED` without one, and marks.
+    kind: u32,
+}
+
 impl Face {
+    /// Its texture; one that does not exist where there is none.
+    #[inline(always)]
+    pub(super) fn texture(&self) -> u32 {
+        self.kind & TEXTURE
+    }
+
+    /// Whether it keeps an image: by any gloss, or as a mirror.
+    #[inline(always)]
+    pub fn has_gloss(&self, all: bool) -> bool {
+        self.kind & GLOSSY[usize::from(!all)] != 0
+    }
+
     /// Unit normal of the plane.
     #[inline(always)]
     pub fn normal(&self) -> [f32; 3] {
@@ -37,6 +60,48 @@ impl Face {
         }
         uv
     }
+}
+
+/// Marks of a face that keeps an image: any gloss, and mirrors only.
+const GLOSSY: [u32; 2] = [1 << 31, 1 << 30];
+/// The part of a face's kind that names its texture.
+const TEXTURE: u32 = (1 << 30) - 1;
+/// Names no texture.
+const UNTEXTURED: u32 = TEXTURE;
+
+/// Faces of all triangles. `slopes` is empty without textures.
+pub fn faces(mesh: &Mesh, layout: &Layout, slopes: &[[[f32; 3]; 2]], paints: &[Paint]) -> Vec<Face> {
+    let mut faces = Vec::with_capacity(layout.triangles.len());
+    for (triangle, shade) in layout.triangles.iter().enumerate() {
+        let mut numbers = [0.0; NUMBERS];
+        numbers[..3].copy_from_slice(&shade.normal);
+        if let Some(slopes) = slopes.get(triangle) {
+            numbers[3..9].copy_from_slice(slopes.as_flattened());
+        }
+        numbers[9..].copy_from_slice(shade.uv.as_flattened());
+        let mut kind = mesh.materials[index(shade.material)].texture.unwrap_or(UNTEXTURED);
+        for (mark, is_glossy) in GLOSSY.into_iter().zip(paints[index(shade.material)].glossy) {
+            kind |= if is_glossy { mark } else { 0 };
+        }
+        faces.push(Face { numbers, kind });
+    }
+    faces
+}
+
+/// Rays of a packet that met one triangle.
+pub struct OnTriangle<'a> {
+    /// The triangle.
+    pub triangle: u32,
+    /// Which lanes.
+    pub lanes: Mask,
+    /// Weights of its second and third corner at the hits.
+    pub u: Floats,
+    /// See `u`.
+    pub v: Floats,
+    /// Unit directions of the rays.
+    pub direction: &'a Vectors,
+    /// Level of the flickering lamps over each ray's stratum of time.
+    pub lamp_levels: &'a [f32; LANES],
 }
 
 /// Where hits lie among a triangle's samples of irradiance.
@@ -110,17 +175,6 @@ fn all(mask: Mask) -> bool {
 }
 
 impl LitScene {
-    /// The triangle that all rays of a packet met; none where there are several, or where a ray met none.
-    #[inline(always)]
-    pub fn one_met(&self, hits: &Hits) -> Option<u32> {
-        let common = hits.triangle[MIDDLE];
-        let mut others = 0;
-        for lane in 0..LANES {
-            others |= hits.triangle[lane] ^ common;
-        }
-        if others == 0 && common != MISS { Some(common) } else { None }
-    }
-
     /// What a ray needs of a triangle.
     #[inline(always)]
     pub fn face(&self, triangle: u32) -> &Face {
@@ -133,25 +187,21 @@ impl LitScene {
         self.scene.mesh.textures.get(index(face.texture()))
     }
 
-    /// As `exitances_lux` where all lanes met one triangle. `colours` are those of its texture, or white.
+    /// As `exitance_lux` for the rays of `lanes`, which all met `triangle`; any numbers in the other lanes, whose `u` and `v` must lie
+    /// within 0..1. `colours` are those of its texture, or white.
     #[inline(always)]
-    pub fn exitances_of_one(
-        &self,
-        hits: &Hits,
-        direction: &Vectors,
-        colours: &[Floats; BANDS],
-        lamp_levels: &[f32; LANES],
-    ) -> [Floats; BANDS] {
-        let shade = &self.scene.layout.triangles[index(hits.triangle[MIDDLE])];
+    pub fn exitances_lux(&self, rays: &OnTriangle, colours: &[Floats; BANDS]) -> [Floats; BANDS] {
+        let OnTriangle { triangle, lanes, u, v, direction, lamp_levels } = rays;
+        let shade = &self.scene.layout.triangles[index(*triangle)];
         let paint = &self.paints[index(shade.material)];
-        let levels = Floats(*lamp_levels);
-        let back = Floats::splat(0.0).below(dot3(splat3(shade.normal), *direction));
-        let is_parted = back.any() && !all(back);
-        let around = Around::of(shade, hits.u, hits.v);
-        let irradiance = if around.is_one_cell() && !is_parted {
+        let levels = Floats(**lamp_levels);
+        let back = Floats::splat(0.0).below(dot3(splat3(shade.normal), **direction)) & *lanes;
+        let sees_both_sides = back.any() && back != *lanes;
+        let around = Around::of(shade, *u, *v);
+        let irradiance = if around.is_one_cell() && !sees_both_sides {
             self.irradiance_within(&around, back.any(), levels)
         } else {
-            self.irradiance_by_lane(&around, back, lamp_levels)
+            self.irradiance_by_lane(&around, back, *lanes, lamp_levels)
         };
         let mut glow_levels = if paint.flickers { levels } else { Floats::splat(1.0) };
         if paint.cone != NO_CONE {
@@ -191,9 +241,17 @@ impl LitScene {
 
     /// Lux-equivalents that reach each lane's side of a surface.
     #[inline(always)]
-    fn irradiance_by_lane(&self, around: &Around, back: Mask, lamp_levels: &[f32; LANES]) -> [Floats; BANDS] {
+    fn irradiance_by_lane(
+        &self,
+        around: &Around,
+        back: Mask,
+        lanes: Mask,
+        lamp_levels: &[f32; LANES],
+    ) -> [Floats; BANDS] {
         let mut irradiance: [Bands; LANES] = [[0.0; BANDS]; LANES];
-        for lane in 0..LANES {
+        let mut rest = lanes.bits();
+        while rest != 0 {
+            let lane = next_lane(&mut rest);
             let [here, beside, below, opposite] = around.corners(lane);
             let weights = [around.weights[0].0[lane], around.weights[1].0[lane], around.weights[2].0[lane]];
             let is_beyond = around.beyond.0[lane] != 0;
@@ -241,3 +299,44 @@ fn add_light(
         }
     }
 }
+
+/// The whole part of numbers from 0 to 2^22, at most another whole number, as numbers of both kinds; 0 where that is below 0.
+#[inline(always)]
+pub(super) fn whole_below(value: Floats, most: Floats) -> (Floats, [u32; LANES]) {
+    let magic = Floats::splat(TO_WHOLE);
+    let near = (value + magic) - magic;
+    let whole = value.below(near).select(near - Floats::splat(1.0), near);
+    let whole = whole.lesser(most).greater(Floats::splat(0.0));
+    let mut number = [0; LANES];
+    for lane in 0..LANES {
+        number[lane] = (whole.0[lane] + TO_WHOLE).to_bits().wrapping_sub(TO_WHOLE.to_bits());
+    }
+    (whole, number)
+}
+
+/// Light by lane.
+#[inline(always)]
+pub fn by_lane(lux: &[Floats; BANDS]) -> [Bands; LANES] {
+    let mut out = [[0.0; BANDS]; LANES];
+    for lane in 0..LANES {
+        for band in 0..BANDS {
+            out[lane][band] = lux[band].0[lane];
+        }
+    }
+    out
+}
+
+/// Light by band, side by side.
+#[inline(always)]
+pub fn by_band(lux: &[Bands; LANES]) -> [Floats; BANDS] {
+    let mut out = [Floats::splat(0.0); BANDS];
+    for lane in 0..LANES {
+        for band in 0..BANDS {
+            out[band].0[lane] = lux[lane][band];
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,9 +1,8 @@
-//! Where and when samples lie. Enters: a sample's number and a pixel's seeds. Leaves: its place in the pixel and its instant in the
-//! exposure, each in 0..1.
+//! Sample points: place in the pixel and instant in the exposure, each in 0..1, from a sample's number and a pixel's seeds.
 //!
 //! Sobol' points (direction numbers of Joe and Kuo, 2008) with nested uniform scrambling (Owen 1995, by the hash of Laine and Karras 2011
-//! with the constants of Vegdahl 2021). Every power-of-two prefix and every aligned block of a power of two is stratified: x with y as a
-//! (0, m, 2)-net, x, y and t together as a (1, m, 3)-net in base 2. So batches that double their number keep what earlier ones have.
+//! with the constants of Vegdahl 2021). Every aligned block of a power of two is stratified: x with y as a (0, m, 2)-net, x, y and t
+//! together as a (1, m, 3)-net in base 2. So batches that double their number keep what earlier ones have.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 

@@ -1,0 +1,327 @@
+//! Packets of sixteen rays: generation, tracing, and shading by groups that met one surface. The kernels of `tile` and `pixel` share it.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use super::footprint::{Differentials, Look, SampleShare, footprint};
+use super::reflect::Reflection;
+use crate::num::{index, u32_from};
+use crate::optics::camera::Camera;
+use crate::optics::motion::{PacketMotion, Turn, Turns};
+use crate::scene::LitScene;
+use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, splat3, unrolled};
+use crate::scene::light::{BANDS, Bands};
+use crate::scene::lit::{Face, OnTriangle, by_band};
+use crate::scene::texture::Footprint;
+use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline_through};
+use crate::simd::dispatch;
+
+/// What all rays of a render share.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// What is seen.
+    pub scene: &'a LitScene,
+    /// By what.
+    pub camera: &'a Camera,
+    /// Reflections that a ray follows; 0 where nothing in the scene keeps an image.
+    pub reflections: u32,
+    /// Whether it follows those of gloss, or of mirrors only.
+    pub follows_gloss: bool,
+}
+
+/// The pixels that the lanes look through.
+#[derive(Clone, Copy)]
+pub struct Pixels {
+    /// Bearings of their corners.
+    pub corners: [Vectors; 4],
+    /// Their widths, as angles.
+    pub spread: Floats,
+    /// Photons of each band per lux-equivalent.
+    pub photons_per_lux: [Floats; BANDS],
+    /// How far rays go; below zero where the lens has no bearing.
+    pub t_max: Floats,
+    /// Seeds of rough reflections.
+    pub facet_seeds: [u32; LANES],
+}
+
+impl Pixels {
+    /// None yet.
+    pub const NONE: Self = {
+        let zero = Floats([0.0; LANES]);
+        Self {
+            corners: [[zero; 3]; 4],
+            spread: zero,
+            photons_per_lux: [zero; BANDS],
+            t_max: Floats([-1.0; LANES]),
+            facet_seeds: [0; LANES],
+        }
+    };
+
+    /// Lets a lane look through a pixel. A pixel without a bearing stays dark.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, camera: &Camera, [x, y]: [usize; 2], photons_per_lux: &Bands) {
+        let Some(corners) = camera.corners(x, y) else { return };
+        self.t_max.0[lane] = f32::MAX;
+        for band in 0..BANDS {
+            self.photons_per_lux[band].0[lane] = photons_per_lux[band];
+        }
+        for (corner, bearing) in corners.iter().enumerate() {
+            for axis in 0..3 {
+                self.corners[corner][axis].0[lane] = bearing[axis];
+            }
+        }
+        self.spread.0[lane] = camera.spread(x, y);
+    }
+}
+
+impl Pixels {
+    /// One pixel in all lanes; dark where the lens has no bearing.
+    #[inline(always)]
+    pub fn of_one(camera: &Camera, [x, y]: [usize; 2], photons_per_lux: &Bands, facet_seed: u32) -> Self {
+        let (corners, t_max) = match camera.corners(x, y) {
+            Some(corners) => (corners, f32::MAX),
+            None => ([[0.0; 3]; 4], -1.0),
+        };
+        let [r, g, b, n] = *photons_per_lux;
+        Self {
+            corners: [splat3(corners[0]), splat3(corners[1]), splat3(corners[2]), splat3(corners[3])],
+            spread: Floats::splat(camera.spread(x, y)),
+            photons_per_lux: [Floats::splat(r), Floats::splat(g), Floats::splat(b), Floats::splat(n)],
+            t_max: Floats::splat(t_max),
+            facet_seeds: [facet_seed; LANES],
+        }
+    }
+
+    /// From the first corner of a lane's pixel to another, at a distance.
+    #[inline(always)]
+    fn step_m(&self, [lane, corner]: [usize; 2], pose: &Turn, t_m: f32) -> [f32; 3] {
+        let (from, to) = (lane3(&self.corners[0], lane), lane3(&self.corners[corner], lane));
+        let step = pose.turned([to[0] - from[0], to[1] - from[1], to[2] - from[2]]);
+        [step[0] * t_m, step[1] * t_m, step[2] * t_m]
+    }
+}
+
+/// Where, when and for how much of its pixel each lane's ray stands.
+pub struct Aim<'a> {
+    /// SampleShare of the pixel from its left edge, from its upper edge, and of the exposure that is over.
+    pub place: [Floats; 3],
+    /// The camera's motion over the lanes' pieces of time.
+    pub motion: PacketMotion<'a>,
+    /// Share of that piece that is over.
+    pub share: Floats,
+    /// Pieces of an exposure; 0 where nothing moves.
+    pub pieces: f32,
+    /// Level of the flickering lamps.
+    pub lamp_levels: &'a [f32; LANES],
+    /// Lanes that count: the first ones.
+    pub lanes: usize,
+    /// What of its pixel and of the exposure a sample stands for.
+    pub shares: &'a SampleShare,
+    /// How far each look-up of a texture is moved, in pixels to the right and down; none: towards the middle, as shares say.
+    pub moves: Option<&'a [Floats; 2]>,
+    /// The samples' numbers.
+    pub numbers: &'a [u32; LANES],
+}
+
+impl Aim<'_> {
+    /// Bearings, poses and rays.
+    #[inline(always)]
+    fn rays(&self, pixels: &Pixels) -> (Vectors, Turns, Packet) {
+        let bearing = bilinear(&pixels.corners, self.place[0], self.place[1]);
+        let pose = self.motion.at(self.share);
+        let (origin_m, direction) = (pose.place_m(), pose.turned(bearing));
+        let mut t_max = pixels.t_max;
+        for lane in 0..LANES {
+            t_max.0[lane] = if lane < self.lanes { t_max.0[lane] } else { -1.0 };
+        }
+        (bearing, pose, Packet { origin_m, direction, t_min: Floats::splat(0.0), t_max })
+    }
+
+    /// What the look-ups of the leader's group average over, and how far each is moved.
+    #[inline(always)]
+    fn footprint(&self, pixels: &Pixels, face: &Face, leader: &Leader) -> (Footprint, [Floats; 2]) {
+        let Leader { lane, direction, bearing, pose, t_m } = leader;
+        let mut travel_m = [0.0; 3];
+        if self.pieces > 0.0 {
+            let change = self.motion.change_of(*lane, self.share.0[*lane], self.pieces);
+            let (place_m, turn) = (change.place_m(), change.turned(*bearing));
+            for axis in 0..3 {
+                travel_m[axis] = place_m[axis] + turn[axis] * t_m;
+            }
+        }
+        let right_m = pixels.step_m([*lane, 1], pose, *t_m);
+        let down_m = pixels.step_m([*lane, 2], pose, *t_m);
+        let differentials = Differentials {
+            normal: face.normal(),
+            slopes: face.slopes(),
+            direction: *direction,
+            steps_m: [right_m, down_m, travel_m],
+            pixel_m: pixels.spread.0[*lane] * t_m,
+        };
+        footprint(&differentials, &self.look(), self.shares)
+    }
+
+    /// Where the look-ups of textures go.
+    #[inline(always)]
+    fn look(&self) -> Look {
+        let half = Floats::splat(0.5);
+        match self.moves {
+            Some(moves) => Look::By(*moves),
+            None => Look::Inwards([self.place[0] - half, self.place[1] - half, self.place[2] - half]),
+        }
+    }
+}
+
+impl View<'_> {
+    /// Photons of a sample in each lane, and how far it went.
+    #[inline(always)]
+    pub fn sample(&self, pixels: &Pixels, aim: &Aim, stack: &mut Stack) -> Sampled {
+        let (bearing, pose, packet) = aim.rays(pixels);
+        let hits = closest_inline_through(&self.scene.scene().bvh, &self.scene.scene().mesh, &packet, stack);
+        let traced = Traced { hits, packet };
+        let (mut lux, is_glossy) =
+            self.shade(&traced, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose });
+        if self.reflections > 0 && is_glossy {
+            lux = dispatch(Reflection { view: self, traced: &traced, pixels, aim, lux, stack });
+        }
+        let [r, g, b, n] = lux;
+        let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
+        let mut left = Floats::splat(0.0);
+        for lane in 0..LANES {
+            left.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
+        }
+        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * left, gone_m: traced.hits.t }
+    }
+
+    /// Light by band of what each ray met, and whether any of that keeps an image. Rays that met one triangle at about one distance are
+    /// shaded together: one texture footprint serves them all.
+    #[inline(always)]
+    pub(super) fn shade(&self, traced: &Traced, aim: &Aim, filter: &Filter) -> ([Floats; BANDS], bool) {
+        let hits = &traced.hits;
+        let mut left = Floats::splat(0.0).below(traced.packet.t_max);
+        let (mut lux, mut is_glossy) = ([Floats::splat(0.0); BANDS], false);
+        while left.any() {
+            let leader = if left.0[MIDDLE] != 0 { MIDDLE } else { next_lane(&mut left.bits()) };
+            let triangle = hits.triangle[leader];
+            let t_m = Floats::splat(hits.t.0[leader]);
+            let mut lanes = (hits.t - t_m).abs().at_most(t_m * Floats::splat(ALIKE)) & left;
+            for lane in 0..LANES {
+                lanes.0[lane] &= if hits.triangle[lane] == triangle { u32::MAX } else { 0 };
+            }
+            let light = if triangle == MISS {
+                self.sky(traced, lanes)
+            } else {
+                is_glossy |= self.scene.face(triangle).has_gloss(self.follows_gloss);
+                self.surface(traced, [leader, index(triangle)], lanes, aim, filter)
+            };
+            lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
+            for lane in 0..LANES {
+                left.0[lane] &= !lanes.0[lane];
+            }
+        }
+        (lux, is_glossy)
+    }
+
+    #[inline(always)]
+    fn sky(&self, traced: &Traced, lanes: Mask) -> [Floats; BANDS] {
+        let mut lux = [[0.0; BANDS]; LANES];
+        let mut rest = lanes.bits();
+        while rest != 0 {
+            let lane = next_lane(&mut rest);
+            lux[lane] = self.scene.sky_lux(lane3(&traced.packet.direction, lane));
+        }
+        by_band(&lux)
+    }
+
+    /// Light of the triangle that some rays met, of which the leader's footprint serves all.
+    #[inline(always)]
+    fn surface(
+        &self,
+        traced: &Traced,
+        [leader, triangle]: [usize; 2],
+        lanes: Mask,
+        aim: &Aim,
+        filter: &Filter,
+    ) -> [Floats; BANDS] {
+        let Traced { hits, packet } = traced;
+        let triangle = u32_from(triangle);
+        let face = self.scene.face(triangle);
+        let u = lanes.select(hits.u, Floats::splat(hits.u.0[leader]));
+        let v = lanes.select(hits.v, Floats::splat(hits.v.0[leader]));
+        let mut colours = [Floats::splat(1.0); BANDS];
+        if let Some(texture) = self.scene.texture_of(face) {
+            let (footprint, shift_texels) = match filter {
+                Filter::Primary { pixels, bearing, pose } => {
+                    let direction = lane3(&packet.direction, leader);
+                    let bearing = lane3(bearing, leader);
+                    let t_m = hits.t.0[leader];
+                    aim.footprint(
+                        pixels,
+                        face,
+                        &Leader { lane: leader, direction, bearing, pose: pose.lane(leader), t_m },
+                    )
+                }
+                Filter::Reflected { width_m } => {
+                    let width_texels = self.scene.texels_per_m(triangle) * width_m.0[leader];
+                    (Footprint::round(width_texels), [Floats::splat(0.0); 2])
+                }
+            };
+            colours = by_band(&texture.over_alike(&face.uv(u, v), &shift_texels, &footprint, lanes));
+        }
+        let rays = OnTriangle { triangle, lanes, u, v, direction: &packet.direction, lamp_levels: aim.lamp_levels };
+        self.scene.exitances_lux(&rays, &colours)
+    }
+}
+
+/// What a look-up of a texture averages over.
+pub(super) enum Filter<'a> {
+    /// A share of the pixel and of the motion, by ray differentials.
+    Primary { pixels: &'a Pixels, bearing: &'a Vectors, pose: &'a Turns },
+    /// A circle, by the length of the path.
+    Reflected { width_m: Floats },
+}
+
+/// The ray whose footprint serves others.
+struct Leader {
+    lane: usize,
+    direction: [f32; 3],
+    bearing: [f32; 3],
+    pose: Turn,
+    t_m: f32,
+}
+
+/// What a packet of samples saw.
+pub struct Sampled {
+    /// Photons.
+    pub photons: Floats,
+    /// Distance of what each met, in metres.
+    pub gone_m: Floats,
+}
+
+/// A packet of rays and what they met.
+pub(super) struct Traced {
+    pub hits: Hits,
+    pub packet: Packet,
+}
+
+/// A lane in the middle of a tile.
+const MIDDLE: usize = LANES / 2 + 1;
+
+/// Share of the distance by which the rays of a packet may differ that have one ellipse. Distances to a plane go as one over the cosine to
+/// it, so the ellipse's width and length are off by as much and by twice that at the packet's rim: by 3 and 6 % of a sample's share of
+/// the pixel where the middle lies amid.
+const ALIKE: f32 = 1.0 / 16.0;
+
+#[inline(always)]
+fn lane3(vectors: &Vectors, lane: usize) -> [f32; 3] {
+    [vectors[0].0[lane], vectors[1].0[lane], vectors[2].0[lane]]
+}
+
+/// Bearings at shares x (to the right) and y (downwards) of pixels.
+#[inline(always)]
+pub(in crate::optics) fn bilinear(corners: &[Vectors; 4], x: Floats, y: Floats) -> Vectors {
+    unrolled!(AXIS in 3 => {
+        let above = corners[0][AXIS] + (corners[1][AXIS] - corners[0][AXIS]) * x;
+        let below = corners[2][AXIS] + (corners[3][AXIS] - corners[2][AXIS]) * x;
+        above + (below - above) * y
+    })
+}

@@ -1,0 +1,144 @@
+//! How a render states its error: some pixels are sampled again with other samples.
+//!
+//! Estimates that decided how many samples a pixel has are too optimistic about it. Replicates had no say in that, so what they differ by
+//! states the error. Pixels are drawn in proportion to their estimated error and weighted by the inverse of that probability (Hansen
+//! and Hurwitz 1943): the estimates decide how precise the statement is, not what it states.
+
+use super::allocation::{Estimate, Stage, ratio};
+use crate::draw::DrawKey;
+use crate::num::{f32_from_u32, f64_from_u64, f64_from_usize};
+
+/// A pixel that is sampled again, and one over its probability to be drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Replicate {
+    /// Place in the picture, row by row.
+    pub at: usize,
+    /// How many pixels it stands for.
+    pub weight: f64,
+}
+
+/// Upper bound on the pixels of each stage that are drawn, on average.
+const REPLICATES_MAX: f64 = 1_000.0;
+/// Upper bound as a share of all pixels.
+const PIXELS_SHARE: f64 = 1.0 / 8.0;
+/// Upper bound on their samples as a share of all samples.
+const SAMPLES_SHARE: f64 = 0.02;
+/// Lower bound for small pictures.
+const REPLICATES_MIN: f64 = 32.0;
+/// A claim counts as at least this share of the mean claim.
+const CLAIM_LEAST: f64 = 0.2;
+
+/// Draws the pixels that are sampled again.
+pub fn choose(estimates: &[Estimate], width: usize, saturation_photons: f32, key: DrawKey) -> Vec<Replicate> {
+    let samples: u64 = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum();
+    let mut replicates = Vec::new();
+    for kind in [Stage::First, Stage::Refined] {
+        let is_in = |estimate: &Estimate| estimate.stage == kind && estimate.counts(saturation_photons);
+        let of = || estimates.iter().enumerate().filter(|(_, estimate)| is_in(estimate));
+        let count = f64_from_usize(of().count());
+        let own: Vec<f64> = of().map(|(at, _)| claim(estimates, width, at, saturation_photons)).collect();
+        let mean = own.iter().sum::<f64>() / count;
+        let claims_of = || of().zip(own.iter().map(|own| own + CLAIM_LEAST * mean));
+        let (mut claims, mut cost) = (0.0, 0.0);
+        for ((_, estimate), claim) in claims_of() {
+            claims += claim;
+            cost += claim * f64::from(estimate.samples);
+        }
+        let affordable = SAMPLES_SHARE * f64_from_u64(samples) * claims / cost;
+        let most = crate::num::lesser(REPLICATES_MAX, f64_from_usize(estimates.len()) * PIXELS_SHARE);
+        let wanted = crate::num::greater(crate::num::lesser(most, affordable), REPLICATES_MIN);
+        for ((at, _), claim) in claims_of() {
+            // Where nothing claims an error, all claim the same.
+            let chance = if claims > 0.0 { wanted * claim / claims } else { wanted / count };
+            let draw = key.with(crate::num::u64_from(at)).uniform();
+            if draw < chance {
+                replicates.push(Replicate { at, weight: if chance < 1.0 { 1.0 / chance } else { 1.0 } });
+            }
+        }
+    }
+    replicates
+}
+
+/// Variance over photons that a pixel claims. Beside a lamp few samples may have met it or none, and then say nothing of it: an n-th of
+/// the square of what is missing to saturation.
+fn claim(estimates: &[Estimate], width: usize, at: usize, saturation_photons: f32) -> f64 {
+    let own = &estimates[at];
+    let (x, y, height) = (at % width, at / width, estimates.len() / width);
+    let is_beside_lamp = (y.saturating_sub(1)..(y + 2).min(height)).any(|row| {
+        (x.saturating_sub(1)..(x + 2).min(width))
+            .any(|column| !(estimates[row * width + column].photons < saturation_photons))
+    });
+    let missing = saturation_photons - own.photons;
+    let variance = missing * missing / f32_from_u32(own.samples);
+    f64::from(if is_beside_lamp && variance > own.variance { ratio(own.photons, variance) } else { own.ratio() })
+}
+
+/// The mean of squared error over photons of all pixels that count, from what replicates `seen` of some saw. Those of refined pixels have as
+/// many samples as these: half the squared difference is the variance. Those of the other pixels are finer pairs A and B: (S - A)(S - B)
+/// has the bias of S too.
+pub fn variance_ratio(
+    estimates: &[Estimate],
+    replicates: &[Replicate],
+    seen: &[[f32; 2]],
+    saturation_photons: f32,
+) -> f64 {
+    let pixels = estimates.iter().filter(|estimate| estimate.counts(saturation_photons)).count();
+    let of = |(replicate, others): (&Replicate, &[f32; 2])| {
+        let own = f64::from(estimates[replicate.at].photons);
+        // Nothing beyond saturation shows.
+        let [a, b] = others.map(|other| f64::from(if other < saturation_photons { other } else { saturation_photons }));
+        let share = if estimates[replicate.at].stage == Stage::Refined { 0.5 } else { 1.0 };
+        let mean = 0.5 * own + 0.25 * (a + b);
+        if mean > 0.0 { replicate.weight * share * (own - a) * (own - b) / mean } else { 0.0 }
+    };
+    let sum: f64 = replicates.iter().zip(seen).map(of).sum();
+    if pixels == 0 { 0.0 } else { crate::num::greater(sum / f64_from_usize(pixels), 0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::normal_quantile;
+    use crate::num::{f32_nearest, low_u32, u64_from};
+
+    #[test]
+    fn twins_tell_the_error_whatever_is_claimed() {
+        const PIXELS: u64 = 40_000;
+        let normal = |key: DrawKey| normal_quantile(low_u32(key.0));
+        let mut told = Vec::new();
+        // Claims that are right, the same for all, and false by a factor of 10 either way.
+        for kind in 0..3_u64 {
+            let key = DrawKey::root(31).with(kind);
+            let true_variance = |at: u64| -> f64 { if at.is_multiple_of(50) { 400.0 } else { 4.0 } };
+            let claim = |at: u64| match kind {
+                0 => true_variance(at),
+                1 => 10.0,
+                _ => true_variance(at) * if at.is_multiple_of(3) { 10.0 } else { 0.1 },
+            };
+            let photons =
+                |at: u64, side: u64| f32_nearest(1_000.0 + true_variance(at).sqrt() * normal(key.with(side).with(at)));
+            let estimate = |at: u64| Estimate {
+                photons: photons(at, 1),
+                variance: f32_nearest(claim(at)),
+                samples: 16,
+                stage: if at.is_multiple_of(2) { Stage::Refined } else { Stage::First },
+                effective_samples: 16.0,
+            };
+            let estimates: Vec<Estimate> = (0..PIXELS).map(estimate).collect();
+            let replicates = choose(&estimates, 200, f32::INFINITY, key.with(3));
+            let others = |replicate: &Replicate| match estimates[replicate.at].stage {
+                Stage::Refined => [photons(u64_from(replicate.at), 2); 2],
+                Stage::First => [2, 4].map(|side| photons(u64_from(replicate.at), side)),
+            };
+            let seen: Vec<_> = replicates.iter().map(others).collect();
+            assert!(replicates.len() > 200 && replicates.len() < 2_400, "{}", replicates.len());
+            told.push(variance_ratio(&estimates, &replicates, &seen, f32::INFINITY));
+        }
+        // (400 + 49 * 4) / 50 over 1,000 photons. Some 400 replicates of each half; where claims are right each adds a chi squared of
+        // one degree: sqrt(2 / 400) = 7 %, and some three times that where they are false.
+        let expected = (400.0 + 49.0 * 4.0) / 50.0 / 1_000.0;
+        for (told, sigma) in told.iter().zip([0.07, 0.2, 0.2]) {
+            assert!((told / expected - 1.0).abs() < 4.0 * sigma, "{told} for {expected}");
+        }
+    }
+}
