@@ -28,7 +28,12 @@ struct Said {
     what: &'static str,
     done: u64,
     at_s: f64,
+    /// When the work began; none before.
+    begun_s: Option<f64>,
 }
+
+/// Least share of the work from which the remaining time is estimated.
+const SHARE_KNOWN: f64 = 0.02;
 
 /// Work of a known number of steps.
 pub struct Bar {
@@ -36,6 +41,8 @@ pub struct Bar {
     length: u64,
     /// Whether the steps are thousandths of the work rather than frames.
     is_share: bool,
+    /// Whether a line says that the work begins.
+    says_begin: bool,
     /// On a terminal.
     bar: Option<ProgressBar>,
     /// Elsewhere.
@@ -48,15 +55,22 @@ fn is_due(since_s: f64, share: f64) -> bool {
     since_s >= MOST_S || (since_s >= LEAST_S && share >= STEP)
 }
 
+/// Estimate of the seconds that remain, from those that passed.
+fn left_s(passed_s: f64, done: u64, length: u64) -> Option<f64> {
+    let share = f64_from_u64(done) / f64_from_u64(length.max(1));
+    (share >= SHARE_KNOWN).then(|| passed_s * (1.0 - share) / share)
+}
+
 /// One line about the work.
-fn line(what: &str, done: u64, length: u64, is_share: bool) -> String {
+fn line(what: &str, done: u64, length: u64, is_share: bool, left_s: Option<f64>) -> String {
     if words::is_json() {
-        return json!({"progress": {"what": what, "done": done, "of": length}}).to_string();
+        return json!({"progress": {"what": what, "done": done, "of": length, "left_s": left_s}}).to_string();
     }
     let percent = 100 * done / length.max(1);
     // A share has no steps that a person could count.
     let steps = if is_share { String::new() } else { format!(" {done} of {length},") };
-    format!("sensel: {what}:{steps} {percent} %")
+    let left = left_s.map_or_else(String::new, |left_s| format!(", about {left_s:.0} s left"));
+    format!("sensel: {what}:{steps} {percent} %{left}")
 }
 
 /// The progress of `length` steps; silent when asked to be quiet.
@@ -66,11 +80,12 @@ pub fn bar(what: &'static str, length: u64, quiet: bool) -> Bar {
         let style = ProgressStyle::with_template("{msg:>12} [{bar:32}] {pos}/{len}  {per_sec}  left {eta}");
         style.expect("the template is a constant that parses").progress_chars("=> ")
     };
-    let said = Said { what, done: 0, at_s: 0.0 };
+    let said = Said { what, done: 0, at_s: 0.0, begun_s: None };
     Bar {
         what,
         length,
         is_share: false,
+        says_begin: false,
         bar: (is_bar && !quiet).then(|| ProgressBar::new(length).with_style(style()).with_message(what)),
         lines: (!is_bar && !quiet).then(|| (Instant::now(), Mutex::new(said))),
         done: 0.into(),
@@ -92,13 +107,19 @@ impl Bar {
         let Some((started, said)) = &self.lines else { return };
         let mut said = said.lock().expect("no thread panics while it holds a word");
         let now_s = started.elapsed().as_secs_f64();
-        if said.what != what {
-            *said = Said { what, done: 0, at_s: now_s };
+        if said.what != what || said.begun_s.is_none() {
+            // Frames are counted when they end: the first one began with the bar.
+            let begun_s = if said.begun_s.is_none() && done > 0 { 0.0 } else { now_s };
+            *said = Said { what, done: 0, at_s: now_s, begun_s: Some(begun_s) };
+            if self.says_begin {
+                words::to_stderr(&line(what, 0, self.length, self.is_share, None));
+            }
         }
         let share = f64_from_u64(done.saturating_sub(said.done)) / f64_from_u64(self.length.max(1));
         if done < self.length && is_due(now_s - said.at_s, share) {
-            words::to_stderr(&line(what, done, self.length, self.is_share));
-            *said = Said { what, done, at_s: now_s };
+            let left_s = said.begun_s.and_then(|begun_s| left_s(now_s - begun_s, done, self.length));
+            words::to_stderr(&line(what, done, self.length, self.is_share, left_s));
+            (said.done, said.at_s) = (done, now_s);
         }
     }
 
@@ -129,7 +150,9 @@ pub struct Baking(Bar);
 impl Baking {
     /// Nothing is shown until something is baked.
     pub fn new(quiet: bool) -> Self {
-        Self(share_bar("light", quiet))
+        let mut bar = share_bar("light", quiet);
+        bar.says_begin = true;
+        Self(bar)
     }
 }
 
@@ -174,8 +197,10 @@ mod tests {
         {
             assert_eq!(is_due(since_s, share), expected, "{since_s} s, {share}");
         }
-        assert_eq!(line("frames", 30, 300, false), "sensel: frames: 30 of 300, 10 %");
-        assert_eq!(line("light", 250, 1000, true), "sensel: light: 25 %");
+        assert_eq!(line("frames", 30, 300, false, None), "sensel: frames: 30 of 300, 10 %");
+        assert_eq!(line("light", 250, 1000, true, Some(7.6)), "sensel: light: 25 %, about 8 s left");
+        assert_eq!(left_s(3.0, 250, 1000), Some(9.0));
+        assert_eq!(left_s(3.0, 10, 1000), None);
     }
 
     #[test]

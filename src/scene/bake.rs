@@ -1,27 +1,29 @@
-//! Irradiance of every sample, once for a scene. Enters: a scene. Leaves: irradiance in the scene's own units on both sides of
-//! each sample, direct and after all bounces, the light that flickers apart from the light that does not.
+//! Irradiance on both sides of every sample, in the scene's own units: direct and after all bounces. Light that flickers is kept apart.
 //!
-//! Lamps are aimed at, at the same points from every sample; sky and bounces come from cosine-weighted rays whose hits are
-//! kept as a sparse matrix, and the bounces are iterated on that matrix until nothing changes any more, so no bounce is cut off. Every
-//! sample looks along the same directions around its normal, so the result does not depend on threads.
+//! Lamps are aimed at, at the same points from every sample. Sky and bounces come from cosine-weighted rays whose hits are kept as a sparse
+//! matrix; bounces are iterated on that matrix until the light settles. Every sample looks along the same directions around its normal, so
+//! the result does not depend on threads. On large triangles only some samples are traced (`refine`): the light of the rest is
+//! interpolated.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+pub(super) mod aims;
 mod buried;
+mod cells;
+mod clearance;
 mod gathered;
 pub(super) mod rays;
+mod refine;
 mod store;
 
 use super::Scene;
-use super::chance::in_chunks;
 use super::light::{BANDS, Bands};
 use super::mesh::ALBEDO_MAX;
-use crate::num::{f32_nearest, f64_from_usize, greater, lesser, u64_from};
-use gathered::Gathered;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use crate::num::{f32_nearest, greater, lesser, u64_from};
+use refine::Traced;
 
 /// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 11;
+pub const BAKE_VERSION: u32 = 12;
 
 /// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +86,7 @@ const ROOM_RAYS_MAX: u64 = 100_000_000;
 /// What a bake will take, known beforehand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BakeCost {
-    /// Rays, those that mirrors add not counted.
+    /// Rays if all samples are traced, those that mirrors add not counted.
     pub rays: u64,
     /// Bytes that are held at the same time.
     pub bytes: u64,
@@ -93,7 +95,7 @@ pub struct BakeCost {
 impl BakeCost {
     /// Of a scene with settings.
     pub fn of(scene: &Scene, settings: &BakeSettings) -> Self {
-        let aims = rays::Aims::of(scene, settings);
+        let aims = aims::Aims::of(scene, settings);
         let mut cost = Self { rays: 0, bytes: 0 };
         for sample in &scene.layout.samples {
             let aims = &aims[usize::from(sample.on_grid)];
@@ -117,11 +119,9 @@ pub struct Bake {
     pub(super) bounces: bool,
 }
 
-/// Bytes of a sample beside what its rays met: direct light, two iterates and exitance of both sides and groups, lists' heads.
-const BYTES_PER_SAMPLE: usize = 320;
-
-/// Samples of a unit of parallel work.
-const CHUNK: usize = 128;
+/// Bytes of a sample beside what its rays met: of both sides and groups direct light, its moments, the light by which cells are judged with
+/// its error, and exitance (later two iterates and exitance); lists' heads.
+const BYTES_PER_SAMPLE: usize = 512;
 
 /// The iteration ends when no sample's change, nor what all further bounces bring by the rate at which changes fall, is more than this
 /// share of its own irradiance, in any band that has more than a hundred thousandth of the greatest irradiance.
@@ -152,29 +152,19 @@ impl Bake {
 
     /// Bakes a scene. `progress` is told the share done, from any thread.
     pub(super) fn of(scene: &Scene, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Self {
-        let samples = scene.layout.samples.len();
-        let aims = rays::Aims::of(scene, settings);
-        let done = AtomicUsize::new(0);
-        let gathered: Vec<Gathered> = in_chunks(samples, CHUNK, |range| {
-            let count = range.len();
-            let chunk = Gathered::of(scene, &aims, settings.bounces, range);
-            let before = done.fetch_add(count, Ordering::Relaxed);
-            progress(0.95 * f64_from_usize(before + count) / f64_from_usize(samples.max(1)));
-            chunk
-        });
-        let buried: Vec<bool> = gathered.iter().flat_map(|chunk| chunk.buried.iter().copied()).collect();
-        let stand_ins = buried::stand_ins(&scene.layout, |place| buried[place]);
-        let irradiance = settled(scene, &gathered, &stand_ins, 0);
-        let flickering =
-            if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &gathered, &stand_ins, 1) };
+        progress(0.0);
+        let traced = Traced::of(scene, settings, &|share| progress(0.95 * share));
+        let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
+        let irradiance = settled(scene, &traced, &stand_ins, 0);
+        let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
         progress(1.0);
         Self { key: scene.bake_key(settings), irradiance, flickering, bounces: settings.bounces }
     }
 }
 
 /// Iterates the bounces of a group: next = direct + mean of (albedo times irradiance) over the places its rays met.
-fn settled(scene: &Scene, gathered: &[Gathered], stand_ins: &[(u32, u32)], group: usize) -> Vec<Bands> {
-    let mut now: Vec<Bands> = gathered.iter().flat_map(|chunk| chunk.direct[group].iter().copied()).collect();
+fn settled(scene: &Scene, traced: &Traced, stand_ins: &[(u32, u32)], group: usize) -> Vec<Bands> {
+    let mut now = traced.direct(group, 2 * scene.layout.samples.len());
     buried::fill(&mut now, stand_ins);
     let mut exitance = vec![[0.0; BANDS]; now.len()];
     let mut rates = Rates::default();
@@ -183,9 +173,7 @@ fn settled(scene: &Scene, gathered: &[Gathered], stand_ins: &[(u32, u32)], group
             let albedo = &scene.layout.samples[place / 2].albedo;
             *exitance = std::array::from_fn(|band| light[band] * albedo[band]);
         }
-        let chunks = in_chunks(gathered.len(), 1, |range| gathered[range.start].bounced(group, &exitance));
-        let mut next = Vec::with_capacity(now.len());
-        chunks.into_iter().for_each(|chunk| next.extend(chunk));
+        let mut next = traced.bounced(group, &exitance);
         buried::fill(&mut next, stand_ins);
         rates.follow(&now, &next);
         let settled = is_settled(&now, &next, &rates);
@@ -312,10 +300,10 @@ mod tests {
         mesh.append_quad(0, [[-3.0, 0.0, 3.0], [3.0, 0.0, 3.0], [3.0, 0.0, -3.0], [-3.0, 0.0, -3.0]], [1.0, 1.0]);
         mesh.append_quad(1, [[-0.5, 2.0, -0.5], [0.5, 2.0, -0.5], [0.5, 2.0, 0.5], [-0.5, 2.0, 0.5]], [1.0, 1.0]);
         let scene = Scene::new("lamp", mesh, [0.0; BANDS]).unwrap();
-        let aims = rays::Aims::new(&scene, BakeSettings::ROOM.grid_lamp_rays, 16);
+        let aims = aims::Aims::new(&scene, BakeSettings::ROOM.grid_lamp_rays, 16);
         let mut tried = 0;
         for x_m in [0.0_f32, 0.7, 1.5, 2.5] {
-            let light = rays::aimed_light(&scene, [x_m, 0.0, 0.0], [0.0, 1.0, 0.0], 1, &aims)[0][0][0];
+            let light = aims::aimed_light(&scene, [x_m, 0.0, 0.0], [0.0, 1.0, 0.0], 1, &aims)[0][0][0];
             // A fine midpoint sum of cos cos / d^2 over the lamp: its own error is below 1e-5.
             let mut expected = 0.0;
             for i in 0..100 {

@@ -16,7 +16,8 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use super::bake::rays::{Aims, aimed_light, bounce_rays};
+use super::bake::aims::{Aims, aimed_light};
+use super::bake::rays::bounce_rays;
 use super::bake::{Bake, BakeSettings};
 use super::bulb::Cone;
 use super::flicker::Flicker;

@@ -85,7 +85,7 @@ impl ShadeTriangle {
         let row = u32_truncated_f32(y).min(self.grid_steps - 1);
         let column = u32_truncated_f32(x).min(self.grid_steps - 1 - row);
         let (fx, fy) = (x - f32_from_u32(column), y - f32_from_u32(row));
-        let at = |column: u32, row: u32| index(self.samples[0] + grid_place(self.grid_steps, column, row));
+        let at = |column: u32, row: u32| index(self.grid_sample(column, row));
         let across = fx + fy > 1.0 && column + row + 2 <= self.grid_steps;
         if across {
             let far = (at(column + 1, row + 1), fx + fy - 1.0);
@@ -95,6 +95,12 @@ impl ShadeTriangle {
             let first = (1.0 - fx - fy).clamp(0.0, 1.0);
             [(at(column, row), first), (at(column + 1, row), fx), (at(column, row + 1), fy)]
         }
+    }
+
+    /// The sample of a grid at so many steps from its first corner towards the second and towards the third.
+    #[inline(always)]
+    pub fn grid_sample(&self, column: u32, row: u32) -> u32 {
+        self.samples[0] + grid_place(self.grid_steps, column, row)
     }
 }
 

@@ -136,7 +136,7 @@ fn horizontal_lux(texels: &[Bands]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bake::rays::{Aims, aimed_light};
+    use super::super::bake::aims::{Aims, aimed_light};
     use super::super::mesh::{Material, Mesh};
     use super::super::texture::Footprint;
     use super::super::{BakeSettings, Illuminant, LitScene, Scene};

@@ -1,20 +1,22 @@
-//! What the rays of neighbouring samples brought, close together. Enters: samples, what they aim at. Leaves: their direct light, and the
-//! places that each of their sides looks at.
+//! What the rays of neighbouring samples brought, close together: their direct light, and the places that each of their sides looks at.
 
 #![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
 
-use std::ops::Range;
-
 use super::super::Scene;
 use super::super::light::{BANDS, Bands};
-use super::rays::{Aims, GROUPS, Mirrored, Seen, gather};
-use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
+use super::aims::Aims;
+use super::rays::{GROUPS, Mirrored, Seen, gather};
+use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
-/// Of a range of samples. Lists of all sides lie one behind another, because a list of its own for each takes more than it holds.
+/// Of some samples. Lists of all sides lie one behind another, because a list of its own for each takes more than it holds.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
+    /// The samples.
+    pub samples: Vec<u32>,
     /// Light of lamps, sky and glowing surfaces on each side, by group; a group without any light in the scene is empty.
     pub direct: [Vec<Bands>; GROUPS],
+    /// What rays by chance brought to it, and the sum of squares of what each brought.
+    by_chance: [Vec<[Bands; 2]>; GROUPS],
     /// Whether a side lies within something closed, as a floor does under a box that stands on it.
     pub buried: Vec<bool>,
     /// Twice the sample met plus its side for every ray that met one and goes no further.
@@ -34,9 +36,9 @@ struct Looks {
 
 impl Gathered {
     /// Traces the rays of samples.
-    pub fn of(scene: &Scene, aims: &[Aims; 2], bounces: bool, samples: Range<usize>) -> Self {
-        let mut all = Self::default();
-        for number in samples {
+    pub fn of(scene: &Scene, aims: &[Aims; 2], bounces: bool, samples: &[u32]) -> Self {
+        let mut all = Self { samples: samples.to_vec(), ..Self::default() };
+        for number in samples.iter().map(|&sample| index(sample)) {
             let aims = &aims[usize::from(scene.layout.samples[number].on_grid)];
             let rays = if bounces { aims.fan.len() } else { 0 };
             for seen in gather(scene, aims, number) {
@@ -51,6 +53,8 @@ impl Gathered {
     fn push(&mut self, seen: &Seen, rays: usize, flickers: bool) {
         for (group, light) in seen.direct.iter().enumerate().take(1 + usize::from(flickers)) {
             self.direct[group].push(light.map(f32_nearest));
+            let moments = [seen.bounced.seen[group], seen.bounced.squares[group]];
+            self.by_chance[group].push(moments.map(|moment| moment.map(f32_nearest)));
         }
         self.buried.push(seen.is_buried);
         if rays > 0 {
@@ -60,6 +64,36 @@ impl Gathered {
         let rays = if seen.is_lit { rays } else { 0 };
         let [met_end, mirrored_end] = [self.met.len(), self.mirrored.len()].map(u32_from);
         self.looks.push(Looks { rays: u32_from(rays), met_end, mirrored_end });
+    }
+
+    /// Puts a value of each side of these samples in its place.
+    pub fn put<T: Copy>(&self, values: &[T], places: &mut [T]) {
+        for (&sample, sides) in self.samples.iter().zip(values.chunks_exact(2)) {
+            places[2 * index(sample)..2 * index(sample) + 2].copy_from_slice(sides);
+        }
+    }
+
+    /// Standard error of each side's irradiance after one more bounce of a group, if its rays were drawn without strata.
+    pub fn standard_errors(&self, group: usize, exitance: &[Bands]) -> Vec<Bands> {
+        let mut met_from = 0;
+        let mut errors = Vec::with_capacity(self.looks.len());
+        for (moments, looks) in self.by_chance[group].iter().zip(&self.looks) {
+            let met_end = index(looks.met_end);
+            let [mut sum, mut squares] = moments.map(|moment| moment.map(f64::from));
+            let rays = f64_from_usize(index(looks.rays).max(1));
+            for &place in &self.met[met_from..met_end] {
+                for band in 0..BANDS {
+                    let light = f64::from(exitance[index(place)][band]) / rays;
+                    sum[band] += light;
+                    squares[band] += light * light;
+                }
+            }
+            errors.push(std::array::from_fn(|band| {
+                f32_nearest(greater(squares[band] - sum[band] * sum[band] / rays, 0.0).sqrt())
+            }));
+            met_from = met_end;
+        }
+        errors
     }
 
     /// Irradiance of each side after one more bounce of a group.

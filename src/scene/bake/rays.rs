@@ -1,33 +1,27 @@
-//! The rays of one sample. Enters: a sample. Leaves: its direct light and what its rays met.
+//! The rays of one sample: its direct light, and what its rays by chance met.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::super::Scene;
-use super::super::bulb::BulbPoint;
 use super::super::chance::{cosine_direction, frame, pair, turned};
-use super::super::environment::DistantLight;
-use super::super::lamps::LampPoint;
 use super::super::lanes::{Floats, LANES};
 use super::super::light::{BANDS, Bands};
-use super::super::mesh::{Material, dot, sub, unit};
-use super::super::tracer::{Hits, MISS, Packet, Stack, blocked_through, closest_through};
-use super::BakeSettings;
+use super::super::mesh::{Material, dot, unit};
+use super::super::tracer::{Hits, MISS, Packet, Stack, closest_through};
+use super::aims::{Aims, aimed_light};
 use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, index, low_u16, u32_from, u32_truncated_f32, u64_from};
 
 /// Rays start this far above their surface in metres: above the rounding of coordinates up to 1 km (6e-5 m), below what
 /// furniture is made of.
-const LIFT_M: f32 = 2e-4;
-
-/// Aimed rays end this share short of the lamp.
-const AIM_SHARE: f32 = 0.999;
+pub const LIFT_M: f32 = 2e-4;
 
 /// Mirrors that a ray is followed over. What is left after them is dropped: all that five metal mirrors keep, 1e-7 of glazed tiles.
 const MIRRORS_MAX: usize = 4;
 
 /// Light is kept apart in two groups: what is steady, and what flickers.
 pub const GROUPS: usize = 2;
-const STEADY: usize = 0;
+pub const STEADY: usize = 0;
 const FLICKERING: usize = 1;
 
 /// One number a group and band.
@@ -73,43 +67,6 @@ impl Mirrored {
 /// Number of the bounces' draws: the seed of their key.
 const BOUNCE_DRAWS: u64 = 0x626F_756E;
 
-/// What all samples of one kind aim at and where they look.
-pub struct Aims {
-    /// Points on lamps.
-    pub lamp_points: Vec<LampPoint>,
-    /// Points in bulbs.
-    pub bulb_points: Vec<BulbPoint>,
-    /// Bright directions of the surroundings.
-    pub distant: Vec<DistantLight>,
-    /// Directions of bounces. Empty where rays by chance would find nothing that is wanted.
-    pub fan: Vec<[f32; 3]>,
-}
-
-impl Aims {
-    /// At lamps and bright directions, along so many rays.
-    pub fn new(scene: &Scene, lamp_rays: usize, rays: usize) -> Self {
-        let distant = scene.environment.as_ref().map_or_else(Vec::new, |environment| environment.aims(lamp_rays));
-        let (lamp_points, bulb_points) = (scene.lamps.points(lamp_rays), scene.lamps.bulb_points(lamp_rays));
-        Self { lamp_points, bulb_points, distant, fan: fan(rays) }
-    }
-
-    /// Of samples on vertices, then of samples on grids.
-    pub fn of(scene: &Scene, settings: &BakeSettings) -> [Self; 2] {
-        let with_fan = settings.bounces || scene.glows_beyond_aims();
-        [(settings.vertex_lamp_rays, settings.vertex_rays), (settings.grid_lamp_rays, settings.grid_rays)].map(
-            |(lamp_rays, rays)| {
-                let aims = Self::new(scene, lamp_rays, rays);
-                if with_fan { aims } else { Self { fan: Vec::new(), ..aims } }
-            },
-        )
-    }
-
-    /// Rays of a sample with so many sides.
-    pub fn rays(&self, sides: usize) -> usize {
-        self.lamp_points.len() + self.bulb_points.len() + self.distant.len() + sides * self.fan.len()
-    }
-}
-
 /// Traces all rays of a sample. Of what is only seen from its front, nothing is asked behind it.
 pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [Seen; 2] {
     let sample = &scene.layout.samples[number];
@@ -133,101 +90,13 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [Seen; 2] {
     })
 }
 
-/// Rays towards sources that wait until a packet is full.
-struct Shadows<'a> {
-    scene: &'a Scene,
-    stack: Stack,
-    packet: Packet,
-    waiting: [(usize, usize, [f64; BANDS]); LANES],
-    lanes: usize,
-    light: [ByGroup<f64>; 2],
-}
-
-impl Shadows<'_> {
-    fn push(&mut self, ray: ([f32; 3], [f32; 3], f32), side: usize, group: usize, sent: [f64; BANDS]) {
-        let (origin, direction, t_max) = ray;
-        set_ray(&mut self.packet, self.lanes, origin, direction, t_max);
-        self.waiting[self.lanes] = (side, group, sent);
-        self.lanes += 1;
-        if self.lanes == LANES {
-            self.flush();
-        }
-    }
-
-    fn flush(&mut self) {
-        let shadowed = blocked_through(&self.scene.bvh, &self.scene.mesh, &self.packet, &mut self.stack);
-        for lane in (0..self.lanes).filter(|&lane| !shadowed[lane]) {
-            let (side, group, sent) = self.waiting[lane];
-            for band in 0..BANDS {
-                self.light[side][group][band] += sent[band];
-            }
-        }
-        (self.packet, self.lanes) = (idle(), 0);
-    }
-}
-
-/// Light that lamps and bright directions send straight to the first or to both sides of a place.
-pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], sides: usize, aims: &Aims) -> [ByGroup<f64>; 2] {
-    let dark = [[[0.0; BANDS]; GROUPS]; 2];
-    let (stack, waiting) = (Stack::new(), [(0, 0, [0.0; BANDS]); LANES]);
-    let mut shadows = Shadows { scene, stack, packet: idle(), waiting, lanes: 0, light: dark };
-    let lifted = |side: usize| -> [f32; 3] {
-        let lift = if side == 0 { LIFT_M } else { -LIFT_M };
-        [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * lift)
-    };
-    for point in &aims.lamp_points {
-        let side = usize::from(dot(sub(point.position_m, at_m), normal) < 0.0);
-        let origin = lifted(side);
-        let direction = sub(point.position_m, origin);
-        let strength = disc_form_factor(normal, direction, point.normal, point.area_m2);
-        if strength > 0.0 && side < sides {
-            let sent = point.radiance.map(|band| std::f64::consts::PI * f64::from(band) * strength);
-            shadows.push((origin, direction, AIM_SHARE), side, scene.group_of(point.material), sent);
-        }
-    }
-    for point in &aims.bulb_points {
-        let side = usize::from(dot(sub(point.position_m, at_m), normal) < 0.0);
-        if side >= sides {
-            continue;
-        }
-        let origin = lifted(side);
-        if let Some((strength, enters)) = point.toward(origin, normal) {
-            let sent = point.intensity.map(|band| f64::from(band) * strength);
-            let ray = (origin, sub(point.position_m, origin), enters * AIM_SHARE);
-            shadows.push(ray, side, scene.group_of(point.material), sent);
-        }
-    }
-    for light in &aims.distant {
-        let cos = f64::from(dot(light.direction, normal));
-        let side = usize::from(cos < 0.0);
-        let sent = light.normal_irradiance.map(|band| f64::from(band) * cos.abs());
-        if side < sides {
-            shadows.push((lifted(side), light.direction, f32::MAX), side, STEADY, sent);
-        }
-    }
-    if shadows.lanes > 0 {
-        shadows.flush();
-    }
-    shadows.light
-}
-
-/// Form factor of a small disc of the area a ray stands for: cos cos A / (pi d^2 + A). It never exceeds 1, so a lamp that
-/// touches a sample does not burn it; far away its error against a point's is A / (pi d^2).
-fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2: f64) -> f64 {
-    let distance2 = f64::from(dot(toward, toward));
-    let cos_here = f64::from(dot(toward, normal)).abs();
-    let cos_there = -f64::from(dot(toward, lamp));
-    if distance2 <= 0.0 || cos_there <= 0.0 {
-        return 0.0;
-    }
-    cos_here * cos_there / distance2 * area_m2 / (std::f64::consts::PI * distance2 + area_m2)
-}
-
 /// What the rays by chance of one side brought.
 #[derive(Clone, Debug, Default)]
 pub struct Bounced {
     /// Light that shines by itself: sky, glowing surfaces where lamps are not aimed at, lamps in mirrors.
     pub seen: ByGroup<f64>,
+    /// Sum of the squares of what each ray brought to it.
+    pub squares: ByGroup<f64>,
     /// Twice the sample plus its side, of each ray that ended at one.
     pub met: Vec<u32>,
     /// What was met on or over glossy surfaces.
@@ -261,7 +130,9 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
             let end = scene.end_of(&hits, lane, direction);
             let glow = if end.is_aimed { [0.0; BANDS] } else { end.light };
             for band in 0..BANDS {
-                bounced.seen[end.group][band] += f64::from(glow[band]);
+                let glow = f64::from(glow[band]);
+                bounced.seen[end.group][band] += glow;
+                bounced.squares[end.group][band] += glow * glow;
             }
             let path = Path { origin_m: origin, direction, weight: [1.0; BANDS] };
             match (end.mirror, end.place) {
@@ -276,6 +147,7 @@ pub fn bounce_rays(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], fan: &[[f32;
     follow(scene, paths, &mut bounced, &mut stack);
     let share = std::f64::consts::PI / f64_from_usize(fan.len().max(1));
     bounced.seen = bounced.seen.map(|light| light.map(|sum| sum * share));
+    bounced.squares = bounced.squares.map(|light| light.map(|sum| sum * share * share));
     bounced
 }
 
@@ -351,12 +223,12 @@ fn strata(rays: usize) -> (usize, usize) {
     (rings, rays / rings)
 }
 
-fn idle() -> Packet {
+pub fn idle() -> Packet {
     let zero = Floats::splat(0.0);
     Packet { origin_m: [zero; 3], direction: [Floats::splat(1.0), zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }
 }
 
-fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 3], t_max: f32) {
+pub fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 3], t_max: f32) {
     for axis in 0..3 {
         packet.origin_m[axis].0[lane] = origin[axis];
         packet.direction[axis].0[lane] = direction[axis];
@@ -442,12 +314,12 @@ impl Scene {
     }
 
     /// Group of a material's own light.
-    fn group_of(&self, material: u32) -> usize {
+    pub(super) fn group_of(&self, material: u32) -> usize {
         if self.flickers(material) { FLICKERING } else { STEADY }
     }
 
     /// Whether rays that leave by chance find light that no ray is aimed at.
-    fn glows_beyond_aims(&self) -> bool {
+    pub(super) fn glows_beyond_aims(&self) -> bool {
         let sky = self.environment.is_some() || self.sky.iter().any(|&band| band > 0.0);
         let is_left = |(number, material): (u32, &Material)| material.is_emissive() && !self.lamps.are_aimed_at(number);
         sky || (0_u32..).zip(&self.mesh.materials).any(is_left)
