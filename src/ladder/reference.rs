@@ -19,7 +19,7 @@ use crate::scene::lit::BOUNCES_MAX;
 
 /// The share of the finest accuracy that the standard error of a ladder's reference may have.
 pub const SHARE: f64 = 1.0 / 3.0;
-/// Pairs of renders at most. Each is made for the whole error; where glints have most of it more are needed, because a pixel in which no
+/// Pairs of renders at most. Each is made for the whole error; where images of lamps have most of it more are needed, because a pixel in which no
 /// ray met one claims no error.
 const ROUNDS_MAX: u32 = 32;
 /// Pairs after which their number is foretold: an error of independent pairs falls with their root.
