@@ -3,6 +3,7 @@
 
 pub mod assets;
 mod checked;
+mod estimate;
 pub mod expose;
 mod exposed;
 mod extractor;
@@ -28,6 +29,7 @@ mod truth;
 mod warnings;
 pub mod world;
 
+pub use estimate::{ESTIMATED_LEVEL, LinkSplit};
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
 pub use felt::noise_of;
 pub use host::{Host, HostFrame};

@@ -181,7 +181,7 @@ impl Session {
     }
 
     /// Features of a camera's frame, mean over the run, rounded down.
-    fn mean_features(&self) -> u64 {
+    pub fn mean_features(&self) -> u64 {
         self.totals.feature_count / u64_from(self.notes.len() * self.setup.cameras.len())
     }
 

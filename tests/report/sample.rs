@@ -1,7 +1,8 @@
 //! A report as a run of ten seconds would make it, from closed forms, so that the page can be judged without a run.
 
 use glam::{DQuat, DVec3};
-use sensel::energy::{EnergyAccount, RunLength, Technology};
+use sensel::config::Resolved;
+use sensel::energy::EnergyAccount;
 use sensel::events::{Event, Events};
 use sensel::plane::Plane;
 use sensel::pose::{Pose, TimedPose};
@@ -246,8 +247,9 @@ fn energy() -> EnergyAccount {
     ] {
         events.add(event, per_frame * frames);
     }
-    let length = RunLength { frames: FRAMES, sensors: 2, pixels, run_time_s: 300.0 * 0.033_330_7 };
-    EnergyAccount::of(&events, length, &Technology::by_name("65nm").unwrap())
+    let resolved = Resolved::from_layers("sample", "", &[]).expect("the defaults hold");
+    let sensor = sensel::run::SensorSetup::new(&resolved).expect("the defaults are a sensor");
+    EnergyAccount::of(&events, FRAMES, 2, pixels, &sensor.power)
 }
 
 fn hashes() -> Hashes {
