@@ -16,6 +16,7 @@ mod light;
 mod motion;
 mod on_link;
 pub mod probe;
+mod power_line;
 mod record;
 mod row_check;
 mod rows;

@@ -49,7 +49,7 @@ fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error>
     let figures = Figures {
         name: located.name,
         how: format!("estimated with every pixel at {ESTIMATED_LEVEL} of the greatest code, one camera"),
-        energy: (&account).into(),
+        energy: EnergyRecord { line: Some(sensor.line_power().map_err(resolve)?), ..(&account).into() },
         period_s: account.run_time_s(),
         cameras: 1,
         split: sensor.link_split(features)?,
@@ -142,6 +142,10 @@ fn print(figures: &Figures) {
     let (low, high) = (mw(energy.total_interval.low_pj), mw(energy.total_interval.high_pj));
     outln!("  {:<10} {:>14.2} {:>12.3} {low:>11.3} .. {high:>9.3}", "total", total * 1e-3, energy.power_mw);
     outln!("  {:.3} mW flow whatever happens; {:.1} pJ a pixel", energy.static_power_mw, energy.pj_per_pixel);
+    if let Some(line) = &energy.line {
+        let (peak, ratio) = (line.peak_mw, line.peak_over_mean);
+        outln!("  within a line power peaks at {peak:.3} mW, {ratio:.2} times the mean of a frame (one camera)");
+    }
     let split = &figures.split;
     outln!("link of one camera, by what is sent ({:.3} mW flow with nothing to send)", split.floor_mw);
     let rows = [

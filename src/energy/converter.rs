@@ -72,7 +72,8 @@ fn single_slope(build: &mut Build<'_>) {
     let (analog, digital) = ((Block::Adc, Rail::Analog), (Block::Adc, Rail::Digital));
     let (columns, logic) = (f64::from(design.columns) / NOMINAL_COLUMNS, build.logic_factor());
     // A comparator's bandwidth follows its clock, and so does its bias: a fixed charge a clock of the whole ramp, whatever the picture.
-    let clock_pj = 1e-3 * build.value(Constant::ComparatorCharge) * supply_v * f64::from(design.converters());
+    let charge_fc = build.value(Constant::ComparatorCharge) * build.bias_class();
+    let clock_pj = 1e-3 * charge_fc * supply_v * f64::from(design.converters());
     build.pj(analog, Amount::Event(Event::RampStep), Constant::ComparatorCharge, clock_pj);
     let ramp_pj = build.value(Constant::RampStep) * columns * supply_v / RAMP_NOMINAL_V;
     build.pj(analog, Amount::Event(Event::RampStep), Constant::RampStep, ramp_pj);

@@ -314,7 +314,9 @@ impl Build<'_> {
         let logic = self.logic_factor();
         let shift_pj = logic * (self.value(Constant::ReadoutBit) + bus_pj);
         self.pj(digital, bit, Constant::ReadoutBit, shift_pj);
-        self.pj(digital, bit, Constant::DatapathBit, logic * self.value(Constant::DatapathBit));
+        // A test chip sends its codes as they are.
+        let corrects = if design.params.periphery == Periphery::External { 0.0 } else { logic };
+        self.pj(digital, bit, Constant::DatapathBit, corrects * self.value(Constant::DatapathBit));
         if design.params.image_processor {
             self.pj(digital, bit, Constant::ImageProcessorBit, logic * self.value(Constant::ImageProcessorBit));
         }

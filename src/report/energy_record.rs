@@ -29,10 +29,40 @@ pub struct EnergyRecord {
     pub static_power_mw: f64,
     /// Of the sum, over the pixels of all cameras.
     pub pj_per_pixel: f64,
-    /// Every event and every static power, in the data's order.
+    /// Power of one sensor over a line in which a row is converted; none where it was not asked for.
+    pub line: Option<LinePower>,
+    /// Every item, in the data's order.
     pub entries: Vec<EnergyEntry>,
     /// Which constants decided the answer, the greatest share first.
     pub deciders: Vec<Decider>,
+}
+
+/// Power of one sensor over a line in which a row is converted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinePower {
+    /// Length of the line.
+    pub line_us: f64,
+    /// Spans of equal power, one after another from the line's start.
+    pub spans: Vec<PowerSpan>,
+    /// Mean over the frame, blanking included.
+    pub frame_mean_mw: f64,
+    /// The greatest of the spans.
+    pub peak_mw: f64,
+    /// The greatest over the frame's mean.
+    pub peak_over_mean: f64,
+}
+
+/// A span of a line.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PowerSpan {
+    /// From the start of the line.
+    pub start_us: f64,
+    /// From the start of the line.
+    pub end_us: f64,
+    /// Mean power of each block within the span.
+    pub blocks_mw: Ordered<f64>,
 }
 
 /// A range in pJ per frame.
@@ -102,6 +132,7 @@ impl From<&EnergyAccount> for EnergyRecord {
             power_mw: account.power_mw(),
             static_power_mw: account.static_power_mw(),
             pj_per_pixel: account.pj_per_pixel(),
+            line: None,
             entries: account.contributions.iter().map(|part| entry(account, part)).collect(),
             deciders: deciders(account),
         }

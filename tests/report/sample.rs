@@ -69,7 +69,7 @@ pub fn report() -> Report {
         plan: plan(),
         timing: timing(),
         bandwidth: bandwidth(),
-        energy: (&energy()).into(),
+        energy: energy_record(),
         features: FeatureFigures {
             median_found: Some(452.0),
             median_tracked: Some(241.0),
@@ -250,6 +250,14 @@ fn energy() -> EnergyAccount {
     let resolved = Resolved::from_layers("sample", "", &[]).expect("the defaults hold");
     let sensor = sensel::run::SensorSetup::new(&resolved).expect("the defaults are a sensor");
     EnergyAccount::of(&events, FRAMES, 2, pixels, &sensor.power)
+}
+
+/// The account with the power of a line.
+fn energy_record() -> sensel::report::energy_record::EnergyRecord {
+    let resolved = Resolved::from_layers("sample", "", &[]).expect("the defaults hold");
+    let sensor = sensel::run::SensorSetup::new(&resolved).expect("the defaults are a sensor");
+    let line = Some(sensor.line_power().expect("its rows pass"));
+    sensel::report::energy_record::EnergyRecord { line, ..(&energy()).into() }
 }
 
 fn hashes() -> Hashes {
