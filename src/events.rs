@@ -19,8 +19,7 @@ pub enum Block {
 
 impl Block {
     /// All blocks in the data's order.
-    pub const ALL: [Self; 6] =
-        [Self::Pixel, Self::Adc, Self::Readout, Self::Compute, Self::Link, Self::Periphery];
+    pub const ALL: [Self; 6] = [Self::Pixel, Self::Adc, Self::Readout, Self::Compute, Self::Link, Self::Periphery];
 
     /// The one name of this block in reports and technology files.
     pub fn name(self) -> &'static str {

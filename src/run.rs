@@ -30,8 +30,8 @@ mod truth;
 mod warnings;
 pub mod world;
 
-pub use estimate::{ESTIMATED_LEVEL, LinkSplit};
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
+pub use estimate::{ESTIMATED_LEVEL, LinkSplit};
 pub use felt::noise_of;
 pub use host::{Host, HostFrame};
 pub use on_link::LinkTimes;

@@ -37,7 +37,13 @@ fn the_page_and_the_constants_are_what_the_fit_gives() {
     for &constant in fit::GROUPS.iter().flat_map(|group| group.constants) {
         let ratio = base.value(constant) / fitted.value(constant);
         // The file holds three significant digits: half a unit of the last is 0.5 % at most.
-        assert!((ratio - 1.0).abs() < 0.006, "{} is {} in the file and {} in the fit", constant.name(), base.value(constant), fitted.value(constant));
+        assert!(
+            (ratio - 1.0).abs() < 0.006,
+            "{} is {} in the file and {} in the fit",
+            constant.name(),
+            base.value(constant),
+            fitted.value(constant)
+        );
     }
 }
 
@@ -53,9 +59,21 @@ fn published_chips_are_met_as_well_as_the_page_says() {
     let number = OUTCOME.chips.len();
     assert!(number >= 15, "{number} chips");
     let (all, unseen) = (OUTCOME.score(|chip| chip.all_mw), OUTCOME.score(|chip| chip.unseen_mw));
-    println!("all {:.3} {}, unseen {:.3} {}, held {}", all.median_error, all.within_two, unseen.median_error, unseen.within_two, OUTCOME.held());
+    println!(
+        "all {:.3} {}, unseen {:.3} {}, held {}",
+        all.median_error,
+        all.within_two,
+        unseen.median_error,
+        unseen.within_two,
+        OUTCOME.held()
+    );
     assert!(all.median_error < 0.30 && 10 * all.within_two >= 9 * number, "{} {}", all.median_error, all.within_two);
-    assert!(unseen.median_error < 0.42 && 100 * unseen.within_two >= 85 * number, "{} {}", unseen.median_error, unseen.within_two);
+    assert!(
+        unseen.median_error < 0.42 && 100 * unseen.within_two >= 85 * number,
+        "{} {}",
+        unseen.median_error,
+        unseen.within_two
+    );
     assert!(10 * OUTCOME.held() >= 9 * number, "{} of {number}", OUTCOME.held());
 }
 

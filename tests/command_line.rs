@@ -302,7 +302,8 @@ fn listings_are_json_on_stdout() {
     }
     let schema = sensel(&["schema"]).json();
     let sections = schema["properties"].as_object().unwrap();
-    for section in ["seed", "scene", "motion", "run", "rig", "optics", "sensor", "compute", "link", "tracker", "energy", "host"]
+    for section in
+        ["seed", "scene", "motion", "run", "rig", "optics", "sensor", "compute", "link", "tracker", "energy", "host"]
     {
         assert!(sections.contains_key(section), "{section}");
     }

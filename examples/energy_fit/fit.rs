@@ -29,7 +29,12 @@ pub const GROUPS: &[Group] = &[
         prior: &[4.0, 4.0],
         prior_sigma: 1.0,
     },
-    Group { name: "comparator charge a clock", constants: &[Constant::ComparatorCharge], prior: &[100.0], prior_sigma: 1.0 },
+    Group {
+        name: "comparator charge a clock",
+        constants: &[Constant::ComparatorCharge],
+        prior: &[100.0],
+        prior_sigma: 1.0,
+    },
     Group { name: "datapath", constants: &[Constant::DatapathBit], prior: &[30.0], prior_sigma: 1.0 },
     Group {
         name: "overhead",
@@ -46,7 +51,12 @@ pub const GROUPS: &[Group] = &[
         prior_sigma: 1.0,
     },
     Group { name: "LVDS lane", constants: &[Constant::LvdsLane], prior: &[3600.0], prior_sigma: 0.5 },
-    Group { name: "D-PHY lane", constants: &[Constant::PhyLane, Constant::HsLane], prior: &[3.5, 4.0], prior_sigma: 0.5 },
+    Group {
+        name: "D-PHY lane",
+        constants: &[Constant::PhyLane, Constant::HsLane],
+        prior: &[3.5, 4.0],
+        prior_sigma: 0.5,
+    },
     Group { name: "serialiser", constants: &[Constant::LinkByte], prior: &[40.0], prior_sigma: 0.5 },
     Group { name: "pad", constants: &[Constant::Pad], prior: &[10_000.0], prior_sigma: 0.7 },
     Group { name: "image processor", constants: &[Constant::ImageProcessorBit], prior: &[30.0], prior_sigma: 1.0 },
@@ -131,7 +141,8 @@ pub fn fit(base: &Technology, chips: &[&Prepared]) -> Vec<f64> {
         };
         let mut improved = false;
         for _ in 0..10 {
-            let mut matrix: Vec<Vec<f64>> = slopes.iter().map(|row| slopes.iter().map(|column| product(row, column)).collect()).collect();
+            let mut matrix: Vec<Vec<f64>> =
+                slopes.iter().map(|row| slopes.iter().map(|column| product(row, column)).collect()).collect();
             let mut right: Vec<f64> = slopes.iter().map(|row| -product(row, &residuals)).collect();
             for (place, group) in GROUPS.iter().enumerate() {
                 let stiffness = 1.0 / (group.prior_sigma * group.prior_sigma);
@@ -171,11 +182,8 @@ fn cost(residuals: &[f64], weights: &[f64], parameters: &[f64]) -> f64 {
         if sigmas < HUBER { sigmas * sigmas } else { 2.0 * HUBER * sigmas - HUBER * HUBER }
     };
     let data: f64 = residuals.iter().zip(weights).map(of).sum();
-    let prior: f64 = parameters
-        .iter()
-        .zip(GROUPS)
-        .map(|(at, group)| (at / group.prior_sigma) * (at / group.prior_sigma))
-        .sum();
+    let prior: f64 =
+        parameters.iter().zip(GROUPS).map(|(at, group)| (at / group.prior_sigma) * (at / group.prior_sigma)).sum();
     data + prior
 }
 

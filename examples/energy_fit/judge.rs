@@ -44,7 +44,8 @@ pub struct Score {
 pub fn sensor(root: &Path, file: &str, more: &[String]) -> SensorSetup {
     let path = root.join(format!("scenes/chips/{file}.toml"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let resolved = Resolved::from_layers(&path.display().to_string(), &text, more).unwrap_or_else(|error| panic!("{error}"));
+    let resolved =
+        Resolved::from_layers(&path.display().to_string(), &text, more).unwrap_or_else(|error| panic!("{error}"));
     SensorSetup::new(&resolved).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -70,7 +71,8 @@ pub fn judge(root: &Path) -> Outcome {
     }
     let judged = |prepared: Prepared| {
         let all_mw = prepared.power_mw(&base, &parameters);
-        let (_, unseen) = without.iter().find(|(vendor, _)| *vendor == prepared.chip.vendor).expect("every vendor was left out");
+        let (_, unseen) =
+            without.iter().find(|(vendor, _)| *vendor == prepared.chip.vendor).expect("every vendor was left out");
         let power = prepared.power.with_technology(unseen.scaled_to(prepared.power.technology.node_nm));
         let account = EnergyAccount::of(&prepared.events, 1, 1, 1, &power);
         let (range, _) = account.ranges_pj();

@@ -20,7 +20,13 @@ fn main() -> std::io::Result<()> {
     let fitted = moved(&at_priors(), &outcome.parameters);
     for group in GROUPS {
         for &constant in group.constants {
-            println!("{:<28} {:<20} {:>12.4} {}", group.name, constant.name(), fitted.value(constant), constant.unit().key());
+            println!(
+                "{:<28} {:<20} {:>12.4} {}",
+                group.name,
+                constant.name(),
+                fitted.value(constant),
+                constant.unit().key()
+            );
         }
     }
     if std::env::args().any(|argument| argument == "--write") {

@@ -59,11 +59,18 @@ fn chips(outcome: &Outcome) -> String {
     }
     let number = outcome.chips.len();
     writeln!(table, "\n| | median error | within 2 times | rms of the logarithm |\n|---|---|---|---|").expect(TEXT);
-    for (name, score) in [("fitted to all", outcome.score(|chip| chip.all_mw)), ("vendor unseen", outcome.score(|chip| chip.unseen_mw))] {
+    for (name, score) in
+        [("fitted to all", outcome.score(|chip| chip.all_mw)), ("vendor unseen", outcome.score(|chip| chip.unseen_mw))]
+    {
         let (median, rms) = (100.0 * score.median_error, score.rms_log);
         writeln!(table, "| {name} | {median:.0} % | {} of {number} | {rms:.2} |", score.within_two).expect(TEXT);
     }
-    writeln!(table, "\nThe 95 % range of the model that has not seen a chip's vendor holds {} of {number} chips.", outcome.held()).expect(TEXT);
+    writeln!(
+        table,
+        "\nThe 95 % range of the model that has not seen a chip's vendor holds {} of {number} chips.",
+        outcome.held()
+    )
+    .expect(TEXT);
     table
 }
 
@@ -98,18 +105,38 @@ fn slopes(root: &Path) -> String {
     let ratio = |of: (f64, f64), over: (f64, f64)| format!("{:.2}", of.0 / over.0);
     let mt9m024 = power(root, "mt9m024_hdr", &[]);
     let linear = power(root, "mt9m024", &[]);
-    row("MT9M034 / MT9M024, HDR of up to three exposures over linear", "1.70", format!("{} with three", ratio(mt9m024, linear)));
-    row("AR0230, HDR of two exposures over linear", "1.45", ratio(power(root, "ar0230_hdr", &[]), power(root, "ar0230", &[])));
+    row(
+        "MT9M034 / MT9M024, HDR of up to three exposures over linear",
+        "1.70",
+        format!("{} with three", ratio(mt9m024, linear)),
+    );
+    row(
+        "AR0230, HDR of two exposures over linear",
+        "1.45",
+        ratio(power(root, "ar0230_hdr", &[]), power(root, "ar0230", &[])),
+    );
     let half = slower(root, "python480", 60.0);
-    row("PYTHON 480, 120 over 60 fps", "1.17", ratio(power(root, "python480", &[]), power(root, "python480", &[&half])));
+    row(
+        "PYTHON 480, 120 over 60 fps",
+        "1.17",
+        ratio(power(root, "python480", &[]), power(root, "python480", &[&half])),
+    );
     for fps in [100.0, 30.0, 3.0] {
         let pixel = power(root, "ov7251", &[&slower(root, "ov7251", fps)]).1;
-        row(&format!("pJ a pixel and frame, OV7251 at {fps} fps"), "grows as 1 / fps (LiKamWa et al. 2013)", format!("{pixel:.0}"));
+        row(
+            &format!("pJ a pixel and frame, OV7251 at {fps} fps"),
+            "grows as 1 / fps (LiKamWa et al. 2013)",
+            format!("{pixel:.0}"),
+        );
     }
     for width in [640, 320, 160, 80] {
         let window = format!("sensor.readout.window=[0, 0, {width}, 480]");
         let (mw, pixel) = power(root, "ov7251", &[&window]);
-        row(&format!("OV7251 at a width of {width}"), "pJ a pixel grows as the picture shrinks (LiKamWa et al. 2013)", format!("{mw:.1} mW, {pixel:.0} pJ a pixel"));
+        row(
+            &format!("OV7251 at a width of {width}"),
+            "pJ a pixel grows as the picture shrinks (LiKamWa et al. 2013)",
+            format!("{mw:.1} mW, {pixel:.0} pJ a pixel"),
+        );
     }
     for bits in [12, 10, 8] {
         let clock = format!("sensor.adc.clock_hz={}", 98_304_000_u64 * (1 << bits) / 1024);
@@ -127,7 +154,8 @@ fn link(root: &Path) -> String {
     );
     for (bits, container) in [(10, "RAW10"), (8, "RAW8"), (6, "RAW6"), (4, "RAW6"), (2, "RAW6")] {
         let clock = format!("sensor.adc.clock_hz={}", 98_304_000_u64 * (1 << bits) / 1024);
-        let set = [format!("sensor.adc.bits={bits}"), format!("sensor.adc.reset_counts={}", (1_u32 << bits) / 8), clock];
+        let set =
+            [format!("sensor.adc.bits={bits}"), format!("sensor.adc.reset_counts={}", (1_u32 << bits) / 8), clock];
         let sensor = sensor(root, "ov7251", &set);
         let split = sensor.link_split(500).unwrap_or_else(|error| panic!("{error}"));
         writeln!(

@@ -44,7 +44,7 @@ fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error>
     let sensor = SensorSetup::new(&located.resolved)?;
     let resolve = |error: Error| located.resolved.tree.locate(error);
     let account = sensor.estimated_energy(ESTIMATED_LEVEL).map_err(resolve)?;
-    let features = if sensor.link.mode.sends_features() { sensor.extractor.features_expected(sensor.size) } else { 0 };
+    let features = sensor.extractor.features_expected(sensor.size);
     let host = located.resolved.scenario.host_params()?;
     let figures = Figures {
         name: located.name,
@@ -149,7 +149,12 @@ fn print(figures: &Figures) {
     let split = &figures.split;
     outln!("link of one camera, by what is sent ({:.3} mW flow with nothing to send)", split.floor_mw);
     let rows = [
-        ("raw", split.raw_bits_per_s, split.raw_mw, format!("of these {:.3} Mbit/s are codes", 1e-6 * split.net_bits_per_s)),
+        (
+            "raw",
+            split.raw_bits_per_s,
+            split.raw_mw,
+            format!("of these {:.3} Mbit/s are codes", 1e-6 * split.net_bits_per_s),
+        ),
         ("features", split.feature_bits_per_s, split.feature_mw, compute_words(figures)),
     ];
     for (what, bits_per_s, link_mw, note) in rows {
@@ -160,7 +165,7 @@ fn print(figures: &Figures) {
         for (what, host) in [("pictures", pictures), ("features", features)] {
             let HostEnergy { receive_uj, extract_uj, track_uj, idle_uj } = host;
             outln!(
-                "  {what:<10} {:>14.1}  receiving {receive_uj:.1}, extracting {extract_uj:.1}, tracking {track_uj:.1}, at rest {idle_uj:.1}",
+                "  {what:<10} {:>14.1}  receiving {receive_uj:.1}, extracting {extract_uj:.1}, tracking {track_uj:.1}, idle {idle_uj:.1}",
                 host.total_uj()
             );
         }

@@ -109,7 +109,8 @@ impl Resolved {
             name => name,
         };
         let read = |name: &str| {
-            let missing = || Error::key("energy.technology", name, "was not read; use 65nm, or a file beside the scenario");
+            let missing =
+                || Error::key("energy.technology", name, "was not read; use 65nm, or a file beside the scenario");
             self.technology_files.get(name).cloned().ok_or_else(missing)
         };
         let mut technology = Technology::load(name, &read).map_err(|error| match error {

@@ -53,10 +53,16 @@ pub(super) fn items(build: &mut Build<'_>) {
             let cycles = cycles(design.adc.bits);
             let cycle_pj = build.value(Constant::SigmaDeltaCycle) * supply_v / RAMP_NOMINAL_V;
             build.pj(analog, bit, Constant::SigmaDeltaCycle, samples * cycles * cycle_pj / bits);
-            build.pj(digital, bit, Constant::DecimatorBit, samples * cycles * logic * build.value(Constant::DecimatorBit));
+            build.pj(
+                digital,
+                bit,
+                Constant::DecimatorBit,
+                samples * cycles * logic * build.value(Constant::DecimatorBit),
+            );
         }
         Architecture::InPixel => {
-            let bias_mw = 1e-3 * build.value(Constant::PixelComparator) * supply_v * crate::num::f64_from_u64(design.pixels);
+            let bias_mw =
+                1e-3 * build.value(Constant::PixelComparator) * supply_v * crate::num::f64_from_u64(design.pixels);
             build.mw(analog, Constant::PixelComparator, build.bias_share(), bias_mw);
             build.pj(digital, bit, Constant::PixelMemoryBit, samples * logic * build.value(Constant::PixelMemoryBit));
         }

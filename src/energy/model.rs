@@ -13,7 +13,7 @@ use crate::events::{Block, Event, Events};
 use crate::link::LinkParams;
 use crate::num::{f64_from_u64, lesser, u64_half_even};
 use crate::pixel::PixelParams;
-use crate::readout::Schedule;
+use crate::readout::{Schedule, Shutter};
 
 /// Charge of an electron in C (CODATA 2018, exact).
 const ELECTRON_C: f64 = 1.602_176_634e-19;
@@ -21,8 +21,11 @@ const ELECTRON_C: f64 = 1.602_176_634e-19;
 const ANALOG_NOMINAL_V: f64 = 2.8;
 /// Kelvin over which leakage doubles; the usual figure for subthreshold leakage.
 const LEAKAGE_DOUBLING_K: f64 = 25.0;
-/// Lines that select, reset and transfer drive in a row.
-const ROW_LINES: f64 = 3.0;
+/// Lines of a row that are driven in a frame of a rolling shutter: select, reset and transfer for the readout, reset and transfer for the
+/// start of the exposure.
+const ROLLING_LINES: f64 = 5.0;
+/// Those of a global shutter: besides the former the gates that store the charge and drain the photodiode.
+const GLOBAL_LINES: f64 = 7.0;
 
 /// A supply rail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -94,6 +97,8 @@ pub struct Design {
     pub supply_v: f64,
     /// Whether an extractor is on the sensor.
     pub has_extractor: bool,
+    /// Which of a row's lines are driven.
+    pub shutter: Shutter,
     /// Columns of the array: the length of a row line.
     pub row_px: u32,
     /// Columns that are read: each has its current source.
@@ -137,6 +142,7 @@ impl Design {
             link: *link,
             supply_v,
             has_extractor: link.mode.sends_features(),
+            shutter: schedule.shutter(),
             row_px: geometry.array_size().width_px,
             columns,
             pixels: u64::from(columns) * u64::from(reads),
@@ -182,8 +188,7 @@ impl SensorPower {
         let asked_ns = design.params.period_s.map_or(0, nanoseconds);
         let awake_ns = frame_ns + nanoseconds(design.params.wake_s);
         // A sensor that streams has no wake-up.
-        let (awake_ns, period_ns) =
-            if asked_ns > awake_ns { (awake_ns, asked_ns) } else { (frame_ns, frame_ns) };
+        let (awake_ns, period_ns) = if asked_ns > awake_ns { (awake_ns, asked_ns) } else { (frame_ns, frame_ns) };
         let link = &design.link;
         let lane_ps_per_byte = u64_half_even(8e12 / (2.0 * f64_from_u64(link.frequency_hz)));
         let lane_ns_per_burst = nanoseconds(link.seconds(link.burst_overhead()));
@@ -294,8 +299,7 @@ impl Build<'_> {
         let settle_pj = 1e-3 * line_ff * swing_v * supply_v;
         self.pj(place, Amount::Event(Event::ColumnSettle), Constant::ColumnSettle, settle_pj);
         let given_ua = design.adc.column_bias_ua;
-        let bias_ua =
-            if given_ua > 0.0 { given_ua } else { die.value(Constant::ColumnBias) * self.bias_class() };
+        let bias_ua = if given_ua > 0.0 { given_ua } else { die.value(Constant::ColumnBias) * self.bias_class() };
         let share = self.bias_share();
         self.mw(place, Constant::ColumnBias, share, 1e-3 * bias_ua * supply_v * f64::from(design.columns));
     }
@@ -304,7 +308,11 @@ impl Build<'_> {
         let design = self.design;
         let supply_v = design.supply_v;
         let pixel_ff = self.value(Constant::RowSelect) + self.value(Constant::Wire) * design.pixel.pitch_um;
-        let row_pj = 1e-3 * ROW_LINES * f64::from(design.row_px) * pixel_ff * supply_v * supply_v;
+        let lines = match design.shutter {
+            Shutter::Rolling => ROLLING_LINES,
+            Shutter::Global => GLOBAL_LINES,
+        };
+        let row_pj = 1e-3 * lines * f64::from(design.row_px) * pixel_ff * supply_v * supply_v;
         self.pj((Block::Readout, Rail::Analog), Amount::Event(Event::RowSelect), Constant::RowSelect, row_pj);
         let digital = (Block::Readout, Rail::Digital);
         let (bit, core_v) = (Amount::Event(Event::ReadoutBit), self.technology.core_voltage_v);
@@ -314,9 +322,9 @@ impl Build<'_> {
         let logic = self.logic_factor();
         let shift_pj = logic * (self.value(Constant::ReadoutBit) + bus_pj);
         self.pj(digital, bit, Constant::ReadoutBit, shift_pj);
-        // A test chip sends its codes as they are.
-        let corrects = if design.params.periphery == Periphery::External { 0.0 } else { logic };
-        self.pj(digital, bit, Constant::DatapathBit, corrects * self.value(Constant::DatapathBit));
+        // A test chip corrects less of its codes than a product, by the same ratio as its bias.
+        let corrects = if design.params.periphery == Periphery::External { self.bias_class() } else { 1.0 };
+        self.pj(digital, bit, Constant::DatapathBit, corrects * logic * self.value(Constant::DatapathBit));
         if design.params.image_processor {
             self.pj(digital, bit, Constant::ImageProcessorBit, logic * self.value(Constant::ImageProcessorBit));
         }
@@ -373,16 +381,14 @@ impl Build<'_> {
                 let burst = Amount::Event(Event::LinkBurst);
                 self.pj(place, burst, Constant::LinkBurst, class * self.value(Constant::LinkBurst));
                 self.mw(place, Constant::PhyLane, 1.0, class * (lanes + 1.0) * self.value(Constant::PhyLane));
-                // The clock lane is as long in high-speed mode as each data lane.
-                let with_clock = class * (lanes + 1.0) / lanes;
-                let frequency_hz = f64_from_u64(design.link.frequency_hz);
-                for (of, lane_mw) in [
-                    (Constant::HsLane, self.value(Constant::HsLane)),
-                    (Constant::LaneClock, 1e-9 * self.value(Constant::LaneClock) * frequency_hz),
-                ] {
-                    let constant = u64_half_even(1e6 * with_clock * lane_mw);
+                // The clock lane runs all the time; data lanes are in high-speed mode for their bytes and the ways in and out.
+                let clock_mw = 1e-9 * self.value(Constant::LaneClock) * f64_from_u64(design.link.frequency_hz);
+                for (of, lane_mw) in [(Constant::HsLane, self.value(Constant::HsLane)), (Constant::LaneClock, clock_mw)]
+                {
+                    self.mw(place, of, 1.0, class * lane_mw);
                     let (block, rail) = place;
-                    self.items.push(Item { name: of.name(), block, rail, amount: Amount::LaneNanoseconds, constant, of });
+                    let (amount, constant) = (Amount::LaneNanoseconds, u64_half_even(1e6 * class * lane_mw));
+                    self.items.push(Item { name: of.name(), block, rail, amount, constant, of });
                 }
             }
         }

@@ -86,7 +86,10 @@ impl Technology {
     /// A name that is not among `names()`.
     pub fn by_name(name: &str) -> Result<Self, Error> {
         let &(name, node_nm, core_voltage_v) = NODES.iter().find(|(known, ..)| *known == name).ok_or_else(|| {
-            let known = format!("{}, auto, or the name of a file that ends in .toml", Self::names().collect::<Vec<_>>().join(", "));
+            let known = format!(
+                "{}, auto, or the name of a file that ends in .toml",
+                Self::names().collect::<Vec<_>>().join(", ")
+            );
             Error::Unknown { what: "technology", name: name.to_owned(), known }
         })?;
         let base = Self::parse("65nm.toml", BASE, None)?;
@@ -141,7 +144,9 @@ impl Technology {
                     return Err(lines.refuse("extends", &format!("{what}: {way}; use 65nm, which extends nothing")));
                 }
                 Self::load_below(base, read, above).map_err(|error| match error {
-                    Error::Unknown { known, .. } => lines.refuse("extends", &format!("is not known; use one of {known}")),
+                    Error::Unknown { known, .. } => {
+                        lines.refuse("extends", &format!("is not known; use one of {known}"))
+                    }
                     other => other,
                 })?
             }
@@ -169,7 +174,10 @@ impl Technology {
             }
         }
         let node_nm = lines.number("node_nm", 5.0..=1000.0, "5 to 1000, as in 65")?.ok_or_else(|| {
-            lines.refuse("node_nm", "is missing: constants are scaled to a node; use the node of the logic in nm, as in 65")
+            lines.refuse(
+                "node_nm",
+                "is missing: constants are scaled to a node; use the node of the logic in nm, as in 65",
+            )
         })?;
         let voltage = lines.number("core_voltage_v", 0.2..=5.5, "0.2 to 5.5, as in 1.2")?;
         let mut made = match base {
@@ -209,19 +217,15 @@ impl Technology {
     pub fn scaled_to(&self, node_nm: f64) -> Self {
         let ratio = node_nm / self.node_nm;
         let wider = libm::pow(if ratio > 1.0 { ratio } else { 1.0 / ratio }, UNCERTAINTY_EXPONENT);
-        let powers =
-            [Constant::AnalogExponent, Constant::DigitalExponent].map(|exponent| libm::pow(ratio, self.value(exponent)));
+        let powers = [Constant::AnalogExponent, Constant::DigitalExponent]
+            .map(|exponent| libm::pow(ratio, self.value(exponent)));
         let scaled = |value: &Value| {
             let (factor, wider) = match value.scaling {
                 Scaling::None => (1.0, 1.0),
                 Scaling::Analog => (powers[0], wider),
                 Scaling::Digital => (powers[1], wider),
             };
-            Value {
-                value: value.value * factor,
-                uncertainty_factor: value.uncertainty_factor * wider,
-                ..value.clone()
-            }
+            Value { value: value.value * factor, uncertainty_factor: value.uncertainty_factor * wider, ..value.clone() }
         };
         let values = self.values.iter().map(scaled).collect();
         Self { node_nm, core_voltage_v: usual_voltage_v(node_nm), values, ..self.clone() }
@@ -236,7 +240,8 @@ impl Technology {
         let constant = Constant::from_name(name).ok_or_else(|| Error::key(&key, value, unknown_constant(name)))?;
         let place = &mut self.values[constant as usize];
         if unit == "uncertainty_factor" {
-            place.uncertainty_factor = in_range(value, 1.0, 1000.0).map_err(|reason| Error::key(&key, value, reason))?;
+            place.uncertainty_factor =
+                in_range(value, 1.0, 1000.0).map_err(|reason| Error::key(&key, value, reason))?;
             return Ok(());
         }
         if unit != constant.unit().key() {
@@ -371,11 +376,15 @@ impl<'a> Lines<'a> {
         let number = |key: &str, least: f64, most: f64| {
             let Some(value) = table.get(key) else { return Ok(None) };
             let valid = as_number(value).ok_or_else(|| format!("must be a number; use {least} to {most:e}"));
-            valid.and_then(|value| in_range(value, least, most)).map(Some).map_err(|reason| self.refuse(&format!("{path}.{key}"), &reason))
+            valid
+                .and_then(|value| in_range(value, least, most))
+                .map(Some)
+                .map_err(|reason| self.refuse(&format!("{path}.{key}"), &reason))
         };
         let value = number(unit, 0.0, CONSTANT_MAX)?.or(below.as_ref().map(|below| below.value));
         let value = value.ok_or_else(|| self.refuse(&path, &format!("has no value; use {unit} = 1.0")))?;
-        let factor = number("uncertainty_factor", 1.0, 1000.0)?.or(below.as_ref().map(|below| below.uncertainty_factor));
+        let factor =
+            number("uncertainty_factor", 1.0, 1000.0)?.or(below.as_ref().map(|below| below.uncertainty_factor));
         let scaling = match table.get("scaling").map(|value| value.as_str()) {
             None => below.as_ref().map_or(Scaling::None, |below| below.scaling),
             Some(Some("none")) => Scaling::None,
@@ -410,7 +419,3 @@ fn record(table: &DeTable<'_>, prefix: &str, line_at: &dyn Fn(usize) -> usize, l
         }
     }
 }
-
-#[cfg(test)]
-#[path = "technology_tests.rs"]
-mod tests;

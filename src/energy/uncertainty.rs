@@ -72,7 +72,8 @@ impl Drawn {
     /// The likely range of a sum; `values` has one entry an item.
     pub fn range_of(&self, values: &[f64]) -> Range {
         let sum = |factors: &Vec<f64>| factors.iter().zip(values).map(|(factor, value)| factor * value).sum::<f64>();
-        let mut sums: Vec<f64> = self.factors.iter().zip(&self.model).map(|(factors, model)| model * sum(factors)).collect();
+        let mut sums: Vec<f64> =
+            self.factors.iter().zip(&self.model).map(|(factors, model)| model * sum(factors)).collect();
         sums.sort_by(f64::total_cmp);
         let tail = index(DRAWS / 40);
         Range { low: sums[tail - 1], high: sums[sums.len() - tail] }

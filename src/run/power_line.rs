@@ -75,7 +75,11 @@ impl SensorSetup {
             // Attojoules a microsecond are 1e-9 mW.
             let line_mw = |share_us: f64, whole_us: f64| {
                 let energy_aj = f64_from_u128(part.energy_aj) / lines;
-                if whole_us > 0.0 { 1e-9 * energy_aj * share_us / whole_us / length_us } else { 1e-9 * energy_aj / line_us }
+                if whole_us > 0.0 {
+                    1e-9 * energy_aj * share_us / whole_us / length_us
+                } else {
+                    1e-9 * energy_aj / line_us
+                }
             };
             let bias_mw = 1e-6 * f64_from_u64(part.item.constant);
             match (when(&part.item, idle_bias), part.item.amount) {

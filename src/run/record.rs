@@ -10,8 +10,8 @@ use crate::facts::{Fact, ScenarioFacts};
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Camera;
 use crate::pose::TimedPose;
-use crate::report::figures::bring_to_metres;
 use crate::report::energy_record::EnergyRecord;
+use crate::report::figures::bring_to_metres;
 use crate::report::record::{
     Bandwidth, FactRecord, FrameRecord, Hashes, LinkRecord, Measured, OmittedEffect, PlanRecord, Scenario, StageCost,
     TileRecord, Timing, TrackingEvent,

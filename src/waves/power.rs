@@ -1,5 +1,5 @@
-//! Power of the sensor's blocks over the lines that are shown, in mW: means over spans of the line, from the energy model with every pixel at
-//! 0.4 of the greatest code.
+//! Power of the sensor's blocks over the lines that are shown, in mW: means over spans of the line, from the energy model with every pixel
+//! at 0.4 of the greatest code.
 
 use super::signals::{Kind, Recorder, SignalId, Value};
 use crate::num::u64_half_even;
@@ -20,7 +20,8 @@ pub struct PowerSignals {
 impl PowerSignals {
     /// Adds a real signal a block, and their sum. Before the first line that is shown they stand at 0.
     pub fn add(recorder: &mut Recorder, line: LinePower) -> Self {
-        let names = line.spans.first().map_or_else(Vec::new, |span| span.blocks_mw.iter().map(|(name, _)| name).collect());
+        let names =
+            line.spans.first().map_or_else(Vec::new, |span| span.blocks_mw.iter().map(|(name, _)| name).collect());
         let mut add = |name: &str| recorder.add("power", &format!("{name}_mw"), Kind::Real, Value::Real(0.0));
         let blocks = names.into_iter().map(&mut add).collect();
         let total = add("total");

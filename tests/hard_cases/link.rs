@@ -2,10 +2,10 @@
 
 use sensel::config::Resolved;
 use sensel::energy::{Amount, EnergyAccount, Technology};
-use sensel::run::SensorSetup;
 use sensel::events::{Event, Events};
 use sensel::link::{HeaderCheck, check_header, crc16, ecc};
 use sensel::num::{low_u8, low_u32};
+use sensel::run::SensorSetup;
 
 use crate::double_double::{dd, whole};
 use crate::table::{Chance, Stage};

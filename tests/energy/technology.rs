@@ -1,6 +1,7 @@
 //! Technology files as users write them, right and wrong.
 
-use super::*;
+use sensel::energy::{Constant, Scaling, Technology};
+use sensel::error::Error;
 
 /// Files by name.
 fn load(files: &[(&str, &str)]) -> Result<Technology, Error> {
@@ -55,15 +56,30 @@ fn a_file_of_the_user_s_own_changes_what_it_names_and_scales_the_rest() {
 #[test]
 fn a_broken_file_is_refused_with_file_line_key_value_and_a_valid_value() {
     for (text, parts) in [
-        ("node_nm = 40\n[constant.link_byte]\npj = -3.0\n", ["my.toml:3", "constant.link_byte.pj", "-3", "use 0 to 1e9"]),
-        ("node_nm = 40\n[constant.link_byte]\nfurlong = 3\n", ["my.toml:3", "link_byte.furlong", "unknown unit", "use pj"]),
+        (
+            "node_nm = 40\n[constant.link_byte]\npj = -3.0\n",
+            ["my.toml:3", "constant.link_byte.pj", "-3", "use 0 to 1e9"],
+        ),
+        (
+            "node_nm = 40\n[constant.link_byte]\nfurlong = 3\n",
+            ["my.toml:3", "link_byte.furlong", "unknown unit", "use pj"],
+        ),
         ("node_nm = 40\n[constant.link_byte]\nmw = 3\n", ["my.toml:3", "link_byte.mw", "given in pj", "use pj"]),
         ("name = \"x\"\n[constant.link_byte]\npj = 3\n", ["my.toml", "node_nm", "is missing", "as in 65"]),
         ("node_nm = 0\n", ["my.toml:1", "node_nm", "0", "use 5 to 1000"]),
-        ("node_nm = 40\n\n[constant.link_bite]\npj = 3\n", ["my.toml:3", "constant.link_bite", "unknown constant", "link_byte"]),
+        (
+            "node_nm = 40\n\n[constant.link_bite]\npj = 3\n",
+            ["my.toml:3", "constant.link_bite", "unknown constant", "link_byte"],
+        ),
         ("node_nm = 40\nextends = \"7nm\"\n", ["my.toml:2", "extends", "7nm", "use one of 180nm"]),
-        ("node_nm = 40\n[constant.pll]\nmw = 1.0\nscaling = \"cube\"\n", ["my.toml:4", "pll.scaling", "cube", "use none"]),
-        ("node_nm = 40\n[constant.pll]\nuncertainty_factor = 0.5\n", ["my.toml:3", "pll.uncertainty_factor", "0.5", "use 1 to"]),
+        (
+            "node_nm = 40\n[constant.pll]\nmw = 1.0\nscaling = \"cube\"\n",
+            ["my.toml:4", "pll.scaling", "cube", "use none"],
+        ),
+        (
+            "node_nm = 40\n[constant.pll]\nuncertainty_factor = 0.5\n",
+            ["my.toml:3", "pll.uncertainty_factor", "0.5", "use 1 to"],
+        ),
         ("node_nm = nan\n", ["my.toml:1", "node_nm", "nan", "use 5 to 1000"]),
         ("node_nm = 40\ncolour = 1\n", ["my.toml:2", "colour", "unknown key", "use name"]),
         ("node_nm = = 1\n", ["my.toml", "line 1", "", ""]),
@@ -78,10 +94,8 @@ fn a_broken_file_is_refused_with_file_line_key_value_and_a_valid_value() {
 
 #[test]
 fn files_that_extend_one_another_in_a_circle_are_refused() {
-    let files = [
-        ("a.toml", "node_nm = 65\nextends = \"b.toml\"\n"),
-        ("b.toml", "node_nm = 40\nextends = \"a.toml\"\n"),
-    ];
+    let files =
+        [("a.toml", "node_nm = 65\nextends = \"b.toml\"\n"), ("b.toml", "node_nm = 40\nextends = \"a.toml\"\n")];
     let message = load(&files).unwrap_err().to_string();
     assert!(message.contains("b.toml:2") && message.contains("a.toml -> b.toml -> a.toml"), "{message}");
 }
