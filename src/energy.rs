@@ -1,5 +1,5 @@
 //! What a sensor's work costs: counted events and bias over time, times the constants of a technology; energy by block and by rail with its
-//! likely range, over time within a line, and the host's beside it. Inside, energies are integer attojoules, so sums are exact in any order.
+//! likely range, and the host's beside it. Inside, energies are integer attojoules, so sums are exact in any order.
 
 mod account;
 pub mod constant;

@@ -48,6 +48,8 @@ pub struct Chip {
 pub const CHIPS: &[Chip] = &[
     Chip { file: "mt9m001", name: "MT9M001", vendor: "Aptina", published_mw: 363.0, evidence: Evidence::Memory },
     Chip { file: "mt9m111", name: "MT9M111", vendor: "Aptina", published_mw: 170.0, evidence: Evidence::Memory },
+    Chip { file: "mt9d131", name: "MT9D131", vendor: "Aptina", published_mw: 348.0, evidence: Evidence::Datasheet },
+    Chip { file: "mt9m114", name: "MT9M114", vendor: "Aptina", published_mw: 135.0, evidence: Evidence::Datasheet },
     Chip { file: "mt9p031", name: "MT9P031", vendor: "Aptina", published_mw: 381.0, evidence: Evidence::Datasheet },
     Chip { file: "mt9m002", name: "MT9M002", vendor: "Aptina", published_mw: 345.3, evidence: Evidence::Datasheet },
     Chip { file: "mt9v024", name: "MT9V024", vendor: "Aptina", published_mw: 160.0, evidence: Evidence::Bound },

@@ -29,8 +29,8 @@ const MICROCONTROLLER: HostParams = HostParams {
     idle_mw: 10.0,
 };
 
-/// A small computer of the class of Raspberry Pi 4: some 4 W beside 2.5 W at rest (memory), 100 ms a frame of such a chain, of which the back
-/// end takes 94 (second hand).
+/// A small computer of the class of Raspberry Pi 4: some 4 W beside 2.5 W at rest (memory), 100 ms a frame of such a chain, of which the
+/// back end takes 94 (second hand).
 const SINGLE_BOARD_COMPUTER: HostParams = HostParams {
     receive_pj_per_byte: 300.0,
     extract_pj_per_pixel: 80_000.0,

@@ -54,9 +54,11 @@ pub(super) fn strip(line: &LinePower) -> String {
         .expect(TEXT);
     }
     format!(
-        "<figure class=\"power-strip\"><svg viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"Power over one line, by block\">{drawn}\
-         <line x1=\"0\" x2=\"{WIDTH}\" y1=\"{mean_y:.2}\" y2=\"{mean_y:.2}\" stroke=\"currentColor\" stroke-dasharray=\"6 4\"/>{legend}</svg>\
-         <figcaption>Power of one sensor over the line, by block: peak {} mW, {} times the mean of a frame ({} mW, dashed).</figcaption></figure>",
+        "<figure class=\"power-strip\"><svg viewBox=\"0 0 {WIDTH} {}\" role=\"img\"><title>Power over one line, by block</title>{drawn}\
+         <line x1=\"0\" x2=\"{WIDTH}\" y1=\"{mean_y:.2}\" y2=\"{mean_y:.2}\" stroke=\"currentColor\" stroke-dasharray=\"6 4\"/>\
+         {legend}</svg>\
+         <figcaption>Power of one sensor over the line, by block: peak {} mW, {} times the mean of a frame ({} mW, dashed).\
+         </figcaption></figure>",
         HEIGHT + 30.0,
         digits(line.peak_mw),
         digits(line.peak_over_mean),
