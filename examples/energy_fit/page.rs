@@ -170,7 +170,7 @@ fn link(root: &Path) -> String {
         if bits == 2 {
             writeln!(
                 table,
-                "| 500 features | packets of their own | | {:.1} | {:.2} | {:.2} |",
+                "| 500 features | feature packets | | {:.1} | {:.2} | {:.2} |",
                 1e-6 * split.feature_bits_per_s,
                 split.feature_mw,
                 split.floor_mw

@@ -65,7 +65,9 @@ impl SensorSetup {
             events.add(Event::ChargeTransfer, others * self.parameters.pixel.pixel_type.transfers());
         }
         if self.link.mode.sends_features() {
-            let code = u16::try_from(low_u32(signal)).unwrap_or(u16::MAX);
+            // The extractor sees merged codes, which may have another depth than the converter's.
+            let greatest = f64::from((1_u32 << self.bits()) - 1);
+            let code = u16::try_from(low_u32(u64_half_even(level * greatest))).unwrap_or(u16::MAX);
             let mut extractor = Extractor::new(&self.extractor);
             let plane = Plane::filled(self.size, code);
             events.merge(&super::session::extract_one(self, &mut extractor, &plane)?.1);
