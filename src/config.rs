@@ -3,6 +3,7 @@
 
 pub mod check;
 mod compute;
+mod energy;
 pub mod idle;
 mod images;
 pub mod inherited;
@@ -48,6 +49,8 @@ pub struct Resolved {
     pub tree: Tree,
     /// Defaults and presets alone, below what the user wrote.
     below: Tree,
+    /// Technology files that were read.
+    technology_files: energy::TechnologyFiles,
 }
 
 impl Resolved {
@@ -75,7 +78,7 @@ impl Resolved {
         let below = chosen.clone();
         chosen.merge_exclusive(user, EXCLUSIVE);
         let scenario = typed(&chosen)?;
-        Ok(Self { scenario, tree: chosen, below })
+        Ok(Self { scenario, tree: chosen, below, technology_files: energy::TechnologyFiles::new() })
     }
 
     /// The same with further assignments over all layers. They may not name another preset.
@@ -89,7 +92,8 @@ impl Resolved {
         }
         let mut tree = self.tree.clone();
         tree.merge_exclusive(assigned, EXCLUSIVE);
-        Ok(Self { scenario: typed(&tree)?, tree, below: self.below.clone() })
+        let technology_files = self.technology_files.clone();
+        Ok(Self { scenario: typed(&tree)?, tree, below: self.below.clone(), technology_files })
     }
 
     /// Whether the user gave a key another value than defaults and presets do.

@@ -1,11 +1,19 @@
-//! Counted events times a technology's constants. Enters: events, run time and a technology. Leaves: energy by block,
-//! its likely range, and which constants decided it. Inside, energies are integer attojoules, so sums are exact in any
-//! order.
+//! What a sensor's work costs: counted events and bias over time, times the constants of a technology; energy by block and by rail with its
+//! likely range, and the host's beside it. Inside, energies are integer attojoules, so sums are exact in any order.
 
 mod account;
+pub mod constant;
+mod converter;
+mod host;
+mod model;
+mod params;
 mod technology;
 mod uncertainty;
 
-pub use account::{Contribution, EnergyAccount, RunLength};
-pub use technology::{EventEnergy, StaticPower, Technology};
-pub use uncertainty::Range;
+pub use account::{Contribution, EnergyAccount};
+pub use constant::Constant;
+pub use host::{HostEnergy, HostParams};
+pub use model::{Amount, Design, Item, Rail, SensorPower};
+pub use params::{Architecture, EnergyParams, Periphery, Port};
+pub use technology::{Scaling, Technology, Value};
+pub use uncertainty::{DISCREPANCY, Range};

@@ -11,13 +11,15 @@ pub enum Block {
     Readout,
     /// The feature extractor and its line buffers.
     Compute,
-    /// CSI-2 packetiser and D-PHY.
+    /// CSI-2 packetiser and D-PHY, or another port.
     Link,
+    /// What serves all: phase-locked loop, references, charge pumps, regulators, clock tree, sequencer; standby.
+    Periphery,
 }
 
 impl Block {
     /// All blocks in the data's order.
-    pub const ALL: [Self; 5] = [Self::Pixel, Self::Adc, Self::Readout, Self::Compute, Self::Link];
+    pub const ALL: [Self; 6] = [Self::Pixel, Self::Adc, Self::Readout, Self::Compute, Self::Link, Self::Periphery];
 
     /// The one name of this block in reports and technology files.
     pub fn name(self) -> &'static str {
@@ -27,6 +29,7 @@ impl Block {
             Self::Readout => "readout",
             Self::Compute => "compute",
             Self::Link => "link",
+            Self::Periphery => "periphery",
         }
     }
 }

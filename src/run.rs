@@ -3,6 +3,7 @@
 
 pub mod assets;
 mod checked;
+mod estimate;
 pub mod expose;
 mod exposed;
 mod extractor;
@@ -15,6 +16,7 @@ mod light;
 mod motion;
 mod on_link;
 pub mod probe;
+mod power_line;
 mod record;
 mod row_check;
 mod rows;
@@ -29,6 +31,7 @@ mod warnings;
 pub mod world;
 
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
+pub use estimate::{ESTIMATED_LEVEL, LinkSplit};
 pub use felt::noise_of;
 pub use host::{Host, HostFrame};
 pub use on_link::LinkTimes;

@@ -9,6 +9,7 @@ mod clocks;
 mod frame;
 mod lanes;
 mod lines;
+mod power;
 mod rows;
 mod selection;
 mod signals;
@@ -28,6 +29,7 @@ use clocks::{Frequency, instant_ps};
 use frame::FrameSignals;
 use lanes::{LaneSignals, Lanes, LinkSignals};
 use lines::{RowLine, pix_clk, row_line};
+use power::PowerSignals;
 use rows::{CoreSignals, LineClocks, PulseTimes, core_config, run_rows, tail_clk};
 use rtl_models::sensor_core::CoreConfig;
 use signals::Recorder;
@@ -114,7 +116,7 @@ impl<'a> WavePlan<'a> {
     pub fn waves(&self, columns: &Columns<'_>, rows: &[WaveRow]) -> Result<Waves, Error> {
         assert!(rows.len() == self.selection.rows.len(), "every chosen row has its samples");
         let mut recorder = Recorder::default();
-        let signals = Signals::add(&mut recorder, self);
+        let signals = Signals::add(&mut recorder, self)?;
         signals.frame.show(&mut recorder, self);
         let mut rest = rows;
         let mut end_ps = 0;
@@ -154,6 +156,7 @@ impl<'a> WavePlan<'a> {
         let mut lanes_end_ps = None;
         for ((line, row), latch) in group.lines.iter().zip(rows).zip(&latched) {
             signals.frame.line_shown(recorder, self, line);
+            signals.power.show(recorder, &|ns| self.at_ps(line.start_clk, Frequency::hz(power::CLOCK_HZ), 2 * ns));
             let mut codes = vec![0; row.samples.signal_uv.len()];
             columns.convert_row(&row.samples.signal_uv, &row.samples.reset_uv, &mut codes);
             for (&column, &code) in self.selection.columns.iter().zip(&latch.codes) {
@@ -226,16 +229,18 @@ struct Signals {
     core: CoreSignals,
     lanes: Option<LaneSignals>,
     link: Option<LinkSignals>,
+    power: PowerSignals,
 }
 
 impl Signals {
-    fn add(recorder: &mut Recorder, plan: &WavePlan<'_>) -> Self {
+    fn add(recorder: &mut Recorder, plan: &WavePlan<'_>) -> Result<Self, Error> {
         let (adc, link) = (&plan.sensor.parameters.adc, &plan.sensor.link);
-        Self {
+        Ok(Self {
             frame: FrameSignals::add(recorder, plan),
             core: CoreSignals::add(recorder, adc, &plan.selection.columns),
             lanes: plan.lanes.as_ref().map(|lanes| LaneSignals::add(recorder, lanes)),
             link: link.mode.sends_codes().then(|| LinkSignals::add(recorder, link)),
-        }
+            power: PowerSignals::add(recorder, plan.sensor.line_power()?),
+        })
     }
 }

@@ -132,7 +132,17 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("link.bit_error_rate", "0.5", "0 to 0.01"),
     ("link.bit_error_rate", "nan", "0 to 0.01"),
     ("tracker.window", "1", "2 to 50"),
-    ("energy.technology", "3nm", "65nm, 28nm"),
+    ("energy.technology", "3nm", "28nm, 22nm"),
+    ("energy.adc", "flash", "single_slope, sar"),
+    ("energy.port", "usb", "dphy, lvds"),
+    ("energy.periphery", "none", "full, low_power"),
+    ("energy.idle_bias", "2.0", "0 to 1"),
+    ("energy.digital_v", "9.0", "0.2 to 5.5"),
+    ("energy.port_lanes", "0", "1 to 128"),
+    ("energy.sleep_period_ms", "0.0", "0.001 to"),
+    ("energy.constant.link_byte.pj", "-1.0", "0 to"),
+    ("energy.constant.link_byte.furlong", "1.0", "use pj"),
+    ("host.model", "phone", "microcontroller"),
 ];
 
 #[test]
@@ -292,7 +302,8 @@ fn listings_are_json_on_stdout() {
     }
     let schema = sensel(&["schema"]).json();
     let sections = schema["properties"].as_object().unwrap();
-    for section in ["seed", "scene", "motion", "run", "rig", "optics", "sensor", "compute", "link", "tracker", "energy"]
+    for section in
+        ["seed", "scene", "motion", "run", "rig", "optics", "sensor", "compute", "link", "tracker", "energy", "host"]
     {
         assert!(sections.contains_key(section), "{section}");
     }

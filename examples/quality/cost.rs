@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use sensel::compute::{Extractor, ExtractorParams, Rank, extract};
-use sensel::energy::Technology;
-use sensel::events::{Event, Events};
+use sensel::energy::{Constant, Technology};
+use sensel::events::{Block, Event, Events};
 use sensel::num::{f64_from_u64, f64_from_usize, index};
 use sensel::plane::Plane;
 use sensel::units::Size;
@@ -42,8 +42,13 @@ pub fn of(setting: &Setting) -> Option<Cost> {
     let mut events = Events::default();
     let features = extract(&frame, 10, &at_rest, &mut events).expect("VGA is large enough").len();
     let technology = Technology::by_name("65nm").expect("it comes with the program");
-    let energy = |event: &Event| f64_from_u64(events.count(*event)) * technology.event(*event).energy_pj;
-    let energy_nj = 1e-3 * Event::ALL.iter().map(energy).sum::<f64>();
+    // The extractor's events bear the names of their constants.
+    let energy = |event: &Event| {
+        let constant = Constant::from_name(event.name()).expect("every event of the extractor has a constant");
+        f64_from_u64(events.count(*event)) * technology.value(constant)
+    };
+    let counted = Event::ALL.iter().filter(|event| event.block() == Block::Compute);
+    let energy_nj = 1e-3 * counted.map(energy).sum::<f64>();
     Some(Cost { name: setting.name, memory_bits: memory_bits(params), energy_nj, features })
 }
 

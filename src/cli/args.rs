@@ -61,7 +61,7 @@ pub enum Verb {
     /// Says line and frame times, exposure limits, latency and link use of a sensor, and where a line's time goes.
     Timing(TimingArguments),
     /// Says energy and bandwidth by block, raw pictures against features.
-    Power(RunArguments),
+    Power(PowerArguments),
     /// Runs the extractor alone on a picture.
     Features(FeaturesArguments),
     /// Runs the tracker alone on an EuRoC or TUM folder.
@@ -98,6 +98,17 @@ pub struct RunArguments {
     /// tum, map.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub keep: Vec<String>,
+}
+
+/// What power is counted from.
+#[derive(Args, Debug, Default)]
+pub struct PowerArguments {
+    /// What is run.
+    #[command(flatten)]
+    pub run: RunArguments,
+    /// Simulates nothing: every pixel stands at 0.4 of the greatest code. Bias, clocks and raw traffic are those of a run.
+    #[arg(long)]
+    pub estimate: bool,
 }
 
 /// What a run also writes.

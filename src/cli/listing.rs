@@ -110,8 +110,8 @@ pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error>
 }
 
 /// Sections of a scenario.
-const SECTIONS: [&str; 10] =
-    ["scene", "motion", "run", "rig", "optics", "sensor", "compute", "link", "tracker", "energy"];
+const SECTIONS: [&str; 11] =
+    ["scene", "motion", "run", "rig", "optics", "sensor", "compute", "link", "tracker", "energy", "host"];
 
 /// Prints one JSON value, indented.
 pub fn print_json(value: &serde_json::Value) {

@@ -6,7 +6,9 @@ use sensel::config::Resolved;
 use sensel::config::presets::{self, Kind};
 use sensel::error::Error;
 use sensel::files::folder::{OutputFolder, check_file, replace_file};
+use sensel::files::input::InputFolders;
 use sensel::files::open::{is_input, is_there};
+use sensel::scene::images::PictureBytes as _;
 
 use super::args::Shared;
 use super::words;
@@ -45,9 +47,16 @@ pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Resul
         }
         (Err(error), Some(_)) => return Err(error),
     };
-    let resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments(shared, more))?;
+    let mut resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments(shared, more))?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    read_technology(&mut resolved, &folder)?;
     Ok(Located { name: name_of(&file), folder, resolved })
+}
+
+/// Reads the technology file that a scenario names, from the scenario's folder.
+fn read_technology(resolved: &mut Resolved, folder: &Path) -> Result<(), Error> {
+    let folders = InputFolders::new(vec![folder.to_path_buf()]);
+    resolved.read_technology(&|name| folders.read(name))
 }
 
 /// As `locate`, where a sensor alone will do: a sensor preset's name stands for a scenario that has only this sensor, unless a
@@ -65,7 +74,8 @@ pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, E
         });
     };
     let text = format!("[sensor]\npreset = \"{name}\"\n");
-    let resolved = Resolved::from_layers("command line", &text, &assignments(shared, &[]))?;
+    let mut resolved = Resolved::from_layers("command line", &text, &assignments(shared, &[]))?;
+    read_technology(&mut resolved, Path::new(""))?;
     Ok(Located { name: name.to_owned(), folder: PathBuf::new(), resolved })
 }
 

@@ -1,17 +1,66 @@
-//! `sensel power`: energy and bandwidth by block, counted over some frames of the scenario.
+//! `sensel power`: energy and bandwidth by block and by rail, counted over some frames of the scenario, or estimated without one.
 
+use sensel::energy::{HostEnergy, HostParams, Rail};
 use sensel::error::Error;
-use sensel::run::{NoClock, Session};
-use serde_json::json;
+use sensel::num::f64_from_u64;
+use sensel::report::energy_record::EnergyRecord;
+use sensel::run::{ESTIMATED_LEVEL, LinkSplit, NoClock, SensorSetup, Session};
+use serde_json::{Value, json};
 
-use super::args::{RunArguments, Shared};
+use super::args::{PowerArguments, RunArguments, Shared};
 use super::{listing, progress, run, words};
 
 /// Frames that are counted unless the user says otherwise: features change slowly from frame to frame.
 const FRAMES: u32 = 10;
 
+/// What is printed.
+struct Figures {
+    name: String,
+    how: String,
+    energy: EnergyRecord,
+    /// From frame to frame.
+    period_s: f64,
+    cameras: u32,
+    split: LinkSplit,
+    host: Option<[HostEnergy; 2]>,
+    /// Fields of a run's report beside those.
+    more: Value,
+}
+
 /// `sensel power`.
-pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
+pub fn main(arguments: &PowerArguments, shared: &Shared) -> Result<(), Error> {
+    let figures = if arguments.estimate { estimate(&arguments.run, shared)? } else { count(&arguments.run, shared)? };
+    if shared.json {
+        listing::print_json(&as_json(&figures));
+    } else {
+        print(&figures);
+    }
+    Ok(())
+}
+
+/// From a sensor alone.
+fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
+    let located = run::located(arguments, shared)?;
+    let sensor = SensorSetup::new(&located.resolved)?;
+    let resolve = |error: Error| located.resolved.tree.locate(error);
+    let account = sensor.estimated_energy(ESTIMATED_LEVEL).map_err(resolve)?;
+    let features = sensor.extractor.features_expected(sensor.size);
+    let host = located.resolved.scenario.host_params()?;
+    let figures = Figures {
+        name: located.name,
+        how: format!("estimated with every pixel at {ESTIMATED_LEVEL} of the greatest code, one camera"),
+        energy: EnergyRecord { line: Some(sensor.line_power().map_err(resolve)?), ..(&account).into() },
+        period_s: account.run_time_s(),
+        cameras: 1,
+        split: sensor.link_split(features)?,
+        host: host.map(|host| sensor.host_split(&host, features)).transpose()?,
+        more: json!({"fps": sensor.schedule.fps(), "estimated": true}),
+    };
+    Ok(figures)
+}
+
+/// From frames of the scenario.
+fn count(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
     let arguments = RunArguments {
         scenario: arguments.scenario.clone(),
         frames: Some(arguments.frames.unwrap_or(FRAMES)),
@@ -22,6 +71,7 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     let located = run::located(&arguments, shared)?;
     let name = located.name.clone();
     let setup = run::prepare(located, shared)?;
+    let host: Option<HostParams> = setup.resolved.scenario.host_params()?;
     let frames = setup.frames;
     let mut session = Session::new(setup)?;
     let warned = words::warn(&session.warnings());
@@ -33,41 +83,108 @@ pub fn main(arguments: &RunArguments, shared: &Shared) -> Result<(), Error> {
     bar.finish();
     let report = session.report(&name)?;
     words::warn(&report.warnings[warned..]);
-    if shared.json {
-        let json = json!({"energy": report.energy, "bandwidth": report.bandwidth, "fps": report.timing.fps, "frames": frames,
-                   "warnings": report.warnings});
-        listing::print_json(&json);
-        return Ok(());
+    let sensor = &session.setup().sensor;
+    let features = session.mean_features();
+    Ok(Figures {
+        how: format!("over {frames} frames; {}", words::reduction(&report)),
+        period_s: session.energy().run_time_s() / f64::from(frames),
+        cameras: sensel::num::u32_from(session.setup().cameras.len()),
+        split: sensor.link_split(features)?,
+        host: host.map(|host| sensor.host_split(&host, features)).transpose()?,
+        more: json!({"bandwidth": report.bandwidth, "fps": report.timing.fps, "frames": frames, "warnings": report.warnings}),
+        energy: report.energy,
+        name,
+    })
+}
+
+fn as_json(figures: &Figures) -> Value {
+    let split = &figures.split;
+    let host = figures.host.map(|host| {
+        let of = |host: &HostEnergy| {
+            json!({"receive_uj": host.receive_uj, "extract_uj": host.extract_uj, "track_uj": host.track_uj,
+                   "idle_uj": host.idle_uj, "total_uj": host.total_uj()})
+        };
+        json!({"of_pictures": of(&host[0]), "of_features": of(&host[1])})
+    });
+    let mut json = json!({
+        "energy": figures.energy,
+        "link": {
+            "raw_mbit_per_s": 1e-6 * split.raw_bits_per_s, "net_mbit_per_s": 1e-6 * split.net_bits_per_s,
+            "feature_mbit_per_s": 1e-6 * split.feature_bits_per_s, "raw_mw": split.raw_mw,
+            "feature_mw": split.feature_mw, "floor_mw": split.floor_mw,
+        },
+        "period_ms": 1e3 * figures.period_s,
+    });
+    let fields = json.as_object_mut().expect("just made");
+    if let Some(host) = host {
+        fields.insert("host".to_owned(), host);
     }
-    let energy = &report.energy;
-    outln!("{} over {frames} frames, technology {}", name, energy.technology);
-    outln!("  {:<10} {:>14} {:>12} {:>24}", "block", "nJ a frame", "mW", "likely nJ a frame");
+    fields.extend(figures.more.as_object().expect("just made").clone());
+    json
+}
+
+fn print(figures: &Figures) {
+    let energy = &figures.energy;
+    // A picojoule a second is 1e-9 mW.
+    let mw = |pj: f64| pj * 1e-9 / figures.period_s;
+    outln!("{}, technology {}, {}", figures.name, energy.technology, figures.how);
+    outln!("  {:<10} {:>14} {:>12} {:>24}", "block", "nJ a frame", "mW", "likely mW");
     for (block, &pj) in energy.blocks.iter() {
         let range = energy.blocks_interval.get(block).copied().unwrap_or_default();
-        outln!(
-            "  {block:<10} {:>14.2} {:>12.3} {:>11.2} .. {:>9.2}",
-            pj * 1e-3,
-            pj * 1e-9 * report.timing.fps,
-            range.low_pj * 1e-3,
-            range.high_pj * 1e-3
-        );
+        let (low, high) = (mw(range.low_pj), mw(range.high_pj));
+        outln!("  {block:<10} {:>14.2} {:>12.3} {low:>11.3} .. {high:>9.3}", pj * 1e-3, mw(pj));
     }
-    outln!("  total      {:.3} mW, {:.1} pJ a pixel", energy.power_mw, energy.pj_per_pixel);
-    let bandwidth = &report.bandwidth;
-    outln!(
-        "  raw        {:.3} Mbit a frame, {:.3} Mbit/s on the link",
-        bandwidth.raw_bits_per_frame * 1e-6,
-        bandwidth.link_bits_per_s * 1e-6
-    );
-    outln!("  features   {:.3} Mbit a frame, {}", bandwidth.feature_bits_per_frame * 1e-6, words::reduction(&report));
+    outln!("  {:<10} {:>14} {:>12}", "rail", "nJ a frame", "mW");
+    for (rail, &pj) in energy.rails.iter() {
+        outln!("  {rail:<10} {:>14.2} {:>12.3}", pj * 1e-3, mw(pj));
+    }
+    let total = energy.total_pj_per_frame;
+    let (low, high) = (mw(energy.total_interval.low_pj), mw(energy.total_interval.high_pj));
+    outln!("  {:<10} {:>14.2} {:>12.3} {low:>11.3} .. {high:>9.3}", "total", total * 1e-3, energy.power_mw);
+    outln!("  {:.3} mW flow whatever happens; {:.1} pJ a pixel", energy.static_power_mw, energy.pj_per_pixel);
+    if let Some(line) = &energy.line {
+        let (peak, ratio) = (line.peak_mw, line.peak_over_mean);
+        outln!("  within a line power peaks at {peak:.3} mW, {ratio:.2} times the mean of a frame (one camera)");
+    }
+    let split = &figures.split;
+    outln!("link of one camera, by what is sent ({:.3} mW flow with nothing to send)", split.floor_mw);
+    let rows = [
+        (
+            "raw",
+            split.raw_bits_per_s,
+            split.raw_mw,
+            format!("of these {:.3} Mbit/s are codes", 1e-6 * split.net_bits_per_s),
+        ),
+        ("features", split.feature_bits_per_s, split.feature_mw, compute_words(figures)),
+    ];
+    for (what, bits_per_s, link_mw, note) in rows {
+        outln!("  {what:<10} {:>14.3} Mbit/s {link_mw:>8.3} mW  {note}", 1e-6 * bits_per_s);
+    }
+    if let Some([pictures, features]) = &figures.host {
+        outln!("host of one camera, uJ a frame");
+        for (what, host) in [("pictures", pictures), ("features", features)] {
+            let HostEnergy { receive_uj, extract_uj, track_uj, idle_uj } = host;
+            outln!(
+                "  {what:<10} {:>14.1}  receiving {receive_uj:.1}, extracting {extract_uj:.1}, tracking {track_uj:.1}, idle {idle_uj:.1}",
+                host.total_uj()
+            );
+        }
+    }
     outln!("decided by");
     for decider in energy.deciders.iter().take(5) {
         outln!(
-            "  {:<24} {:>5.1} % of the energy, {:>5.1} % of its uncertainty",
+            "  {:<24} {:>5.1} % of the energy, {:>5.1} % of its constants' uncertainty",
             decider.name,
             100.0 * decider.energy_share,
             100.0 * decider.variance_share
         );
     }
-    Ok(())
+    debug_assert_eq!(energy.rails.iter().count(), Rail::ALL.len());
+}
+
+/// What features cost before they are sent.
+fn compute_words(figures: &Figures) -> String {
+    let pj = figures.energy.blocks.get("compute").copied().unwrap_or_default() / f64_from_u64(figures.cameras.into());
+    let mw = pj * 1e-9 / figures.period_s;
+    if mw > 0.0 { format!("besides {mw:.3} mW of the extractor") } else { "without an extractor here".to_owned() }
 }

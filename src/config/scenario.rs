@@ -46,8 +46,10 @@ sections! {
         link: Link,
         /// The host's tracker.
         tracker: Tracker,
-        /// Constants of energy.
+        /// Power of the sensor.
         energy: Energy,
+        /// The host's energy.
+        host: Host,
     }
     /// How the run is carried out.
     Run {
@@ -157,10 +159,51 @@ sections! {
         /// readings).
         imu: String,
     }
-    /// Constants of energy.
+    /// Power of the sensor: what timing and noise do not know already.
     Energy {
-        /// Name of a technology.
+        /// A node from "180nm" to "22nm"; "auto": by `digital_v` or `year`; or a file of constants ("my.toml") beside the scenario.
         technology: String,
+        /// Year of the design, 1990 to 2100; with technology = "auto" it chooses a node where `digital_v` is not given.
+        year: Option<u32>,
+        /// Supply of the logic in V, 0.2 to 5.5; not written: the core voltage of the node. Above that a linear regulator is on the chip.
+        digital_v: Option<f64>,
+        /// Supply of the port in V, 0.2 to 5.5.
+        io_v: f64,
+        /// Architecture of the converters, for energy alone: "single_slope", "sar", "cyclic", "sigma_delta", "in_pixel", "multi_column".
+        adc: String,
+        /// What carries the bits out, for energy alone: "dphy", "lvds", "parallel", "none".
+        port: String,
+        /// LVDS lanes without the clock lane, 1 to 128; not written: those of the link.
+        port_lanes: Option<u32>,
+        /// "full" (a product), "low_power" (sold as always-on), "external" (a test chip: clocks, references and port outside).
+        periphery: String,
+        /// Whether the chip processes pictures (colour, scaling, compression) before it sends them.
+        image_processor: bool,
+        /// Share of column and converter bias that flows while no row is converted, 0 to 1.
+        idle_bias: f64,
+        /// Node of the pixel die of a stacked sensor in nm, 5 to 1000; not written: one die.
+        pixel_node_nm: Option<f64>,
+        /// From frame to frame of a sensor that sleeps in between, above the frame's time, to 86,400,000; not written: it streams.
+        sleep_period_ms: Option<f64>,
+        /// From sleep to the first row, in us, 0 to 1e7.
+        wake_us: f64,
+        /// Constants in place of the technology's: a table of name to { unit = value }, as in constant.link_byte.pj = 12.
+        constant: std::collections::BTreeMap<String, std::collections::BTreeMap<String, f64>>,
+    }
+    /// The host, as a stated model: energy a frame beside the sensor's.
+    Host {
+        /// "none", "microcontroller", "single_board_computer": values of the keys below that are not written.
+        model: String,
+        /// Receiving a byte, in pJ, 0 to 1e9.
+        receive_pj_per_byte: Option<f64>,
+        /// Extracting features of pictures that arrive without, in pJ a pixel, 0 to 1e9.
+        extract_pj_per_pixel: Option<f64>,
+        /// Tracking, in uJ a frame, 0 to 1e9.
+        track_uj_per_frame: Option<f64>,
+        /// Tracking, in nJ a feature, 0 to 1e9.
+        track_nj_per_feature: Option<f64>,
+        /// Power that flows all the time, in mW, 0 to 1e6.
+        idle_mw: Option<f64>,
     }
 }
 

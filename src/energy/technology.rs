@@ -1,63 +1,64 @@
-//! Energy constants of one technology, each with unit, node, voltage, source and uncertainty. Enters: TOML. Leaves:
-//! checked constants in integer attojoules and nanowatts.
+//! The constants of one technology, each with its value, uncertainty, scaling and source; read from TOML and brought to a node by the
+//! scaling rule.
+//!
+//! Rule: a constant with `scaling = "analog"` goes as the node to the power `analog_exponent`, one with `"digital"` as the node to the
+//! power `digital_exponent` (which holds the voltage of that node), one with `"none"` stays. The uncertainty factor of a scaled constant
+//! grows by (greater node over smaller node) to the power 0.15: 1.16 from 65 to 180 nm.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
+use toml::de::{DeTable, DeValue};
 
+use super::constant::{Constant, Unit};
 use crate::error::Error;
-use crate::events::{Block, Event};
-use crate::num::u64_half_even;
 
-/// The technologies that come with the program, by name.
-const KNOWN: &[(&str, &str)] = &[("65nm", include_str!("65nm.toml")), ("28nm", include_str!("28nm.toml"))];
+/// The file of the base constants.
+const BASE: &str = include_str!("65nm.toml");
 
-/// What one event costs.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct EventEnergy {
-    /// Picojoules a time.
-    pub energy_pj: f64,
-    /// What is counted once.
-    pub unit: String,
-    /// Node that the constant holds for, in nm.
-    pub node_nm: f64,
-    /// Supply that the constant holds for, in V.
-    pub voltage_v: f64,
-    /// The true value lies within this factor both ways, with 95 % confidence. At least 1.
-    pub uncertainty_factor: f64,
-    /// Where it comes from.
-    pub source: String,
+/// Nodes that come with the program, in nm, with the usual core voltage of each.
+const NODES: &[(&str, f64, f64)] = &[
+    ("180nm", 180.0, 1.8),
+    ("130nm", 130.0, 1.5),
+    ("110nm", 110.0, 1.5),
+    ("90nm", 90.0, 1.2),
+    ("65nm", 65.0, 1.2),
+    ("45nm", 45.0, 1.1),
+    ("40nm", 40.0, 1.1),
+    ("28nm", 28.0, 0.9),
+    ("22nm", 22.0, 0.8),
+];
+
+/// Power of the ratio of two nodes by which the uncertainty factor of a scaled constant grows.
+const UNCERTAINTY_EXPONENT: f64 = 0.15;
+/// Technology files that extend one another, at most.
+const CHAIN_MAX: usize = 16;
+/// The greatest constant: in every unit its product with the model's counts stays an integer.
+const CONSTANT_MAX: f64 = 1e9;
+
+/// How a constant follows the node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scaling {
+    /// It does not.
+    None,
+    /// As the node to the power `analog_exponent`.
+    Analog,
+    /// As the node to the power `digital_exponent`.
+    Digital,
 }
 
-/// What a block draws whether or not anything happens.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StaticPower {
-    /// Milliwatts of one sensor.
-    pub power_mw: f64,
-    /// Node that the constant holds for, in nm.
-    pub node_nm: f64,
-    /// Supply that the constant holds for, in V.
-    pub voltage_v: f64,
-    /// The true value lies within this factor both ways, with 95 % confidence. At least 1.
+/// The value of a constant and what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Value {
+    /// In the constant's unit, 0 or more.
+    pub value: f64,
+    /// The true value lies within this factor both ways, with 95 % confidence. 1 to 1000.
     pub uncertainty_factor: f64,
+    /// How it follows the node.
+    pub scaling: Scaling,
     /// Where it comes from.
     pub source: String,
-}
-
-/// The file as it is written.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    name: String,
-    title: String,
-    node_nm: f64,
-    core_voltage_v: f64,
-    rule: String,
-    event: BTreeMap<String, EventEnergy>,
-    #[serde(rename = "static")]
-    static_power: BTreeMap<String, StaticPower>,
 }
 
 /// All constants of one technology.
@@ -65,24 +66,18 @@ struct File {
 pub struct Technology {
     /// Name in configurations.
     pub name: String,
-    /// For a person.
-    pub title: String,
     /// Node of the logic, in nm.
     pub node_nm: f64,
     /// Supply of the logic, in V.
     pub core_voltage_v: f64,
-    /// How the constants were brought to this node.
-    pub rule: String,
-    /// One for each of `Event::ALL`, in that order.
-    events: Vec<EventEnergy>,
-    /// One for each of `Block::ALL`, in that order.
-    static_powers: Vec<StaticPower>,
+    /// One for each of `Constant::ALL`, in that order.
+    values: Vec<Value>,
 }
 
 impl Technology {
-    /// Names that `by_name` knows.
+    /// Names of the nodes that come with the program.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        KNOWN.iter().map(|(name, _)| *name)
+        NODES.iter().map(|(name, ..)| *name)
     }
 
     /// A technology that comes with the program.
@@ -90,146 +85,337 @@ impl Technology {
     /// # Errors
     /// A name that is not among `names()`.
     pub fn by_name(name: &str) -> Result<Self, Error> {
-        let unknown = || Error::Unknown {
-            what: "technology",
-            name: name.to_owned(),
-            known: Self::names().collect::<Vec<_>>().join(", "),
-        };
-        let (name, text) = KNOWN.iter().find(|(known, _)| *known == name).ok_or_else(unknown)?;
-        Self::parse(&format!("{name}.toml"), text)
+        let &(name, node_nm, core_voltage_v) = NODES.iter().find(|(known, ..)| *known == name).ok_or_else(|| {
+            let known = format!(
+                "{}, auto, or the name of a file that ends in .toml",
+                Self::names().collect::<Vec<_>>().join(", ")
+            );
+            Error::Unknown { what: "technology", name: name.to_owned(), known }
+        })?;
+        let base = Self::parse("65nm.toml", BASE, None)?;
+        Ok(Self { name: name.to_owned(), core_voltage_v, ..base.scaled_to(node_nm) })
     }
 
-    /// Reads a technology file; `file` is its name for messages.
+    /// The node that a design uses whose facts say no more than a supply of its logic or a year. One rule for all: by the supply (1.7 V and
+    /// more 180 nm, 1.45 V 110 nm, 1.15 V 65 nm, 1.05 V 40 nm, less 28 nm), else by the year (to 2008 180 nm, to 2012 110 nm, to 2017
+    /// 65 nm, to 2022 40 nm, later 28 nm), else 65 nm.
+    pub fn auto_name(digital_v: Option<f64>, year: Option<u32>) -> &'static str {
+        match (digital_v, year) {
+            (Some(supply_v), _) if supply_v >= 1.7 => "180nm",
+            (Some(supply_v), _) if supply_v >= 1.45 => "110nm",
+            (Some(supply_v), _) if supply_v >= 1.15 => "65nm",
+            (Some(supply_v), _) if supply_v >= 1.05 => "40nm",
+            (Some(_), _) => "28nm",
+            (None, Some(..=2008)) => "180nm",
+            (None, Some(2009..=2012)) => "110nm",
+            (None, Some(2013..=2017) | None) => "65nm",
+            (None, Some(2018..=2022)) => "40nm",
+            (None, Some(2023..)) => "28nm",
+        }
+    }
+
+    /// A technology by name, or by the name of a file that `read` knows the text of.
     ///
     /// # Errors
-    /// Unknown or missing keys, an event or block without a constant, a negative energy, an uncertainty factor below 1.
-    pub fn parse(file: &str, text: &str) -> Result<Self, Error> {
-        let refuse = |reason: String| Error::Content { file: file.to_owned(), reason };
-        let mut parsed: File = toml::from_str(text).map_err(|error| refuse(error.to_string()))?;
-        let events =
-            take_all(&mut parsed.event, "event", Event::ALL.iter().map(|event| event.name())).map_err(refuse)?;
-        let blocks = Block::ALL.iter().map(|block| block.name());
-        let static_powers = take_all(&mut parsed.static_power, "static", blocks).map_err(refuse)?;
-        for (event, constant) in Event::ALL.iter().zip(&events) {
-            check(event.name(), constant.energy_pj, constant.uncertainty_factor).map_err(refuse)?;
-        }
-        for (block, constant) in Block::ALL.iter().zip(&static_powers) {
-            check(block.name(), constant.power_mw, constant.uncertainty_factor).map_err(refuse)?;
-        }
-        let File { name, title, node_nm, core_voltage_v, rule, .. } = parsed;
-        Ok(Self { name, title, node_nm, core_voltage_v, rule, events, static_powers })
+    /// An unknown name; a file that is not there or not as it should be, or files that extend one another in a circle; with file, line,
+    /// key and value.
+    pub fn load(name: &str, read: &dyn Fn(&str) -> Result<String, Error>) -> Result<Self, Error> {
+        Self::load_below(name, read, &mut Vec::new())
     }
 
-    /// The same without the static power of a block that a design leaves out.
+    fn load_below(
+        name: &str,
+        read: &dyn Fn(&str) -> Result<String, Error>,
+        above: &mut Vec<String>,
+    ) -> Result<Self, Error> {
+        if !Self::is_file(name) {
+            return Self::by_name(name);
+        }
+        let text = read(name)?;
+        above.push(name.to_owned());
+        let lines = Lines::of(name, &text)?;
+        let base = match lines.values.get("extends") {
+            None => Self::by_name("65nm")?,
+            Some(toml::Value::String(base)) => {
+                let circle = above.contains(base);
+                if circle || above.len() >= CHAIN_MAX {
+                    let way = format!("{} -> {base}", above.join(" -> "));
+                    let what = if circle { "a cycle of scaling rules" } else { "too long a chain" };
+                    return Err(lines.refuse("extends", &format!("{what}: {way}; use 65nm, which extends nothing")));
+                }
+                Self::load_below(base, read, above).map_err(|error| match error {
+                    Error::Unknown { known, .. } => {
+                        lines.refuse("extends", &format!("is not known; use one of {known}"))
+                    }
+                    other => other,
+                })?
+            }
+            Some(_) => return Err(lines.refuse("extends", "must be a text; use \"65nm\"")),
+        };
+        Self::parse(name, &text, Some(&base))
+    }
+
+    /// Whether a technology's name is that of a file.
+    pub fn is_file(name: &str) -> bool {
+        name.ends_with(".toml")
+    }
+
+    /// Reads a technology file over a base, whose constants it takes to its own node where it has none itself. `file` is its name for
+    /// messages.
+    ///
+    /// # Errors
+    /// Unknown keys, constants and units; a missing node; a value out of range; with file, line, key and value.
+    pub fn parse(file: &str, text: &str, base: Option<&Self>) -> Result<Self, Error> {
+        let lines = Lines::of(file, text)?;
+        for key in lines.values.keys() {
+            if !["name", "title", "node_nm", "core_voltage_v", "extends", "constant"].contains(&key.as_str()) {
+                let reason = "unknown key; use name, title, node_nm, core_voltage_v, extends or constant";
+                return Err(lines.refuse(key, reason));
+            }
+        }
+        let node_nm = lines.number("node_nm", 5.0..=1000.0, "5 to 1000, as in 65")?.ok_or_else(|| {
+            lines.refuse(
+                "node_nm",
+                "is missing: constants are scaled to a node; use the node of the logic in nm, as in 65",
+            )
+        })?;
+        let voltage = lines.number("core_voltage_v", 0.2..=5.5, "0.2 to 5.5, as in 1.2")?;
+        let mut made = match base {
+            Some(base) => base.scaled_to(node_nm),
+            None => Self { name: file.to_owned(), node_nm, core_voltage_v: 1.2, values: Vec::new() },
+        };
+        made.core_voltage_v = voltage.unwrap_or_else(|| usual_voltage_v(node_nm));
+        if base.is_some() {
+            made.name = file.to_owned();
+        }
+        lines.text("name")?;
+        lines.text("title")?;
+        let empty = toml::Table::new();
+        let constants = match lines.values.get("constant") {
+            None => &empty,
+            Some(toml::Value::Table(constants)) => constants,
+            Some(_) => return Err(lines.refuse("constant", "must be a table; use [constant.link_byte]")),
+        };
+        for name in constants.keys() {
+            if Constant::from_name(name).is_none() {
+                return Err(lines.refuse(&format!("constant.{name}"), &unknown_constant(name)));
+            }
+        }
+        for (place, &constant) in Constant::ALL.iter().enumerate() {
+            let below = made.values.get(place).cloned();
+            let value = lines.constant(constant, constants, below)?;
+            match made.values.get_mut(place) {
+                Some(known) => *known = value,
+                None => made.values.push(value),
+            }
+        }
+        Ok(made)
+    }
+
+    /// The same at another node, by the rule.
     #[must_use]
-    pub fn without(mut self, block: Block) -> Self {
-        self.static_powers[block as usize].power_mw = 0.0;
+    pub fn scaled_to(&self, node_nm: f64) -> Self {
+        let ratio = node_nm / self.node_nm;
+        let wider = libm::pow(if ratio > 1.0 { ratio } else { 1.0 / ratio }, UNCERTAINTY_EXPONENT);
+        let powers = [Constant::AnalogExponent, Constant::DigitalExponent]
+            .map(|exponent| libm::pow(ratio, self.value(exponent)));
+        let scaled = |value: &Value| {
+            let (factor, wider) = match value.scaling {
+                Scaling::None => (1.0, 1.0),
+                Scaling::Analog => (powers[0], wider),
+                Scaling::Digital => (powers[1], wider),
+            };
+            Value { value: value.value * factor, uncertainty_factor: value.uncertainty_factor * wider, ..value.clone() }
+        };
+        let values = self.values.iter().map(scaled).collect();
+        Self { node_nm, core_voltage_v: usual_voltage_v(node_nm), values, ..self.clone() }
+    }
+
+    /// Sets a constant: what `energy.constant.NAME.UNIT` in a scenario says.
+    ///
+    /// # Errors
+    /// An unknown name, another unit than the constant's, a value out of range; by key, with a value that is accepted.
+    pub fn set(&mut self, name: &str, unit: &str, value: f64) -> Result<(), Error> {
+        let key = format!("energy.constant.{name}.{unit}");
+        let constant = Constant::from_name(name).ok_or_else(|| Error::key(&key, value, unknown_constant(name)))?;
+        let place = &mut self.values[constant as usize];
+        if unit == "uncertainty_factor" {
+            place.uncertainty_factor =
+                in_range(value, 1.0, 1000.0).map_err(|reason| Error::key(&key, value, reason))?;
+            return Ok(());
+        }
+        if unit != constant.unit().key() {
+            return Err(Error::key(&key, value, wrong_unit(constant, unit)));
+        }
+        place.value = in_range(value, 0.0, CONSTANT_MAX).map_err(|reason| Error::key(&key, value, reason))?;
+        "set in the scenario".clone_into(&mut place.source);
+        Ok(())
+    }
+
+    /// The same with some constants multiplied: what a fit moves.
+    #[must_use]
+    pub fn multiplied(mut self, constants: &[Constant], factor: f64) -> Self {
+        for &constant in constants {
+            self.values[constant as usize].value *= factor;
+        }
         self
     }
 
-    /// The constant of an event.
-    pub fn event(&self, event: Event) -> &EventEnergy {
-        &self.events[event as usize]
+    /// The value of a constant in its unit.
+    pub fn value(&self, constant: Constant) -> f64 {
+        self.values[constant as usize].value
     }
 
-    /// The static power of a block of one sensor.
-    pub fn static_power(&self, block: Block) -> &StaticPower {
-        &self.static_powers[block as usize]
-    }
-
-    /// Energy of one event in attojoules, rounded half-even from the file's picojoules.
-    pub fn energy_aj(&self, event: Event) -> u64 {
-        u64_half_even(self.event(event).energy_pj * 1e6)
-    }
-
-    /// Static power of one sensor's block in nanowatts, rounded half-even from the file's milliwatts.
-    pub fn power_nw(&self, block: Block) -> u64 {
-        u64_half_even(self.static_power(block).power_mw * 1e6)
+    /// The value of a constant with what is known of it.
+    pub fn of(&self, constant: Constant) -> &Value {
+        &self.values[constant as usize]
     }
 }
 
-/// Takes one entry for each name, in the names' order; says which are missing or too many.
-fn take_all<T>(
-    entries: &mut BTreeMap<String, T>,
-    kind: &str,
-    names: impl Iterator<Item = &'static str>,
-) -> Result<Vec<T>, String> {
-    let mut taken = Vec::new();
-    for name in names {
-        taken.push(entries.remove(name).ok_or_else(|| format!("[{kind}.{name}] is missing"))?);
-    }
-    match entries.keys().next() {
-        Some(name) => Err(format!("[{kind}.{name}] is not known")),
-        None => Ok(taken),
-    }
+/// Core voltage of the nearest node that comes with the program.
+fn usual_voltage_v(node_nm: f64) -> f64 {
+    let distance = |known_nm: f64| libm::fabs(libm::log(known_nm / node_nm));
+    let nearest = NODES.iter().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+    nearest.map_or(1.2, |&(.., voltage_v)| voltage_v)
 }
 
-/// The greatest constant that stays within its integer: 10^9 pJ (or mW) is 10^15 aJ (or nW).
-const CONSTANT_MAX: f64 = 1e9;
-
-fn check(name: &str, value: f64, uncertainty_factor: f64) -> Result<(), String> {
-    if !(0.0..=CONSTANT_MAX).contains(&value) {
-        return Err(format!("{name} = {value}: a constant lies between 0 and {CONSTANT_MAX:e}"));
-    }
-    if !(1.0..=1000.0).contains(&uncertainty_factor) {
-        return Err(format!("{name}: uncertainty_factor = {uncertainty_factor}: a factor lies between 1 and 1000"));
-    }
-    Ok(())
+fn unknown_constant(name: &str) -> String {
+    let near = Constant::ALL.iter().filter(|constant| {
+        let (known, asked) = (constant.name(), name.split('_').next().unwrap_or_default());
+        asked.len() > 2 && known.contains(asked)
+    });
+    let known: Vec<&str> = near.map(|constant| constant.name()).collect();
+    let known = if known.is_empty() { Constant::ALL.iter().map(|constant| constant.name()).collect() } else { known };
+    format!("unknown constant; use one of {}", known.join(", "))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn wrong_unit(constant: Constant, unit: &str) -> String {
+    let unit_key = constant.unit().key();
+    if Unit::ALL.iter().any(|known| known.key() == unit) {
+        return format!("{} is given in {unit_key}; use {unit_key}", constant.name());
+    }
+    format!("unknown unit or key; use {unit_key}, uncertainty_factor, scaling, source")
+}
 
-    #[test]
-    fn every_technology_of_the_program_is_whole_and_bears_its_name() {
-        let names: Vec<_> = Technology::names().collect();
-        assert!(names.len() >= 2);
-        for name in names {
-            let technology = Technology::by_name(name).unwrap();
-            assert_eq!(technology.name, name);
-            for &event in Event::ALL {
-                assert!(technology.energy_aj(event) > 0, "{name}: {}", event.name());
-                assert!(technology.event(event).source.len() > 10);
+fn in_range(value: f64, least: f64, most: f64) -> Result<f64, String> {
+    if (least..=most).contains(&value) { Ok(value) } else { Err(format!("out of range; use {least} to {most:e}")) }
+}
+
+/// A file's values, and the line of each.
+struct Lines<'a> {
+    file: &'a str,
+    values: toml::Table,
+    lines: BTreeMap<String, usize>,
+}
+
+impl<'a> Lines<'a> {
+    fn of(file: &'a str, text: &str) -> Result<Self, Error> {
+        let line_at = |offset: usize| 1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count();
+        let refused = |error: &toml::de::Error| {
+            let line = error.span().map_or(0, |span| line_at(span.start));
+            Error::Content { file: file.to_owned(), reason: format!("line {line}: {}", error.message()) }
+        };
+        let values: toml::Table = toml::from_str(text).map_err(|error| refused(&error))?;
+        let spans = DeTable::parse(text).map_err(|error| refused(&error))?;
+        let mut lines = BTreeMap::new();
+        record(spans.get_ref(), "", &line_at, &mut lines);
+        Ok(Self { file, values, lines })
+    }
+
+    /// An error about a key, with its line or that of the table around it.
+    fn refuse(&self, key: &str, reason: &str) -> Error {
+        let mut around = key;
+        let line = loop {
+            match (self.lines.get(around), around.rsplit_once('.')) {
+                (Some(&line), _) => break line,
+                (None, Some((outer, _))) => around = outer,
+                (None, None) => break 0,
             }
+        };
+        let value = key.split('.').try_fold(None::<&toml::Value>, |table, part| {
+            let inner = match table {
+                None => self.values.get(part),
+                Some(table) => table.get(part),
+            };
+            inner.map(Some)
+        });
+        let value = value.flatten().filter(|value| !value.is_table()).map(ToString::to_string).unwrap_or_default();
+        let (file, key, reason) = (self.file.to_owned(), key.to_owned(), reason.to_owned());
+        Error::Config { file, line, key, value, reason }
+    }
+
+    fn number(&self, key: &str, range: std::ops::RangeInclusive<f64>, valid: &str) -> Result<Option<f64>, Error> {
+        let Some(value) = self.values.get(key) else { return Ok(None) };
+        match as_number(value).filter(|value| range.contains(value)) {
+            Some(value) => Ok(Some(value)),
+            None => Err(self.refuse(key, &format!("out of range; use {valid}"))),
         }
     }
 
-    #[test]
-    fn an_unknown_technology_is_refused_with_the_known_ones() {
-        let message = Technology::by_name("7nm").unwrap_err().to_string();
-        assert!(message.contains("65nm, 28nm"), "{message}");
-    }
-
-    /// The rule stated in 28nm.toml: digital constants times (28 / 65) (0.9 / 1.2)^2, all others as they are.
-    #[test]
-    fn the_smaller_node_follows_its_stated_rule() {
-        let (large, small) = (Technology::by_name("65nm").unwrap(), Technology::by_name("28nm").unwrap());
-        let digital = (28.0 / 65.0) * (0.9 / 1.2) * (0.9 / 1.2);
-        let mut scaled = 0;
-        for &event in Event::ALL {
-            let ratio = small.event(event).energy_pj / large.event(event).energy_pj;
-            let expected = if small.event(event).node_nm < 65.0 { digital } else { 1.0 };
-            scaled += usize::from(expected < 1.0);
-            // The files hold six digits.
-            assert!((ratio / expected - 1.0).abs() < 1e-5, "{}: {ratio}", event.name());
+    fn text(&self, key: &str) -> Result<(), Error> {
+        match self.values.get(key) {
+            None | Some(toml::Value::String(_)) => Ok(()),
+            Some(_) => Err(self.refuse(key, "must be a text; use \"my node\"")),
         }
-        assert_eq!(scaled, 9);
     }
 
-    #[test]
-    fn a_broken_file_is_refused_and_the_message_names_the_place() {
-        let good = KNOWN[0].1;
-        for (from, to, part) in [
-            ("[event.ramp_step]", "[event.rampstep]", "ramp_step"),
-            ("[static.link]", "[static.links]", "link"),
-            ("energy_pj = 3.0", "energy_pj = -3.0", "line_buffer_write"),
-            ("uncertainty_factor = 5.0", "uncertainty_factor = 0.5", "column_settle"),
-            ("node_nm = 65\ncore", "colour = 1\nnode_nm = 65\ncore", "colour"),
-        ] {
-            assert!(good.contains(from), "{from}");
-            let message = Technology::parse("t.toml", &good.replacen(from, to, 1)).unwrap_err().to_string();
-            assert!(message.contains("t.toml") && message.contains(part), "{message}");
+    /// A constant of the file over that of the base.
+    fn constant(&self, constant: Constant, constants: &toml::Table, below: Option<Value>) -> Result<Value, Error> {
+        let (name, unit) = (constant.name(), constant.unit().key());
+        let path = format!("constant.{name}");
+        let table = match (constants.get(name), &below) {
+            (Some(toml::Value::Table(table)), _) => table,
+            (Some(_), _) => return Err(self.refuse(&path, &format!("must be a table; use {{ {unit} = 1.0 }}"))),
+            (None, Some(_)) => return Ok(below.expect("just matched")),
+            (None, None) => return Err(self.refuse(&path, &format!("is missing; use {unit} = 1.0 in [{path}]"))),
+        };
+        let known = [unit, "uncertainty_factor", "scaling", "source"];
+        if let Some(key) = table.keys().find(|key| !known.contains(&key.as_str())) {
+            return Err(self.refuse(&format!("{path}.{key}"), &wrong_unit(constant, key)));
+        }
+        let number = |key: &str, least: f64, most: f64| {
+            let Some(value) = table.get(key) else { return Ok(None) };
+            let valid = as_number(value).ok_or_else(|| format!("must be a number; use {least} to {most:e}"));
+            valid
+                .and_then(|value| in_range(value, least, most))
+                .map(Some)
+                .map_err(|reason| self.refuse(&format!("{path}.{key}"), &reason))
+        };
+        let value = number(unit, 0.0, CONSTANT_MAX)?.or(below.as_ref().map(|below| below.value));
+        let value = value.ok_or_else(|| self.refuse(&path, &format!("has no value; use {unit} = 1.0")))?;
+        let factor =
+            number("uncertainty_factor", 1.0, 1000.0)?.or(below.as_ref().map(|below| below.uncertainty_factor));
+        let scaling = match table.get("scaling").map(|value| value.as_str()) {
+            None => below.as_ref().map_or(Scaling::None, |below| below.scaling),
+            Some(Some("none")) => Scaling::None,
+            Some(Some("analog")) => Scaling::Analog,
+            Some(Some("digital")) => Scaling::Digital,
+            Some(_) => return Err(self.refuse(&format!("{path}.scaling"), "not known; use none, analog or digital")),
+        };
+        let source = match table.get("source") {
+            None => below.map_or_else(|| format!("{} without a source", self.file), |below| below.source),
+            Some(toml::Value::String(source)) => source.clone(),
+            Some(_) => return Err(self.refuse(&format!("{path}.source"), "must be a text; use \"measured\"")),
+        };
+        Ok(Value { value, uncertainty_factor: factor.unwrap_or(1.0), scaling, source })
+    }
+}
+
+fn as_number(value: &toml::Value) -> Option<f64> {
+    match value {
+        toml::Value::Float(value) => Some(*value),
+        // Whole numbers up to 2^53 are exact, and greater ones are out of every range.
+        toml::Value::Integer(value) => Some(crate::num::f64_from_i64(*value)),
+        _ => None,
+    }
+}
+
+fn record(table: &DeTable<'_>, prefix: &str, line_at: &dyn Fn(usize) -> usize, lines: &mut BTreeMap<String, usize>) {
+    for (key, value) in table {
+        let path = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+        lines.insert(path.clone(), line_at(key.span().start));
+        if let DeValue::Table(inner) = value.get_ref() {
+            record(inner, &path, line_at, lines);
         }
     }
 }

@@ -6,7 +6,7 @@ use super::errors::{CodeError, Match, Squares, feature_f1};
 use super::knobs::Setting;
 use super::measure::Bench;
 use super::reference::{Judged, Reference};
-use crate::energy::{EnergyAccount, RunLength};
+use crate::energy::EnergyAccount;
 use crate::error::Error;
 use crate::events::Events;
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
@@ -240,13 +240,8 @@ pub fn outcome(
 fn energy_pj(bench: &Bench<'_>, reference: &Reference, events: &Events) -> f64 {
     let sensor = &bench.setup.sensor;
     let frames = u32_from(reference.judged.len());
-    let length = RunLength {
-        frames,
-        sensors: 1,
-        pixels: u64_from(sensor.size.pixel_count()),
-        run_time_s: f64::from(frames) * sensor.schedule.frame_time_s(),
-    };
-    EnergyAccount::of(events, length, &sensor.technology).total_pj_per_frame()
+    let pixels = u64_from(sensor.size.pixel_count());
+    EnergyAccount::of(events, frames, 1, pixels, &sensor.power).total_pj_per_frame()
 }
 
 /// Mean over pictures of one camera, for all cameras of the rig.

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::energy::{Contribution, EnergyAccount, Range};
-use crate::events::{Block, Event};
+use crate::energy::{Amount, Contribution, EnergyAccount, Rail, Range};
+use crate::events::Block;
 use crate::num::f64_from_u64;
 use crate::report::ordered::Ordered;
 
@@ -17,7 +17,9 @@ pub struct EnergyRecord {
     pub blocks: Ordered<f64>,
     /// Likely range of each block.
     pub blocks_interval: Ordered<Interval>,
-    /// Sum of the blocks.
+    /// The same energy by supply rail: analog, digital, io.
+    pub rails: Ordered<f64>,
+    /// Sum of the blocks, and of the rails.
     pub total_pj_per_frame: f64,
     /// Likely range of the sum.
     pub total_interval: Interval,
@@ -27,10 +29,40 @@ pub struct EnergyRecord {
     pub static_power_mw: f64,
     /// Of the sum, over the pixels of all cameras.
     pub pj_per_pixel: f64,
-    /// Every event and every static power, in the data's order.
+    /// Power of one sensor over a line in which a row is converted; none where it was not asked for.
+    pub line: Option<LinePower>,
+    /// Every item, in the data's order.
     pub entries: Vec<EnergyEntry>,
     /// Which constants decided the answer, the greatest share first.
     pub deciders: Vec<Decider>,
+}
+
+/// Power of one sensor over a line in which a row is converted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinePower {
+    /// Length of the line.
+    pub line_us: f64,
+    /// Spans of equal power, one after another from the line's start.
+    pub spans: Vec<PowerSpan>,
+    /// Mean over the frame, blanking included.
+    pub frame_mean_mw: f64,
+    /// The greatest of the spans.
+    pub peak_mw: f64,
+    /// The greatest over the frame's mean.
+    pub peak_over_mean: f64,
+}
+
+/// A span of a line.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PowerSpan {
+    /// From the start of the line.
+    pub start_us: f64,
+    /// From the start of the line.
+    pub end_us: f64,
+    /// Mean power of each block within the span.
+    pub blocks_mw: Ordered<f64>,
 }
 
 /// A range in pJ per frame.
@@ -43,18 +75,22 @@ pub struct Interval {
     pub high_pj: f64,
 }
 
-/// One event, or the static power of one block.
+/// An item of the model: an event, or a bias over time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnergyEntry {
-    /// Event, or `static_` and the block.
+    /// Name of the constant.
     pub name: String,
     /// Block that pays.
     pub block: String,
-    /// Times per frame; for static power the frame's length in ms.
+    /// Supply rail.
+    pub rail: String,
+    /// Times per frame; for bias milliseconds per frame, of all sensors.
     pub times_per_frame: f64,
-    /// In pJ per event; for static power in mW.
+    /// In `unit`.
     pub constant: f64,
+    /// "pJ" a time, or "mW" while bias flows.
+    pub unit: String,
     /// Of the product.
     pub pj_per_frame: f64,
     /// The constant may be this factor lower or higher.
@@ -67,7 +103,7 @@ pub struct EnergyEntry {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Decider {
-    /// Event, or `static_` and the block.
+    /// Name of the constant.
     pub name: String,
     /// Share of the total's energy.
     pub energy_share: f64,
@@ -84,30 +120,38 @@ impl From<Range> for Interval {
 impl From<&EnergyAccount> for EnergyRecord {
     fn from(account: &EnergyAccount) -> Self {
         let blocks = Block::ALL.iter();
+        let (total, ranges) = account.ranges_pj();
+        let rail = |&rail: &Rail| (rail.name(), account.pj_per_frame(account.rail_aj(rail)));
         Self {
-            technology: account.technology.clone(),
+            technology: account.power.technology.name.clone(),
             blocks: blocks.clone().map(|&b| (b.name(), account.pj_per_frame(account.block_aj(b)))).collect(),
-            blocks_interval: blocks.map(|&b| (b.name(), account.block_range_pj(b).into())).collect(),
+            blocks_interval: blocks.zip(ranges).map(|(&b, range)| (b.name(), range.into())).collect(),
+            rails: Rail::ALL.iter().map(rail).collect(),
             total_pj_per_frame: account.total_pj_per_frame(),
-            total_interval: account.total_range_pj().into(),
+            total_interval: total.into(),
             power_mw: account.power_mw(),
             static_power_mw: account.static_power_mw(),
             pj_per_pixel: account.pj_per_pixel(),
-            entries: account.contributions.iter().enumerate().map(|(i, part)| entry(account, i, part)).collect(),
+            line: None,
+            entries: account.contributions.iter().map(|part| entry(account, part)).collect(),
             deciders: deciders(account),
         }
     }
 }
 
-fn entry(account: &EnergyAccount, place: usize, part: &Contribution) -> EnergyEntry {
-    let frames = f64::from(account.length.frames);
-    // Events come first and are counted one by one; static power is counted in nanoseconds and shown in milliseconds.
-    let times_of_unit = if place < Event::ALL.len() { 1.0 } else { 1e6 };
+fn entry(account: &EnergyAccount, part: &Contribution) -> EnergyEntry {
+    // Bias is counted in nanoseconds and shown in milliseconds.
+    let (unit, times_of_unit) = match part.item.amount {
+        Amount::Event(_) | Amount::PerFrame(_) => ("pJ", 1.0),
+        Amount::Nanoseconds(_) | Amount::LaneNanoseconds => ("mW", 1e6),
+    };
     EnergyEntry {
-        name: part.name.clone(),
-        block: part.block.name().to_owned(),
-        times_per_frame: f64_from_u64(part.times) / times_of_unit / frames,
-        constant: f64_from_u64(part.constant) / 1e6,
+        name: part.item.name.to_owned(),
+        block: part.item.block.name().to_owned(),
+        rail: part.item.rail.name().to_owned(),
+        times_per_frame: f64_from_u64(part.times) / times_of_unit / f64::from(account.frames),
+        constant: f64_from_u64(part.item.constant) / 1e6,
+        unit: unit.to_owned(),
         pj_per_frame: account.pj_per_frame(part.energy_aj),
         uncertainty_factor: part.uncertainty_factor,
         source: part.source.clone(),
@@ -118,7 +162,7 @@ fn deciders(account: &EnergyAccount) -> Vec<Decider> {
     let total = account.total_pj_per_frame();
     let share = |part: &Contribution| if total > 0.0 { account.pj_per_frame(part.energy_aj) / total } else { 0.0 };
     let decider = |(part, variance_share): (&Contribution, f64)| Decider {
-        name: part.name.clone(),
+        name: part.item.name.to_owned(),
         energy_share: share(part),
         variance_share,
     };

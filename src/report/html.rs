@@ -11,6 +11,7 @@ mod frames;
 mod header;
 mod ladder;
 mod plan;
+mod power_strip;
 mod pose_error;
 mod text;
 mod tiles;

@@ -20,7 +20,9 @@ impl Setup {
     /// # Errors
     /// As `new`.
     pub fn check(resolved: &Resolved, assets: &dyn Assets) -> Result<(), Error> {
-        check(resolved, assets).map_err(|error| resolved.tree.locate(error))
+        let mut resolved = resolved.clone();
+        resolved.read_technology(&|name| assets.read(name))?;
+        check(&resolved, assets).map_err(|error| resolved.tree.locate(error))
     }
 }
 

@@ -10,6 +10,7 @@ use crate::facts::{Fact, ScenarioFacts};
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
 use crate::optics::Camera;
 use crate::pose::TimedPose;
+use crate::report::energy_record::EnergyRecord;
 use crate::report::figures::bring_to_metres;
 use crate::report::record::{
     Bandwidth, FactRecord, FrameRecord, Hashes, LinkRecord, Measured, OmittedEffect, PlanRecord, Scenario, StageCost,
@@ -39,7 +40,7 @@ impl Session {
             plan: plan_record(&setup.plan, &setup.facts, setup.fidelity.accuracy),
             timing: self.timing()?,
             bandwidth: self.bandwidth(),
-            energy: (&self.energy()).into(),
+            energy: EnergyRecord { line: Some(setup.sensor.line_power()?), ..(&self.energy()).into() },
             features: self.totals.extractor.figures(),
             link: self.link(),
             hashes: self.hash_record(),
@@ -181,7 +182,7 @@ impl Session {
     }
 
     /// Features of a camera's frame, mean over the run, rounded down.
-    fn mean_features(&self) -> u64 {
+    pub fn mean_features(&self) -> u64 {
         self.totals.feature_count / u64_from(self.notes.len() * self.setup.cameras.len())
     }
 

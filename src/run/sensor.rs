@@ -8,9 +8,8 @@ use crate::config::Resolved;
 use crate::effect::Effect;
 use crate::effects::chain::{BlackRows, Chain};
 use crate::effects::{self, Parameters};
-use crate::energy::Technology;
+use crate::energy::{Design, SensorPower};
 use crate::error::Error;
-use crate::events::Block;
 use crate::link::LinkParams;
 use crate::num::f64_from_u64;
 use crate::optics::Mosaic;
@@ -43,8 +42,8 @@ pub struct SensorSetup {
     pub bit_error_rate: f64,
     /// The extractor.
     pub extractor: ExtractorParams,
-    /// Constants of energy.
-    pub technology: Technology,
+    /// Where its power goes.
+    pub power: SensorPower,
 }
 
 impl SensorSetup {
@@ -156,9 +155,7 @@ impl SensorSetup {
         let extractor = scenario.extractor()?;
         ExtractorParams::check_size(size)?;
         check_extractor_clk(&extractor, size, &schedule)?;
-        let technology = Technology::by_name(&scenario.energy.technology)
-            .map_err(|error| Error::key("energy.technology", &scenario.energy.technology, error.to_string()))?;
-        let technology = if link.mode.sends_features() { technology } else { technology.without(Block::Compute) };
+        let technology = resolved.technology()?;
         let mosaic = whole.starting_at(window.x_px, window.y_px);
         let black = scenario.black_rows()?;
         let merge =
@@ -168,6 +165,15 @@ impl SensorSetup {
                 },
             );
         let bit_error_rate = scenario.bit_error_rate()?;
+        let design = Design::new(
+            scenario.energy_params()?,
+            (&parameters.pixel, &parameters.adc),
+            (&schedule, &link),
+            scenario.sensor.supply_v,
+            (black.rows, bits),
+        );
+        let power = SensorPower::new(design, technology);
+        scenario.host_params()?;
         let setup = Self {
             array,
             size,
@@ -180,7 +186,7 @@ impl SensorSetup {
             link,
             bit_error_rate,
             extractor,
-            technology,
+            power,
         };
         setup.check_frame(setup.extractor.features_expected(size))?;
         setup.auto_exposure()?;

@@ -17,7 +17,7 @@ use super::transfer::{LinkTotals, frame_time_s, marks};
 use super::warnings::Warnings;
 use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
 use crate::effects::chain::{Capture, Chain, RowSamples};
-use crate::energy::{EnergyAccount, RunLength};
+use crate::energy::EnergyAccount;
 use crate::error::Error;
 use crate::events::Events;
 use crate::fidelity::Rung;
@@ -421,13 +421,8 @@ impl Session {
         let sensor = &self.setup.sensor;
         let frames = u32_from(self.notes.len());
         let cameras = u32_from(self.setup.cameras.len());
-        let length = RunLength {
-            frames,
-            sensors: cameras,
-            pixels: u64_from(sensor.size.pixel_count()) * u64::from(cameras),
-            run_time_s: f64::from(frames) * sensor.schedule.frame_time_s(),
-        };
-        EnergyAccount::of(&self.totals.events, length, &sensor.technology)
+        let pixels = u64_from(sensor.size.pixel_count()) * u64::from(cameras);
+        EnergyAccount::of(&self.totals.events, frames, cameras, pixels, &sensor.power)
     }
 
     /// Hashes of the bytes of all frames so far, hexadecimal: photons, codes, features, energy, poses.

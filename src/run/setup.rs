@@ -132,7 +132,8 @@ impl Setup {
     ///
     /// # Errors
     /// As `SensorSetup::new`; files that are missing or not what they should be; a trajectory shorter than the run.
-    pub fn new(resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
+    pub fn new(mut resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
+        resolved.read_technology(&|name| assets.read(name))?;
         let sensor = SensorSetup::new(&resolved)?;
         let tree = resolved.tree.clone();
         Self::build(resolved, sensor, assets, progress, None).map_err(|error| tree.locate(error))

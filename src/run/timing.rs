@@ -129,7 +129,7 @@ fn chain(lane: &str, steps: &[(&str, f64)]) -> Vec<Phase> {
 }
 
 /// What happens within one line: columns, lanes, link.
-fn line_phases(sensor: &SensorSetup) -> Result<Vec<Phase>, Error> {
+pub(super) fn line_phases(sensor: &SensorSetup) -> Result<Vec<Phase>, Error> {
     let schedule = &sensor.schedule;
     let mut phases = conversion_phases(&sensor.parameters.adc, schedule);
     let behind_lanes = schedule.shift_lane_clk().0 > 0;

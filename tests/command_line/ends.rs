@@ -36,6 +36,7 @@ const MODES: &[(&str, &[&str])] = &[
     ("run.gloss", &["run.reflections=1"]),
     ("link.frames_every", &["link.mode=both"]),
     ("link.fifo_rows", &["link.mode=both"]),
+    ("host.", &["host.model=microcontroller"]),
 ];
 
 /// Keys of scenes that need files, geometry or a bake; their ranges go through the same checks, without a run here.

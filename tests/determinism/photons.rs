@@ -43,7 +43,10 @@ const BEHIND: &str = "seed=2 run.rung=clocked run.effects=all run.accuracy=0.5 r
     compute.descriptor_bits=128 compute.pattern=symmetric compute.engines=1 compute.fifo_depth=4 compute.overflow=drop_newest \
     link.lanes=2 link.frequency_hz=400000000 link.format=raw16 link.mode=features link.mode=frames link.frames_every=2 \
     link.line_sync=true link.fifo_rows=4 link.when_full=stall link.bit_error_rate=0.00001 \
-    tracker.window=5 tracker.rolling_shutter=false tracker.loop_closing=false tracker.imu=off energy.technology=28nm";
+    tracker.window=5 tracker.rolling_shutter=false tracker.loop_closing=false tracker.imu=off energy.technology=28nm energy.io_v=2.5 \
+    energy.adc=sar energy.port=lvds energy.port_lanes=2 energy.periphery=low_power energy.image_processor=true energy.idle_bias=0.5 \
+    energy.digital_v=1.5 energy.pixel_node_nm=90.0 energy.sleep_period_ms=900.0 energy.wake_us=10.0 energy.year=2010 \
+    energy.constant.link_byte.pj=12.0";
 
 /// Keys before it, each with another value.
 const BEFORE: &str = "scene.illuminance_lux=900.0 scene.illuminant=A scene.reflectance=0.3 scene.target_square_m=0.2 \

@@ -1,9 +1,11 @@
 //! Hard cases of the link's checks and of energy sums. Enters: bytes, counts of events. Leaves: codes, attojoules.
 
-use sensel::energy::{EnergyAccount, RunLength, Technology};
-use sensel::events::{Block, Event, Events};
+use sensel::config::Resolved;
+use sensel::energy::{Amount, EnergyAccount, Technology};
+use sensel::events::{Event, Events};
 use sensel::link::{HeaderCheck, check_header, crc16, ecc};
 use sensel::num::{low_u8, low_u32};
+use sensel::run::SensorSetup;
 
 use crate::double_double::{dd, whole};
 use crate::table::{Chance, Stage};
@@ -88,24 +90,29 @@ pub fn energy(stage: &mut Stage) {
     let case =
         stage.case(name, "128-bit integers, double-double", "relative", &["one frame", "millions", "count by count"]);
     let mut chance = Chance::new(603);
-    for (number, technology) in Technology::names().flat_map(|name| [name; 40]).enumerate() {
-        let technology = Technology::by_name(technology).unwrap();
+    let sensor = SensorSetup::new(&Resolved::from_layers("hard", "", &[]).unwrap()).unwrap();
+    for (number, technology) in ["65nm", "28nm"].into_iter().flat_map(|name| [name; 40]).enumerate() {
+        let power = sensor.power.with_technology(Technology::by_name(technology).unwrap());
         let mut events = Events::default();
-        let (mut by_ones, mut exact) = (0_u64, 0_i128);
+        let mut by_ones = 0_u64;
         for &event in Event::ALL {
             let times = 1_000_000_000_000_000 + chance.below(1_000_000_000_000_000);
             events.add(event, times);
             // A part added later must not be lost in what is there.
             events.add(event, 1);
             by_ones += u64::from(events.count(event) == times + 1);
-            exact += i128::from(times + 1) * i128::from(technology.energy_aj(event));
         }
         let frames = if number % 2 == 0 { 1 } else { 1 + low_u32(chance.below(4_000_000)) };
-        let length = RunLength { frames, sensors: 2, pixels: 307_200, run_time_s: 1.0 };
-        for block in Block::ALL {
-            exact += 2_000_000_000 * i128::from(technology.power_nw(block));
+        let mut exact = 0_i128;
+        for item in &power.items {
+            let times = match item.amount {
+                Amount::Event(event) => i128::from(events.count(event)),
+                Amount::PerFrame(times) | Amount::Nanoseconds(times) => 2 * i128::from(frames) * i128::from(times),
+                Amount::LaneNanoseconds => i128::from(power.times(item.amount, &events, u64::from(frames))),
+            };
+            exact += times * i128::from(item.constant);
         }
-        let account = EnergyAccount::of(&events, length, &technology);
+        let account = EnergyAccount::of(&events, frames, 2, 307_200, &power);
         let same =
             i128::try_from(account.total_aj()).unwrap() == exact && by_ones == u64::try_from(Event::ALL.len()).unwrap();
         case.hold(2, same, || format!("{} aJ for {exact}", account.total_aj()));

@@ -1,7 +1,8 @@
 //! A report as a run of ten seconds would make it, from closed forms, so that the page can be judged without a run.
 
 use glam::{DQuat, DVec3};
-use sensel::energy::{EnergyAccount, RunLength, Technology};
+use sensel::config::Resolved;
+use sensel::energy::EnergyAccount;
 use sensel::events::{Event, Events};
 use sensel::plane::Plane;
 use sensel::pose::{Pose, TimedPose};
@@ -68,7 +69,7 @@ pub fn report() -> Report {
         plan: plan(),
         timing: timing(),
         bandwidth: bandwidth(),
-        energy: (&energy()).into(),
+        energy: energy_record(),
         features: FeatureFigures {
             median_found: Some(452.0),
             median_tracked: Some(241.0),
@@ -246,8 +247,17 @@ fn energy() -> EnergyAccount {
     ] {
         events.add(event, per_frame * frames);
     }
-    let length = RunLength { frames: FRAMES, sensors: 2, pixels, run_time_s: 300.0 * 0.033_330_7 };
-    EnergyAccount::of(&events, length, &Technology::by_name("65nm").unwrap())
+    let resolved = Resolved::from_layers("sample", "", &[]).expect("the defaults hold");
+    let sensor = sensel::run::SensorSetup::new(&resolved).expect("the defaults are a sensor");
+    EnergyAccount::of(&events, FRAMES, 2, pixels, &sensor.power)
+}
+
+/// The account with the power of a line.
+fn energy_record() -> sensel::report::energy_record::EnergyRecord {
+    let resolved = Resolved::from_layers("sample", "", &[]).expect("the defaults hold");
+    let sensor = sensel::run::SensorSetup::new(&resolved).expect("the defaults are a sensor");
+    let line = Some(sensor.line_power().expect("its rows pass"));
+    sensel::report::energy_record::EnergyRecord { line, ..(&energy()).into() }
 }
 
 fn hashes() -> Hashes {

@@ -58,13 +58,14 @@ fn spoken(name: &str) -> String {
 fn entries(report: &Report) -> String {
     let mut rows = String::new();
     for entry in &report.energy.entries {
-        let unit = if entry.name.starts_with("static_") { ("ms", "mW") } else { ("", "pJ") };
+        let unit = if entry.unit == "mW" { ("ms", "mW") } else { ("", "pJ") };
         write!(
             rows,
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td class=\"num\">{}\u{a0}{}</td><td class=\"num\">{}\u{a0}{}\
+            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td class=\"num\">{}\u{a0}{}</td><td class=\"num\">{}\u{a0}{}\
              </td><td class=\"num\">\u{d7}/\u{f7}\u{a0}{}</td><td class=\"num\">{}</td><td class=\"note\">{}</td></tr>",
             escaped(&spoken(&entry.name)),
             escaped(&entry.block),
+            escaped(&entry.rail),
             if unit.0.is_empty() { grouped(entry.times_per_frame) } else { digits(entry.times_per_frame) },
             unit.0,
             digits(entry.constant),
@@ -77,7 +78,7 @@ fn entries(report: &Report) -> String {
     }
     format!(
         "<details><summary>Every event and constant</summary><div class=\"scroll\"><table><thead><tr>\
-         <th scope=\"col\">event</th><th scope=\"col\">block</th>\
+         <th scope=\"col\">event</th><th scope=\"col\">block</th><th scope=\"col\">rail</th>\
          <th scope=\"col\" class=\"num\">per frame</th><th scope=\"col\" class=\"num\">constant</th>\
          <th scope=\"col\" class=\"num\">within</th>\
          <th scope=\"col\" class=\"num\">energy</th><th scope=\"col\">source</th></tr></thead><tbody>{rows}</tbody>\

@@ -69,7 +69,9 @@ fn pose_tiles(report: &Report) -> String {
 
 fn sensor_tiles(report: &Report) -> String {
     let (energy, bandwidth, fps) = (&report.energy, &report.bandwidth, report.timing.fps);
-    let interval_mw = |end_pj: f64| digits(end_pj * fps * 1e-9);
+    // A sensor that sleeps between frames has another mean than its frame rate says.
+    let mw_per_pj = if energy.total_pj_per_frame > 0.0 { energy.power_mw / energy.total_pj_per_frame } else { 0.0 };
+    let interval_mw = |end_pj: f64| digits(end_pj * mw_per_pj);
     let range = format!(
         "All sensors of the rig; likely {} to {} mW, for the constants are that uncertain.",
         interval_mw(energy.total_interval.low_pj),

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::num::{f64_from_u64, f64_from_usize};
 use crate::report::html::text::{digits, escaped, grouped, si};
-use crate::report::html::{TEXT, section};
+use crate::report::html::{TEXT, power_strip, section};
 use crate::report::record::{Phase, Report};
 
 /// Width of a lane on a common screen, and of a letter in it: a span too narrow for its name goes without; the table
@@ -37,8 +37,9 @@ pub(super) fn timing(report: &Report) -> String {
         None => lead,
     };
     let content = format!(
-        "<h3>One line</h3>{}<h3>One frame</h3>{}{}",
+        "<h3>One line</h3>{}{}<h3>One frame</h3>{}{}",
         lanes(&timing.line, timing.line_time_us),
+        report.energy.line.as_ref().map_or_else(String::new, power_strip::strip),
         lanes(&timing.frame, timing.frame_time_us),
         table(report)
     );

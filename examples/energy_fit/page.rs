@@ -1,0 +1,182 @@
+//! The generated tables of docs/energy.md.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use sensel::energy::Constant;
+use sensel::run::ESTIMATED_LEVEL;
+
+use crate::judge::{Outcome, sensor};
+
+const TEXT: &str = "writing to a string cannot fail";
+
+/// Tables by the name of their marks.
+pub fn tables(root: &Path, outcome: &Outcome) -> Vec<(&'static str, String)> {
+    vec![("chips", chips(outcome)), ("slopes", slopes(root)), ("link", link(root))]
+}
+
+/// A page's text with the table between its marks replaced.
+pub fn with_table(text: &str, name: &str, table: &str) -> String {
+    let (from, to) = (format!("<!-- {name} -->\n"), format!("<!-- end of {name} -->"));
+    let (before, rest) = text.split_once(&from).unwrap_or_else(|| panic!("the page has no mark {from}"));
+    let (_, after) = rest.split_once(&to).unwrap_or_else(|| panic!("the page has no mark {to}"));
+    format!("{before}{from}{table}{to}{after}")
+}
+
+/// A technology file's text with the value of a constant replaced, to three digits.
+pub fn with_value(text: &str, constant: Constant, value: f64) -> String {
+    let head = format!("[constant.{}]\n{} = ", constant.name(), constant.unit().key());
+    let (before, rest) = text.split_once(&head).unwrap_or_else(|| panic!("the file has no {head}"));
+    let (_, after) = rest.split_once('\n').expect("a line ends");
+    format!("{before}{head}{}\n{after}", three_digits(value))
+}
+
+/// A number to three significant digits, as TOML wants a float.
+pub fn three_digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.2e}").parse().expect("a number");
+    format!("{rounded:?}")
+}
+
+fn chips(outcome: &Outcome) -> String {
+    let mut table = String::from(
+        "| chip | vendor | published, mW | evidence | fitted to all, mW | vendor unseen, mW | over published | 95 % range, mW |\n\
+         |---|---|---|---|---|---|---|---|\n",
+    );
+    for chip in &outcome.chips {
+        let (facts, ratio) = (&chip.prepared.chip, chip.unseen_mw / chip.prepared.chip.published_mw);
+        let [low, high] = chip.range_mw.map(three_digits);
+        writeln!(
+            table,
+            "| {} | {} | {} | {} | {} | {} | {ratio:.2} | {low} to {high} |",
+            facts.name,
+            facts.vendor,
+            facts.published_mw,
+            facts.evidence.name(),
+            three_digits(chip.all_mw),
+            three_digits(chip.unseen_mw)
+        )
+        .expect(TEXT);
+    }
+    let number = outcome.chips.len();
+    writeln!(table, "\n| | median error | within 2 times | rms of the logarithm |\n|---|---|---|---|").expect(TEXT);
+    for (name, score) in
+        [("fitted to all", outcome.score(|chip| chip.all_mw)), ("vendor unseen", outcome.score(|chip| chip.unseen_mw))]
+    {
+        let (median, rms) = (100.0 * score.median_error, score.rms_log);
+        writeln!(table, "| {name} | {median:.0} % | {} of {number} | {rms:.2} |", score.within_two).expect(TEXT);
+    }
+    writeln!(
+        table,
+        "\nThe 95 % range of the model that has not seen a chip's vendor holds {} of {number} chips.",
+        outcome.held()
+    )
+    .expect(TEXT);
+    table
+}
+
+/// Power in mW and pJ a pixel of a chip's scenario with some keys changed, by the constants of the program.
+fn power(root: &Path, file: &str, set: &[&str]) -> (f64, f64) {
+    let set: Vec<String> = set.iter().map(|one| (*one).to_owned()).collect();
+    let account = sensor(root, file, &set).estimated_energy(ESTIMATED_LEVEL).unwrap_or_else(|error| panic!("{error}"));
+    (account.power_mw(), account.pj_per_pixel())
+}
+
+/// Keys that run a chip slower by a longer vertical blanking: lines, clocks and bias stay.
+fn slower(root: &Path, file: &str, fps: f64) -> String {
+    let schedule = sensor(root, file, &[]).schedule;
+    let vts = sensel::num::f64_from_u64(schedule.vts()) * schedule.fps() / fps;
+    format!("sensor.readout.vts={}", sensel::num::u64_half_even(vts))
+}
+
+fn slopes(root: &Path) -> String {
+    let mut table = String::from("| slope | published | model |\n|---|---|---|\n");
+    let mut row = |what: &str, published: &str, model: String| {
+        writeln!(table, "| {what} | {published} | {model} |").expect(TEXT);
+    };
+    let low = power(root, "hbku2026", &[&slower(root, "hbku2026", 14.0)]).0 * 1e3;
+    let high = power(root, "hbku2026", &[]).0 * 1e3;
+    let slope = (high - low) / (112.0 - 14.0);
+    let base = low - 14.0 * slope;
+    row(
+        "180 nm single slope, 14 to 112 fps (HBKU 2026; 64 x 64 at 1.8 V assumed)",
+        "0.21 uW a frame a second over 58.9 uW",
+        format!("{slope:.3} uW a frame a second over {base:.1} uW"),
+    );
+    let ratio = |of: (f64, f64), over: (f64, f64)| format!("{:.2}", of.0 / over.0);
+    let mt9m024 = power(root, "mt9m024_hdr", &[]);
+    let linear = power(root, "mt9m024", &[]);
+    row(
+        "MT9M034 / MT9M024, HDR of up to three exposures over linear",
+        "1.70",
+        format!("{} with three", ratio(mt9m024, linear)),
+    );
+    row(
+        "AR0230, HDR of two exposures over linear",
+        "1.45",
+        ratio(power(root, "ar0230_hdr", &[]), power(root, "ar0230", &[])),
+    );
+    let half = slower(root, "python480", 60.0);
+    row(
+        "PYTHON 480, 120 over 60 fps",
+        "1.17",
+        ratio(power(root, "python480", &[]), power(root, "python480", &[&half])),
+    );
+    for fps in [100.0, 30.0, 3.0] {
+        let pixel = power(root, "ov7251", &[&slower(root, "ov7251", fps)]).1;
+        row(
+            &format!("pJ a pixel and frame, OV7251 at {fps} fps"),
+            "grows as 1 / fps (LiKamWa et al. 2013)",
+            format!("{pixel:.0}"),
+        );
+    }
+    for width in [640, 320, 160, 80] {
+        let window = format!("sensor.readout.window=[0, 0, {width}, 480]");
+        let (mw, pixel) = power(root, "ov7251", &[&window]);
+        row(
+            &format!("OV7251 at a width of {width}"),
+            "pJ a pixel grows as the picture shrinks (LiKamWa et al. 2013)",
+            format!("{mw:.1} mW, {pixel:.0} pJ a pixel"),
+        );
+    }
+    for bits in [12, 10, 8] {
+        let clock = format!("sensor.adc.clock_hz={}", 98_304_000_u64 * (1 << bits) / 1024);
+        let set = [&format!("sensor.adc.bits={bits}"), &format!("sensor.adc.reset_counts={}", (1 << bits) / 8), &clock];
+        let (mw, _) = power(root, "ov7251", &set.map(String::as_str));
+        row(&format!("OV7251 at {bits} bits in the same line time"), "single slope: 2^bits", format!("{mw:.1} mW"));
+    }
+    table
+}
+
+fn link(root: &Path) -> String {
+    let mut table = String::from(
+        "| codes | container | Mbit/s of codes | Mbit/s in containers | link, mW | of which flow with nothing to send, mW |\n\
+         |---|---|---|---|---|---|\n",
+    );
+    for (bits, container) in [(10, "RAW10"), (8, "RAW8"), (6, "RAW6"), (4, "RAW6"), (2, "RAW6")] {
+        let clock = format!("sensor.adc.clock_hz={}", 98_304_000_u64 * (1 << bits) / 1024);
+        let set =
+            [format!("sensor.adc.bits={bits}"), format!("sensor.adc.reset_counts={}", (1_u32 << bits) / 8), clock];
+        let sensor = sensor(root, "ov7251", &set);
+        let split = sensor.link_split(500).unwrap_or_else(|error| panic!("{error}"));
+        writeln!(
+            table,
+            "| {bits} bit | {container} | {:.1} | {:.1} | {:.2} | {:.2} |",
+            1e-6 * split.net_bits_per_s,
+            1e-6 * split.raw_bits_per_s,
+            split.raw_mw,
+            split.floor_mw
+        )
+        .expect(TEXT);
+        if bits == 2 {
+            writeln!(
+                table,
+                "| 500 features | feature packets | | {:.1} | {:.2} | {:.2} |",
+                1e-6 * split.feature_bits_per_s,
+                split.feature_mw,
+                split.floor_mw
+            )
+            .expect(TEXT);
+        }
+    }
+    table
+}

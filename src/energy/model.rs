@@ -1,0 +1,423 @@
+//! Where a sensor's power goes: one item for each event that is counted and each bias that flows, with block, rail and constant. Constants
+//! come from the technology, everything else from the keys that timing and noise know: supply, bias, clocks, settling, sizes, lanes.
+//!
+//! Formulas stand in docs/energy.md. An item's energy is an integer number of attojoules: a count times attojoules, or nanoseconds times
+//! nanowatts.
+
+use super::constant::Constant;
+use super::converter;
+use super::params::{EnergyParams, Periphery, Port};
+use super::technology::Technology;
+use crate::adc::AdcParams;
+use crate::events::{Block, Event, Events};
+use crate::link::LinkParams;
+use crate::num::{f64_from_u64, lesser, u64_half_even};
+use crate::pixel::PixelParams;
+use crate::readout::{Schedule, Shutter};
+
+/// Charge of an electron in C (CODATA 2018, exact).
+const ELECTRON_C: f64 = 1.602_176_634e-19;
+/// Supply for which the technology's analog overhead is stated, in V.
+const ANALOG_NOMINAL_V: f64 = 2.8;
+/// Kelvin over which leakage doubles; the usual figure for subthreshold leakage.
+const LEAKAGE_DOUBLING_K: f64 = 25.0;
+/// Lines of a row that are driven in a frame of a rolling shutter: select, reset and transfer for the readout, reset and transfer for the
+/// start of the exposure.
+const ROLLING_LINES: f64 = 5.0;
+/// Those of a global shutter: besides the former the gates that store the charge and drain the photodiode.
+const GLOBAL_LINES: f64 = 7.0;
+
+/// A supply rail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Rail {
+    /// Pixels, columns, converters, references.
+    Analog,
+    /// Logic and memories.
+    Digital,
+    /// The port.
+    Io,
+}
+
+impl Rail {
+    /// All rails.
+    pub const ALL: [Self; 3] = [Self::Analog, Self::Digital, Self::Io];
+
+    /// The one name of this rail in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Analog => "analog",
+            Self::Digital => "digital",
+            Self::Io => "io",
+        }
+    }
+}
+
+/// How often an item happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Amount {
+    /// As often as an event; the constant is in attojoules.
+    Event(Event),
+    /// So many times in every frame of a sensor; the constant is in attojoules.
+    PerFrame(u64),
+    /// So many nanoseconds of every frame of a sensor; the constant is in nanowatts.
+    Nanoseconds(u64),
+    /// As many nanoseconds as the data lanes together are in high-speed mode; the constant is in nanowatts.
+    LaneNanoseconds,
+}
+
+/// A part of a sensor's power.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Item {
+    /// The constant's name, or that of the event.
+    pub name: &'static str,
+    /// Who pays.
+    pub block: Block,
+    /// From which supply.
+    pub rail: Rail,
+    /// How often.
+    pub amount: Amount,
+    /// Attojoules a time, or nanowatts.
+    pub constant: u64,
+    /// The technology's constant that it rests on, for uncertainty and source.
+    pub of: Constant,
+}
+
+/// What of a sensor decides its power.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    /// Keys of `[energy]`.
+    pub params: EnergyParams,
+    /// Photodiode to column.
+    pub pixel: PixelParams,
+    /// Column converters.
+    pub adc: AdcParams,
+    /// The link.
+    pub link: LinkParams,
+    /// Analog supply in V.
+    pub supply_v: f64,
+    /// Whether an extractor is on the sensor.
+    pub has_extractor: bool,
+    /// Which of a row's lines are driven.
+    pub shutter: Shutter,
+    /// Columns of the array: the length of a row line.
+    pub row_px: u32,
+    /// Columns that are read: each has its current source.
+    pub columns: u32,
+    /// Pixels that are read.
+    pub pixels: u64,
+    /// Codes of an output row.
+    pub depth_bits: u32,
+    /// Lines of a frame in which columns are converted, all exposures and black rows included.
+    pub active_lines: u64,
+    /// Settling, ramps and pulses of such a line, in seconds; at most the line.
+    pub conversion_s: f64,
+    /// A line in seconds.
+    pub line_s: f64,
+    /// A frame in seconds.
+    pub frame_s: f64,
+    /// A frame in `pix_clk`.
+    pub frame_clk: u64,
+}
+
+impl Design {
+    /// The facts of a checked sensor. `black_rows` are read beside the picture's; `depth_bits` is the depth of the codes that leave.
+    pub fn new(
+        params: EnergyParams,
+        (pixel, adc): (&PixelParams, &AdcParams),
+        (schedule, link): (&Schedule, &LinkParams),
+        supply_v: f64,
+        (black_rows, depth_bits): (u32, u32),
+    ) -> Self {
+        let geometry = schedule.geometry();
+        let slots = crate::num::u64_from(schedule.slots().len());
+        let (reads, columns) = (geometry.reads(), geometry.columns_read());
+        let conversions = f64::from(schedule.params().hdr.conversions());
+        let ramps_s = f64_from_u64(adc.ramp_clk().0) / f64_from_u64(adc.clock_hz);
+        let pulses_s = f64_from_u64(schedule.params().pulses.total_clk()) / f64_from_u64(schedule.pixel_rate_hz());
+        let line_s = schedule.line_time_s();
+        Self {
+            params,
+            pixel: pixel.clone(),
+            adc: adc.clone(),
+            link: *link,
+            supply_v,
+            has_extractor: link.mode.sends_features(),
+            shutter: schedule.shutter(),
+            row_px: geometry.array_size().width_px,
+            columns,
+            pixels: u64::from(columns) * u64::from(reads),
+            depth_bits,
+            active_lines: slots * (u64::from(reads) + u64::from(black_rows)),
+            conversion_s: lesser(conversions * (adc.settling_s() + ramps_s + pulses_s), line_s),
+            line_s,
+            frame_s: schedule.frame_time_s(),
+            frame_clk: schedule.frame_clk().0,
+        }
+    }
+
+    /// Share of a frame in which columns are converted.
+    pub fn conversion_share(&self) -> f64 {
+        lesser(f64_from_u64(self.active_lines) * self.conversion_s / self.frame_s, 1.0)
+    }
+
+    /// Converters of all columns.
+    pub fn converters(&self) -> u32 {
+        self.columns.div_ceil(self.adc.columns_per_adc)
+    }
+}
+
+/// The items of one sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorPower {
+    /// What they were made from.
+    pub design: Design,
+    /// Its constants.
+    pub technology: Technology,
+    /// In the order of the data.
+    pub items: Vec<Item>,
+    /// From frame to frame, in nanoseconds.
+    pub period_ns: u64,
+    lane_ps_per_byte: u64,
+    lane_ns_per_burst: u64,
+}
+
+impl SensorPower {
+    /// The items of a design in a technology.
+    pub fn new(design: Design, technology: Technology) -> Self {
+        let frame_ns = nanoseconds(design.frame_s);
+        let asked_ns = design.params.period_s.map_or(0, nanoseconds);
+        let awake_ns = frame_ns + nanoseconds(design.params.wake_s);
+        // A sensor that streams has no wake-up.
+        let (awake_ns, period_ns) = if asked_ns > awake_ns { (awake_ns, asked_ns) } else { (frame_ns, frame_ns) };
+        let link = &design.link;
+        let lane_ps_per_byte = u64_half_even(8e12 / (2.0 * f64_from_u64(link.frequency_hz)));
+        let lane_ns_per_burst = nanoseconds(link.seconds(link.burst_overhead()));
+        let pixel_die = design.params.pixel_node_nm.map(|node_nm| technology.scaled_to(node_nm));
+        let mut build = Build { design: &design, technology: &technology, awake_ns, items: Vec::new() };
+        build.pixels(pixel_die.as_ref().unwrap_or(&technology));
+        converter::items(&mut build);
+        build.readout();
+        build.compute();
+        build.port();
+        build.periphery(period_ns - awake_ns);
+        let items = build.items;
+        Self { design, technology, items, period_ns, lane_ps_per_byte, lane_ns_per_burst }
+    }
+
+    /// The same design with other constants.
+    #[must_use]
+    pub fn with_technology(&self, technology: Technology) -> Self {
+        Self::new(self.design.clone(), technology)
+    }
+
+    /// How often an item happens in `frames` frames of `sensors` sensors with these events.
+    pub fn times(&self, amount: Amount, events: &Events, frames: u64) -> u64 {
+        match amount {
+            Amount::Event(event) => events.count(event),
+            Amount::PerFrame(times) | Amount::Nanoseconds(times) => times.saturating_mul(frames),
+            Amount::LaneNanoseconds => {
+                let (bytes, bursts) = (events.count(Event::LinkByte), events.count(Event::LinkBurst));
+                let ps = u128::from(bytes) * u128::from(self.lane_ps_per_byte);
+                let ns = ps / 1000 + u128::from(bursts) * u128::from(self.lane_ns_per_burst);
+                u64::try_from(ns).unwrap_or(u64::MAX)
+            }
+        }
+    }
+}
+
+fn nanoseconds(seconds: f64) -> u64 {
+    u64_half_even(seconds * 1e9)
+}
+
+/// The items while they are made.
+pub(super) struct Build<'a> {
+    pub design: &'a Design,
+    pub technology: &'a Technology,
+    /// Nanoseconds of a frame in which the sensor is awake.
+    pub awake_ns: u64,
+    items: Vec<Item>,
+}
+
+impl Build<'_> {
+    /// An event or count that costs picojoules.
+    pub fn pj(&mut self, (block, rail): (Block, Rail), amount: Amount, of: Constant, energy_pj: f64) {
+        let name = match amount {
+            Amount::Event(event) if event.name() == of.name() => event.name(),
+            _ => of.name(),
+        };
+        self.items.push(Item { name, block, rail, amount, constant: u64_half_even(energy_pj * 1e6), of });
+    }
+
+    /// A bias in milliwatts for a share of the time awake.
+    pub fn mw(&mut self, (block, rail): (Block, Rail), of: Constant, share: f64, power_mw: f64) {
+        let ns = u64_half_even(f64_from_u64(self.awake_ns) * share);
+        let (amount, constant) = (Amount::Nanoseconds(ns), u64_half_even(power_mw * 1e6));
+        self.items.push(Item { name: of.name(), block, rail, amount, constant, of });
+    }
+
+    /// The value of a constant.
+    pub fn value(&self, constant: Constant) -> f64 {
+        self.technology.value(constant)
+    }
+
+    /// Energy of the logic over that at the core's voltage: C V^2 below it; above it a regulator passes the core's charge.
+    pub fn logic_factor(&self) -> f64 {
+        let core_v = self.technology.core_voltage_v;
+        let ratio = self.design.params.digital_v.unwrap_or(core_v) / core_v;
+        if ratio < 1.0 { ratio * ratio } else { ratio }
+    }
+
+    /// Share of a frame for which bias flows, rows without conversion included.
+    pub fn bias_share(&self) -> f64 {
+        let active = self.design.conversion_share();
+        active + self.design.params.idle_bias * (1.0 - active)
+    }
+
+    /// Bias of this class of sensor over that of a product.
+    pub fn bias_class(&self) -> f64 {
+        match self.design.params.periphery {
+            Periphery::Full => 1.0,
+            Periphery::LowPower => self.value(Constant::LowPowerBias),
+            Periphery::External => self.value(Constant::ExternalBias),
+        }
+    }
+
+    fn pixels(&mut self, die: &Technology) {
+        let (design, supply_v) = (self.design, self.design.supply_v);
+        let place = (Block::Pixel, Rail::Analog);
+        let square_pj = |capacitance_ff: f64| 1e-3 * capacitance_ff * supply_v * supply_v;
+        let diffusion_ff = 1e21 * ELECTRON_C / design.pixel.conversion_gain_uv_per_e;
+        let reset_pj = square_pj(diffusion_ff + die.value(Constant::PixelReset));
+        self.pj(place, Amount::Event(Event::PixelReset), Constant::PixelReset, reset_pj);
+        let transfer_pj = square_pj(die.value(Constant::ChargeTransfer));
+        self.pj(place, Amount::Event(Event::ChargeTransfer), Constant::ChargeTransfer, transfer_pj);
+        if !converter::has_columns(design) {
+            return;
+        }
+        let swing_v = lesser(1e-6 * design.adc.full_scale_uv / design.adc.gain, supply_v);
+        let line_ff = 1e3 * design.adc.column_capacitance_pf + die.value(Constant::ColumnSettle);
+        let settle_pj = 1e-3 * line_ff * swing_v * supply_v;
+        self.pj(place, Amount::Event(Event::ColumnSettle), Constant::ColumnSettle, settle_pj);
+        let given_ua = design.adc.column_bias_ua;
+        let bias_ua = if given_ua > 0.0 { given_ua } else { die.value(Constant::ColumnBias) * self.bias_class() };
+        let share = self.bias_share();
+        self.mw(place, Constant::ColumnBias, share, 1e-3 * bias_ua * supply_v * f64::from(design.columns));
+    }
+
+    fn readout(&mut self) {
+        let design = self.design;
+        let supply_v = design.supply_v;
+        let pixel_ff = self.value(Constant::RowSelect) + self.value(Constant::Wire) * design.pixel.pitch_um;
+        let lines = match design.shutter {
+            Shutter::Rolling => ROLLING_LINES,
+            Shutter::Global => GLOBAL_LINES,
+        };
+        let row_pj = 1e-3 * lines * f64::from(design.row_px) * pixel_ff * supply_v * supply_v;
+        self.pj((Block::Readout, Rail::Analog), Amount::Event(Event::RowSelect), Constant::RowSelect, row_pj);
+        let digital = (Block::Readout, Rail::Digital);
+        let (bit, core_v) = (Amount::Event(Event::ReadoutBit), self.technology.core_voltage_v);
+        // A bit travels half of the bus in the mean, and every other bit differs from the one before it: C V^2 over two of that.
+        let bus_ff = self.value(Constant::Wire) * design.pixel.pitch_um * f64::from(design.columns);
+        let bus_pj = 1e-3 * 0.25 * bus_ff * core_v * core_v;
+        let logic = self.logic_factor();
+        let shift_pj = logic * (self.value(Constant::ReadoutBit) + bus_pj);
+        self.pj(digital, bit, Constant::ReadoutBit, shift_pj);
+        // A test chip corrects less of its codes than a product, by the same ratio as its bias.
+        let corrects = if design.params.periphery == Periphery::External { self.bias_class() } else { 1.0 };
+        self.pj(digital, bit, Constant::DatapathBit, corrects * logic * self.value(Constant::DatapathBit));
+        if design.params.image_processor {
+            self.pj(digital, bit, Constant::ImageProcessorBit, logic * self.value(Constant::ImageProcessorBit));
+        }
+        if design.params.pixel_node_nm.is_some() {
+            self.pj(digital, bit, Constant::TsvBit, self.value(Constant::TsvBit));
+        }
+    }
+
+    fn compute(&mut self) {
+        let place = (Block::Compute, Rail::Digital);
+        let logic = self.logic_factor();
+        for (event, of) in [
+            (Event::LineBufferWrite, Constant::LineBufferWrite),
+            (Event::LineBufferRead, Constant::LineBufferRead),
+            (Event::ComputeOp, Constant::ComputeOp),
+            (Event::ComputeMac, Constant::ComputeMac),
+        ] {
+            self.pj(place, Amount::Event(event), of, logic * self.value(of));
+        }
+        // Without an extractor nothing leaks.
+        let present = if self.design.has_extractor { self.leakage() } else { 0.0 };
+        self.mw(place, Constant::LeakageCompute, 1.0, present * self.value(Constant::LeakageCompute));
+    }
+
+    /// Leakage over that at 300 K and the core's voltage.
+    fn leakage(&self) -> f64 {
+        self.logic_factor() * libm::exp2((self.design.pixel.temperature_k - 300.0) / LEAKAGE_DOUBLING_K)
+    }
+
+    fn port(&mut self) {
+        let (design, place) = (self.design, (Block::Link, Rail::Io));
+        let class = match design.params.periphery {
+            Periphery::Full | Periphery::External => 1.0,
+            Periphery::LowPower => self.value(Constant::LowPowerPort),
+        };
+        let byte = Amount::Event(Event::LinkByte);
+        let lanes = f64::from(design.params.port_lanes.unwrap_or(design.link.lanes));
+        match design.params.port {
+            Port::None => {}
+            Port::Parallel => {
+                // A data pin rises at every fourth bit of random data; the clock pin at every code.
+                let rises = 0.25 + 1.0 / f64::from(design.depth_bits);
+                let io_v = design.params.io_v;
+                let byte_pj = 8.0 * rises * 1e-3 * self.value(Constant::Pad) * io_v * io_v;
+                self.pj(place, byte, Constant::Pad, class * byte_pj);
+            }
+            Port::Lvds => {
+                self.pj(place, byte, Constant::LinkByte, class * self.value(Constant::LinkByte));
+                let lane_mw = 1e-3 * self.value(Constant::LvdsLane) * design.params.io_v;
+                self.mw(place, Constant::LvdsLane, 1.0, class * (lanes + 1.0) * lane_mw);
+            }
+            Port::Dphy => {
+                self.pj(place, byte, Constant::LinkByte, class * self.value(Constant::LinkByte));
+                let burst = Amount::Event(Event::LinkBurst);
+                self.pj(place, burst, Constant::LinkBurst, class * self.value(Constant::LinkBurst));
+                self.mw(place, Constant::PhyLane, 1.0, class * (lanes + 1.0) * self.value(Constant::PhyLane));
+                // The clock lane runs all the time; data lanes are in high-speed mode for their bytes and the ways in and out.
+                let clock_mw = 1e-9 * self.value(Constant::LaneClock) * f64_from_u64(design.link.frequency_hz);
+                for (of, lane_mw) in [(Constant::HsLane, self.value(Constant::HsLane)), (Constant::LaneClock, clock_mw)]
+                {
+                    self.mw(place, of, 1.0, class * lane_mw);
+                    let (block, rail) = place;
+                    let (amount, constant) = (Amount::LaneNanoseconds, u64_half_even(1e6 * class * lane_mw));
+                    self.items.push(Item { name: of.name(), block, rail, amount, constant, of });
+                }
+            }
+        }
+    }
+
+    fn periphery(&mut self, asleep_ns: u64) {
+        let class = match self.design.params.periphery {
+            Periphery::Full => 1.0,
+            Periphery::LowPower => self.value(Constant::LowPowerOverhead),
+            Periphery::External => 0.0,
+        };
+        let (logic, analog) = (self.logic_factor(), self.design.supply_v / ANALOG_NOMINAL_V);
+        for (of, rail, factor) in [
+            (Constant::Pll, Rail::Digital, logic),
+            (Constant::Sequencer, Rail::Digital, logic),
+            (Constant::References, Rail::Analog, analog),
+            (Constant::ChargePump, Rail::Analog, analog),
+            (Constant::Regulators, Rail::Analog, analog),
+            (Constant::Pads, Rail::Io, 1.0),
+        ] {
+            self.mw((Block::Periphery, rail), of, 1.0, class * factor * self.value(of));
+        }
+        let place = (Block::Periphery, Rail::Digital);
+        let clocks = Amount::PerFrame(self.design.frame_clk);
+        self.pj(place, clocks, Constant::ClockTree, class * logic * self.value(Constant::ClockTree));
+        let leakage_mw = class * self.leakage() * self.value(Constant::LeakageLogic);
+        self.mw(place, Constant::LeakageLogic, 1.0, leakage_mw);
+        let (of, amount) = (Constant::Standby, Amount::Nanoseconds(asleep_ns));
+        let constant = u64_half_even(1e3 * self.value(of));
+        self.items.push(Item { name: of.name(), block: place.0, rail: place.1, amount, constant, of });
+    }
+}

@@ -1,0 +1,124 @@
+//! Published sensors against the model of power: the page of docs/energy.md and the constants of 65nm.toml are what the fit gives, and the
+//! files of chips hold public facts and one rule.
+
+// A test fails by panicking; not every item of the study is used here.
+#![allow(clippy::unwrap_used, dead_code)]
+
+#[path = "../examples/energy_fit/chips.rs"]
+mod chips;
+#[path = "../examples/energy_fit/fit.rs"]
+mod fit;
+#[path = "../examples/energy_fit/judge.rs"]
+mod judge;
+#[path = "../examples/energy_fit/page.rs"]
+mod page;
+
+use std::path::Path;
+use std::sync::LazyLock;
+
+use sensel::config::Resolved;
+use sensel::energy::{DISCREPANCY, Technology};
+use sensel::num::{f64_from_u64, u64_half_even};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+static OUTCOME: LazyLock<judge::Outcome> = LazyLock::new(|| judge::judge(root()));
+
+#[test]
+fn the_page_and_the_constants_are_what_the_fit_gives() {
+    let page = std::fs::read_to_string(root().join("docs/energy.md")).unwrap();
+    for (name, table) in page::tables(root(), &OUTCOME) {
+        let remedy = "cargo run --release --example energy_fit -- --write";
+        assert!(page::with_table(&page, name, &table) == page, "the table '{name}' is stale: {remedy}\n{table}");
+    }
+    let (base, fitted) = (Technology::by_name("65nm").unwrap(), fit::moved(&fit::at_priors(), &OUTCOME.parameters));
+    for &constant in fit::GROUPS.iter().flat_map(|group| group.constants) {
+        let ratio = base.value(constant) / fitted.value(constant);
+        // The file holds three significant digits: half a unit of the last is 0.5 % at most.
+        assert!(
+            (ratio - 1.0).abs() < 0.006,
+            "{} is {} in the file and {} in the fit",
+            constant.name(),
+            base.value(constant),
+            fitted.value(constant)
+        );
+    }
+}
+
+#[test]
+fn the_model_s_discrepancy_is_that_of_vendors_that_the_fit_has_not_seen() {
+    let measured = OUTCOME.score(|chip| chip.unseen_mw).rms_log;
+    assert!((DISCREPANCY - measured).abs() < 0.03, "stated {DISCREPANCY}, measured {measured}");
+}
+
+/// The bars are 30 % and nine of ten; what is reached is held here, so that it cannot get worse unseen.
+#[test]
+fn published_chips_are_met_as_well_as_the_page_says() {
+    let number = OUTCOME.chips.len();
+    assert!(number >= 15, "{number} chips");
+    let (all, unseen) = (OUTCOME.score(|chip| chip.all_mw), OUTCOME.score(|chip| chip.unseen_mw));
+    println!(
+        "all {:.3} {}, unseen {:.3} {}, held {}",
+        all.median_error,
+        all.within_two,
+        unseen.median_error,
+        unseen.within_two,
+        OUTCOME.held()
+    );
+    assert!(all.median_error < 0.30 && 10 * all.within_two >= 9 * number, "{} {}", all.median_error, all.within_two);
+    assert!(
+        unseen.median_error < 0.42 && 100 * unseen.within_two >= 85 * number,
+        "{} {}",
+        unseen.median_error,
+        unseen.within_two
+    );
+    assert!(10 * OUTCOME.held() >= 9 * number, "{} of {number}", OUTCOME.held());
+}
+
+/// The values marked "rule" in the files, from the public ones.
+#[test]
+fn what_is_not_public_of_a_chip_follows_one_rule() {
+    let mut seen = 0;
+    for entry in std::fs::read_dir(root().join("scenes/chips")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|ending| ending != "toml") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        let name = path.display();
+        assert!(text.contains("Published: ") && text.contains(" mW at "), "{name} has no published figure");
+        let resolved = Resolved::from_layers("chip", &text, &[]).unwrap();
+        let sensor = &resolved.scenario.sensor;
+        let (adc, readout) = (&sensor.adc, &sensor.readout);
+        let exposures = if readout.hdr == "multi_exposure" { readout.hdr_exposures } else { 1 };
+        assert_eq!(readout.hts, 16 * (sensor.width * 11).div_ceil(160), "{name}");
+        assert_eq!(readout.vts, Some(exposures * sensor.height + sensor.height / 20 + 8), "{name}");
+        assert_eq!(adc.reset_counts, ((1 << adc.bits) / 8).max(1), "{name}");
+        let line_s = f64::from(readout.hts) / f64_from_u64(readout.pixel_rate_hz);
+        let least_hz = (f64::from(1_u32 << adc.bits) + f64::from(adc.reset_counts)) / (0.6 * line_s);
+        let above_hz = f64_from_u64(adc.clock_hz) - least_hz;
+        // Rounded up to a kilohertz, and a millionth for the decimal's rounding.
+        assert!((-1.0..=1001.0).contains(&above_hz), "{name}: {above_hz}");
+        for (settle_us, share) in [(adc.settle_reset_us, 0.1), (adc.settle_signal_us, 0.2)] {
+            let below_us = share * line_s * 1e6 - settle_us;
+            assert!((-1e-9..0.001_001).contains(&below_us), "{name}: {below_us}");
+        }
+        // Whole frames a second, or the published rate of the comment.
+        let fps: f64 = text.split(" mW at ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        let rate = fps * f64::from(readout.hts) * f64::from(readout.vts.unwrap());
+        assert_eq!(readout.pixel_rate_hz, u64_half_even(rate), "{name}");
+        let link = &resolved.scenario.link;
+        assert!(link.mode == "frames" && (resolved.scenario.energy.port == "dphy" || link.lanes == 4), "{name}");
+        assert_eq!(resolved.scenario.energy.technology, "auto", "{name}");
+        assert!(resolved.scenario.energy.constant.is_empty(), "{name}");
+        seen += 1;
+    }
+    assert!(seen > 35, "{seen} files were read");
+    for chip in chips::CHIPS {
+        let text = std::fs::read_to_string(root().join(format!("scenes/chips/{}.toml", chip.file))).unwrap();
+        let figure: f64 = text.split("Published: ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert_eq!(figure, chip.published_mw, "{}", chip.file);
+    }
+}
