@@ -4,7 +4,6 @@
 
 use super::footprint::{Differentials, Look, SampleShare, footprint};
 use super::reflect::Reflection;
-use crate::num::{index, u32_from};
 use crate::optics::camera::Camera;
 use crate::optics::motion::{PacketMotion, Turn, Turns};
 use crate::scene::LitScene;
@@ -102,7 +101,7 @@ impl Pixels {
 
 /// Where, when and for how much of its pixel each lane's ray stands.
 pub struct Aim<'a> {
-    /// SampleShare of the pixel from its left edge, from its upper edge, and of the exposure that is over.
+    /// Place in the pixel from its left and from its upper edge, and in the exposure, each 0..1.
     pub place: [Floats; 3],
     /// The camera's motion over the lanes' pieces of time.
     pub motion: PacketMotion<'a>,
@@ -207,11 +206,13 @@ impl View<'_> {
             for lane in 0..LANES {
                 lanes.0[lane] &= if hits.triangle[lane] == triangle { u32::MAX } else { 0 };
             }
+            // Whatever its distance is, a leader is one of its group, so that the loop ends.
+            lanes.0[leader] = u32::MAX;
             let light = if triangle == MISS {
                 self.sky(traced, lanes)
             } else {
                 is_glossy |= self.scene.face(triangle).has_gloss(self.follows_gloss);
-                self.surface(traced, [leader, index(triangle)], lanes, aim, filter)
+                self.surface(traced, leader, lanes, aim, filter)
             };
             lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
             for lane in 0..LANES {
@@ -234,16 +235,9 @@ impl View<'_> {
 
     /// Light of the triangle that some rays met, of which the leader's footprint serves all.
     #[inline(always)]
-    fn surface(
-        &self,
-        traced: &Traced,
-        [leader, triangle]: [usize; 2],
-        lanes: Mask,
-        aim: &Aim,
-        filter: &Filter,
-    ) -> [Floats; BANDS] {
+    fn surface(&self, traced: &Traced, leader: usize, lanes: Mask, aim: &Aim, filter: &Filter) -> [Floats; BANDS] {
         let Traced { hits, packet } = traced;
-        let triangle = u32_from(triangle);
+        let triangle = hits.triangle[leader];
         let face = self.scene.face(triangle);
         let u = lanes.select(hits.u, Floats::splat(hits.u.0[leader]));
         let v = lanes.select(hits.v, Floats::splat(hits.v.0[leader]));
