@@ -155,7 +155,7 @@ impl Scene {
         for rays in [settings.grid_rays, settings.vertex_rays, settings.grid_lamp_rays, settings.vertex_lamp_rays] {
             hasher.update(&crate::num::u64_from(rays).to_le_bytes());
         }
-        hasher.update(&[u8::from(settings.bounces)]);
+        hasher.update(&[u8::from(settings.bounces) | u8::from(!settings.interpolates) << 1]);
         hash_floats(&mut hasher, &self.sky);
         hasher.update(&[u8::from(self.environment.is_some())]);
         if let Some(environment) = &self.environment {

@@ -38,7 +38,7 @@ fn assert_bright(scene: Scene) {
     let corners = scene.mesh.corners_m(0);
     let above = DVec3::from_array(corners[0].map(f64::from)) + DVec3::new(0.0, 0.5, 0.5);
     let settings =
-        BakeSettings { grid_rays: 16, vertex_rays: 16, grid_lamp_rays: 4, vertex_lamp_rays: 4, bounces: true };
+        BakeSettings { grid_rays: 16, vertex_rays: 16, grid_lamp_rays: 4, vertex_lamp_rays: 4, ..BakeSettings::DRAFT };
     let lit = scene.with_sky([1.0; 4]).baked_and_lit(&settings, above, 100.0, Illuminant::D65).unwrap();
     assert!(lit.exitance_bounds().greatest[1] > 0.0 || lit.exitance_bounds().emitted[1] > 0.0);
 }

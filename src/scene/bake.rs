@@ -38,24 +38,27 @@ pub struct BakeSettings {
     pub vertex_lamp_rays: usize,
     /// Whether light is followed over surfaces; without, only what sources send straight is known.
     pub bounces: bool,
+    /// Whether samples on grids are interpolated where light changes little; without, rays are traced for each.
+    pub interpolates: bool,
 }
 
 impl BakeSettings {
     /// Pictures of rooms.
-    pub const ROOM: Self =
-        Self { grid_rays: 256, vertex_rays: 64, grid_lamp_rays: 192, vertex_lamp_rays: 96, bounces: true };
+    pub const ROOM: Self = Self::new([256, 64], [192, 96]);
 
     /// Enough for tests and a first look.
-    pub const DRAFT: Self =
-        Self { grid_rays: 64, vertex_rays: 32, grid_lamp_rays: 64, vertex_lamp_rays: 32, bounces: true };
+    pub const DRAFT: Self = Self::new([64, 32], [64, 32]);
 
     /// Scenes that take seconds even so.
-    pub const FINE: Self =
-        Self { grid_rays: 1_024, vertex_rays: 256, grid_lamp_rays: 768, vertex_lamp_rays: 384, bounces: true };
+    pub const FINE: Self = Self::new([1_024, 256], [768, 384]);
 
     /// Scenes whose light would take minutes and most of a gigabyte.
-    pub const WIDE: Self =
-        Self { grid_rays: 128, vertex_rays: 32, grid_lamp_rays: 96, vertex_lamp_rays: 48, bounces: true };
+    pub const WIDE: Self = Self::new([128, 32], [96, 48]);
+
+    /// Rays and points on lamps of samples on grids and on vertices.
+    const fn new([grid_rays, vertex_rays]: [usize; 2], [grid_lamp_rays, vertex_lamp_rays]: [usize; 2]) -> Self {
+        Self { grid_rays, vertex_rays, grid_lamp_rays, vertex_lamp_rays, bounces: true, interpolates: true }
+    }
 
     /// What a scene affords: the finest of `FINE`, `ROOM` and `WIDE` that stays below its number of rays.
     #[must_use]

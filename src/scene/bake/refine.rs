@@ -70,8 +70,11 @@ impl Traced {
                 Cell::append_grid(number, shade.grid_steps, &mut cells);
             }
         }
-        let on_vertices = |&sample: &u32| !scene.layout.samples[index(sample)].on_grid;
-        refinement.wanted = (0..u32_from(scene.layout.samples.len())).filter(on_vertices).collect();
+        if !settings.interpolates {
+            cells.clear();
+        }
+        let is_wanted = |&sample: &u32| !settings.interpolates || !scene.layout.samples[index(sample)].on_grid;
+        refinement.wanted = (0..u32_from(scene.layout.samples.len())).filter(is_wanted).collect();
         while !(cells.is_empty() && refinement.wanted.is_empty()) {
             cells = refinement.wave(cells);
         }
