@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::common::{Scratch, names, sensel, sensel_command};
-use crate::results::everything;
+use super::results::everything;
 
 /// Everything that changes what stands on the disk, or makes it last.
 const CALLS: &[&str] = &[
