@@ -17,6 +17,7 @@ mod json;
 #[cfg(feature = "cli")]
 pub mod ladder_picture;
 pub mod ladder_record;
+pub mod latency_record;
 pub mod ordered;
 pub mod plan_record;
 pub mod record;
