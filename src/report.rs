@@ -4,6 +4,7 @@
 //! `cli`) one self-contained page. It never reads a clock or a file and never simulates.
 
 pub mod align;
+pub mod alternatives_record;
 pub mod associate;
 #[cfg(feature = "cli")]
 pub(crate) mod chart;

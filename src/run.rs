@@ -1,6 +1,7 @@
 //! One run, frame by frame, from photons to pose. Enters: a resolved scenario and the bytes of its files. Leaves: every stage's
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
+mod alternatives;
 pub mod assets;
 mod checked;
 mod estimate;
@@ -32,6 +33,7 @@ mod warnings;
 mod waterfall;
 pub mod world;
 
+pub use alternatives::Counted;
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
 pub use estimate::{ESTIMATED_LEVEL, LinkSplit};
 pub use felt::noise_of;

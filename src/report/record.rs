@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::report::alternatives_record::Alternatives;
 use crate::report::energy_record::EnergyRecord;
 use crate::report::figures::{Figure, NotMeasurable, TrajectoryFigures};
 use crate::report::ladder_record::LadderRecord;
@@ -41,6 +42,9 @@ pub struct Report {
     pub bandwidth: Bandwidth,
     /// Joules of the sensor.
     pub energy: EnergyRecord,
+    /// Raw pictures, features and both side by side.
+    #[serde(default)]
+    pub alternatives: Alternatives,
     /// What the extractor and the tracker found.
     pub features: FeatureFigures,
     /// Errors of the pose.

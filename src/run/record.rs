@@ -1,5 +1,6 @@
 //! The report of a run: every figure computed from what the run counted, sent and tracked.
 
+use super::alternatives::Counted;
 use super::session::{FrameNotes, STAGES, Session};
 use super::setup::PlanSummary;
 use super::timing::{burst_utilisation, timing_record};
@@ -102,7 +103,20 @@ impl Session {
         }
         self.set_costs(&mut report);
         self.set_tracking(&mut report);
+        report.alternatives = setup.sensor.alternatives(&self.counted(report.tracking.ate_m))?;
+        let reasons = report.alternatives.reasons();
+        report.not_measurable.extend(reasons.into_iter().map(|(path, why)| (path.to_owned(), why.to_owned())));
         Ok(report)
+    }
+
+    fn counted(&self, ate_m: Option<f64>) -> Counted<'_> {
+        Counted {
+            events: &self.totals.events,
+            frames: u32_from(self.notes.len()),
+            cameras: u32_from(self.setup.cameras.len()),
+            features: self.mean_features(),
+            ate_m,
+        }
     }
 
     fn scenario(&self, name: &str) -> Scenario {
