@@ -5,8 +5,11 @@
 
 pub mod align;
 pub mod associate;
+pub mod bootstrap;
+pub mod cameras_alone;
 #[cfg(feature = "cli")]
 pub(crate) mod chart;
+pub mod compare;
 pub mod display;
 pub mod energy_record;
 pub(crate) mod escape;
@@ -17,8 +20,10 @@ mod json;
 #[cfg(feature = "cli")]
 pub mod ladder_picture;
 pub mod ladder_record;
+pub mod link_record;
 pub mod ordered;
 pub mod plan_record;
+pub mod pose_series;
 pub mod record;
 pub mod spread;
 pub mod timing_diagram;

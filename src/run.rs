@@ -1,6 +1,7 @@
 //! One run, frame by frame, from photons to pose. Enters: a resolved scenario and the bytes of its files. Leaves: every stage's
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
+mod alone;
 pub mod assets;
 mod checked;
 mod estimate;
@@ -10,6 +11,7 @@ mod extractor;
 mod exposure;
 mod facts;
 mod felt;
+mod frame_notes;
 mod hashes;
 mod host;
 mod light;

@@ -38,6 +38,8 @@ pub(super) struct LinkTotals {
     pub feature_latency_s: Option<f64>,
     /// Longest time from the middle of a frame's exposure to the last bit of its last packet.
     pub latency_s: f64,
+    /// The same of the last frame alone.
+    pub frame_latency_s: f64,
     /// Features that left the extractor and found no time on the link before the next frame.
     pub features_dropped: u64,
     /// Frames of a camera that lost some so.
@@ -54,7 +56,9 @@ impl LinkTotals {
             let longest_s = self.feature_latency_s.unwrap_or(0.0);
             self.feature_latency_s = Some(greater(longest_s, latency_s));
         }
-        self.latency_s = greater(self.latency_s, sensor.latency_s(flow, schedule, frame));
+        let latency_s = sensor.latency_s(flow, schedule, frame);
+        self.frame_latency_s = greater(self.frame_latency_s, latency_s);
+        self.latency_s = greater(self.latency_s, latency_s);
     }
 
     /// Warns of features that the link had no time for.
@@ -154,6 +158,7 @@ impl Session {
         let gain = RampGain::saturating_from_num(self.gain);
         let features_per_gap = sensor.features_per_gap()?;
         let mut arrived = Vec::with_capacity(codes.len());
+        self.totals.link.frame_latency_s = 0.0;
         for (camera, ((codes, extracted), schedule)) in codes.iter().zip(extracted).zip(schedules).enumerate() {
             let dropped = drop_what_does_not_pass(sensor, (schedule, frame), extracted)?;
             self.totals.link.features_dropped += dropped;
