@@ -23,8 +23,6 @@ use sensel::simd::{Level, level, limit};
 
 const SEED: u64 = 41;
 
-/// The level is one for the whole process, so tests that set it take turns.
-
 /// Hits of all rays, which every level must give bit for bit.
 fn ours(bvh: &Bvh, packets: &[Packet]) -> Vec<Hits> {
     let _turn = crate::common::LEVEL.lock().expect("no test has failed while it held the level");

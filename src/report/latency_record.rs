@@ -52,7 +52,10 @@ impl Waterfall {
         }
         if let Some(pose_us) = self.pose_us {
             let features = self.features;
-            lines += &format!("pose        {pose_us:.1} us after the middle of the exposure ({}, {features} features)\n", self.host);
+            lines += &format!(
+                "pose        {pose_us:.1} us after the middle of the exposure ({}, {features} features)\n",
+                self.host
+            );
         }
         lines
     }

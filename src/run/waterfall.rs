@@ -85,8 +85,7 @@ impl SensorSetup {
     fn frame_steps(&self, sent: &SentFrame, features: u64) -> Vec<LatencyStep> {
         let SentFrame { flow, schedule, frame, out_clk } = sent;
         let (slot, row, period_s) = (schedule.slots().len() - 1, schedule.last_row(), schedule.frame_time_s());
-        let (exposure, readout) =
-            (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
+        let (exposure, readout) = (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
         let stalled_s = self.link.seconds(flow.stalled);
         let mut steps = Steps::new(schedule.t_frame(*frame));
         steps.until("exposure", exposure.end_s, None);
@@ -139,8 +138,7 @@ impl SensorSetup {
             return Vec::new();
         };
         let (slot, row) = (schedule.slots().len() - 1, RowIndex(first.row));
-        let (exposure, readout) =
-            (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
+        let (exposure, readout) = (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
         // Rows before this one may have waited for the link.
         let from_schedule = flow.lead.0 + self.row_period().clocks(first.row.into()).0;
         let read = flow.row_read.get(index(first.row)).map_or(from_schedule, |read| read.0);
