@@ -6,6 +6,7 @@
 #[path = "../benches/embree/compare.rs"]
 mod compare;
 #[path = "../benches/embree/rays.rs"]
+#[allow(clippy::module_inception, reason = "the bench that shares these files has this name")]
 mod rays;
 
 use std::path::Path;
