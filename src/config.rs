@@ -86,7 +86,8 @@ impl Resolved {
         for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {
             let Some(named) = preview.get(key).and_then(toml::Value::as_str) else { continue };
             if kind == presets::Kind::Sensor && sensor_file::is_file(named) {
-                let [base, own] = sensor_file::layers(named, read).map_err(|error| preview.locate(error.named_by(key, named)))?;
+                let [base, own] =
+                    sensor_file::layers(named, read).map_err(|error| preview.locate(error.named_by(key, named)))?;
                 chosen.merge_exclusive(base, EXCLUSIVE);
                 chosen.merge_exclusive(own, EXCLUSIVE);
                 continue;

@@ -110,7 +110,13 @@ pub const CHIPS: &[Chip] = &[
     Chip { file: "lm9617", name: "LM9617", vendor: "National", published_mw: 90.0, evidence: Evidence::Datasheet },
     Chip { file: "hv7131rp", name: "HV7131RP", vendor: "MagnaChip", published_mw: 86.0, evidence: Evidence::Datasheet },
     Chip { file: "pas005b", name: "PAS005B", vendor: "PixArt", published_mw: 150.0, evidence: Evidence::Bound },
-    Chip { file: "kac12040", name: "KAC-12040", vendor: "Truesense", published_mw: 1500.0, evidence: Evidence::Datasheet },
+    Chip {
+        file: "kac12040",
+        name: "KAC-12040",
+        vendor: "Truesense",
+        published_mw: 1500.0,
+        evidence: Evidence::Datasheet,
+    },
     Chip {
         file: "dongguk2020",
         name: "Dongguk 2020",

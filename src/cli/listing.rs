@@ -54,7 +54,8 @@ pub fn preset(name: &str, shared: &Shared) -> Result<(), Error> {
     let path = Path::new(name);
     let is_file = name.ends_with(".toml");
     let folder = path.parent().filter(|_| is_file).unwrap_or(Path::new(""));
-    let own_name = path.file_name().filter(|_| is_file).map_or_else(|| name.to_owned(), |own| own.to_string_lossy().into_owned());
+    let own_name =
+        path.file_name().filter(|_| is_file).map_or_else(|| name.to_owned(), |own| own.to_string_lossy().into_owned());
     let text = format!("[{section}]\npreset = {}\n", toml::Value::String(own_name));
     let resolved = place::layered("command line", &text, &place::assignments(shared, &[]), folder)?;
     if shared.json {

@@ -155,7 +155,10 @@ fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features: u
     if let Some(clocks) = &timing.extractor {
         outln!("extractor   {}, with {features} features spread evenly", clocks.verdict());
         let (most, depth) = (clocks.queue_most.unwrap_or(0), clocks.queue_depth);
-        outln!("            at {} Hz; {most} candidates wait at once, of {depth} that the queue holds", clocks.clock_hz);
+        outln!(
+            "            at {} Hz; {most} candidates wait at once, of {depth} that the queue holds",
+            clocks.clock_hz
+        );
     }
     outln!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * link.utilisation, 100.0 * link.burst);
     if let Some(latency_us) = timing.feature_latency_us {

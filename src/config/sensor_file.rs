@@ -64,7 +64,8 @@ mod tests {
 
     #[test]
     fn a_sensor_file_stands_between_its_preset_and_the_scenario() {
-        let mine = resolved("[sensor]\npreset = \"ov7251\"\nwidth = 320\nheight = 240\n[sensor.adc]\nbits = 8\n").unwrap();
+        let mine =
+            resolved("[sensor]\npreset = \"ov7251\"\nwidth = 320\nheight = 240\n[sensor.adc]\nbits = 8\n").unwrap();
         let sensor = &mine.scenario.sensor;
         assert_eq!((sensor.width, sensor.height, sensor.adc.bits), (320, 240, 9));
         let layer = |key: &str| mine.tree.origin(key).unwrap().layer.clone();
@@ -82,7 +83,10 @@ mod tests {
     #[test]
     fn a_sensor_file_with_a_scenario_s_keys_or_without_a_sensor_is_refused_by_file_line_and_key() {
         for (file, words) in [
-            ("[sensor]\nwidth = 320\n[scene]\ntarget = \"flat\"\n", &["./mine.toml:3", "scene", "write the rest in the scenario"][..]),
+            (
+                "[sensor]\nwidth = 320\n[scene]\ntarget = \"flat\"\n",
+                &["./mine.toml:3", "scene", "write the rest in the scenario"][..],
+            ),
             ("seed = 1\n[sensor]\n", &["./mine.toml:1", "seed"]),
             ("[link]\nlanes = 2\n", &["mine.toml", "[sensor]"]),
             ("[sensor]\npreset = \"other.toml\"\n", &["./mine.toml:2", "sensor.preset", "ov7251"]),

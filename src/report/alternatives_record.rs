@@ -78,10 +78,20 @@ impl Alternatives {
     pub fn text(&self) -> String {
         let mut text = format!(
             "{:<28} {:>9} {:>9} {:>9} {:>9} {:>10} {:>11} {:>11} {:>8} {:>9} {:>8}\n",
-            "what is sent", "analog mW", "digital", "io", "total mW", "Mbit/s", "latency us", "pose us", "host mJ", "keeps up",
+            "what is sent",
+            "analog mW",
+            "digital",
+            "io",
+            "total mW",
+            "Mbit/s",
+            "latency us",
+            "pose us",
+            "host mJ",
+            "keeps up",
             "ATE mm"
         );
-        let number = |value: Option<f64>, decimals: usize| value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"));
+        let number =
+            |value: Option<f64>, decimals: usize| value.map_or("-".to_owned(), |value| format!("{value:.decimals$}"));
         for row in &self.rows {
             let mark = if row.is_run { " *" } else { "" };
             let keeps_up = row.keeps_up.map_or("-", |keeps_up| if keeps_up { "yes" } else { "no" });

@@ -79,7 +79,11 @@ impl SensorSetup {
     fn compute_events(&self, counted: &Counted) -> Result<Events, Error> {
         let mut events = Events::default();
         if self.link.mode.sends_features() {
-            counted.events.iter().filter(|(event, _)| event.block() == Block::Compute).for_each(|(event, times)| events.add(event, times));
+            counted
+                .events
+                .iter()
+                .filter(|(event, _)| event.block() == Block::Compute)
+                .for_each(|(event, times)| events.add(event, times));
             return Ok(events);
         }
         let sensor_frames = u64::from(counted.frames) * u64::from(counted.cameras);
@@ -88,7 +92,13 @@ impl SensorSetup {
         Ok(events)
     }
 
-    fn alternative(&self, name: String, counted: &Counted, compute: &Events, is_run: bool) -> Result<Alternative, Error> {
+    fn alternative(
+        &self,
+        name: String,
+        counted: &Counted,
+        compute: &Events,
+        is_run: bool,
+    ) -> Result<Alternative, Error> {
         let sensor_frames = u64::from(counted.frames) * u64::from(counted.cameras);
         let sent = self.link.traffic_of_cycle(self.size, self.bits(), counted.features)?;
         let cycle = f64::from(self.link.frames_every);
@@ -97,8 +107,13 @@ impl SensorSetup {
         if is_run {
             events.merge(counted.events);
         } else {
-            let stays = |event: Event| event.block() != Block::Compute && !matches!(event, Event::LinkByte | Event::LinkBurst);
-            counted.events.iter().filter(|(event, _)| stays(*event)).for_each(|(event, times)| events.add(event, times));
+            let stays =
+                |event: Event| event.block() != Block::Compute && !matches!(event, Event::LinkByte | Event::LinkBurst);
+            counted
+                .events
+                .iter()
+                .filter(|(event, _)| stays(*event))
+                .for_each(|(event, times)| events.add(event, times));
             if self.link.mode.sends_features() {
                 events.merge(compute);
             }
@@ -113,8 +128,7 @@ impl SensorSetup {
         let link_ends = waterfall.frame.iter().rfind(|step| !step.step.starts_with("host") && step.step != "tracker");
         let frame_s = 1e-9 * f64_from_u64(self.power.period_ns);
         let cameras = f64::from(counted.cameras);
-        let extracted_px =
-            if self.link.mode.sends_features() { 0.0 } else { f64_from_usize(self.size.pixel_count()) };
+        let extracted_px = if self.link.mode.sends_features() { 0.0 } else { f64_from_usize(self.size.pixel_count()) };
         let host = self.host.map(|host| {
             let one = host.frame(bytes_per_frame, extracted_px, f64_from_u64(counted.features), frame_s);
             // Cameras share the host's idle power and the tracker's work a frame.

@@ -60,7 +60,9 @@ impl SensorSetup {
         let engines = (self.extractor.engines + 1..=ENGINES_MAX)
             .find(|&engines| passes(&ExtractorParams { engines, ..self.extractor }, self.compute_hz));
         remedies.extend(engines.map(|engines| format!("compute.engines = {engines}")));
-        remedies.push("a lower compute.target_features (0 sets no limit) or compute.per_cell, or a longer frame".to_owned());
+        remedies.push(
+            "a lower compute.target_features (0 sets no limit) or compute.per_cell, or a longer frame".to_owned(),
+        );
         remedies.join(", or ")
     }
 

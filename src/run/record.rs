@@ -15,8 +15,8 @@ use crate::pose::TimedPose;
 use crate::report::energy_record::EnergyRecord;
 use crate::report::figures::bring_to_metres;
 use crate::report::record::{
-    Bandwidth, ExtractorClocks, FactRecord, FrameRecord, Hashes, LinkRecord, Measured, OmittedEffect, PlanRecord, Scenario, StageCost,
-    TileRecord, Timing, TrackingEvent,
+    Bandwidth, ExtractorClocks, FactRecord, FrameRecord, Hashes, LinkRecord, Measured, OmittedEffect, PlanRecord,
+    Scenario, StageCost, TileRecord, Timing, TrackingEvent,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
 use crate::scene::{Illuminant, LitScene};
@@ -43,6 +43,7 @@ impl Session {
             timing: self.timing()?,
             bandwidth: self.bandwidth(),
             energy: EnergyRecord { line: Some(setup.sensor.line_power()?), ..(&self.energy()).into() },
+            gates: setup.sensor.gates(),
             features: self.totals.extractor.figures(),
             link: self.link(),
             hashes: self.hash_record(),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::sensor::SensorSetup;
 use super::timing::memory_s;
 use crate::error::Error;
-use crate::link::{FeatureReady, Flow, Packet};
+use crate::link::{FeatureReady, Flow, Packet, Sent};
 use crate::num::{f64_from_u64, f64_from_usize, greater, index, lesser};
 use crate::readout::Schedule;
 use crate::report::latency_record::{LatencyStep, Waterfall};
@@ -19,6 +19,17 @@ pub(super) struct SentFrame {
     pub frame: FrameIndex,
     /// The clock in which each feature left the extractor.
     pub out_clk: Vec<u64>,
+}
+
+/// A packet on the lanes, in run time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PacketTime {
+    /// Header, payload and checksum.
+    pub bytes: u64,
+    /// Its burst starts.
+    pub start_s: f64,
+    /// Its last bit has left.
+    pub last_bit_s: f64,
 }
 
 /// Steps that follow each other.
@@ -75,6 +86,17 @@ impl SensorSetup {
         }
     }
 
+    /// When each packet of a frame is on the lanes.
+    pub(super) fn packet_times(&self, flow: &Flow, schedule: &Schedule, frame: FrameIndex) -> Vec<PacketTime> {
+        let last = schedule.slot_readout(frame, schedule.slots().len() - 1, schedule.last_row());
+        let zero_s =
+            last.end_s + memory_s(schedule) + self.link.seconds(flow.stalled) - self.link.seconds(flow.rows_end);
+        let at = |clk: Clocks| zero_s + self.link.seconds(clk);
+        let time =
+            |sent: &Sent| PacketTime { bytes: sent.bytes, start_s: at(sent.start), last_bit_s: at(sent.data_end) };
+        flow.sent.iter().map(time).collect()
+    }
+
     /// What a line has left after the work that limits it.
     fn line_slack_s(&self) -> f64 {
         let schedule = &self.schedule;
@@ -85,8 +107,7 @@ impl SensorSetup {
     fn frame_steps(&self, sent: &SentFrame, features: u64) -> Vec<LatencyStep> {
         let SentFrame { flow, schedule, frame, out_clk } = sent;
         let (slot, row, period_s) = (schedule.slots().len() - 1, schedule.last_row(), schedule.frame_time_s());
-        let (exposure, readout) =
-            (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
+        let (exposure, readout) = (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
         let stalled_s = self.link.seconds(flow.stalled);
         let mut steps = Steps::new(schedule.t_frame(*frame));
         steps.until("exposure", exposure.end_s, None);
@@ -139,8 +160,7 @@ impl SensorSetup {
             return Vec::new();
         };
         let (slot, row) = (schedule.slots().len() - 1, RowIndex(first.row));
-        let (exposure, readout) =
-            (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
+        let (exposure, readout) = (schedule.slot_exposure(*frame, slot, row), schedule.slot_readout(*frame, slot, row));
         // Rows before this one may have waited for the link.
         let from_schedule = flow.lead.0 + self.row_period().clocks(first.row.into()).0;
         let read = flow.row_read.get(index(first.row)).map_or(from_schedule, |read| read.0);

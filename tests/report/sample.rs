@@ -7,6 +7,7 @@ use sensel::events::{Event, Events};
 use sensel::plane::Plane;
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::html::{Mark, Picture, Pictures};
+use sensel::report::latency_record::Waterfall;
 use sensel::report::record::{
     Bandwidth, ExtractorClocks, FactRecord, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase,
     PlanRecord, SCHEMA_VERSION, Scenario, StageCost, TileRecord, Timing, Tracking, TrackingEvent,
@@ -195,7 +196,18 @@ fn timing() -> Timing {
         feature_latency_us: Some(71.4),
         first_feature_us: Some(640.0),
         last_feature_us: Some(57.0),
-        extractor: Some(ExtractorClocks { required: 452_000, available: 1_599_872, frames_over: 0 }),
+        waterfall: Waterfall { pose_us: Some(21_000.0), measured_host_us: Some(8_000.0), ..Waterfall::default() },
+        extractor: Some(ExtractorClocks {
+            required: 452_000,
+            required_mean: 451_000.0,
+            available: 1_599_872,
+            clock_hz: 48_000_000,
+            frames_over: 0,
+            keeps_up: true,
+            queue_most: Some(3),
+            queue_depth: 16,
+            remedy: String::new(),
+        }),
         clocks_per_frame: 1_599_872,
         line: vec![
             phase("row n", "settle reset", 0.0, 2.0),
