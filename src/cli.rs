@@ -16,6 +16,7 @@ macro_rules! outln {
 mod args;
 mod characterize;
 mod clocks;
+mod compare;
 mod draw;
 mod expected;
 mod failure;
@@ -79,13 +80,20 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
 }
 
 /// All verbs of this version.
-const VERBS: &str = "run, plan, ladder, timing, power, features, track, characterize, presets, schema, config";
+const VERBS: &str = "run, plan, ladder, timing, power, features, track, characterize, compare, presets, schema, config";
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
     let writes = matches!(
         arguments.verb,
-        Some(Verb::Run(_) | Verb::Features(_) | Verb::Track(_) | Verb::Ladder(_) | Verb::Characterize(_))
+        Some(
+            Verb::Run(_)
+                | Verb::Features(_)
+                | Verb::Track(_)
+                | Verb::Ladder(_)
+                | Verb::Characterize(_)
+                | Verb::Compare(_)
+        )
     );
     place::check_shared(shared, writes)?;
     match arguments.verb.as_ref() {
@@ -104,6 +112,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Config(own)) => listing::config(own, shared),
         Some(Verb::Ladder(own)) => ladder::main(own, shared),
         Some(Verb::Characterize(own)) => characterize::main(own, shared),
+        Some(Verb::Compare(own)) => compare::main(own, shared),
         Some(Verb::Sweep(_)) => later("sweep"),
     }
 }

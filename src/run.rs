@@ -2,6 +2,7 @@
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
 mod alternatives;
+mod alone;
 pub mod assets;
 mod checked;
 mod estimate;
@@ -11,6 +12,7 @@ mod extractor;
 mod exposure;
 mod facts;
 mod felt;
+mod frame_notes;
 pub mod gates;
 mod hashes;
 mod host;

@@ -1,12 +1,9 @@
 //! An architect's questions, each by one command: when is the pose there, does the extractor keep up, what does extraction save, how many
 //! gates, and what of a sensor that is no preset.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Scratch, sensel};
 use serde_json::Value;
+
+use crate::common::{Scratch, sensel};
 
 /// Figures of a small always-on sensor as its vendor publishes them: 320 x 240, 376 clocks a line, 260 lines.
 const HM01B0: &str = "[sensor]\nwidth = 320\nheight = 240\n[sensor.adc]\nbits = 8\nclock_hz = 12000000\nreset_counts = 32\n\

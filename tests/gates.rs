@@ -1,8 +1,6 @@
 //! Gates between the points of Yosys' table, against settings of the whole extractor that the table has not seen. The figures stand in
 //! `vectors/gates_unseen.csv`; with the feature `outside` Yosys finds them again.
 
-#![allow(clippy::unwrap_used)]
-
 use std::collections::BTreeMap;
 
 use sensel::run::gates::{ExtractorHardware, cells_factor};

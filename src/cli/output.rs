@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use sensel::error::Error;
 use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuReading, PngDepth};
+use sensel::files::finished::CAMERAS_ALONE;
 use sensel::files::folder::OutputFolder;
 use sensel::files::map::ply;
 use sensel::files::truth::{Keep, Kept, TruthWriter};
@@ -144,6 +145,9 @@ impl Output {
         write(&folder.join("config.toml"), &session.setup().resolved.recorded_text())?;
         write(&folder.join("trajectory_gt.tum"), &format_tum(&session.truth()))?;
         write(&folder.join("trajectory_est.tum"), &format_tum(&session.estimate()))?;
+        if let Some(alone) = session.estimate_of_cameras_alone() {
+            write(&folder.join(CAMERAS_ALONE), &format_tum(&alone))?;
+        }
         if self.keep.has(Kept::Map) {
             write(&folder.join("map.ply"), &ply(session.tracker().landmarks()))?;
             write(&folder.join("keyframes.tum"), &format_tum(&session.tracker().keyframes()))?;

@@ -148,23 +148,33 @@ impl ExtractorHardware {
             let wide = row(block, "PIX_BITS=16 SUBPIXEL=0").plus(row(block, "PIX_BITS=16"), -1.0);
             between(&[(8.0, added(block, "SUBPIXEL=0")), (16.0, wide)], bits)
         };
-        let per_cell = between(
-            &[(1.0, none), (2.0, added(block, "PER_CELL=2")), (4.0, added(block, "PER_CELL=4"))],
-            f64::from(self.per_cell),
+        // The queue and the cells' lists grow with the words of a candidate.
+        let response_bits = if self.subpixel { 8.0 * bits } else { 0.0 };
+        let rank_bits = if self.harris { 16.0 + bits } else { bits };
+        let (word, body) = ((response_bits + rank_bits + 39.0) / 111.0, (response_bits + rank_bits + 8.0) / 80.0);
+        let per_cell = none.plus(
+            between(
+                &[(1.0, none), (2.0, added("fx_cells", "PER_CELL=2")), (4.0, added("fx_cells", "PER_CELL=4"))],
+                f64::from(self.per_cell),
+            ),
+            body,
         );
-        let fifo = between(
-            &[(1.0, added(block, "FIFO_DEPTH=1")), (16.0, none), (64.0, added(block, "FIFO_DEPTH=64"))],
-            f64::from(self.fifo_depth),
+        let fifo = none.plus(
+            between(
+                &[(1.0, added("fx_fifo", "DEPTH=1")), (16.0, none), (64.0, added("fx_fifo", "DEPTH=64"))],
+                f64::from(self.fifo_depth),
+            ),
+            word,
         );
         let desc = between(&[(64.0, added(block, "DESC_BITS=64")), (256.0, none)], f64::from(self.desc_bits));
         let harris = if self.harris { added(block, "HARRIS=1") } else { none };
         let parts = [octave, cell, subpixel, per_cell, fifo, desc, harris, self.width(block)];
         let sum = parts.into_iter().fold(row(block, "").plus(words, share), |sum, part| sum.plus(part, 1.0));
-        // Memories are columns times words; octaves, cells and candidates a cell change how many.
-        let memories =
-            row(block, "").sram_bits + octave.sram_bits + cell.sram_bits + per_cell.sram_bits + harris.sram_bits;
+        // Memories are columns times words; octaves and cells change how many. Lists are one a cell of a row of cells.
         let columns = f64::from(self.max_width) / 640.0;
-        let sram_bits = memories * columns * bits / 8.0 + subpixel.sram_bits * columns + fifo.sram_bits;
+        let cells = columns * 16.0 / f64::from(1_u32 << self.cell_log2.clamp(4, 6));
+        let memories = row(block, "").sram_bits + octave.sram_bits + cell.sram_bits + harris.sram_bits;
+        let sram_bits = memories * columns * bits / 8.0 + subpixel.sram_bits * columns + per_cell.sram_bits * cells;
         Netlist { sram_bits, ..sum }
     }
 

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use super::alone::Alone;
 use super::assets::{Assets, Stopwatch};
-use super::exposed::{CodeSums, saturated_dn};
+use super::exposed::CodeSums;
 use super::extractor::ExtractorTotals;
 use super::felt::Felt;
+use super::frame_notes::FrameNotes;
 use super::hashes::StageHashes;
 use super::host::Host;
 use super::row_check::RowCheck;
@@ -27,7 +29,7 @@ use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
 use crate::silicon::Seat;
-use crate::tracker::{Status, TrackedFrame, Tracker};
+use crate::tracker::{TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// Stages whose time is measured, in the data's order.
@@ -67,23 +69,6 @@ pub struct Frame {
     pub tracked: Option<TrackedFrame>,
 }
 
-/// Figures of one frame that the report needs at the end.
-#[derive(Clone, Debug)]
-pub(super) struct FrameNotes {
-    pub truth: TimedPose,
-    pub estimate: Option<Pose>,
-    pub predicted: Option<TimedPose>,
-    pub mean_code_dn: f64,
-    pub exposure_us: f64,
-    pub gain: f64,
-    pub found: Vec<u32>,
-    pub tracked: u32,
-    pub innovation_px: Option<f64>,
-    pub single_picture_sigma_m: Option<f64>,
-    pub status: Option<Status>,
-    pub loop_closed: bool,
-}
-
 /// Sums over the run.
 #[derive(Default)]
 pub(super) struct Totals {
@@ -95,6 +80,9 @@ pub(super) struct Totals {
     pub render_variance_ratio: f64,
     pub feature_count: u64,
     pub codes: CodeSums,
+    /// Energy and link bytes up to the frame before, so that each frame has its own.
+    pub energy_before_aj: u128,
+    pub link_bytes_before: u64,
     pub stage_s: [f64; STAGES.len()],
 }
 
@@ -102,6 +90,7 @@ pub(super) struct Totals {
 pub struct Session {
     pub(super) setup: Setup,
     tracker: Tracker,
+    pub(super) alone: Option<Alone>,
     felt: Felt,
     /// Each camera's extractor, on the sensor or, where pictures alone are sent, on the host.
     pub(super) extractors: Vec<Extractor>,
@@ -160,6 +149,7 @@ impl Session {
         Ok(Self {
             setup,
             tracker,
+            alone: None,
             felt,
             extractors,
             chain,
@@ -274,6 +264,10 @@ impl Session {
         self.tracker.feel(self.felt.until(host.input.t_s));
         let tracked = Some(self.tracker.track(&host.input));
         self.totals.stage_s[5] += lap.next_s();
+        if let Some(alone) = &mut self.alone {
+            alone.track(&host.input);
+            alone.seconds += lap.next_s();
+        }
 
         let t_s = frame_time_s(&schedules[0], frame);
         let truth = self.pose(t_s)?;
@@ -370,38 +364,6 @@ impl Session {
             all.push(extracted);
         }
         Ok(all)
-    }
-
-    fn note(&mut self, frame: &Frame, schedule: &Schedule) {
-        let (mut sums, saturated_dn) = (CodeSums::default(), saturated_dn(&self.setup, self.gain));
-        for camera in &frame.cameras {
-            self.totals.hashes.add(&camera.photons, &camera.codes, &camera.features);
-            self.totals.feature_count += u64_from(camera.features.len());
-            sums.add(CodeSums::of(&camera.codes, saturated_dn));
-        }
-        self.totals.codes.add(sums);
-        let tracked = frame.tracked.as_ref();
-        tracked.iter().for_each(|tracked| self.totals.hashes.add_pose(tracked));
-        let predicted = tracked.and_then(|tracked| tracked.predicted_position_m).map(|translation_m| TimedPose {
-            t_s: frame.t_s,
-            world_from_body: Pose { translation_m, ..Pose::IDENTITY },
-        });
-        let mean_code_dn = sums.mean_dn();
-        self.setup.exposure.after_frame(frame.frame, mean_code_dn);
-        self.notes.push(FrameNotes {
-            truth: TimedPose { t_s: frame.t_s, world_from_body: frame.truth },
-            estimate: tracked.and_then(|tracked| tracked.world_from_body),
-            predicted,
-            mean_code_dn,
-            exposure_us: 1e6 * schedule.exposure_s(),
-            gain: self.gain,
-            found: frame.cameras.iter().map(|camera| u32_from(camera.features.len())).collect(),
-            tracked: tracked.map_or(0, |tracked| tracked.tracked_features),
-            innovation_px: tracked.and_then(|tracked| tracked.innovation_px),
-            single_picture_sigma_m: tracked.and_then(|tracked| tracked.single_picture_sigma_m),
-            status: tracked.map(|tracked| tracked.status),
-            loop_closed: tracked.is_some_and(|tracked| tracked.loop_closed),
-        });
     }
 
     /// True poses of the frames so far, in the scene's world.

@@ -41,6 +41,8 @@ pub(super) struct LinkTotals {
     pub latency_s: f64,
     /// The frame that took it.
     pub slowest: Option<SentFrame>,
+    /// The same of the last frame alone.
+    pub frame_latency_s: f64,
     /// Features that left the extractor and found no time on the link before the next frame.
     pub features_dropped: u64,
     /// Frames of a camera that lost some so.
@@ -68,6 +70,7 @@ impl LinkTotals {
             let (flow, schedule, out_clk) = (flow.clone(), schedule.clone(), out_clk.to_vec());
             (self.latency_s, self.slowest) = (latency_s, Some(SentFrame { flow, schedule, frame, out_clk }));
         }
+        self.frame_latency_s = greater(self.frame_latency_s, latency_s);
     }
 
     /// Warns of features that the link had no time for.
@@ -167,6 +170,7 @@ impl Session {
         let gain = RampGain::saturating_from_num(self.gain);
         let features_per_gap = sensor.features_per_gap()?;
         let mut arrived = Vec::with_capacity(codes.len());
+        self.totals.link.frame_latency_s = 0.0;
         for (camera, ((codes, extracted), schedule)) in codes.iter().zip(extracted).zip(schedules).enumerate() {
             let dropped = drop_what_does_not_pass(sensor, (schedule, frame), extracted)?;
             self.totals.link.features_dropped += dropped;

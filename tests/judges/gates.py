@@ -20,6 +20,8 @@ BACK = FRONT | {"CELL_LOG2": 4, "PER_CELL": 1, "RING_LOG2": 6, "ENGINES": 1, "FI
                 "SYMMETRIC": 0, "SUBPIXEL": 1}
 BASE = {
     "fx_engine": {"PIX_BITS": 8, "DESC_BITS": 256, "SYMMETRIC": 0},
+    "fx_fifo": {"DEPTH": 16, "WIDTH": 111, "RANK_BITS": 8},
+    "fx_cells": {"MAX_WIDTH": 640, "OCTAVES": 1, "CELL_LOG2": 4, "PER_CELL": 1, "RANK_BITS": 8, "BODY_BITS": 80},
     "sensor_core": {"MAX_LANES": 16},
     "csi2_packetiser": {},
     "fx_front": FRONT,
@@ -36,9 +38,9 @@ POINTS = [
     ("fx_back", {}), ("fx_back", {"PIX_BITS": 16}), ("fx_back", {"SUBPIXEL": 0}),
     ("fx_back", {"PIX_BITS": 16, "SUBPIXEL": 0}), ("fx_back", {"DESC_BITS": 64}), ("fx_back", {"OCTAVES": 2}),
     ("fx_back", {"OCTAVES": 3}), ("fx_back", {"OCTAVES": 4}), ("fx_back", {"HARRIS": 1}), ("fx_back", {"CELL_LOG2": 5}),
-    ("fx_back", {"CELL_LOG2": 6, "RING_LOG2": 7}), ("fx_back", {"PER_CELL": 2}), ("fx_back", {"PER_CELL": 4}),
-    ("fx_back", {"FIFO_DEPTH": 1}), ("fx_back", {"FIFO_DEPTH": 64}), ("fx_back", {"MAX_WIDTH": 160}),
-    ("fx_back", {"MAX_WIDTH": 2560}),
+    ("fx_back", {"CELL_LOG2": 6, "RING_LOG2": 7}), ("fx_back", {"MAX_WIDTH": 160}), ("fx_back", {"MAX_WIDTH": 2560}),
+    ("fx_fifo", {}), ("fx_fifo", {"DEPTH": 1}), ("fx_fifo", {"DEPTH": 64}), ("fx_cells", {}), ("fx_cells", {"PER_CELL": 2}),
+    ("fx_cells", {"PER_CELL": 4}),
 ]
 
 
@@ -58,7 +60,7 @@ def modules(stat: str, dump: str) -> dict[str, dict]:
     current, words = None, 0
     for line in map(str.strip, dump.splitlines()):
         if line.startswith("module "):
-            current = by_name[line[7:].lstrip("\\")]
+            current = by_name.get(line[7:].lstrip("\\"), next(iter(found)))
         elif line.startswith("parameter \\SIZE "):
             words = int(line.split()[-1])
         elif line.startswith("parameter \\WIDTH ") and words:
