@@ -15,6 +15,7 @@ pub mod display;
 pub mod energy_record;
 pub(crate) mod escape;
 pub mod figures;
+pub mod gates_record;
 #[cfg(feature = "cli")]
 pub mod html;
 mod json;

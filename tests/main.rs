@@ -28,6 +28,7 @@ mod front_pictures;
 mod front_reference;
 
 mod adc;
+mod answers;
 mod characterize;
 mod chips;
 mod command_line;
@@ -42,6 +43,7 @@ mod facts;
 mod few_bits;
 mod front;
 mod gait;
+mod gates;
 mod gltf;
 mod hard_cases;
 mod images;

@@ -6,7 +6,7 @@ use super::on_link::rows_in;
 use super::sensor::SensorSetup;
 use super::session::Session;
 use super::warnings::Warnings;
-use super::waterfall::SentFrame;
+use super::waterfall::{PacketTime, SentFrame};
 use crate::compute::{Extracted, Overflow};
 use crate::draw::RowPlace;
 use crate::error::Error;
@@ -165,7 +165,7 @@ impl Session {
         schedules: &[Schedule],
         codes: &[Plane<u16>],
         extracted: &mut [Extracted],
-    ) -> Result<Vec<Vec<u8>>, Error> {
+    ) -> Result<Vec<(Vec<u8>, Vec<PacketTime>)>, Error> {
         let sensor = &self.setup.sensor;
         let gain = RampGain::saturating_from_num(self.gain);
         let features_per_gap = sensor.features_per_gap()?;
@@ -207,7 +207,7 @@ impl Session {
             let (seed, camera) = (self.setup.resolved.scenario.seed, CameraIndex(u32_from(camera)));
             let place = RowPlace { seed, camera, frame, slot: 0, row: RowIndex(0) };
             totals.bits_flipped += link::flip_bits(&mut bytes, sensor.bit_error_rate, place);
-            arrived.push(bytes);
+            arrived.push((bytes, sensor.packet_times(&flow, schedule, frame)));
         }
         Ok(arrived)
     }
