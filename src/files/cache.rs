@@ -1,6 +1,5 @@
-//! The user's cache. Enters: bytes under a key (a hash in hexadecimal of all that made them). Leaves: the same bytes, or
-//! nothing. Entries are written by rename, carry a checksum, and the least recently used go when the cache outgrows its
-//! size; whatever is damaged counts as absent.
+//! The user's cache of bytes, keyed by a hexadecimal hash of everything that made them. Entries are written by rename and carry a
+//! checksum. The least recently used go when the cache outgrows its size; a damaged entry counts as absent.
 
 use std::fs;
 use std::path::{Path, PathBuf};
