@@ -33,7 +33,7 @@ fn in_words(message: &str) -> String {
         _ if expected.starts_with("struct ") => "a table of keys",
         _ => expected,
     };
-    format!("{found}{would_do} would do")
+    format!("{found}use {would_do}")
 }
 
 fn child_path(path: &str, key: &str) -> String {

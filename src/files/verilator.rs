@@ -64,7 +64,7 @@ pub fn sources(top: &str) -> Vec<Source<'static>> {
 pub fn version(verilator: &str) -> Result<String, Error> {
     let absent = |why: &dyn std::fmt::Display| {
         let reason = format!(
-            "needs Verilator, and `{verilator} --version` failed ({why}); installing it (Debian: verilator) or clocked would do"
+            "needs Verilator, and `{verilator} --version` failed ({why}); install it (Debian: verilator) or use clocked"
         );
         Error::key("run.rung", "rtl", reason)
     };

@@ -243,12 +243,13 @@ impl Pilot<'_> {
         let least = self.all().fold(f64::INFINITY, |least, (one, sensing)| lesser(least, self.bounded(one, sensing)));
         match self.goal {
             Goal::Accuracy(accuracy) => {
-                let reason = format!("the best of {} settings reaches {least:.2}; that would do", self.rendered.len());
+                let reason =
+                    format!("the best of {} settings reaches {least:.2}; use that or more", self.rendered.len());
                 Error::key("--accuracy", accuracy, reason)
             }
             Goal::Time(wall_ms) => {
                 let reason =
-                    format!("the fastest setting takes {least:.0} ms a frame here; {:.0}ms would do", least.ceil());
+                    format!("the fastest setting takes {least:.0} ms a frame here; use {:.0}ms or more", least.ceil());
                 Error::key("--time-budget", format!("{wall_ms}ms"), reason)
             }
         }

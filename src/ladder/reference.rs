@@ -88,7 +88,7 @@ pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64, share: f64) -
     }
     let would_do = standard_error / share;
     Err(Error::Run(format!(
-        "the reference's standard error stays at {standard_error:.3} of photon noise; an accuracy of {would_do:.2} would do"
+        "the reference's standard error stays at {standard_error:.3} of photon noise; use an accuracy of {would_do:.2} or more"
     )))
 }
 

@@ -207,7 +207,7 @@ impl SensorSetup {
             let reason = format!("{needed}; use {fastest_hz} or less, fewer features or a faster link");
             return Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, reason));
         }
-        let reason = format!("{needed}; vts = {lines:.0}, fewer features or a faster link would do");
+        let reason = format!("{needed}; use vts = {lines:.0}, fewer features or a faster link");
         Err(Error::key("sensor.readout.vts", schedule.vts(), reason))
     }
 }
@@ -245,7 +245,7 @@ fn can_stall(readout: &ReadoutParams) -> Result<(), Error> {
     } else {
         return Ok(());
     };
-    Err(Error::key("link.when_full", "stall", format!("{reason}; \"refuse\" would do")))
+    Err(Error::key("link.when_full", "stall", format!("{reason}; use \"refuse\"")))
 }
 
 /// Rows as the report counts them.

@@ -40,7 +40,7 @@ pub fn turned(frame: &Frame<'_>, predicted: &Moving, work: &mut Work) -> Option<
             let Some(place_px) = view.project(&frame.cameras[camera], in_body_m, predicted) else { continue };
             near.clear();
             near.extend(view.near(place_px, BIN_PX * f64::from(REACH_BINS)));
-            let others = near.iter().map(|&sight: &usize| &view.sights[sight].descriptor);
+            let others = near.iter().map(|&keypoint: &usize| &view.keypoints[keypoint].descriptor);
             Distances { own: &landmark.descriptors, others, least: &mut distances }.fill();
             work.descriptors_compared += u64_from(distances.len() * landmark.descriptors.len());
             let Some(&least) = distances.iter().min() else { continue };
@@ -49,8 +49,8 @@ pub fn turned(frame: &Frame<'_>, predicted: &Moving, work: &mut Work) -> Option<
             }
             cast += 1;
             // Equals to within noise vote alike.
-            for (&sight, _) in near.iter().zip(&distances).filter(|(_, distance)| **distance <= least + EQUAL_BITS) {
-                let shift_px = view.sights[sight].place_px - place_px;
+            for (&keypoint, _) in near.iter().zip(&distances).filter(|(_, distance)| **distance <= least + EQUAL_BITS) {
+                let shift_px = view.keypoints[keypoint].place_px - place_px;
                 if let Some(bin) = bin(shift_px) {
                     votes[bin] += 1;
                 }

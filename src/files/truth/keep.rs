@@ -139,10 +139,8 @@ impl Keep {
         };
         let Some(kept) = self.all().find(missing) else { return Ok(()) };
         let reason = match kept {
-            Kept::Depth => {
-                "the pictures that the scene is made of have no depth; channel Z, or scene.images_depth, would do"
-            }
-            _ => "pictures have no surfaces; a scene with geometry would do",
+            Kept::Depth => "the pictures that the scene is made of have no depth; use channel Z, or scene.images_depth",
+            _ => "pictures have no surfaces; use a scene with geometry",
         };
         Err(Error::key("--keep", kept.name(), reason))
     }

@@ -33,11 +33,11 @@ pub struct Alignment {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs)] // The messages name every field.
 pub enum AlignError {
-    #[error("{frames} frames; 4 would do")]
+    #[error("{frames} frames; use 4 or more")]
     TooFew { frames: usize },
-    #[error("the motion does not determine scale and gravity; more acceleration would do")]
+    #[error("the motion does not determine scale and gravity; record more acceleration")]
     Undetermined,
-    #[error("gravity came out as {found_m_per_s2} m/s^2; {known_m_per_s2} within a tenth would do")]
+    #[error("gravity came out as {found_m_per_s2} m/s^2; it should be within a tenth of {known_m_per_s2}")]
     Gravity { found_m_per_s2: f64, known_m_per_s2: f64 },
 }
 

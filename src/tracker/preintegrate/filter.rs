@@ -70,7 +70,7 @@ const AHEAD_S_MAX: f64 = 0.02;
 
 /// The filter.
 #[derive(Clone, Debug)]
-pub struct Inertia {
+pub struct ImuFilter {
     pub(super) calibration: ImuCalibration,
     /// Whether lengths are metres.
     is_metric: bool,
@@ -97,14 +97,14 @@ pub(super) struct Knowledge {
 
 /// A pose before its picture is asked.
 #[derive(Clone, Copy, Debug)]
-pub struct Foreseen {
+pub struct ImuPrediction {
     /// The body and how it moves.
     pub moving: Moving,
     /// How sure.
     pub prior: PosePrior,
 }
 
-impl Foreseen {
+impl ImuPrediction {
     /// Standard deviations of place and turn, the worst axis' at most.
     pub fn sigmas(&self) -> (f64, f64) {
         let Some(covariance) = self.prior.information.try_inverse() else { return (f64::INFINITY, f64::INFINITY) };
@@ -113,7 +113,7 @@ impl Foreseen {
     }
 }
 
-impl Inertia {
+impl ImuFilter {
     /// Knows nothing yet.
     pub fn new(mut calibration: ImuCalibration, is_metric: bool) -> Self {
         let noise = &mut calibration.noise;
@@ -123,7 +123,7 @@ impl Inertia {
     }
 
     /// Takes readings in rising time; what is not finite or does not rise is left out.
-    pub fn feel(&mut self, readings: &[Reading]) {
+    pub fn add_imu_readings(&mut self, readings: &[Reading]) {
         for reading in readings {
             let rises = self.readings.back().is_none_or(|last| reading.t_s > last.t_s);
             let is_finite = reading.angular_velocity_rad_per_s.is_finite() && reading.acceleration_m_per_s2.is_finite();
@@ -137,13 +137,13 @@ impl Inertia {
     }
 
     /// Forgets all but the readings.
-    pub fn forget(&mut self) {
+    pub fn reset(&mut self) {
         self.now = None;
         self.links.clear();
     }
 
     /// Goes on to a frame's time, by readings alone. `None` where nothing is known, or readings are missing.
-    pub fn advance(&mut self, t_s: f64) -> Option<Foreseen> {
+    pub fn advance(&mut self, t_s: f64) -> Option<ImuPrediction> {
         let from = self.now.take()?;
         if t_s - from.seen_s > COAST_S_MAX {
             return None;
@@ -152,9 +152,9 @@ impl Inertia {
         let rate_rad_per_s = rate_at(&self.span(from.t_s, t_s)?, t_s) - from.state.bias.gyroscope_rad_per_s;
         let mut now = from.after(&step, &self.calibration.noise, self.is_metric);
         (now.t_s, now.rate_rad_per_s) = (t_s, rate_rad_per_s);
-        let foreseen = self.foreseen(&now);
+        let imu_prediction = self.prediction(&now);
         self.now = Some(now);
-        foreseen
+        imu_prediction
     }
 
     /// Readings around a span; the last one is held where the frame is a little younger.
@@ -183,14 +183,14 @@ impl Inertia {
         Some(step.at_point(self.calibration.body_from_imu.inverse().translation_m))
     }
 
-    fn foreseen(&self, now: &Knowledge) -> Option<Foreseen> {
+    fn prediction(&self, now: &Knowledge) -> Option<ImuPrediction> {
         let body_from_imu = &self.axes();
         let body_from_world = body_from_imu.then(&now.state.world_from_imu.inverse());
         let adjoint = se3_adjoint(body_from_imu);
         let pose = now.covariance.fixed_view::<6, 6>(0, 0).into_owned();
         let information = (adjoint * pose * adjoint.transpose()).try_inverse()?;
         let moving = Moving { body_from_world, rate: self.rate(now) };
-        Some(Foreseen { moving, prior: PosePrior { mean: body_from_world, information } })
+        Some(ImuPrediction { moving, prior: PosePrior { mean: body_from_world, information } })
     }
 
     /// Twist a second that acts from the left on `body_from_world`.
@@ -211,7 +211,7 @@ impl Inertia {
     }
 
     /// Takes the pose that a picture gave, with what the picture alone knows of it (information of the left twist).
-    pub fn see(&mut self, t_s: f64, body_from_world: &Pose, picture: &Matrix6<f64>) {
+    pub fn correct(&mut self, t_s: f64, body_from_world: &Pose, picture: &Matrix6<f64>) {
         let body_from_imu = self.axes();
         let world_from_imu = body_from_world.inverse().then(&body_from_imu);
         let adjoint = se3_adjoint(&body_from_imu);

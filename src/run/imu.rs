@@ -29,15 +29,15 @@ pub(super) fn check_readings(imu: Option<&Imu>, end_s: f64) -> Result<(), Error>
 
 /// Readings of a run, handed out frame by frame.
 #[derive(Default)]
-pub(super) struct Felt {
+pub(super) struct ImuReadings {
     readings: Vec<Reading>,
     next: usize,
 }
 
-impl Felt {
+impl ImuReadings {
     /// All readings of a run whose tracker uses them, else none.
     pub fn of(setup: &Setup) -> Result<Self, Error> {
-        if !setup.feels {
+        if !setup.uses_imu {
             return Ok(Self::default());
         }
         let reading = |sample: ImuSample| Reading {
@@ -86,6 +86,6 @@ impl Setup {
             body_from_imu: imu.body_from_imu,
             noise: noise_of(&imu.noise),
         };
-        self.imu.as_ref().filter(|_| self.feels).map(of)
+        self.imu.as_ref().filter(|_| self.uses_imu).map(of)
     }
 }
