@@ -4,6 +4,7 @@
 //! `cli`) one self-contained page. It never reads a clock or a file and never simulates.
 
 pub mod align;
+pub mod alternatives_record;
 pub mod associate;
 pub mod bootstrap;
 pub mod cameras_alone;
@@ -13,6 +14,7 @@ pub mod compare;
 pub mod display;
 pub mod energy_record;
 pub(crate) mod escape;
+pub mod extractor_record;
 pub mod figures;
 #[cfg(feature = "cli")]
 pub mod html;
@@ -20,6 +22,7 @@ mod json;
 #[cfg(feature = "cli")]
 pub mod ladder_picture;
 pub mod ladder_record;
+pub mod latency_record;
 pub mod link_record;
 pub mod ordered;
 pub mod plan_record;

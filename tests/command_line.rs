@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
+#[path = "command_line/compare.rs"]
+mod compare;
 #[path = "command_line/ends.rs"]
 mod ends;
 #[path = "command_line/late.rs"]

@@ -47,10 +47,16 @@ pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Resul
         }
         (Err(error), Some(_)) => return Err(error),
     };
-    let mut resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments(shared, more))?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let mut resolved = layered(&file.display().to_string(), &text, &assignments(shared, more), &folder)?;
     read_technology(&mut resolved, &folder)?;
     Ok(Located { name: name_of(&file), folder, resolved })
+}
+
+/// Merges all layers; files that they name stand in this folder.
+pub fn layered(file: &str, text: &str, assignments: &[String], folder: &Path) -> Result<Resolved, Error> {
+    let folders = InputFolders::new(vec![folder.to_path_buf()]);
+    Resolved::from_layers_and_files(file, text, assignments, &|name| folders.read(name))
 }
 
 /// Reads the technology file that a scenario names, from the scenario's folder.
@@ -74,7 +80,7 @@ pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, E
         });
     };
     let text = format!("[sensor]\npreset = \"{name}\"\n");
-    let mut resolved = Resolved::from_layers("command line", &text, &assignments(shared, &[]))?;
+    let mut resolved = layered("command line", &text, &assignments(shared, &[]), Path::new(""))?;
     read_technology(&mut resolved, Path::new(""))?;
     Ok(Located { name: name.to_owned(), folder: PathBuf::new(), resolved })
 }

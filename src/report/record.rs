@@ -8,11 +8,14 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::report::alternatives_record::Alternatives;
 use crate::report::bootstrap::Statistic;
 use crate::report::cameras_alone::CamerasAlone;
 use crate::report::energy_record::EnergyRecord;
+pub use crate::report::extractor_record::ExtractorClocks;
 use crate::report::figures::{Figure, NotMeasurable, TrajectoryFigures};
 use crate::report::ladder_record::LadderRecord;
+use crate::report::latency_record::Waterfall;
 pub use crate::report::link_record::LinkRecord;
 use crate::report::ordered::Ordered;
 pub use crate::report::plan_record::{FactRecord, OmittedEffect, PlanRecord, TileRecord};
@@ -44,6 +47,9 @@ pub struct Report {
     pub bandwidth: Bandwidth,
     /// Joules of the sensor.
     pub energy: EnergyRecord,
+    /// Raw pictures, features and both side by side.
+    #[serde(default)]
+    pub alternatives: Alternatives,
     /// What the extractor and the tracker found.
     pub features: FeatureFigures,
     /// Errors of the pose.
@@ -166,6 +172,9 @@ pub struct Timing {
     /// From the reading of the last row, when it reaches the extractor, to the extractor's last feature, the longest of the run; none
     /// without features.
     pub last_feature_us: Option<f64>,
+    /// From the middle of the exposure to the pose, step by step.
+    #[serde(default)]
+    pub waterfall: Waterfall,
     /// Clocks of the extractor; none where the sensor extracts nothing.
     pub extractor: Option<ExtractorClocks>,
     /// Of `pix_clk`.
@@ -174,18 +183,6 @@ pub struct Timing {
     pub line: Vec<Phase>,
     /// What happens within one frame.
     pub frame: Vec<Phase>,
-}
-
-/// Clocks of the extractor over a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExtractorClocks {
-    /// From a frame's first pixel until its rows have run and its last feature has left, the longest of the run.
-    pub required: u64,
-    /// From frame to frame.
-    pub available: u64,
-    /// Frames of a camera that needed more.
-    pub frames_over: u64,
 }
 
 /// A span of a timing diagram.
