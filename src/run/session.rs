@@ -116,6 +116,8 @@ pub struct Session {
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
     electrons_kept: bool,
     electrons: Vec<Option<Plane<f32>>>,
+    /// Whether photons and codes enter the run's hashes.
+    hashes_pictures: bool,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,
     pub(super) warnings: Warnings,
@@ -169,6 +171,7 @@ impl Session {
             row_check: None,
             electrons_kept: false,
             electrons: Vec::new(),
+            hashes_pictures: true,
             notes: Vec::new(),
             totals: Totals::default(),
             warnings,
@@ -184,6 +187,11 @@ impl Session {
     /// What the run is made of.
     pub fn setup(&self) -> &Setup {
         &self.setup
+    }
+
+    /// What the run was made of, for another run beside it.
+    pub fn into_setup(self) -> Setup {
+        self.setup
     }
 
     /// Keeps the first camera's samples of these rows when their frame comes, of its first exposure. They change nothing.
@@ -211,6 +219,11 @@ impl Session {
     /// Gives every frame from here on its electrons. They change nothing.
     pub fn keep_electrons(&mut self) {
         self.electrons_kept = true;
+    }
+
+    /// Leaves photons and codes out of the run's hashes, for runs whose figures alone are asked for: hashing takes as long as a stage.
+    pub fn leave_pictures_unhashed(&mut self) {
+        self.hashes_pictures = false;
     }
 
     /// Samples of the watched rows at the converters' inputs; empty before their frame.
@@ -371,7 +384,10 @@ impl Session {
     fn note(&mut self, frame: &Frame, schedule: &Schedule) {
         let (mut sums, saturated_dn) = (CodeSums::default(), saturated_dn(&self.setup, self.gain));
         for camera in &frame.cameras {
-            self.totals.hashes.add(&camera.photons, &camera.codes, &camera.features);
+            if self.hashes_pictures {
+                self.totals.hashes.add(&camera.photons, &camera.codes);
+            }
+            self.totals.hashes.add_features(&camera.features);
             self.totals.feature_count += u64_from(camera.features.len());
             sums.add(CodeSums::of(&camera.codes, saturated_dn));
         }
