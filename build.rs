@@ -5,8 +5,23 @@ use std::path::{Path, PathBuf};
 
 /// Modules that come after the photons: a change in them leaves stored photons valid.
 const AFTER_PHOTONS: &[&str] = &[
-    "adc", "pixel", "compute", "link", "energy", "tracker", "report", "effects", "ladder", "waves", "characterize",
-    "sweep", "files", "cli", "main", "silicon", "events",
+    "adc",
+    "pixel",
+    "compute",
+    "link",
+    "energy",
+    "tracker",
+    "report",
+    "effects",
+    "ladder",
+    "waves",
+    "characterize",
+    "sweep",
+    "files",
+    "cli",
+    "main",
+    "silicon",
+    "events",
 ];
 
 /// Modules that change no figure of a run.

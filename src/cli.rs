@@ -86,7 +86,14 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
     let writes = matches!(
         arguments.verb,
-        Some(Verb::Run(_) | Verb::Features(_) | Verb::Track(_) | Verb::Ladder(_) | Verb::Characterize(_) | Verb::Sweep(_))
+        Some(
+            Verb::Run(_)
+                | Verb::Features(_)
+                | Verb::Track(_)
+                | Verb::Ladder(_)
+                | Verb::Characterize(_)
+                | Verb::Sweep(_)
+        )
     );
     place::check_shared(shared, writes)?;
     match arguments.verb.as_ref() {

@@ -55,11 +55,7 @@ impl PhotonFiles {
     ///
     /// # Errors
     /// The folder cannot be made.
-    pub fn open(
-        folder: &Path,
-        capacity_bytes: u64,
-        say: impl Fn(&str) + Send + Sync + 'static,
-    ) -> Result<Self, Error> {
+    pub fn open(folder: &Path, capacity_bytes: u64, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, Error> {
         Ok(Self {
             cache: Cache::open(Some(folder), capacity_bytes)?,
             say: Box::new(say),

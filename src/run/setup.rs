@@ -150,20 +150,17 @@ impl Setup {
     pub fn again(&self, resolved: Resolved) -> Result<Self, Error> {
         let sensor = SensorSetup::new(&resolved)?;
         let tree = resolved.tree.clone();
-        Self::build(resolved, sensor, &NoFiles, &NoProgress, Some(TakenOver { setup: self, is_compared: false })).map_err(|error| tree.locate(error))
+        Self::build(resolved, sensor, &NoFiles, &NoProgress, Some(TakenOver { setup: self, is_compared: false }))
+            .map_err(|error| tree.locate(error))
     }
 
     /// Another configuration, which takes over what it has in common with this one: the motion where `[motion]`, `[rig]` and the run's
-    /// times are equal, and the scene under its light where `[scene]` and the start are. The bytes are those of `new`.
+    /// times are equal, and the scene under its light where `[scene]` and the start are, and cameras of equal
+    /// lenses and pixels. The bytes are those of `new`.
     ///
     /// # Errors
     /// As `new`.
-    pub fn beside(
-        &self,
-        mut resolved: Resolved,
-        assets: &dyn Assets,
-        progress: &dyn Progress,
-    ) -> Result<Self, Error> {
+    pub fn beside(&self, mut resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
         resolved.read_technology(&|name| assets.read(name))?;
         let sensor = SensorSetup::new(&resolved)?;
         let tree = resolved.tree.clone();
@@ -182,7 +179,10 @@ impl Setup {
         let scenario = &resolved.scenario;
         let (fidelity, frames) = (scenario.fidelity()?, scenario.frames()?);
         let choice = scenario.effects(&effects::names())?;
-        let (cameras, windows) = cameras(&resolved, &sensor)?;
+        let (cameras, windows) = match taken.as_ref().and_then(|taken| taken.cameras_for(scenario, &sensor)) {
+            Some(kept) => (kept.cameras.clone(), kept.windows.clone()),
+            None => cameras(&resolved, &sensor)?,
+        };
         let exposure = ExposureControl::new(&sensor, cameras.len())?;
         let tracker = scenario.tracker_params()?;
         let imu = scenario.imu()?;
@@ -197,15 +197,15 @@ impl Setup {
         let run_span = span_of_run(&sensor, cameras.len(), frames);
         let (motion, motion_notes) = match taken.as_ref().and_then(|taken| taken.motion_for(scenario, run_span)) {
             Some(kept) => (kept.motion.clone(), kept.motion_notes.clone()),
-            None => placed_motion(scenario, run_span, assets)
-                .map(|placed| (placed.motion, placed.notes))?,
+            None => placed_motion(scenario, run_span, assets).map(|placed| (placed.motion, placed.notes))?,
         };
         let start =
             motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
         let exposed_from_s = first_exposure_s(&sensor, windows.len());
         let span_of = |frames: u32| Span { start_s: exposed_from_s, ..span_of_run(&sensor, windows.len(), frames) };
         let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
-        let (world, scene_notes) = match taken.as_ref().and_then(|taken| taken.world_for(scenario, start.translation_m)) {
+        let (world, scene_notes) = match taken.as_ref().and_then(|taken| taken.world_for(scenario, start.translation_m))
+        {
             Some(kept) => (kept.world.clone(), kept.scene_notes.clone()),
             None => World::new(scenario, &demand, assets, progress).map(|(world, notes)| (Arc::new(world), notes))?,
         };
@@ -306,6 +306,24 @@ struct TakenOver<'a> {
 }
 
 impl<'a> TakenOver<'a> {
+    /// Cameras follow from lens, rig, the pixels that are read, and what lies between lens and photodiode.
+    fn cameras_for(&self, scenario: &Scenario, sensor: &SensorSetup) -> Option<&'a Setup> {
+        let (own, own_sensor) = (&self.setup.resolved.scenario, &self.setup.sensor);
+        let pixel_of = |scenario: &Scenario| {
+            let pixel = &scenario.sensor.pixel;
+            let infrared = pixel.electrical_crosstalk_nir.map(f64::to_bits);
+            let shared = [pixel.pitch_um, pixel.optical_crosstalk, pixel.electrical_crosstalk].map(f64::to_bits);
+            (shared, infrared, scenario.sensor.width, scenario.sensor.height)
+        };
+        let read_of = |sensor: &SensorSetup| (sensor.array, sensor.size, *sensor.schedule.geometry());
+        let is_equal = own.optics == scenario.optics
+            && own.rig == scenario.rig
+            && pixel_of(own) == pixel_of(scenario)
+            && own_sensor.mosaic == sensor.mosaic
+            && read_of(own_sensor) == read_of(sensor);
+        (self.is_compared && is_equal).then_some(self.setup)
+    }
+
     fn motion_for(&self, scenario: &Scenario, run: Span) -> Option<&'a Setup> {
         let own = &self.setup.resolved.scenario;
         let own_run = span_of_run(&self.setup.sensor, self.setup.cameras.len(), self.setup.frames);

@@ -68,7 +68,12 @@ impl Cells {
         let layers: Vec<String> = all.drain(..).map(assignment).chain(base.assignments.iter().cloned()).collect();
         let shared = Resolved::from_layers(&base.file, &base.text, &layers).map_err(located)?;
         let points = points(sweep)?;
-        let mut this = Self { base: Base { assignments: layers, ..base }, shared, factors: factor_names(sweep), cells: Vec::new() };
+        let mut this = Self {
+            base: Base { assignments: layers, ..base },
+            shared,
+            factors: factor_names(sweep),
+            cells: Vec::new(),
+        };
         let unnamed = unnamed(sweep, &points);
         let named = |cell: &Cell| {
             let resolved = this.resolve(cell).map_err(located)?;
@@ -150,7 +155,9 @@ fn assignment((key, value): (String, Value)) -> String {
 /// All points with all replicates, without names.
 fn unnamed(sweep: &SweepFile, points: &[Point]) -> Vec<Cell> {
     let numbers = |numbers: &Option<super::file::Numbers>| {
-        numbers.as_ref().map_or_else(|| vec![None], |some| some.list().into_iter().map(Some).collect::<Vec<Option<u64>>>())
+        numbers
+            .as_ref()
+            .map_or_else(|| vec![None], |some| some.list().into_iter().map(Some).collect::<Vec<Option<u64>>>())
     };
     let (seeds, dies) = (numbers(&sweep.seeds), numbers(&sweep.dies));
     let trajectories: Vec<Option<&super::file::Level>> =
@@ -200,7 +207,14 @@ fn group_of(resolved: &Resolved) -> Result<String, Error> {
     let parts = (
         (&scenario.scene, &scenario.motion, &scenario.optics, &sensor.readout),
         (&rig.baseline_mm, &rig.camera, &rig.body_from_rig, sensor.width, sensor.height),
-        (pixel.pitch_um, &pixel.cfa, pixel.optical_crosstalk, &pixel.electrical_crosstalk),
+        (
+            pixel.pitch_um,
+            &pixel.cfa,
+            &pixel.qe_by_filter,
+            pixel.optical_crosstalk,
+            pixel.electrical_crosstalk,
+            pixel.electrical_crosstalk_nir,
+        ),
     );
     let text = format!("{parts:?} {:?}", fidelity.render);
     Ok(blake3::hash(text.as_bytes()).to_hex()[..32].to_owned())

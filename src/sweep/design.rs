@@ -43,7 +43,9 @@ pub fn count(sweep: &SweepFile) -> u128 {
     let points = match (sweep.method.as_str(), sweep.samples) {
         ("list", _) => u128::from(u64_from(sweep.cell.len())),
         (_, Some(samples)) => u128::from(samples),
-        _ => sweep.factor.iter().map(|factor| u128::from(u64_from(factor.steps_in_grid()))).fold(1, u128::saturating_mul),
+        _ => {
+            sweep.factor.iter().map(|factor| u128::from(u64_from(factor.steps_in_grid()))).fold(1, u128::saturating_mul)
+        }
     };
     let numbers = |numbers: &Option<super::file::Numbers>| numbers.as_ref().map_or(1, |some| some.list().len());
     let replicates = [numbers(&sweep.seeds), numbers(&sweep.dies), sweep.trajectory.len().max(1)];
@@ -57,7 +59,8 @@ pub fn count(sweep: &SweepFile) -> u128 {
 pub fn points(sweep: &SweepFile) -> Result<Vec<Point>, Error> {
     let cells = count(sweep);
     if cells > CELLS_MAX {
-        let reason = format!("the sweep has {cells} cells; use {CELLS_MAX} or fewer (fewer values, seeds, or a random design)");
+        let reason =
+            format!("the sweep has {cells} cells; use {CELLS_MAX} or fewer (fewer values, seeds, or a random design)");
         return Err(Error::key("cells", cells, reason));
     }
     let factors = &sweep.factor;
@@ -97,7 +100,10 @@ fn grid(factors: &[Factor]) -> Vec<Point> {
         let settings: Vec<Setting> = (0..factor.steps_in_grid()).map(|step| factor.step(step)).collect();
         let longer = |point: &Point| {
             let own = point.clone();
-            settings.iter().map(move |setting| own.iter().cloned().chain([setting.clone()]).collect()).collect::<Vec<_>>()
+            settings
+                .iter()
+                .map(move |setting| own.iter().cloned().chain([setting.clone()]).collect())
+                .collect::<Vec<_>>()
         };
         points = points.iter().flat_map(longer).collect();
     }
@@ -114,7 +120,8 @@ fn latin_hypercube(factors: &[Factor], samples: usize, key: DrawKey) -> Vec<Poin
         parts.into_iter().map(share).collect::<Vec<f64>>()
     };
     let columns: Vec<Vec<f64>> = (0..factors.len()).map(column).collect();
-    let point = |sample: usize| factors.iter().zip(&columns).map(|(factor, column)| factor.at(column[sample])).collect();
+    let point =
+        |sample: usize| factors.iter().zip(&columns).map(|(factor, column)| factor.at(column[sample])).collect();
     (0..samples).map(point).collect()
 }
 

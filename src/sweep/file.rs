@@ -142,7 +142,13 @@ impl SweepFile {
             let message = error.inner().message().to_owned();
             suggest::explain(&tree, &path, &message)
         })?;
-        sweep.check().map_err(|error| tree.locate(error))?;
+        sweep.check().map_err(|error| match tree.locate(error) {
+            // A key that is not written has no line.
+            Error::Config { line: 0, key, value, reason, .. } => {
+                Error::Config { file: file.to_owned(), line: 0, key, value, reason }
+            }
+            other => other,
+        })?;
         Ok(sweep)
     }
 
@@ -156,7 +162,9 @@ impl SweepFile {
             }
         };
         match (draws, self.samples) {
-            (true, None) => return Err(Error::key("samples", "", "is missing; this method needs it, as in samples = 64")),
+            (true, None) => {
+                return Err(Error::key("samples", "", "is missing; this method needs it, as in samples = 64"));
+            }
             (true, Some(count)) if count == 0 || count > MANY => {
                 return Err(Error::key("samples", count, format!("out of range; use 1 to {MANY}")));
             }
@@ -170,10 +178,18 @@ impl SweepFile {
                 return Err(Error::key("cell", "", "the list is empty; write at least one [[cell]] with name and set"));
             }
             if let Some(factor) = self.factor.first() {
-                return Err(Error::key("factor", &factor.name, "a list has no factors; write [[cell]] tables, or use grid"));
+                return Err(Error::key(
+                    "factor",
+                    &factor.name,
+                    "a list has no factors; write [[cell]] tables, or use grid",
+                ));
             }
         } else if self.factor.is_empty() {
-            return Err(Error::key("factor", "", "nothing is varied; write at least one [[factor]] with name, key and values"));
+            return Err(Error::key(
+                "factor",
+                "",
+                "nothing is varied; write at least one [[factor]] with name, key and values",
+            ));
         } else if let Some(cell) = self.cell.first() {
             return Err(Error::key("cell", &cell.name, "only method = \"list\" has cells"));
         }
@@ -195,7 +211,8 @@ impl SweepFile {
         }
         let names = |levels: &[Level]| levels.iter().map(|level| level.name.clone()).collect::<Vec<_>>();
         let factors: Vec<String> = self.factor.iter().map(|factor| factor.name.clone()).collect();
-        for (key, names) in [("factor", factors), ("cell", names(&self.cell)), ("trajectory", names(&self.trajectory))] {
+        for (key, names) in [("factor", factors), ("cell", names(&self.cell)), ("trajectory", names(&self.trajectory))]
+        {
             if has_twins(&names) {
                 return Err(Error::key(key, "", "two have one name; give each its own"));
             }

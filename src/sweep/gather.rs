@@ -183,7 +183,11 @@ fn status(record: &CellRecord) -> &'static str {
 }
 
 fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.to_owned() }
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
 }
 
 /// The narrowest type that holds all values.
@@ -219,7 +223,8 @@ fn config_columns(rows: &[(&Cell, &CellRecord)]) -> Vec<Column> {
 }
 
 fn figure_columns(rows: &[(&Cell, &CellRecord)]) -> Vec<Column> {
-    let names: std::collections::BTreeSet<&String> = rows.iter().flat_map(|(_, record)| record.figures.keys()).collect();
+    let names: std::collections::BTreeSet<&String> =
+        rows.iter().flat_map(|(_, record)| record.figures.keys()).collect();
     names
         .into_iter()
         .map(|name| {

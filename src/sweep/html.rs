@@ -49,7 +49,13 @@ fn digits(value: f64) -> String {
     if size == 0.0 {
         "0".to_owned()
     } else if (1e-3..1e6).contains(&size) {
-        let places = if size >= 100.0 { 1 } else if size >= 1.0 { 3 } else { 5 };
+        let places = if size >= 100.0 {
+            1
+        } else if size >= 1.0 {
+            3
+        } else {
+            5
+        };
         format!("{value:.places$}")
     } else {
         format!("{value:.3e}")
@@ -57,8 +63,15 @@ fn digits(value: f64) -> String {
 }
 
 fn estimate(value: &Estimate) -> String {
-    let interval = value.interval.map_or_else(|| "no interval of one cell".to_owned(), |[low, high]| format!("{} to {}", digits(low), digits(high)));
-    format!("<td class=\"n\">{}</td><td class=\"n\">{interval}</td><td class=\"n\">{}</td>", digits(value.mean), value.count)
+    let interval = value.interval.map_or_else(
+        || "no interval of one cell".to_owned(),
+        |[low, high]| format!("{} to {}", digits(low), digits(high)),
+    );
+    format!(
+        "<td class=\"n\">{}</td><td class=\"n\">{interval}</td><td class=\"n\">{}</td>",
+        digits(value.mean),
+        value.count
+    )
 }
 
 fn label(figure: &str) -> String {
@@ -100,21 +113,26 @@ fn figure_section(report: &FigureReport) -> String {
 }
 
 fn effect_part(effect: &Effect, figure: &str) -> String {
-    let row = |(name, _, value): &(String, Option<f64>, Estimate)| format!("<tr><td>{}</td>{}</tr>", escaped(name), estimate(value));
+    let row = |(name, _, value): &(String, Option<f64>, Estimate)| {
+        format!("<tr><td>{}</td>{}</tr>", escaped(name), estimate(value))
+    };
     let rows: String = effect.levels.iter().map(row).collect();
-    let index = effect.first_order.map_or_else(
-        || "not measurable".to_owned(),
-        |share| format!("{:.1} % of the variance", 100.0 * share),
-    );
+    let index = effect
+        .first_order
+        .map_or_else(|| "not measurable".to_owned(), |share| format!("{:.1} % of the variance", 100.0 * share));
     let table = format!(
         "<table><thead><tr><th>{}</th><th>mean</th><th>95 % interval</th><th>cells</th></tr></thead><tbody>{rows}</tbody></table>\
          <p class=\"note\">First-order sensitivity index (correlation ratio): {index}.</p>",
         escaped(&effect.factor)
     );
-    let points: Option<Vec<(f64, &Estimate)>> = effect.levels.iter().map(|(_, place, value)| Some((((*place)?), value))).collect();
+    let points: Option<Vec<(f64, &Estimate)>> =
+        effect.levels.iter().map(|(_, place, value)| Some((((*place)?), value))).collect();
     let picture = points.map_or_else(String::new, |points| {
         let means = points.iter().map(|(x, value)| (*x, value.mean)).collect();
-        let bars = points.iter().filter_map(|(x, value)| value.interval.map(|[low, high]| vec![(*x, low), (*x, high)])).collect();
+        let bars = points
+            .iter()
+            .filter_map(|(x, value)| value.interval.map(|[low, high]| vec![(*x, low), (*x, high)]))
+            .collect();
         let title = format!("{figure} by {}", effect.factor);
         let axes = Axes { title: &title, x_label: &effect.factor, y_label: &label(figure), ..Axes::default() };
         let mean = Series { name: "mean", ink: Ink::One, shape: Shape::Dots, runs: vec![means] };
@@ -158,13 +176,21 @@ fn front_section(pair: &[String; 2], points: &[FrontPoint]) -> String {
         Series { name: "on the front", ink: Ink::One, shape: Shape::Dots, runs: runs(true) },
         Series { name: "beaten in both", ink: Ink::Two, shape: Shape::Dots, runs: runs(false) },
     ];
-    let mut sorted: Vec<&FrontPoint> = points.iter().filter(|point| point.is_on_front || point.share_on_front > 0.05).collect();
+    let mut sorted: Vec<&FrontPoint> =
+        points.iter().filter(|point| point.is_on_front || point.share_on_front > 0.05).collect();
     sorted.sort_by(|a, b| a.place[0].mean.total_cmp(&b.place[0].mean));
     let row = |point: &&FrontPoint| {
-        let ends = |value: &Estimate| value.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)));
+        let ends = |value: &Estimate| {
+            value.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)))
+        };
         let value = |value: &Estimate| format!("<td class=\"n\">{}{}</td>", digits(value.mean), ends(value));
         let share = 100.0 * point.share_on_front;
-        format!("<tr><td>{}</td>{}{}<td class=\"n\">{share:.0} %</td></tr>", escaped(&point.name), value(&point.place[0]), value(&point.place[1]))
+        format!(
+            "<tr><td>{}</td>{}{}<td class=\"n\">{share:.0} %</td></tr>",
+            escaped(&point.name),
+            value(&point.place[0]),
+            value(&point.place[1])
+        )
     };
     format!(
         "<section><h2>{}</h2><div class=\"pair\">{}<div><p class=\"note\">Both are wanted small. The share says in how many of 400 resamples of \
@@ -186,14 +212,20 @@ fn table_section(table: &Table, figures: &[FigureReport]) -> String {
         Role::Figure => figures.iter().any(|figure| figure.figure == name),
     };
     let columns: Vec<_> = table.columns.iter().filter(|column| is_shown(&column.name, column.role)).collect();
-    let head: String =
-        columns.iter().map(|column| format!("<th><button type=\"button\">{}</button></th>", escaped(&label(&column.name)))).collect();
+    let head: String = columns
+        .iter()
+        .map(|column| format!("<th><button type=\"button\">{}</button></th>", escaped(&label(&column.name))))
+        .collect();
     let mut rows = String::new();
     for row in 0..table.rows.min(TABLE_ROWS_MAX) {
         rows.push_str("<tr>");
         for column in &columns {
             let text = column.values.text(row);
-            let shown = column.values.number(row).filter(|_| column.role == Role::Figure).map_or_else(|| escaped(&text), digits);
+            let shown = column
+                .values
+                .number(row)
+                .filter(|_| column.role == Role::Figure)
+                .map_or_else(|| escaped(&text), digits);
             rows.push_str(&format!("<td data-v=\"{}\">{shown}</td>", escaped(&text)));
         }
         rows.push_str("</tr>");

@@ -27,8 +27,10 @@ pub(super) fn bytes(table: &Table) -> Result<Vec<u8>, ParquetError> {
     for column in &table.columns {
         match &column.values {
             Values::Text(all) => {
-                let bytes: Vec<Option<ByteArray>> =
-                    all.iter().map(|value| value.as_ref().map(|text| ByteArray::from(text.as_bytes().to_vec()))).collect();
+                let bytes: Vec<Option<ByteArray>> = all
+                    .iter()
+                    .map(|value| value.as_ref().map(|text| ByteArray::from(text.as_bytes().to_vec())))
+                    .collect();
                 write::<ByteArrayType>(&mut group, &bytes)?;
             }
             Values::Whole(all) => write::<Int64Type>(&mut group, all)?,

@@ -25,8 +25,7 @@ const FIGURES: [&str; 6] = [
 ];
 
 /// Fronts where a sweep file names none.
-const FRONTS: [[&str; 2]; 2] =
-    [["energy.power_mw", "tracking.ate_m"], ["bandwidth.link_bits_per_s", "tracking.ate_m"]];
+const FRONTS: [[&str; 2]; 2] = [["energy.power_mw", "tracking.ate_m"], ["bandwidth.link_bits_per_s", "tracking.ate_m"]];
 
 /// A factor with more values than this is cut into classes of equal numbers of cells.
 const LEVELS_MAX: usize = 12;
@@ -106,11 +105,15 @@ pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[Point
         return Err(Error::Run("no cell is finished; run the sweep first".to_owned()));
     }
     let full = |key: &str, asked: &str| -> Result<String, Error> {
-        find_figure(asked, known.iter()).cloned().map_err(|near| {
-            Error::Unknown { what: "figure", name: format!("{asked} ({key})"), known: near.join(", ") }
+        find_figure(asked, known.iter()).cloned().map_err(|near| Error::Unknown {
+            what: "figure",
+            name: format!("{asked} ({key})"),
+            known: near.join(", "),
         })
     };
-    let usual = |names: &[&str]| names.iter().filter(|name| known.iter().any(|one| one == *name)).map(|name| (*name).to_owned()).collect();
+    let usual = |names: &[&str]| {
+        names.iter().filter(|name| known.iter().any(|one| one == *name)).map(|name| (*name).to_owned()).collect()
+    };
     let figures: Vec<String> = if wishes.figures.is_empty() {
         usual(&FIGURES)
     } else {
@@ -192,7 +195,8 @@ fn effect(table: &Table, factor: &str, figure: &str) -> Effect {
         .map(|(name, place, rows)| (name, place, rows.into_iter().filter_map(|row| values[row]).collect()))
         .collect();
     let first_order = first_order(&levels.iter().map(|(_, _, values)| values.as_slice()).collect::<Vec<_>>());
-    let levels = levels.into_iter().filter_map(|(name, place, values)| Some((name, place, Estimate::of(&values)?))).collect();
+    let levels =
+        levels.into_iter().filter_map(|(name, place, values)| Some((name, place, Estimate::of(&values)?))).collect();
     Effect { factor: factor.to_owned(), levels, first_order }
 }
 
@@ -231,7 +235,8 @@ fn differences(table: &Table, factor: &str, figure: &str) -> Vec<Difference> {
     let mut all = Vec::new();
     for (to, _, rows) in others {
         let other = by_rest(rows);
-        let pairs: Vec<(f64, f64)> = base.iter().filter_map(|(rest, value)| Some((*value, *other.get(rest)?))).collect();
+        let pairs: Vec<(f64, f64)> =
+            base.iter().filter_map(|(rest, value)| Some((*value, *other.get(rest)?))).collect();
         let changes: Vec<f64> = pairs.iter().map(|(one, other)| other - one).collect();
         let Some(change) = Estimate::of(&changes) else { continue };
         let (ones, twos): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
@@ -252,7 +257,8 @@ pub fn front(table: &Table, pair: [&str; 2]) -> Vec<FrontPoint> {
     let mut place: BTreeMap<String, usize> = BTreeMap::new();
     for row in 0..table.rows {
         let (Some(x), Some(y)) = (values[0][row], values[1][row]) else { continue };
-        let shown = factors.iter().filter_map(|name| Some(format!("{name} = {}", table.column(name)?.values.text(row))));
+        let shown =
+            factors.iter().filter_map(|name| Some(format!("{name} = {}", table.column(name)?.values.text(row))));
         let name = shown.collect::<Vec<_>>().join(", ");
         let number = *place.entry(name.clone()).or_insert_with(|| {
             points.push((name, Vec::new()));
@@ -267,7 +273,9 @@ pub fn front(table: &Table, pair: [&str; 2]) -> Vec<FrontPoint> {
         let mut stream = DrawKey::root(1).with(number).stream();
         let drawn: Vec<[f64; 2]> = points
             .iter()
-            .map(|(_, runs)| mean_of(&runs.iter().map(|_| runs[stream.random_range(0..runs.len())]).collect::<Vec<_>>()))
+            .map(|(_, runs)| {
+                mean_of(&runs.iter().map(|_| runs[stream.random_range(0..runs.len())]).collect::<Vec<_>>())
+            })
             .collect();
         front_of(&drawn).into_iter().zip(&mut counts).for_each(|(is_on, count)| *count += u32::from(is_on));
     }

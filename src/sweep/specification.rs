@@ -61,7 +61,8 @@ impl Specification {
     /// # Errors
     /// Another form.
     pub fn parse(text: &str) -> Result<Self, Error> {
-        let refused = |reason: &str| Error::key("--spec", text, format!("{reason}; write --spec \"ate_m < 0.010 for 99 %\""));
+        let refused =
+            |reason: &str| Error::key("--spec", text, format!("{reason}; write --spec \"ate_m < 0.010 for 99 %\""));
         let (rule, share) = match text.split_once(" for ") {
             Some((rule, share)) => {
                 let number = share.trim().strip_suffix('%').ok_or_else(|| refused("the share has no %"))?;
@@ -73,7 +74,8 @@ impl Specification {
             }
             None => return Err(refused("the share of runs is missing")),
         };
-        let signs = [("<=", Relation::AtMost), (">=", Relation::AtLeast), ("<", Relation::Below), (">", Relation::Above)];
+        let signs =
+            [("<=", Relation::AtMost), (">=", Relation::AtLeast), ("<", Relation::Below), (">", Relation::Above)];
         let found = signs.into_iter().find_map(|(sign, relation)| Some((rule.split_once(sign)?, relation)));
         let ((figure, limit), relation) = found.ok_or_else(|| refused("there is no <, <=, > or >="))?;
         let limit: f64 = limit.trim().parse().map_err(|_| refused("the limit is no number"))?;
@@ -192,7 +194,16 @@ mod tests {
         let least = Specification::parse("tracked_fraction >= 0.9 for 90 %").unwrap();
         assert!(least.is_met(0.9) && !least.is_met(0.89));
         let mut refused = 0;
-        for text in ["", "ate_m", "ate_m < 0.01", "ate_m < x for 9 %", "ate_m < 1 for 100 %", "< 1 for 9 %", "a = 1 for 9 %", "a < 1 for 9"] {
+        for text in [
+            "",
+            "ate_m",
+            "ate_m < 0.01",
+            "ate_m < x for 9 %",
+            "ate_m < 1 for 100 %",
+            "< 1 for 9 %",
+            "a = 1 for 9 %",
+            "a < 1 for 9",
+        ] {
             let error = Specification::parse(text).unwrap_err().to_string();
             assert!(error.contains("ate_m < 0.010 for 99 %"), "{error}");
             refused += 1;

@@ -112,7 +112,9 @@ impl SequentialTest {
     /// Logarithm of the likelihood ratio after so many runs.
     fn log_ratio(&self, met: u64, runs: u64) -> f64 {
         let (met, missed) = (f64_from_u64(met), f64_from_u64(runs - met));
-        let of = |count: f64, good: f64, poor: f64| if count > 0.0 { count * (libm::log(good) - libm::log(poor)) } else { 0.0 };
+        let of = |count: f64, good: f64, poor: f64| {
+            if count > 0.0 { count * (libm::log(good) - libm::log(poor)) } else { 0.0 }
+        };
         of(met, self.good, self.poor) + of(missed, 1.0 - self.good, 1.0 - self.poor)
     }
 
@@ -209,12 +211,15 @@ mod tests {
                 let (u, v): (f64, f64) = (stream.random(), stream.random());
                 (-2.0 * libm::log(1.0 - u)).sqrt() * libm::cos(std::f64::consts::TAU * v)
             };
-            let mut rms = |sigma: f64| (0..30).map(|_| normal()).map(|z| z * z).sum::<f64>().sqrt() / 30_f64.sqrt() * sigma;
+            let mut rms =
+                |sigma: f64| (0..30).map(|_| normal()).map(|z| z * z).sum::<f64>().sqrt() / 30_f64.sqrt() * sigma;
             let one: Vec<f64> = (0..24).map(|_| rms(0.01)).collect();
             let other: Vec<f64> = one.iter().map(|value| 0.5 * value + rms(0.005)).collect();
             // E chi_30 / sqrt(30) = sqrt(2/30) Gamma(15.5) / Gamma(15) = 0.991702.
             let truth = 0.01 * 0.991_702;
-            let inside = |estimate: Estimate, truth: f64| estimate.interval.is_some_and(|[low, high]| low <= truth && truth <= high);
+            let inside = |estimate: Estimate, truth: f64| {
+                estimate.interval.is_some_and(|[low, high]| low <= truth && truth <= high)
+            };
             held += u32::from(inside(Estimate::of(&one).unwrap(), truth));
             let differences: Vec<f64> = one.iter().zip(&other).map(|(one, other)| other - one).collect();
             paired_held += u32::from(inside(Estimate::of(&differences).unwrap(), 0.0));

@@ -39,6 +39,11 @@ impl<'a> Worker<'a> {
         self.last.clone()
     }
 
+    /// Keeps a setup that was prepared and not run.
+    pub fn keep(&mut self, setup: Setup) {
+        self.last = Some(setup);
+    }
+
     /// Everything that a cell needs, checked.
     pub fn prepare(&mut self, resolved: Resolved) -> Result<Setup, Error> {
         if resolved.scenario.run.rung == Rung::Expected.name() {

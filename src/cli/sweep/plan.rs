@@ -70,11 +70,28 @@ pub fn main(loaded: &Loaded, shared: &Shared) -> Result<(), Error> {
         );
         return Ok(());
     }
-    outln!("{} cells: {points} points ({}) with {} replicates each", cells.cells.len(), cells.factors.join(" x "), cells.cells.len() / points);
+    outln!(
+        "{} cells: {points} points ({}) with {} replicates each",
+        cells.cells.len(),
+        cells.factors.join(" x "),
+        cells.cells.len() / points
+    );
     outln!("  finished      {} cells in {}", finished.len(), loaded.target.display());
-    outln!("  photons       {} distinct sets for {} cells; cells that differ behind the lens share them", groups.len(), remaining.len());
-    let how = if measured.is_some() { format!("{} finished cells", finished.len()) } else { format!("{PILOT_FRAMES} frames") };
-    outln!("  a cell        {:.2} s of processor time behind the lens (by {how}), {:.2} s to render its photons once", rest_s, need.render_s);
+    outln!(
+        "  photons       {} distinct sets for {} cells; cells that differ behind the lens share them",
+        groups.len(),
+        remaining.len()
+    );
+    let how = if measured.is_some() {
+        format!("{} finished cells", finished.len())
+    } else {
+        format!("{PILOT_FRAMES} frames")
+    };
+    outln!(
+        "  a cell        {:.2} s of processor time behind the lens (by {how}), {:.2} s to render its photons once",
+        rest_s,
+        need.render_s
+    );
     outln!("  all           {hours:.3} processor hours; {alone_hours:.3} if each cell rendered its own photons");
     outln!("  disk          {disk_gib:.3} GiB, of which the photon store may hold {} GiB", shared.photons_gib);
     Ok(())

@@ -12,6 +12,7 @@ use sensel::files::photons::PhotonFiles;
 use sensel::files::sweep::SweepFolder;
 use sensel::run::probe::Place;
 use sensel::run::{PhotonStore, Setup, Stopwatch};
+use sensel::sweep::report::PointVerdict;
 use sensel::sweep::statistics::Verdict;
 use sensel::sweep::{Cell, CellRecord};
 use sensel::units::FrameIndex;
@@ -69,9 +70,9 @@ pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &Shared) -> Result
     } else {
         running.all(&remaining, shared)?;
     }
-    running.summary(chosen.len(), watch.now_s(), shared);
     let found = super::found(loaded, &folder);
-    specs::say(&specs::judged(&specifications, &loaded.cells, &found.records)?, shared);
+    let verdicts = specs::judged(&specifications, &loaded.cells, &found.records)?;
+    running.summary(chosen.len(), &verdicts, watch.now_s(), shared);
     match running.failed.load(Ordering::Relaxed) {
         0 => Ok(()),
         failed => {
@@ -209,7 +210,9 @@ impl Running<'_> {
         let mut groups = BTreeSet::new();
         let is_leader = |cell: &&&Cell| {
             let is_first = groups.insert(cell.group.clone());
-            is_first && self.threads > 1 && self.store.as_ref().is_some_and(|store| !self.is_stored(cell, store, worker))
+            is_first
+                && self.threads > 1
+                && self.store.as_ref().is_some_and(|store| !self.is_stored(cell, store, worker))
         };
         let (leaders, others): (Vec<&&Cell>, Vec<&&Cell>) = cells.iter().partition(is_leader);
         (leaders.into_iter().copied().collect(), others.into_iter().copied().collect())
@@ -220,6 +223,7 @@ impl Running<'_> {
         // A cell that cannot be prepared says so when it runs.
         let Ok(setup) = resolved.and_then(|resolved| worker.prepare(resolved)) else { return true };
         let keys = setup.photon_keys(Place { frame: FrameIndex(0), camera: 0 });
+        worker.keep(setup);
         keys.iter().flatten().all(|key| store.has(key))
     }
 
@@ -256,10 +260,12 @@ impl Running<'_> {
 
     fn stopped(&self) -> Error {
         let done = self.done.load(Ordering::Relaxed);
-        Error::Stopped(format!("stopped; the {done} cells finished since the start are kept, and a new run goes on from there"))
+        Error::Stopped(format!(
+            "stopped; the {done} cells finished since the start are kept, and a new run goes on from there"
+        ))
     }
 
-    fn summary(&self, cells: usize, seconds: f64, shared: &Shared) {
+    fn summary(&self, cells: usize, verdicts: &[PointVerdict], seconds: f64, shared: &Shared) {
         let (done, failed) = (self.done.load(Ordering::Relaxed), self.failed.load(Ordering::Relaxed));
         let photons = self.store.as_ref().map(|store| store.counts()).unwrap_or_default();
         if shared.json {
@@ -269,13 +275,18 @@ impl Running<'_> {
                 "failed": failed,
                 "folder": self.folder.path().display().to_string(),
                 "photons": {"found": photons.found, "rendered": photons.rendered, "damaged": photons.damaged},
+                "specs": specs::as_json(verdicts),
             });
             outln!("{value}");
         } else if !shared.quiet {
-            outln!("{cells} cells, {done} of them run now in {seconds:.1} s, {failed} failed: {}", self.folder.path().display());
+            outln!(
+                "{cells} cells, {done} of them run now in {seconds:.1} s, {failed} failed: {}",
+                self.folder.path().display()
+            );
             if photons.found + photons.rendered > 0 {
                 outln!("photons: {} exposures from the store, {} rendered", photons.found, photons.rendered);
             }
+            specs::say(verdicts);
         }
     }
 }

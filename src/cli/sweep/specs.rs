@@ -3,16 +3,26 @@
 use std::collections::BTreeMap;
 
 use sensel::error::Error;
-use sensel::num::u64_from;
+use sensel::report::Report;
+use sensel::sweep::record::CellCost;
 use sensel::sweep::report::PointVerdict;
 use sensel::sweep::specification::Specification;
 use sensel::sweep::{CellRecord, Cells};
 
-use crate::cli::args::Shared;
+/// Figures whose names depend on the run: they are looked for in a finished cell alone.
+const OF_A_RUN: [&str; 2] = ["energy.blocks.", "energy.rails."];
 
-/// Reads all `--spec` texts.
+/// Reads all `--spec` texts. A figure that no report has is refused before anything runs.
 pub fn parse(texts: &[String]) -> Result<Vec<Specification>, Error> {
-    texts.iter().map(|text| Specification::parse(text)).collect()
+    let any = CellRecord::of_report("", &Report::default(), CellCost::default());
+    let checked = |text: &String| {
+        let specification = Specification::parse(text)?;
+        if !OF_A_RUN.iter().any(|start| specification.figure.starts_with(start)) {
+            specification.figure_in(&any)?;
+        }
+        Ok(specification)
+    };
+    texts.iter().map(checked).collect()
 }
 
 /// What the finished cells say of each point and specification. A failed cell does not keep its limit.
@@ -44,28 +54,30 @@ pub fn judged(
             all.push(PointVerdict { point, name, specification: specification.text.clone(), judgement });
         }
     }
-    debug_assert!(u64_from(all.len()) >= u64_from(specifications.len()) || records.is_empty());
     Ok(all)
 }
 
-/// Prints the verdicts.
-pub fn say(verdicts: &[PointVerdict], shared: &Shared) {
-    for verdict in verdicts {
+/// The verdicts as JSON.
+pub fn as_json(verdicts: &[PointVerdict]) -> Vec<serde_json::Value> {
+    let one = |verdict: &PointVerdict| {
         let judgement = &verdict.judgement;
-        if shared.json {
-            let value = serde_json::json!({
-                "spec": verdict.specification,
-                "point": verdict.name,
-                "verdict": judgement.verdict.name(),
-                "sequential": judgement.sequential.name(),
-                "met": judgement.met,
-                "runs": judgement.runs,
-                "interval": judgement.interval,
-                "further_if_met_and_if_missed": judgement.further,
-            });
-            outln!("{value}");
-        } else if !shared.quiet {
-            outln!("{} [{}] {}", verdict.specification, verdict.name, judgement.in_words());
-        }
+        serde_json::json!({
+            "spec": verdict.specification,
+            "point": verdict.name,
+            "verdict": judgement.verdict.name(),
+            "sequential": judgement.sequential.name(),
+            "met": judgement.met,
+            "runs": judgement.runs,
+            "interval": judgement.interval,
+            "further_if_met_and_if_missed": judgement.further,
+        })
+    };
+    verdicts.iter().map(one).collect()
+}
+
+/// Prints the verdicts.
+pub fn say(verdicts: &[PointVerdict]) {
+    for verdict in verdicts {
+        outln!("{} [{}] {}", verdict.specification, verdict.name, verdict.judgement.in_words());
     }
 }

@@ -39,7 +39,9 @@ pub fn main(own: &SweepSubmitArguments, loaded: &Loaded, shared: &Shared) -> Res
     }
     add("--photons-gib", &shared.photons_gib.to_string());
     outln!("#!/bin/bash");
-    outln!("# {cells} cells in {shards} parts. Submit with: sbatch SCRIPT. A part that is run again goes on where it stopped.");
+    outln!(
+        "# {cells} cells in {shards} parts. Submit with: sbatch SCRIPT. A part that is run again goes on where it stopped."
+    );
     outln!("# When all tasks have ended: sensel sweep gather {}", quoted(&shown(&loaded.file)));
     outln!("#SBATCH --job-name={}", job_name(&name_of(&loaded.file)));
     outln!("#SBATCH --array=1-{shards}");
@@ -63,7 +65,11 @@ fn shown(path: &Path) -> String {
 /// For a POSIX shell.
 fn quoted(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+".contains(c);
-    if !text.is_empty() && text.chars().all(is_plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', "'\\''")) }
+    if !text.is_empty() && text.chars().all(is_plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
 }
 
 fn job_name(name: &str) -> String {

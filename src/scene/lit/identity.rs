@@ -32,8 +32,18 @@ impl LitScene {
             content: _,
         } = self;
         // Of the scene, the bake's key holds all that can be seen; its name, notes and viewpoints cannot.
-        let Scene { name: _, mesh: _, bvh: _, layout: _, lamps: _, sky: _, environment: _, flickering: _, viewpoints: _, notes: _ } =
-            scene;
+        let Scene {
+            name: _,
+            mesh: _,
+            bvh: _,
+            layout: _,
+            lamps: _,
+            sky: _,
+            environment: _,
+            flickering: _,
+            viewpoints: _,
+            notes: _,
+        } = scene;
         let mut hasher = blake3::Hasher::new();
         hasher.update(&scene.bake_key(&BakeSettings::ROOM));
         hasher.update(format!("{illuminant:?} {flicker:?} {lux_per_radiance:?} {sky_lux:?} {bounces}").as_bytes());
