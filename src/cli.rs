@@ -104,7 +104,10 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Power(own)) => power::main(own, shared),
         Some(Verb::Features(own)) => features::main(own, shared),
         Some(Verb::Track(own)) => track::main(own, shared),
-        Some(Verb::Presets) => listing::presets(shared),
+        Some(Verb::Presets(own)) => match &own.name {
+            Some(name) => listing::preset(name, shared),
+            None => listing::presets(shared),
+        },
         Some(Verb::Schema) => listing::schema(shared),
         Some(Verb::Config(own)) => listing::config(own, shared),
         Some(Verb::Ladder(own)) => ladder::main(own, shared),

@@ -4,6 +4,7 @@
 //! `cli`) one self-contained page. It never reads a clock or a file and never simulates.
 
 pub mod align;
+pub mod alternatives_record;
 pub mod associate;
 #[cfg(feature = "cli")]
 pub(crate) mod chart;
@@ -17,6 +18,7 @@ mod json;
 #[cfg(feature = "cli")]
 pub mod ladder_picture;
 pub mod ladder_record;
+pub mod latency_record;
 pub mod ordered;
 pub mod plan_record;
 pub mod record;

@@ -1,6 +1,7 @@
 //! One run, frame by frame, from photons to pose. Enters: a resolved scenario and the bytes of its files. Leaves: every stage's
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
+mod alternatives;
 pub mod assets;
 mod checked;
 mod estimate;
@@ -13,6 +14,7 @@ mod felt;
 mod hashes;
 mod host;
 mod inputs;
+mod keep_up;
 mod light;
 mod motion;
 mod on_link;
@@ -30,8 +32,10 @@ mod timing;
 mod transfer;
 mod truth;
 mod warnings;
+mod waterfall;
 pub mod world;
 
+pub use alternatives::Counted;
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
 pub use estimate::{ESTIMATED_LEVEL, LinkSplit};
 pub use felt::noise_of;
@@ -45,4 +49,5 @@ pub use session::{CameraFrame, Frame, Session};
 pub use setup::Setup;
 pub use timing::{burst_utilisation, timing_diagram, timing_record};
 pub use warnings::Warnings;
+pub use waterfall::{least_slack_us, waterfall_reasons};
 pub use world::World;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 #[path = "command_line/ends.rs"]
 mod ends;
 #[path = "command_line/late.rs"]

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 #[path = "sweeps/kill.rs"]
 mod kill;
 #[path = "sweeps/refusals.rs"]

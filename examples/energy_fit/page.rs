@@ -6,7 +6,7 @@ use std::path::Path;
 use sensel::energy::Constant;
 use sensel::run::ESTIMATED_LEVEL;
 
-use crate::judge::{Outcome, sensor};
+use super::judge::{Outcome, sensor};
 
 const TEXT: &str = "writing to a string cannot fail";
 

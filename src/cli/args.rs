@@ -49,6 +49,9 @@ pub struct Shared {
     /// Prints data as JSON on stdout, and errors, warnings and progress as one JSON object a line on stderr.
     #[arg(long, global = true)]
     pub json: bool,
+    /// Ends with exit code 1 where the extractor needs more clocks than a frame has (run, timing, power). The result is written all the same.
+    #[arg(long, global = true)]
+    pub strict: bool,
     /// No progress and no summary.
     #[arg(long, short, global = true)]
     pub quiet: bool,
@@ -69,8 +72,8 @@ pub enum Verb {
     Features(FeaturesArguments),
     /// Runs the tracker alone on an EuRoC or TUM folder.
     Track(TrackArguments),
-    /// Lists sensor, lens and technology presets and scenes.
-    Presets,
+    /// Lists sensor, lens and technology presets and scenes; 'presets show NAME' prints one with where each value comes from.
+    Presets(PresetsArguments),
     /// Prints the JSON Schema of a scenario.
     Schema,
     /// Shows the effective configuration.
@@ -224,6 +227,16 @@ pub struct TrackArguments {
     /// File of the map's landmarks at the end, as a PLY cloud of points.
     #[arg(long, value_name = "FILE")]
     pub map: Option<PathBuf>,
+}
+
+/// Which preset to show.
+#[derive(Args, Debug)]
+pub struct PresetsArguments {
+    /// "show".
+    #[arg(value_parser = ["show"], requires = "name")]
+    pub what: Option<String>,
+    /// A sensor's or a lens's preset, or a sensor file (mine.toml).
+    pub name: Option<String>,
 }
 
 /// What to show of a configuration.

@@ -36,8 +36,8 @@ pub struct Located {
 /// Finds and reads a scenario (or a file with sections of a sensor only: the rest has defaults) and lays the command line's words over it.
 pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Result<Located, Error> {
     let (file, text) = scenario_text(scenario, shared)?;
-    let mut resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments(shared, more))?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let mut resolved = layered(&file.display().to_string(), &text, &assignments(shared, more), &folder)?;
     read_technology(&mut resolved, &folder)?;
     Ok(Located { name: name_of(&file), folder, resolved })
 }
@@ -56,6 +56,12 @@ pub fn scenario_text(scenario: Option<&str>, shared: &Shared) -> Result<(PathBuf
         }
         (Err(error), Some(_)) => Err(error),
     }
+}
+
+/// Merges all layers; files that they name stand in this folder.
+pub fn layered(file: &str, text: &str, assignments: &[String], folder: &Path) -> Result<Resolved, Error> {
+    let folders = InputFolders::new(vec![folder.to_path_buf()]);
+    Resolved::from_layers_and_files(file, text, assignments, &|name| folders.read(name))
 }
 
 /// Reads the technology file that a scenario names, from the scenario's folder.
@@ -79,7 +85,7 @@ pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, E
         });
     };
     let text = format!("[sensor]\npreset = \"{name}\"\n");
-    let mut resolved = Resolved::from_layers("command line", &text, &assignments(shared, &[]))?;
+    let mut resolved = layered("command line", &text, &assignments(shared, &[]), Path::new(""))?;
     read_technology(&mut resolved, Path::new(""))?;
     Ok(Located { name: name.to_owned(), folder: PathBuf::new(), resolved })
 }

@@ -185,7 +185,7 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
             outln!("{} rows converted once more on the rung {}: all codes equal", session.rows_checked(), rung.name());
         }
     }
-    Ok(())
+    words::check_strict(shared, report.timing.extractor.as_ref())
 }
 
 /// Simulates and writes every frame; the codes of the waveforms' frame, where there are any.
@@ -251,8 +251,14 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     outln!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
     outln!("  link          {:.2} Mbit/s, {}", report.bandwidth.link_bits_per_s * 1e-6, words::reduction(report));
     outln!("  latency       {:.2} ms to the last bit on the lanes", report.timing.latency_us * 1e-3);
-    if let Some(clocks) = report.timing.extractor {
-        outln!("  extractor     {} clocks of a frame's {}", clocks.required, clocks.available);
+    if let Some(pose_us) = report.timing.waterfall.pose_us {
+        let measured = report.timing.waterfall.measured_host_us.map_or_else(String::new, |measured_us| {
+            format!("; decoding and tracking took {:.2} ms here", 1e-3 * measured_us)
+        });
+        outln!("  pose          {:.2} ms, with the host {}{measured}", 1e-3 * pose_us, report.timing.waterfall.host);
+    }
+    if let Some(clocks) = &report.timing.extractor {
+        outln!("  extractor     {}", clocks.verdict());
     }
     if let Some(last_us) = report.timing.last_feature_us {
         outln!("  last feature  {last_us:.1} us after the last row");

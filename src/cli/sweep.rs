@@ -85,11 +85,9 @@ fn load(own: &SweepFileArguments, shared: &Shared) -> Result<Loaded, Error> {
     let (scenario_file, scenario_text) = place::scenario_text(Some(&asked), shared)?;
     let folder = scenario_file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let assets = FolderAssets::new(&folder, shared);
-    let base = Base {
-        file: scenario_file.display().to_string(),
-        text: scenario_text,
-        assignments: place::assignments(shared, &[]),
-    };
+    let name = scenario_file.display().to_string();
+    let layered = move |layers: &[String]| place::layered(&name, &scenario_text, layers, &folder);
+    let base = Base { layered: Box::new(layered), assignments: place::assignments(shared, &[]) };
     let known: Mutex<BTreeMap<String, String>> = Mutex::new(BTreeMap::new());
     let assets_hash = |resolved: &Resolved| {
         let scenario = &resolved.scenario;

@@ -8,9 +8,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::report::alternatives_record::Alternatives;
 use crate::report::energy_record::EnergyRecord;
 use crate::report::figures::{Figure, NotMeasurable, TrajectoryFigures};
 use crate::report::ladder_record::LadderRecord;
+use crate::report::latency_record::Waterfall;
 use crate::report::ordered::Ordered;
 pub use crate::report::plan_record::{FactRecord, OmittedEffect, PlanRecord, TileRecord};
 use crate::report::spread::{SpectrumPoint, interval_of_rms, second_difference_squares, spectrum};
@@ -40,6 +42,9 @@ pub struct Report {
     pub bandwidth: Bandwidth,
     /// Joules of the sensor.
     pub energy: EnergyRecord,
+    /// Raw pictures, features and both side by side.
+    #[serde(default)]
+    pub alternatives: Alternatives,
     /// What the extractor and the tracker found.
     pub features: FeatureFigures,
     /// Errors of the pose.
@@ -159,6 +164,9 @@ pub struct Timing {
     /// From the reading of the last row, when it reaches the extractor, to the extractor's last feature, the longest of the run; none
     /// without features.
     pub last_feature_us: Option<f64>,
+    /// From the middle of the exposure to the pose, step by step.
+    #[serde(default)]
+    pub waterfall: Waterfall,
     /// Clocks of the extractor; none where the sensor extracts nothing.
     pub extractor: Option<ExtractorClocks>,
     /// Of `pix_clk`.
@@ -169,16 +177,47 @@ pub struct Timing {
     pub frame: Vec<Phase>,
 }
 
-/// Clocks of the extractor over a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Clocks of the extractor over a run, and whether they suffice.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExtractorClocks {
     /// From a frame's first pixel until its rows have run and its last feature has left, the longest of the run.
     pub required: u64,
+    /// The same, mean over frames and cameras.
+    #[serde(default)]
+    pub required_mean: f64,
     /// From frame to frame.
     pub available: u64,
+    /// Frequency of these clocks: `compute.clock_hz`.
+    #[serde(default)]
+    pub clock_hz: u64,
     /// Frames of a camera that needed more.
     pub frames_over: u64,
+    /// Whether no frame needed more.
+    #[serde(default)]
+    pub keeps_up: bool,
+    /// Candidates that waited for an engine at once, at most; none where the hardware's twin ran, which does not count them.
+    #[serde(default)]
+    pub queue_most: Option<u32>,
+    /// Places of that queue: `compute.fifo_depth`.
+    #[serde(default)]
+    pub queue_depth: u32,
+    /// Settings with which the extractor keeps up; empty where it does.
+    #[serde(default)]
+    pub remedy: String,
+}
+
+impl ExtractorClocks {
+    /// Pass or fail, in a sentence.
+    pub fn verdict(&self) -> String {
+        let Self { required, available, remedy, .. } = self;
+        if self.keeps_up {
+            let share = 100.0 * (1.0 - crate::num::f64_from_u64(*required) / crate::num::f64_from_u64(*available));
+            format!("keeps up: {required} clocks of a frame's {available}, {share:.1} % are spare")
+        } else {
+            format!("does not keep up: {required} clocks of a frame's {available}; use {remedy}")
+        }
+    }
 }
 
 /// A span of a timing diagram.

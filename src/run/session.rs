@@ -471,7 +471,7 @@ pub(super) fn extract_one(
     codes: &Plane<u16>,
 ) -> Result<(Extracted, Events), Error> {
     let mut events = Events::default();
-    let mut rows = RowByRow { first_clk: 0, row_clk: sensor.row_clk() };
+    let mut rows = RowByRow { first_clk: 0, spacing: sensor.row_spacing() };
     let pattern_px = sensor.pattern_px();
     let extracted = extractor.frame(codes, sensor.bits(), pattern_px, (&mut rows, &mut AlwaysReady), &mut events)?;
     Ok((extracted, events))

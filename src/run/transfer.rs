@@ -6,6 +6,7 @@ use super::on_link::rows_in;
 use super::sensor::SensorSetup;
 use super::session::Session;
 use super::warnings::Warnings;
+use super::waterfall::SentFrame;
 use crate::compute::{Extracted, Overflow};
 use crate::draw::RowPlace;
 use crate::error::Error;
@@ -38,6 +39,8 @@ pub(super) struct LinkTotals {
     pub feature_latency_s: Option<f64>,
     /// Longest time from the middle of a frame's exposure to the last bit of its last packet.
     pub latency_s: f64,
+    /// The frame that took it.
+    pub slowest: Option<SentFrame>,
     /// Features that left the extractor and found no time on the link before the next frame.
     pub features_dropped: u64,
     /// Frames of a camera that lost some so.
@@ -45,7 +48,13 @@ pub(super) struct LinkTotals {
 }
 
 impl LinkTotals {
-    fn add_flow(&mut self, sensor: &SensorSetup, flow: &Flow, (schedule, frame): (&Schedule, FrameIndex)) {
+    fn add_flow(
+        &mut self,
+        sensor: &SensorSetup,
+        flow: &Flow,
+        (schedule, frame): (&Schedule, FrameIndex),
+        out_clk: &[u64],
+    ) {
         self.rows_stalled += u64::from(flow.rows_stalled);
         self.stalled_s += sensor.link.seconds(flow.stalled);
         self.fifo_rows_most = self.fifo_rows_most.max(flow.fifo_rows_most);
@@ -54,7 +63,11 @@ impl LinkTotals {
             let longest_s = self.feature_latency_s.unwrap_or(0.0);
             self.feature_latency_s = Some(greater(longest_s, latency_s));
         }
-        self.latency_s = greater(self.latency_s, sensor.latency_s(flow, schedule, frame));
+        let latency_s = sensor.latency_s(flow, schedule, frame);
+        if self.slowest.is_none() || latency_s > self.latency_s {
+            let (flow, schedule, out_clk) = (flow.clone(), schedule.clone(), out_clk.to_vec());
+            (self.latency_s, self.slowest) = (latency_s, Some(SentFrame { flow, schedule, frame, out_clk }));
+        }
     }
 
     /// Warns of features that the link had no time for.
@@ -184,7 +197,7 @@ impl Session {
             }
             let mut bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
             let totals = &mut self.totals.link;
-            totals.add_flow(sensor, &flow, (schedule, frame));
+            totals.add_flow(sensor, &flow, (schedule, frame), &extracted.out_clk);
             totals.traffic.add(&sensor.link.traffic_of(&packets, sensor.size, out.bits)?);
             totals.frames_with_rows += u64::from(rows_in(&packets) > 0);
             let (seed, camera) = (self.setup.resolved.scenario.seed, CameraIndex(u32_from(camera)));

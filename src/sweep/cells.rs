@@ -10,12 +10,13 @@ use super::file::SweepFile;
 use crate::config::Resolved;
 use crate::error::Error;
 
-/// A scenario's text, before any cell changes it.
+/// Merges a scenario with defaults, presets and these assignments.
+pub type Layered = Box<dyn Fn(&[String]) -> Result<Resolved, Error> + Send + Sync>;
+
+/// A scenario before any cell changes it.
 pub struct Base {
-    /// Name of the scenario's file.
-    pub file: String,
-    /// Its text.
-    pub text: String,
+    /// Merges it with what a sweep lays over it.
+    pub layered: Layered,
     /// What the command line lays over it and over every cell.
     pub assignments: Vec<String>,
 }
@@ -66,7 +67,7 @@ impl Cells {
         let mut all = assignments(&sweep.set);
         let located = |error: Error| in_sweep(error, file, text);
         let layers: Vec<String> = all.drain(..).map(assignment).chain(base.assignments.iter().cloned()).collect();
-        let shared = Resolved::from_layers(&base.file, &base.text, &layers).map_err(located)?;
+        let shared = (base.layered)(&layers).map_err(located)?;
         let points = points(sweep)?;
         let mut this = Self {
             base: Base { assignments: layers, ..base },
@@ -99,7 +100,7 @@ impl Cells {
         let own: Vec<String> = cell.set.iter().cloned().map(assignment).collect();
         if cell.set.iter().any(|(key, _)| key.ends_with(".preset")) {
             let layers = [self.base.assignments.clone(), own].concat();
-            return Resolved::from_layers(&self.base.file, &self.base.text, &layers);
+            return (self.base.layered)(&layers);
         }
         self.shared.with(&own)
     }

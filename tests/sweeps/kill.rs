@@ -5,8 +5,8 @@ use std::time::Duration;
 use rand::RngExt;
 use sensel::draw::DrawKey;
 
-use super::common::names;
 use super::{Place, ended, started};
+use crate::common::names;
 
 /// Cells and kills: the full number where outside judges run, fewer for everybody's tests.
 const SIZE: (u32, u32) = if cfg!(feature = "outside") { (500, 20) } else { (60, 6) };
