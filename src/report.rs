@@ -14,8 +14,8 @@ pub mod compare;
 pub mod display;
 pub mod energy_record;
 pub(crate) mod escape;
-pub mod extractor_record;
 pub mod figures;
+pub mod gates_record;
 #[cfg(feature = "cli")]
 pub mod html;
 mod json;

@@ -12,9 +12,10 @@ use crate::report::alternatives_record::Alternatives;
 use crate::report::bootstrap::Statistic;
 use crate::report::cameras_alone::CamerasAlone;
 use crate::report::energy_record::EnergyRecord;
-pub use crate::report::extractor_record::ExtractorClocks;
 use crate::report::figures::{Figure, NotMeasurable, TrajectoryFigures};
+use crate::report::gates_record::Gates;
 use crate::report::ladder_record::LadderRecord;
+pub use crate::report::latency_record::ExtractorClocks;
 use crate::report::latency_record::Waterfall;
 pub use crate::report::link_record::LinkRecord;
 use crate::report::ordered::Ordered;
@@ -50,6 +51,9 @@ pub struct Report {
     /// Raw pictures, features and both side by side.
     #[serde(default)]
     pub alternatives: Alternatives,
+    /// Gates and area of one sensor's digital half.
+    #[serde(default)]
+    pub gates: Gates,
     /// What the extractor and the tracker found.
     pub features: FeatureFigures,
     /// Errors of the pose.

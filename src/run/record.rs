@@ -45,6 +45,7 @@ impl Session {
             timing: self.timing()?,
             bandwidth: self.bandwidth(),
             energy: EnergyRecord { line: Some(setup.sensor.line_power()?), ..(&self.energy()).into() },
+            gates: setup.sensor.gates(),
             features: self.totals.extractor.figures(),
             link: self.link(),
             hashes: self.hash_record(),

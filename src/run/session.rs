@@ -17,6 +17,7 @@ use super::sensor::SensorSetup;
 use super::setup::Setup;
 use super::transfer::{LinkTotals, frame_time_s, marks};
 use super::warnings::Warnings;
+use super::waterfall::PacketTime;
 use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
 use crate::effects::chain::{Capture, Chain, RowSamples};
 use crate::energy::EnergyAccount;
@@ -48,6 +49,8 @@ pub struct CameraFrame {
     pub features_clk: Vec<u64>,
     /// Packets as they arrive at the host.
     pub packets: Vec<u8>,
+    /// When each of them was on the lanes.
+    pub packet_times: Vec<PacketTime>,
     /// Which features the tracker's pose rests on, by index.
     pub tracked: Vec<bool>,
 }
@@ -105,6 +108,8 @@ pub struct Session {
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
     electrons_kept: bool,
     electrons: Vec<Option<Plane<f32>>>,
+    /// Whether photons and codes enter the run's hashes.
+    pub(super) hashes_pictures: bool,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,
     pub(super) warnings: Warnings,
@@ -159,6 +164,7 @@ impl Session {
             row_check: None,
             electrons_kept: false,
             electrons: Vec::new(),
+            hashes_pictures: true,
             notes: Vec::new(),
             totals: Totals::default(),
             warnings,
@@ -174,6 +180,11 @@ impl Session {
     /// What the run is made of.
     pub fn setup(&self) -> &Setup {
         &self.setup
+    }
+
+    /// What the run was made of, for another run beside it.
+    pub fn into_setup(self) -> Setup {
+        self.setup
     }
 
     /// Keeps the first camera's samples of these rows when their frame comes, of its first exposure. They change nothing.
@@ -201,6 +212,11 @@ impl Session {
     /// Gives every frame from here on its electrons. They change nothing.
     pub fn keep_electrons(&mut self) {
         self.electrons_kept = true;
+    }
+
+    /// Leaves photons and codes out of the run's hashes, for runs whose figures alone are asked for: hashing takes as long as a stage.
+    pub fn leave_pictures_unhashed(&mut self) {
+        self.hashes_pictures = false;
     }
 
     /// Samples of the watched rows at the converters' inputs; empty before their frame.
@@ -249,7 +265,8 @@ impl Session {
         let on_sensor = self.setup.sensor.link.mode.sends_features();
         let mut extracted = if on_sensor { self.extract(&codes)? } else { vec![Extracted::default(); codes.len()] };
         self.totals.stage_s[2] += lap.next_s();
-        let packets = self.send(frame, &schedules, &codes, &mut extracted)?;
+        let (packets, times): (Vec<_>, Vec<_>) =
+            self.send(frame, &schedules, &codes, &mut extracted)?.into_iter().unzip();
         self.totals.stage_s[3] += lap.next_s();
         let host = self.receive(&packets)?;
         // Without features on the link, those of the host's own extractor stand in their place.
@@ -271,14 +288,14 @@ impl Session {
             .into_iter()
             .zip(codes)
             .zip(extracted)
-            .zip(packets)
+            .zip(packets.into_iter().zip(times))
             .enumerate()
-            .map(|(camera, (((mut exposures, codes), extracted), packets))| {
+            .map(|(camera, (((mut exposures, codes), extracted), (packets, packet_times)))| {
                 let Extracted { features, out_clk: features_clk, .. } = extracted;
                 let tracked = marks(tracked.as_ref(), camera, &host.indices[camera], features.len());
                 let photons = exposures.swap_remove(0).photons;
                 let electrons = self.electrons.get_mut(camera).and_then(Option::take);
-                CameraFrame { photons, electrons, codes, features, features_clk, packets, tracked }
+                CameraFrame { photons, electrons, codes, features, features_clk, packets, packet_times, tracked }
             })
             .collect();
         let done = Frame { frame, t_s, truth, cameras, tracked };
