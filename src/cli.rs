@@ -16,6 +16,7 @@ macro_rules! outln {
 mod args;
 mod characterize;
 mod clocks;
+mod compare;
 mod draw;
 mod expected;
 mod failure;
@@ -80,7 +81,7 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
 }
 
 /// All verbs of this version.
-const VERBS: &str = "run, plan, ladder, timing, power, features, track, characterize, sweep, presets, schema, config";
+const VERBS: &str = "run, plan, ladder, timing, power, features, track, characterize, compare, sweep, presets, schema, config";
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
@@ -92,6 +93,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
                 | Verb::Track(_)
                 | Verb::Ladder(_)
                 | Verb::Characterize(_)
+                | Verb::Compare(_)
                 | Verb::Sweep(_)
         )
     );
@@ -112,6 +114,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Config(own)) => listing::config(own, shared),
         Some(Verb::Ladder(own)) => ladder::main(own, shared),
         Some(Verb::Characterize(own)) => characterize::main(own, shared),
+        Some(Verb::Compare(own)) => compare::main(own, shared),
         Some(Verb::Sweep(own)) => sweep::main(own, shared),
     }
 }

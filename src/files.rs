@@ -5,6 +5,7 @@ pub mod cache;
 mod disk;
 pub mod emva;
 pub mod euroc;
+pub mod finished;
 pub mod folder;
 pub mod grey;
 pub mod input;

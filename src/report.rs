@@ -6,12 +6,16 @@
 pub mod align;
 pub mod alternatives_record;
 pub mod associate;
+pub mod bootstrap;
+pub mod cameras_alone;
 #[cfg(feature = "cli")]
 pub(crate) mod chart;
+pub mod compare;
 pub mod display;
 pub mod energy_record;
 pub(crate) mod escape;
 pub mod figures;
+pub mod gates_record;
 #[cfg(feature = "cli")]
 pub mod html;
 mod json;
@@ -19,8 +23,10 @@ mod json;
 pub mod ladder_picture;
 pub mod ladder_record;
 pub mod latency_record;
+pub mod link_record;
 pub mod ordered;
 pub mod plan_record;
+pub mod pose_series;
 pub mod record;
 pub mod spread;
 pub mod timing_diagram;

@@ -2,6 +2,7 @@
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
 mod alternatives;
+mod alone;
 pub mod assets;
 mod checked;
 mod estimate;
@@ -11,6 +12,8 @@ mod extractor;
 mod exposure;
 mod facts;
 mod felt;
+mod frame_notes;
+pub mod gates;
 mod hashes;
 mod host;
 mod inputs;
@@ -49,5 +52,5 @@ pub use session::{CameraFrame, Frame, Session};
 pub use setup::Setup;
 pub use timing::{burst_utilisation, timing_diagram, timing_record};
 pub use warnings::Warnings;
-pub use waterfall::{least_slack_us, waterfall_reasons};
+pub use waterfall::{PacketTime, least_slack_us, waterfall_reasons};
 pub use world::World;

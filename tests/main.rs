@@ -2,11 +2,33 @@
 //! `memory` stands apart, because it counts what the whole process allocates.
 
 #![allow(missing_docs)]
+#![allow(clippy::unwrap_used)] // Helpers of tests fail by panicking, as tests do.
 
 mod chance;
 mod common;
 
+// Shared by several modules below.
+#[path = "../rtl_models/tests/twins/cases.rs"]
+#[allow(dead_code)]
+mod cases;
+#[path = "rtl/csi2_cases.rs"]
+#[allow(dead_code)]
+mod csi2_cases;
+#[path = "rtl/extractor_forms.rs"]
+#[allow(dead_code)]
+mod extractor_forms;
+#[path = "rtl/extractor_play.rs"]
+#[allow(dead_code)]
+mod extractor_play;
+#[path = "rtl/front_pictures.rs"]
+#[allow(dead_code)]
+mod front_pictures;
+#[path = "rtl/front_reference.rs"]
+#[allow(dead_code)]
+mod front_reference;
+
 mod adc;
+mod answers;
 mod characterize;
 mod chips;
 mod command_line;
@@ -21,6 +43,7 @@ mod facts;
 mod few_bits;
 mod front;
 mod gait;
+mod gates;
 mod gltf;
 mod hard_cases;
 mod images;

@@ -6,6 +6,7 @@
 #[path = "../benches/embree/compare.rs"]
 mod compare;
 #[path = "../benches/embree/rays.rs"]
+#[allow(clippy::module_inception, reason = "the bench that shares these files has this name")]
 mod rays;
 
 use std::path::Path;
@@ -22,8 +23,6 @@ use sensel::scene::tracer::{Hits, Packet, Stack, closest};
 use sensel::simd::{Level, level, limit};
 
 const SEED: u64 = 41;
-
-/// The level is one for the whole process, so tests that set it take turns.
 
 /// Hits of all rays, which every level must give bit for bit.
 fn ours(bvh: &Bvh, packets: &[Packet]) -> Vec<Hits> {

@@ -82,6 +82,8 @@ pub enum Verb {
     Ladder(LadderArguments),
     /// Measures a sensor by EMVA 1288: frames, descriptor and truth for a judge, every figure, a report.
     Characterize(CharacterizeArguments),
+    /// Says whether one run is better than another: differences with 95 % intervals, and a page with the pictures under a wiper.
+    Compare(CompareArguments),
     /// A design space: many runs, one table, one page.
     Sweep(SweepArguments),
 }
@@ -268,6 +270,15 @@ pub struct CharacterizeArguments {
     pub channel: Option<char>,
 }
 
+/// Runs to compare.
+#[derive(Args, Debug)]
+pub struct CompareArguments {
+    /// Folders that 'sensel run' wrote; each is compared with the first.
+    #[arg(required = true, num_args = 2..=8, value_name = "FOLDER")]
+    pub folders: Vec<PathBuf>,
+}
+
+/// Whatever a verb of a later version is given.
 /// What to do with a sweep.
 #[derive(Args, Debug)]
 pub struct SweepArguments {

@@ -5,6 +5,7 @@ use sensel::error::Error;
 use sensel::num::f64_from_u64;
 use sensel::report::alternatives_record::Alternatives;
 use sensel::report::energy_record::EnergyRecord;
+use sensel::report::gates_record::Gates;
 use sensel::report::record::ExtractorClocks;
 use sensel::run::{Counted, ESTIMATED_LEVEL, LinkSplit, NoClock, SensorSetup, Session};
 use serde_json::{Value, json};
@@ -26,6 +27,7 @@ struct Figures {
     split: LinkSplit,
     host: Option<[HostEnergy; 2]>,
     alternatives: Alternatives,
+    gates: Gates,
     /// The extractor's clocks; none where the sensor extracts nothing.
     extractor: Option<ExtractorClocks>,
     /// Fields of a run's report beside those.
@@ -62,6 +64,7 @@ fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error>
         split: sensor.link_split(features)?,
         host: host.map(|host| sensor.host_split(&host, features)).transpose()?,
         alternatives: sensor.alternatives(&counted).map_err(resolve)?,
+        gates: sensor.gates(),
         extractor: sensor.keep_up(features),
         more: json!({"fps": sensor.schedule.fps(), "estimated": true}),
     };
@@ -103,6 +106,7 @@ fn count(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
         more: json!({"bandwidth": report.bandwidth, "fps": report.timing.fps, "frames": frames, "warnings": report.warnings}),
         energy: report.energy,
         alternatives: report.alternatives,
+        gates: report.gates,
         extractor: report.timing.extractor,
         name,
     })
@@ -126,6 +130,7 @@ fn as_json(figures: &Figures) -> Value {
         },
         "period_ms": 1e3 * figures.period_s,
         "alternatives": figures.alternatives,
+        "gates": figures.gates,
         "not_measurable": figures.alternatives.reasons().into_iter().collect::<std::collections::BTreeMap<_, _>>(),
     });
     let fields = json.as_object_mut().expect("just made");
@@ -196,6 +201,7 @@ fn print(figures: &Figures) {
             100.0 * decider.variance_share
         );
     }
+    out!("{}", figures.gates.text());
     debug_assert_eq!(energy.rails.iter().count(), Rail::ALL.len());
 }
 

@@ -148,6 +148,7 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let interrupted = interrupt::watch();
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;
+    session.track_cameras_alone()?;
     if electrons {
         session.keep_electrons();
     }
@@ -248,6 +249,10 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     outln!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));
     outln!("  jitter frame  {}  (RPE over one frame)", figure(tracking.jitter_frame_m, 1e3, "mm"));
     outln!("  jitter d2     {}  (second differences)", words::jitter(tracking));
+    if let Some(alone) = &report.cameras_alone {
+        let (ate, d2) = (figure(alone.ate_m, 1e3, "mm"), figure(alone.jitter_d2_m.or(alone.jitter_still_m), 1e3, "mm"));
+        outln!("  cameras alone ATE {ate}, jitter d2 {d2}  (the same packets without the inertial unit)");
+    }
     outln!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
     outln!("  link          {:.2} Mbit/s, {}", report.bandwidth.link_bits_per_s * 1e-6, words::reduction(report));
     outln!("  latency       {:.2} ms to the last bit on the lanes", report.timing.latency_us * 1e-3);

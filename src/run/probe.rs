@@ -136,6 +136,12 @@ impl Setup {
         chain.samples_of_rows(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]), &rows)
     }
 
+    /// Electrons of all pixels of a picture at the sense node, of the first slot and reading.
+    pub fn electrons_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>) -> Plane<f32> {
+        let schedule = self.schedule_at(place);
+        chain.electrons(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]))
+    }
+
     /// Features of a picture, and the events of finding them.
     ///
     /// # Errors

@@ -1,7 +1,8 @@
 //! The report of a run: every figure computed from what the run counted, sent and tracked.
 
 use super::alternatives::Counted;
-use super::session::{FrameNotes, STAGES, Session};
+use super::frame_notes::FrameNotes;
+use super::session::{STAGES, Session};
 use super::setup::PlanSummary;
 use super::timing::{burst_utilisation, timing_record};
 use super::waterfall::waterfall_reasons;
@@ -14,6 +15,7 @@ use crate::optics::Camera;
 use crate::pose::TimedPose;
 use crate::report::energy_record::EnergyRecord;
 use crate::report::figures::bring_to_metres;
+use crate::report::pose_series::pose_series;
 use crate::report::record::{
     Bandwidth, ExtractorClocks, FactRecord, FrameRecord, Hashes, LinkRecord, Measured, OmittedEffect, PlanRecord,
     Scenario, StageCost, TileRecord, Timing, TrackingEvent,
@@ -43,6 +45,7 @@ impl Session {
             timing: self.timing()?,
             bandwidth: self.bandwidth(),
             energy: EnergyRecord { line: Some(setup.sensor.line_power()?), ..(&self.energy()).into() },
+            gates: setup.sensor.gates(),
             features: self.totals.extractor.figures(),
             link: self.link(),
             hashes: self.hash_record(),
@@ -260,6 +263,9 @@ impl Session {
         for (stage, seconds) in STAGES.into_iter().zip(self.totals.stage_s) {
             report.cost.insert(stage, StageCost { ms_per_frame: 1e3 * seconds / frames });
         }
+        if let Some(alone) = &self.alone {
+            report.cost.insert("tracker_cameras_alone", StageCost { ms_per_frame: 1e3 * alone.seconds / frames });
+        }
         report.tracking.ms_per_frame = 1e3 * self.totals.stage_s[STAGES.len() - 1] / frames;
     }
 
@@ -289,6 +295,9 @@ impl Session {
             .ok_or_else(|| NotMeasurable::Absent("no landmark was predicted into a frame and found again".to_owned()));
         report.tracking.innovation_px = report.figure("tracking.innovation_px", innovation);
         report.set_trajectory(figures, unit_m);
+        let (cameras, fps) = (report.scenario.cameras, report.timing.fps);
+        report.set_orientation(&pose_series(&self.truth(), &estimate, cameras, fps));
+        report.cameras_alone = self.figures_of_cameras_alone(&mut report.not_measurable);
         let sigmas_m = self.notes.iter().filter_map(|note| note.single_picture_sigma_m);
         report.set_single_picture_sigma(sigmas_m.map(|sigma| sigma * unit_m));
         self.set_course(report);
@@ -357,6 +366,10 @@ fn frame_record(note: &FrameNotes) -> FrameRecord {
         truth_m: note.truth.world_from_body.translation_m.to_array(),
         estimate_m: None,
         error_m: None,
+        orientation_deg: None,
+        link_bits: Some(note.link_bits),
+        energy_pj: Some(note.energy_pj),
+        latency_us: Some(note.latency_us),
     }
 }
 

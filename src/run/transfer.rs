@@ -6,7 +6,7 @@ use super::on_link::rows_in;
 use super::sensor::SensorSetup;
 use super::session::Session;
 use super::warnings::Warnings;
-use super::waterfall::SentFrame;
+use super::waterfall::{PacketTime, SentFrame};
 use crate::compute::{Extracted, Overflow};
 use crate::draw::RowPlace;
 use crate::error::Error;
@@ -41,6 +41,8 @@ pub(super) struct LinkTotals {
     pub latency_s: f64,
     /// The frame that took it.
     pub slowest: Option<SentFrame>,
+    /// The same of the last frame alone.
+    pub frame_latency_s: f64,
     /// Features that left the extractor and found no time on the link before the next frame.
     pub features_dropped: u64,
     /// Frames of a camera that lost some so.
@@ -68,6 +70,7 @@ impl LinkTotals {
             let (flow, schedule, out_clk) = (flow.clone(), schedule.clone(), out_clk.to_vec());
             (self.latency_s, self.slowest) = (latency_s, Some(SentFrame { flow, schedule, frame, out_clk }));
         }
+        self.frame_latency_s = greater(self.frame_latency_s, latency_s);
     }
 
     /// Warns of features that the link had no time for.
@@ -162,11 +165,12 @@ impl Session {
         schedules: &[Schedule],
         codes: &[Plane<u16>],
         extracted: &mut [Extracted],
-    ) -> Result<Vec<Vec<u8>>, Error> {
+    ) -> Result<Vec<(Vec<u8>, Vec<PacketTime>)>, Error> {
         let sensor = &self.setup.sensor;
         let gain = RampGain::saturating_from_num(self.gain);
         let features_per_gap = sensor.features_per_gap()?;
         let mut arrived = Vec::with_capacity(codes.len());
+        self.totals.link.frame_latency_s = 0.0;
         for (camera, ((codes, extracted), schedule)) in codes.iter().zip(extracted).zip(schedules).enumerate() {
             let dropped = drop_what_does_not_pass(sensor, (schedule, frame), extracted)?;
             self.totals.link.features_dropped += dropped;
@@ -203,7 +207,7 @@ impl Session {
             let (seed, camera) = (self.setup.resolved.scenario.seed, CameraIndex(u32_from(camera)));
             let place = RowPlace { seed, camera, frame, slot: 0, row: RowIndex(0) };
             totals.bits_flipped += link::flip_bits(&mut bytes, sensor.bit_error_rate, place);
-            arrived.push(bytes);
+            arrived.push((bytes, sensor.packet_times(&flow, schedule, frame)));
         }
         Ok(arrived)
     }

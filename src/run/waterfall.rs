@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::sensor::SensorSetup;
 use super::timing::memory_s;
 use crate::error::Error;
-use crate::link::{FeatureReady, Flow, Packet};
+use crate::link::{FeatureReady, Flow, Packet, Sent};
 use crate::num::{f64_from_u64, f64_from_usize, greater, index, lesser};
 use crate::readout::Schedule;
 use crate::report::latency_record::{LatencyStep, Waterfall};
@@ -19,6 +19,17 @@ pub(super) struct SentFrame {
     pub frame: FrameIndex,
     /// The clock in which each feature left the extractor.
     pub out_clk: Vec<u64>,
+}
+
+/// A packet on the lanes, in run time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PacketTime {
+    /// Header, payload and checksum.
+    pub bytes: u64,
+    /// Its burst starts.
+    pub start_s: f64,
+    /// Its last bit has left.
+    pub last_bit_s: f64,
 }
 
 /// Steps that follow each other.
@@ -73,6 +84,17 @@ impl SensorSetup {
             measured_host_us: None,
             frame,
         }
+    }
+
+    /// When each packet of a frame is on the lanes.
+    pub(super) fn packet_times(&self, flow: &Flow, schedule: &Schedule, frame: FrameIndex) -> Vec<PacketTime> {
+        let last = schedule.slot_readout(frame, schedule.slots().len() - 1, schedule.last_row());
+        let zero_s =
+            last.end_s + memory_s(schedule) + self.link.seconds(flow.stalled) - self.link.seconds(flow.rows_end);
+        let at = |clk: Clocks| zero_s + self.link.seconds(clk);
+        let time =
+            |sent: &Sent| PacketTime { bytes: sent.bytes, start_s: at(sent.start), last_bit_s: at(sent.data_end) };
+        flow.sent.iter().map(time).collect()
     }
 
     /// What a line has left after the work that limits it.

@@ -1,0 +1,28 @@
+// Counts what holds, and prints what does not.
+export class Checks {
+  passed = 0;
+  failed = 0;
+
+  that(sentence, holds, ...seen) {
+    if (holds) {
+      this.passed += 1;
+      return;
+    }
+    this.failed += 1;
+    console.log(`does not hold: ${sentence}`, ...seen);
+  }
+
+  /** Runs a part; what it throws is one that does not hold. */
+  async part(sentence, run) {
+    try {
+      await run();
+    } catch (error) {
+      this.that(sentence, false, error.stack ?? error);
+    }
+  }
+
+  end() {
+    console.log(`${this.passed} passed, ${this.failed} failed`);
+    process.exitCode = this.failed === 0 ? 0 : 1;
+  }
+}
