@@ -1,7 +1,7 @@
 //! Verbs of the command line. Data goes to stdout, progress and words to stderr.
 //!
-//! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 3 some cells failed, 4 input/output. With `--json` every line on stderr is one JSON object
-//! (docs/machine.md).
+//! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 3 some cells failed, 4 input/output. With `--json`
+//! every line on stderr is one JSON object (docs/machine.md).
 
 /// As `print!`, for readers that may leave early: `sensel schema | head` ends in silence, not in a panic.
 macro_rules! out {
@@ -81,7 +81,8 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
 }
 
 /// All verbs of this version.
-const VERBS: &str = "run, plan, ladder, timing, power, features, track, characterize, compare, sweep, presets, schema, config";
+const VERBS: &str =
+    "run, plan, ladder, timing, power, features, track, characterize, compare, sweep, presets, schema, config";
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
