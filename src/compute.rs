@@ -67,7 +67,7 @@ pub use params::{
     ExtractorParams, OCTAVE_SIDE_PX_MIN, Overflow, PATCH_MARGIN_PX, Pattern, Rank, SIDE_PX_MAX, SIDE_PX_MIN, Smoothing,
 };
 pub use pattern::pattern;
-pub use rows::{AtOnce, Pixels, RowByRow};
+pub use rows::{AtOnce, Pixels, RowByRow, RowSpacing};
 pub use sequence::{Record, Sequence};
 pub use word::Word;
 
@@ -187,12 +187,14 @@ pub struct Extractor {
     threshold: Option<u16>,
     rung: Rung,
     verilog: Option<Seat>,
+    /// Candidates in its queue at once, at most; the hardware's twins do not count them.
+    queue_most: Option<u32>,
 }
 
 impl Extractor {
     /// Ready for the first frame.
     pub fn new(params: &ExtractorParams) -> Self {
-        Self { params: *params, threshold: None, rung: Rung::Sampled, verilog: None }
+        Self { params: *params, threshold: None, rung: Rung::Sampled, verilog: None, queue_most: None }
     }
 
     /// The same extractor on another rung: as functions over whole pictures, or as the hardware's twin, clock by clock. Both give the
@@ -206,6 +208,11 @@ impl Extractor {
     #[must_use]
     pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
         Self { verilog, ..self }
+    }
+
+    /// Candidates that waited for an engine at once in the frames so far, at most; none where the hardware's twin ran.
+    pub fn queue_most(&self) -> Option<u32> {
+        self.queue_most
     }
 
     /// Features of a frame of codes of so many bits behind colour filters whose pattern repeats after `pattern_px` (columns, rows).
@@ -259,7 +266,11 @@ impl Extractor {
         let adapted = self.threshold.filter(|_| params.target_features > 0);
         let threshold = adapted.unwrap_or_else(|| start::start_threshold(params, &picture)).max(params.threshold);
         let (extracted, next) = match self.rung {
-            Rung::Expected | Rung::Sampled => functional(params, threshold, picture, io),
+            Rung::Expected | Rung::Sampled => {
+                let (extracted, next, queue_most) = functional(params, threshold, picture, io);
+                self.queue_most = self.queue_most.max(Some(queue_most));
+                (extracted, next)
+            }
             Rung::Clocked => clocked::frame(params, threshold, &picture, io)?,
             Rung::Rtl => {
                 let verilog = self.verilog.as_ref().expect("who chose this rung gave the Verilog");
@@ -272,19 +283,19 @@ impl Extractor {
     }
 }
 
-/// What a frame gives, and the threshold of the next.
+/// What a frame gives, the threshold of the next, and how full the queue was.
 fn functional<W: Word>(
     params: &ExtractorParams,
     threshold: u16,
     picture: Plane<W>,
     (pixels, records): (&mut dyn Pixels, &mut dyn Records),
-) -> (Extracted, u16) {
+) -> (Extracted, u16, u32) {
     let mut sequence = Sequence::new(params, picture.size(), threshold);
     let end_clk = sequence.frame(picture, pixels, records);
     sequence.finish(records);
     let (counts, left) = (sequence.counts(), sequence.take());
     let (features, out_clk) = left.iter().map(|record| (record.feature, record.out_clk)).unzip();
-    (Extracted { features, out_clk, counts, threshold, end_clk }, sequence.threshold())
+    (Extracted { features, out_clk, counts, threshold, end_clk }, sequence.threshold(), sequence.queue_most())
 }
 
 /// Codes of 1 to 16 bits as words of the pipeline's: lower bits are cut off, missing ones are 0.

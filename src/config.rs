@@ -15,6 +15,7 @@ mod readout;
 mod render;
 mod rig;
 pub mod scenario;
+mod sensor_file;
 pub mod suggest;
 mod target;
 pub mod tree;
@@ -59,6 +60,20 @@ impl Resolved {
     /// # Errors
     /// No TOML, an unknown or missing key, a wrong type, an unknown preset; with file, line, key and value.
     pub fn from_layers(file: &str, text: &str, assignments: &[String]) -> Result<Self, Error> {
+        let refused = |_: &str| Err(Error::Run("no file can be read here; use the name of a preset".to_owned()));
+        Self::from_layers_and_files(file, text, assignments, &refused)
+    }
+
+    /// The same where a preset may be a file beside the scenario, as in sensor.preset = "./mine.toml".
+    ///
+    /// # Errors
+    /// As `from_layers`; a file that cannot be read, or that has other sections than a sensor's.
+    pub fn from_layers_and_files(
+        file: &str,
+        text: &str,
+        assignments: &[String],
+        read: &dyn Fn(&str) -> Result<Vec<u8>, Error>,
+    ) -> Result<Self, Error> {
         let mut chosen = Tree::parse("defaults", presets::DEFAULTS)?;
         let mut user = Tree::parse(file, text)?;
         let mut assigned = Tree::default();
@@ -70,6 +85,13 @@ impl Resolved {
         preview.merge_exclusive(user.clone(), EXCLUSIVE);
         for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {
             let Some(named) = preview.get(key).and_then(toml::Value::as_str) else { continue };
+            if kind == presets::Kind::Sensor && sensor_file::is_file(named) {
+                let [base, own] =
+                    sensor_file::layers(named, read).map_err(|error| preview.locate(error.named_by(key, named)))?;
+                chosen.merge_exclusive(base, EXCLUSIVE);
+                chosen.merge_exclusive(own, EXCLUSIVE);
+                continue;
+            }
             let name = if named == presets::NO_PRESET { kind.base() } else { named };
             let preset =
                 presets::find(kind, name).map_err(|error| preview.locate(Error::key(key, "", error.to_string())))?;
@@ -111,6 +133,10 @@ impl Resolved {
     pub fn recorded(&self) -> toml::Table {
         let mut scenario = self.scenario.clone();
         scenario.run.threads = 0;
+        // All values of a file stand in the record, which is read where the file is not.
+        if sensor_file::is_file(&scenario.sensor.preset) {
+            scenario.sensor.preset = presets::NO_PRESET.to_owned();
+        }
         toml::Table::try_from(&scenario).expect("every field has a TOML form")
     }
 

@@ -1,6 +1,8 @@
 //! One run, frame by frame, from photons to pose. Enters: a resolved scenario and the bytes of its files. Leaves: every stage's
 //! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
 
+mod alternatives;
+mod alone;
 pub mod assets;
 mod checked;
 mod estimate;
@@ -10,11 +12,16 @@ mod extractor;
 mod exposure;
 mod facts;
 mod felt;
+mod frame_notes;
+pub mod gates;
 mod hashes;
 mod host;
+mod inputs;
+mod keep_up;
 mod light;
 mod motion;
 mod on_link;
+pub mod photons;
 pub mod probe;
 mod power_line;
 mod record;
@@ -28,17 +35,22 @@ mod timing;
 mod transfer;
 mod truth;
 mod warnings;
+mod waterfall;
 pub mod world;
 
+pub use alternatives::Counted;
 pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
 pub use estimate::{ESTIMATED_LEVEL, LinkSplit};
 pub use felt::noise_of;
 pub use host::{Host, HostFrame};
+pub use inputs::inputs_hash;
 pub use on_link::LinkTimes;
+pub use photons::PhotonStore;
 pub use seen::Seen;
 pub use sensor::SensorSetup;
 pub use session::{CameraFrame, Frame, Session};
 pub use setup::Setup;
 pub use timing::{burst_utilisation, timing_diagram, timing_record};
 pub use warnings::Warnings;
+pub use waterfall::{PacketTime, least_slack_us, waterfall_reasons};
 pub use world::World;

@@ -74,29 +74,42 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     match level() {
         // SAFETY: `level` returns these only where `detect` found their features.
-        Level::Avx512 => unsafe { avx512(kernel) },
-        Level::Avx2 => unsafe { avx2(kernel) },
-        Level::Baseline => baseline(kernel),
+        Level::Avx512 => unsafe { kernel.avx512() },
+        Level::Avx2 => unsafe { kernel.avx2() },
+        Level::Baseline => kernel.baseline(),
     }
     #[cfg(not(target_arch = "x86_64"))]
-    baseline(kernel)
+    kernel.baseline()
 }
 
-#[inline(never)]
-fn baseline<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run()
+/// A kernel compiled for each level. The compiler places provided methods in the codegen unit of the kernel's own module, so kernels of
+/// different modules compile in parallel, and an edit compiles only its own module's kernels again.
+#[allow(unsafe_code)]
+trait Compiled: Kernel + Sized {
+    #[inline(never)]
+    fn baseline(self) -> Self::Output {
+        self.run()
+    }
+
+    /// # Safety
+    ///
+    /// The processor has the features of `Level::Avx2`.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx,avx2,bmi1,bmi2,lzcnt,popcnt")]
+    #[inline(never)]
+    unsafe fn avx2(self) -> Self::Output {
+        self.run()
+    }
+
+    /// # Safety
+    ///
+    /// The processor has the features of `Level::Avx512`.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx,avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512dq,avx512vl")]
+    #[inline(never)]
+    unsafe fn avx512(self) -> Self::Output {
+        self.run()
+    }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx,avx2,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn avx2<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx,avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512dq,avx512vl")]
-#[inline(never)]
-fn avx512<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run()
-}
+impl<K: Kernel> Compiled for K {}

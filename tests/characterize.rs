@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use common::{Scratch, sensel};
 use sensel::characterize::{Bench, Characterization, Options, Truth};

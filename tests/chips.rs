@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, dead_code)]
 
 #[path = "../examples/energy_fit/chips.rs"]
+#[allow(clippy::module_inception, reason = "the example that shares these files has this name")]
 mod chips;
 #[path = "../examples/energy_fit/fit.rs"]
 mod fit;

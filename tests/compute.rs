@@ -230,6 +230,7 @@ fn fast9_on_wide_words_is_that_of_the_scaled_picture() {
 
 #[test]
 fn features_are_the_same_at_every_simd_level() {
+    let _turn = crate::common::LEVEL.lock().expect("no test has failed while it held the level");
     let codes = blobs(161, 119);
     for pipeline_bits in [8, 12] {
         let params = ExtractorParams { pipeline_bits, octaves: 2, ..MANY };

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 #[path = "determinism/photons.rs"]
 mod photons;
 

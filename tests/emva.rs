@@ -2,7 +2,7 @@
 #![cfg(feature = "outside")]
 #![allow(clippy::unwrap_used)] // A helper of tests may panic as the tests do.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::Command;

@@ -4,15 +4,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-#[path = "../rtl_models/tests/twins/cases.rs"]
-#[allow(dead_code)]
-mod cases;
-#[path = "rtl/extractor_play.rs"]
-#[allow(dead_code)]
-mod extractor_play;
-#[path = "rtl/extractor_forms.rs"]
-mod extractor_forms;
-
+use crate::{cases, extractor_forms, extractor_play};
 use cases::Random;
 use extractor_forms::{Told, compare};
 use extractor_play::{Takes, case_on, hardware, picture, play};

@@ -36,7 +36,10 @@ fn codes_of_few_bits_are_smoothed_in_functions_and_twin_and_finer_ones_are_not()
     let row_clk = 400;
     let show = |codes: &Plane<u16>, bits: u32, params: &ExtractorParams, rung: Rung| {
         let mut events = Events::default();
-        let io = (&mut RowByRow { first_clk: 0, row_clk } as &mut dyn Pixels, &mut AlwaysReady as &mut dyn Records);
+        let io = (
+            &mut RowByRow { first_clk: 0, spacing: row_clk.into() } as &mut dyn Pixels,
+            &mut AlwaysReady as &mut dyn Records,
+        );
         let found = Extractor::new(params).on_rung(rung).frame(codes, bits, (1, 1), io, &mut events).unwrap();
         (found, events)
     };

@@ -3,14 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-#[path = "../rtl_models/tests/twins/cases.rs"]
-#[allow(dead_code)]
-mod cases;
-#[path = "rtl/front_pictures.rs"]
-mod front_pictures;
-#[path = "rtl/front_reference.rs"]
-mod front_reference;
-
+use crate::{cases, front_pictures, front_reference};
 use cases::Random;
 use front_pictures::{KINDS, committed, made};
 use front_reference::{Buffers, Event, Picture, Reference, events_of};

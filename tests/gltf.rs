@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant};
 
 #[path = "gltf/file.rs"]
-mod file;
+pub mod file;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

@@ -4,7 +4,7 @@
 // Counts of a test are small; its reference mathematics need not be the same on all machines.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
-mod common;
+use crate::common;
 
 use std::sync::LazyLock;
 

@@ -3,8 +3,6 @@
 // Test data are small numbers, and a test fails by panicking.
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, clippy::unwrap_used)]
 
-#[path = "rtl/csi2_cases.rs"]
-mod csi2_cases;
 #[path = "link/damage.rs"]
 mod damage;
 #[path = "link/flow.rs"]
@@ -16,6 +14,7 @@ mod runs;
 #[path = "link/in_time.rs"]
 mod in_time;
 
+use crate::csi2_cases;
 use sensel::compute::Feature;
 use sensel::draw::mix;
 use sensel::events::{Event, Events};

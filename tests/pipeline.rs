@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 
@@ -294,7 +294,7 @@ const GOLDEN: [(&str, &str, u64); 6] = [
 ];
 
 /// The bytes of small runs. They may change only with a change that is meant to change them; it is a breaking change for everybody who
-/// compares runs, so it says so in CHANGELOG.md. `SENSEL_GOLDEN=write cargo test --test pipeline bytes_of_small_runs` writes them anew.
+/// compares runs, so it says so in CHANGELOG.md. `SENSEL_GOLDEN=write cargo test --test all bytes_of_small_runs` writes them anew.
 #[test]
 fn the_bytes_of_small_runs_of_six_scenes_stay_what_they_are() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/hashes.json");

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod chance;
+use crate::chance;
 #[path = "plan/pictures.rs"]
 mod pictures;
 

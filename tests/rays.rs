@@ -6,11 +6,11 @@
 #[path = "../benches/embree/compare.rs"]
 mod compare;
 #[path = "../benches/embree/rays.rs"]
+#[allow(clippy::module_inception, reason = "the bench that shares these files has this name")]
 mod rays;
 
 use std::path::Path;
 use std::process::Command;
-use std::sync::Mutex;
 
 use compare::{Comparison, compare};
 use rays::{Peer, bathroom, idle, primary_rays, set, triangles_m};
@@ -24,12 +24,9 @@ use sensel::simd::{Level, level, limit};
 
 const SEED: u64 = 41;
 
-/// The level is one for the whole process, so tests that set it take turns.
-static LEVEL: Mutex<()> = Mutex::new(());
-
 /// Hits of all rays, which every level must give bit for bit.
 fn ours(bvh: &Bvh, packets: &[Packet]) -> Vec<Hits> {
-    let _turn = LEVEL.lock().expect("no test has failed while it held the level");
+    let _turn = crate::common::LEVEL.lock().expect("no test has failed while it held the level");
     let best = level();
     let trace = || -> Vec<Hits> {
         let mut stack = Stack::new();

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // Helpers of tests fail by panicking, as tests do.
 
-mod common;
+use crate::common;
 
 use common::{Scratch, sensel};
 use glam::{DQuat, DVec3};

@@ -4,30 +4,16 @@
 #![cfg(feature = "outside")]
 #![allow(clippy::unwrap_used)] // Helpers of tests fail by panicking, as tests do.
 
-#[path = "../rtl_models/tests/twins/cases.rs"]
-mod cases;
 #[path = "rtl/extractor.rs"]
 mod extractor;
-#[path = "rtl/extractor_forms.rs"]
-mod extractor_forms;
-#[path = "rtl/extractor_play.rs"]
-#[allow(dead_code)] // Some of a clock's pins are for tests/extractor.rs.
-mod extractor_play;
 #[path = "rtl/extractor_synthesis.rs"]
 mod extractor_synthesis;
 #[path = "rtl/energy.rs"]
 mod energy;
 #[path = "rtl/front.rs"]
 mod front;
-#[path = "rtl/front_pictures.rs"]
-mod front_pictures;
-#[path = "rtl/front_reference.rs"]
-#[allow(dead_code)] // The definitions are for tests/front.rs; memories and pictures serve both.
-mod front_reference;
 #[path = "rtl/csi2.rs"]
 mod csi2;
-#[path = "rtl/csi2_cases.rs"]
-mod csi2_cases;
 #[path = "rtl/judge.rs"]
 mod judge;
 #[path = "rtl/liberty.rs"]
@@ -39,6 +25,7 @@ mod pins;
 #[path = "rtl/synthesis.rs"]
 mod synthesis;
 
+use crate::{cases, csi2_cases, extractor_forms, extractor_play, front_pictures, front_reference};
 use cases::{Random, comparators, core_config};
 use judge::Judge;
 use pins::{cds_in, cds_out, core_in, core_out, lane_in, lane_out, ramp_in, ramp_out, seq_in, seq_out};

@@ -239,6 +239,7 @@ fn neighbours_in_every_field_of_a_key_are_uncorrelated_and_so_are_row_sums() {
 /// One test, since the level is one for the whole process: the others' results do not depend on it.
 #[test]
 fn every_simd_level_gives_the_same_bits() {
+    let _turn = crate::common::LEVEL.lock().expect("no test has failed while it held the level");
     let means_e: Vec<f32> = (0..100_003).map(|step| 1.000_2_f32.powi(step % 95_000) - 1.0).collect();
     let run = |level| {
         simd::limit(level);

@@ -3,8 +3,8 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod chance;
-mod common;
+use crate::chance;
+use crate::common;
 
 use std::collections::BTreeMap;
 
@@ -282,7 +282,7 @@ fn check_spans(schedule: &Schedule, case: u32) {
     );
 }
 
-/// The pictures of the presets are those of this version: `SENSEL_UPDATE=1 cargo test --test timing pictures` writes them anew; look
+/// The pictures of the presets are those of this version: `SENSEL_UPDATE=1 cargo test --test all timing::pictures` writes them anew; look
 /// at them, and say in the commit why they changed.
 #[test]
 fn pictures_of_the_presets_are_up_to_date() {

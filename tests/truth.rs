@@ -7,7 +7,7 @@ mod kept;
 #[path = "truth/reference.rs"]
 mod reference;
 
-mod common;
+use crate::common;
 
 use glam::{DQuat, DVec2, DVec3};
 use reference::{Places, distorted_px, first_hit};

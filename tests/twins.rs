@@ -4,7 +4,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod chance;
+use crate::chance;
 
 use std::collections::BTreeMap;
 use std::path::Path;

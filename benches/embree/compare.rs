@@ -4,7 +4,7 @@ use glam::DVec3;
 use sensel::scene::lanes::LANES;
 use sensel::scene::tracer::{Hits, MISS, Packet};
 
-use crate::rays::Answers;
+use super::rays::Answers;
 
 /// Distances are equal when they differ by less than this share.
 pub const EQUAL: f64 = 1e-5;

@@ -11,9 +11,9 @@ use sensel::scene::lanes::LANES;
 use sensel::scene::tracer::Packet;
 use sensel::simd;
 
-use crate::rays::{Peer, idle, set, triangles_m};
-use crate::scenario::first_frame;
-use crate::{LEVELS, keep_to, ourselves};
+use super::rays::{Peer, idle, set, triangles_m};
+use super::scenario::first_frame;
+use super::{LEVELS, keep_to, ourselves};
 
 /// What the parent calls its child's work.
 pub const WORK: &str = "frame";
@@ -37,7 +37,7 @@ pub fn rows() -> bool {
             for level in LEVELS.into_iter().filter(|&level| level <= simd::level()) {
                 let row = peer.as_ref().map_err(Clone::clone).and_then(|peer| {
                     let ours = || ourselves(&format!("{WORK} {scene} {tolerance}"), level);
-                    let theirs = || crate::embree::embree_s(peer, PASSES);
+                    let theirs = || super::embree::embree_s(peer, PASSES);
                     let (first, second, third, fourth) = (ours()?, theirs()?, theirs()?, ours()?);
                     Ok((first.min(fourth), second.min(third)))
                 });

@@ -10,9 +10,9 @@ use sensel::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline};
 use sensel::scene::{Scene, bvh::Bvh};
 use sensel::simd::{self, Kernel, dispatch};
 
-use crate::compare::compare;
-use crate::rays::{Peer, bathroom, primary_rays, triangles_m};
-use crate::{LEVELS, keep_to, ourselves, run};
+use super::compare::compare;
+use super::rays::{Peer, bathroom, primary_rays, triangles_m};
+use super::{LEVELS, keep_to, ourselves, run};
 
 /// What the parent calls its child's work, and the peer's name.
 pub const WORK: &str = "rays";

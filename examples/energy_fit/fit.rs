@@ -7,7 +7,7 @@
 use sensel::energy::{Constant, EnergyAccount, SensorPower, Technology};
 use sensel::events::Events;
 
-use crate::chips::Chip;
+use super::chips::Chip;
 
 /// Constants that are multiplied together, with their sum before any fit: physical estimates, and how far off they may be.
 pub struct Group {

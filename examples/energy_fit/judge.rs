@@ -7,8 +7,8 @@ use sensel::energy::{EnergyAccount, Technology};
 use sensel::num::f64_from_usize;
 use sensel::run::{ESTIMATED_LEVEL, SensorSetup};
 
-use crate::chips::CHIPS;
-use crate::fit::{Prepared, at_priors, fit, moved};
+use super::chips::CHIPS;
+use super::fit::{Prepared, at_priors, fit, moved};
 
 /// One chip's figures in mW.
 pub struct Judged {
@@ -50,7 +50,7 @@ pub fn sensor(root: &Path, file: &str, more: &[String]) -> SensorSetup {
 }
 
 fn prepared(root: &Path) -> Vec<Prepared> {
-    let of = |chip: &crate::chips::Chip| {
+    let of = |chip: &super::chips::Chip| {
         let sensor = sensor(root, chip.file, &[]);
         let events = sensor.estimated_events(ESTIMATED_LEVEL).unwrap_or_else(|error| panic!("{}: {error}", chip.file));
         Prepared { chip: *chip, power: sensor.power, events }

@@ -6,7 +6,7 @@ use std::path::Path;
 use sensel::energy::Constant;
 use sensel::run::ESTIMATED_LEVEL;
 
-use crate::judge::{Outcome, sensor};
+use super::judge::{Outcome, sensor};
 
 const TEXT: &str = "writing to a string cannot fail";
 
@@ -121,6 +121,8 @@ fn slopes(root: &Path) -> String {
         "1.17",
         ratio(power(root, "python480", &[]), power(root, "python480", &[&half])),
     );
+    let half = slower(root, "hv7131rp", 15.0);
+    row("HV7131RP, 30 over 15 fps", "1.26", ratio(power(root, "hv7131rp", &[]), power(root, "hv7131rp", &[&half])));
     for fps in [100.0, 30.0, 3.0] {
         let pixel = power(root, "ov7251", &[&slower(root, "ov7251", fps)]).1;
         row(

@@ -10,8 +10,8 @@ use sensel::num::{f64_from_u64, f64_from_usize, index};
 use sensel::plane::Plane;
 use sensel::units::Size;
 
-use crate::score::Score;
-use crate::settings::{Method, Setting};
+use super::score::Score;
+use super::settings::{Method, Setting};
 
 const VGA: Size = Size { width_px: 640, height_px: 480 };
 

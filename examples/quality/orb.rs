@@ -7,9 +7,9 @@ use sensel::compute::to_8_bits;
 use sensel::units::Size;
 use serde_json::{Value, json};
 
-use crate::score::Features;
-use crate::settings::words;
-use crate::views::Codes;
+use super::score::Features;
+use super::settings::words;
+use super::views::Codes;
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/judges/orb_features.py");
 

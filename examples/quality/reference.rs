@@ -9,8 +9,8 @@ use sensel::compute::{Corner, Extractor, ExtractorParams, PATCH_MARGIN_PX, fast9
 use sensel::num::{f64_from_usize, index};
 use sensel::plane::Plane;
 
-use crate::score::Features;
-use crate::views::Codes;
+use super::score::Features;
+use super::views::Codes;
 
 /// Bits of a word: twice those of the fixed-point extractor.
 const BITS: u32 = 16;

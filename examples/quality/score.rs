@@ -3,8 +3,8 @@
 use sensel::num::{f64_from_usize, lesser};
 use sensel::units::Size;
 
-use crate::MARGIN_PX;
-use crate::views::View;
+use super::MARGIN_PX;
+use super::views::View;
 
 /// Distance within which a feature is the same one.
 const NEAR_PX: f64 = 3.0;

@@ -2,9 +2,9 @@
 
 use sensel::compute::{Extractor, ExtractorParams, Feature, Pattern, Rank};
 
-use crate::reference;
-use crate::score::Features;
-use crate::views::Codes;
+use super::reference;
+use super::score::Features;
+use super::views::Codes;
 
 /// A way from codes to features.
 pub enum Method {

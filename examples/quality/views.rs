@@ -4,7 +4,7 @@ use sensel::num::{f64_from_usize, index, low_u16, low_u32, u64_half_even};
 use sensel::plane::Plane;
 use sensel::units::Size;
 
-use crate::pictures::Picture;
+use super::pictures::Picture;
 
 /// Depth of codes where a view says nothing else.
 const BITS: u32 = 10;

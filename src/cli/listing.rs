@@ -46,6 +46,30 @@ pub fn presets(shared: &Shared) -> Result<(), Error> {
     Ok(())
 }
 
+/// `sensel presets show NAME`: every value of a preset or of a sensor file, with where it comes from.
+pub fn preset(name: &str, shared: &Shared) -> Result<(), Error> {
+    let kind = if presets::find(Kind::Lens, name).is_ok() { Kind::Lens } else { Kind::Sensor };
+    let section = kind.section();
+    // A file is read from its own folder.
+    let path = Path::new(name);
+    let is_file = name.ends_with(".toml");
+    let folder = path.parent().filter(|_| is_file).unwrap_or(Path::new(""));
+    let own_name =
+        path.file_name().filter(|_| is_file).map_or_else(|| name.to_owned(), |own| own.to_string_lossy().into_owned());
+    let text = format!("[{section}]\npreset = {}\n", toml::Value::String(own_name));
+    let resolved = place::layered("command line", &text, &place::assignments(shared, &[]), folder)?;
+    if shared.json {
+        let config = toml::Table::try_from(&resolved.scenario).expect("every field has a TOML form");
+        let summary = presets::find(kind, name).map_or("", |preset| preset.summary);
+        print_json(&json!({
+            "name": name, "summary": summary, "config": {section: config[section]}, "inherited": resolved.inherited(section),
+        }));
+        return Ok(());
+    }
+    print_origins(&resolved, Some(section));
+    Ok(())
+}
+
 /// Refuses assignments that a run would refuse, for verbs that read no scenario.
 fn check_assignments(shared: &Shared) -> Result<(), Error> {
     let resolved = Resolved::from_layers("command line", "", &place::assignments(shared, &[]))?;
@@ -93,10 +117,20 @@ pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error>
         }));
         return Ok(());
     }
+    print_origins(resolved, None);
+    Ok(())
+}
+
+/// Prints the effective configuration, or one section of it, with the layer and line of each value.
+fn print_origins(resolved: &Resolved, only: Option<&str>) {
     let mut section = String::new();
     for line in resolved.canonical_text().lines() {
         if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
             section = format!("{name}.");
+        }
+        let is_inside = |only: &str| section.strip_prefix(only).is_some_and(|rest| rest.starts_with('.'));
+        if only.is_some_and(|only| !is_inside(only)) {
+            continue;
         }
         let key = line.split_once(" = ").map(|(key, _)| format!("{section}{key}"));
         match key.as_ref().and_then(|key| resolved.tree.origin(key)) {
@@ -106,7 +140,6 @@ pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error>
             None => outln!("{line}"),
         }
     }
-    Ok(())
 }
 
 /// Sections of a scenario.

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use sensel::error::Error;
 use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuReading, PngDepth};
+use sensel::files::finished::CAMERAS_ALONE;
 use sensel::files::folder::OutputFolder;
 use sensel::files::map::ply;
 use sensel::files::truth::{Keep, Kept, TruthWriter};
@@ -30,6 +31,8 @@ pub struct Output {
     kept: TruthWriter,
     euroc: EurocWriter,
     packets: Vec<BufWriter<File>>,
+    /// When each packet was on the lanes, a line a packet.
+    packet_times: Vec<BufWriter<File>>,
     pictures: Pictures,
     frames: u32,
     seconds: f64,
@@ -55,10 +58,14 @@ impl Output {
             .collect();
         let unit = setup.imu.map(|imu| EurocImu { body_from_imu: imu.body_from_imu, noise: imu.noise });
         let euroc = EurocWriter::create(folder.path(), &cameras, unit.as_ref(), PngDepth::Eight)?;
-        let mut packets = Vec::new();
+        let (mut packets, mut packet_times) = (Vec::new(), Vec::new());
         for camera in 0..cameras.len() {
             if keep.has(Kept::Packets) {
                 packets.push(create(&folder.path().join(format!("cam{camera}.csi2")))?);
+                let path = folder.path().join(format!("cam{camera}.packets.csv"));
+                let mut times = create(&path)?;
+                writeln!(times, "frame,bytes,start_ns,last_bit_ns").map_err(|source| place::io(&path, source))?;
+                packet_times.push(times);
             }
         }
         let kept = TruthWriter::create(folder.path(), &keep, setup)?;
@@ -68,6 +75,7 @@ impl Output {
             kept,
             euroc,
             packets,
+            packet_times,
             pictures: Pictures::default(),
             frames: setup.frames,
             seconds: 0.0,
@@ -98,6 +106,15 @@ impl Output {
                 let path = PathBuf::from(format!("cam{index}.csi2"));
                 file.write_all(&camera.packets).map_err(|source| place::io(&path, source))?;
             }
+            if let Some(file) = self.packet_times.get_mut(index) {
+                let path = PathBuf::from(format!("cam{index}.packets.csv"));
+                for packet in &camera.packet_times {
+                    let [start_ns, last_bit_ns] =
+                        [packet.start_s, packet.last_bit_s].map(|time_s| u64_half_even(time_s * 1e9));
+                    writeln!(file, "{},{},{start_ns},{last_bit_ns}", frame.frame.0, packet.bytes)
+                        .map_err(|source| place::io(&path, source))?;
+                }
+            }
             if self.keep.has(Kept::Features) {
                 let place = self.folder.path().join(format!("features/cam{index}/{timestamp_ns}.csv"));
                 write(&place, &features::csv(&camera.features))?;
@@ -119,7 +136,7 @@ impl Output {
     /// What the disk says.
     pub fn finish(mut self, session: &Session, report: &Report) -> Result<(), Error> {
         self.write_motion(session)?;
-        for file in &mut self.packets {
+        for file in self.packets.iter_mut().chain(&mut self.packet_times) {
             file.flush().map_err(|source| place::io(self.folder.path(), source))?;
         }
         let folder = self.folder.path();
@@ -128,6 +145,9 @@ impl Output {
         write(&folder.join("config.toml"), &session.setup().resolved.recorded_text())?;
         write(&folder.join("trajectory_gt.tum"), &format_tum(&session.truth()))?;
         write(&folder.join("trajectory_est.tum"), &format_tum(&session.estimate()))?;
+        if let Some(alone) = session.estimate_of_cameras_alone() {
+            write(&folder.join(CAMERAS_ALONE), &format_tum(&alone))?;
+        }
         if self.keep.has(Kept::Map) {
             write(&folder.join("map.ply"), &ply(session.tracker().landmarks()))?;
             write(&folder.join("keyframes.tum"), &format_tum(&session.tracker().keyframes()))?;

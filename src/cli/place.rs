@@ -35,22 +35,33 @@ pub struct Located {
 
 /// Finds and reads a scenario (or a file with sections of a sensor only: the rest has defaults) and lays the command line's words over it.
 pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Result<Located, Error> {
-    let (file, text) = match (find(scenario.unwrap_or(DEFAULT_SCENARIO), shared), scenario) {
-        (Ok(file), _) => {
-            let text = sensel::files::read_text(&file, SCENARIO_BYTES_MAX)?;
-            (file, text)
-        }
-        (Err(_), Some(BOX_SCENARIO)) => (PathBuf::from("box.toml"), BOX_TEXT.to_owned()),
-        (Err(_), None) => {
-            words::note(&format!("the scene '{DEFAULT_SCENARIO}' is not here; running the generated '{BOX_SCENARIO}'"));
-            (PathBuf::from("box.toml"), BOX_TEXT.to_owned())
-        }
-        (Err(error), Some(_)) => return Err(error),
-    };
-    let mut resolved = Resolved::from_layers(&file.display().to_string(), &text, &assignments(shared, more))?;
+    let (file, text) = scenario_text(scenario, shared)?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let mut resolved = layered(&file.display().to_string(), &text, &assignments(shared, more), &folder)?;
     read_technology(&mut resolved, &folder)?;
     Ok(Located { name: name_of(&file), folder, resolved })
+}
+
+/// A scenario's file and its text.
+pub fn scenario_text(scenario: Option<&str>, shared: &Shared) -> Result<(PathBuf, String), Error> {
+    match (find(scenario.unwrap_or(DEFAULT_SCENARIO), shared), scenario) {
+        (Ok(file), _) => {
+            let text = sensel::files::read_text(&file, SCENARIO_BYTES_MAX)?;
+            Ok((file, text))
+        }
+        (Err(_), Some(BOX_SCENARIO)) => Ok((PathBuf::from("box.toml"), BOX_TEXT.to_owned())),
+        (Err(_), None) => {
+            words::note(&format!("the scene '{DEFAULT_SCENARIO}' is not here; running the generated '{BOX_SCENARIO}'"));
+            Ok((PathBuf::from("box.toml"), BOX_TEXT.to_owned()))
+        }
+        (Err(error), Some(_)) => Err(error),
+    }
+}
+
+/// Merges all layers; files that they name stand in this folder.
+pub fn layered(file: &str, text: &str, assignments: &[String], folder: &Path) -> Result<Resolved, Error> {
+    let folders = InputFolders::new(vec![folder.to_path_buf()]);
+    Resolved::from_layers_and_files(file, text, assignments, &|name| folders.read(name))
 }
 
 /// Reads the technology file that a scenario names, from the scenario's folder.
@@ -74,7 +85,7 @@ pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, E
         });
     };
     let text = format!("[sensor]\npreset = \"{name}\"\n");
-    let mut resolved = Resolved::from_layers("command line", &text, &assignments(shared, &[]))?;
+    let mut resolved = layered("command line", &text, &assignments(shared, &[]), Path::new(""))?;
     read_technology(&mut resolved, Path::new(""))?;
     Ok(Located { name: name.to_owned(), folder: PathBuf::new(), resolved })
 }

@@ -3,8 +3,11 @@
 use sensel::energy::{HostEnergy, HostParams, Rail};
 use sensel::error::Error;
 use sensel::num::f64_from_u64;
+use sensel::report::alternatives_record::Alternatives;
 use sensel::report::energy_record::EnergyRecord;
-use sensel::run::{ESTIMATED_LEVEL, LinkSplit, NoClock, SensorSetup, Session};
+use sensel::report::gates_record::Gates;
+use sensel::report::record::ExtractorClocks;
+use sensel::run::{Counted, ESTIMATED_LEVEL, LinkSplit, NoClock, SensorSetup, Session};
 use serde_json::{Value, json};
 
 use super::args::{PowerArguments, RunArguments, Shared};
@@ -23,6 +26,10 @@ struct Figures {
     cameras: u32,
     split: LinkSplit,
     host: Option<[HostEnergy; 2]>,
+    alternatives: Alternatives,
+    gates: Gates,
+    /// The extractor's clocks; none where the sensor extracts nothing.
+    extractor: Option<ExtractorClocks>,
     /// Fields of a run's report beside those.
     more: Value,
 }
@@ -35,7 +42,7 @@ pub fn main(arguments: &PowerArguments, shared: &Shared) -> Result<(), Error> {
     } else {
         print(&figures);
     }
-    Ok(())
+    words::check_strict(shared, figures.extractor.as_ref())
 }
 
 /// From a sensor alone.
@@ -44,7 +51,9 @@ fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error>
     let sensor = SensorSetup::new(&located.resolved)?;
     let resolve = |error: Error| located.resolved.tree.locate(error);
     let account = sensor.estimated_energy(ESTIMATED_LEVEL).map_err(resolve)?;
+    let events = sensor.estimated_events(ESTIMATED_LEVEL).map_err(resolve)?;
     let features = sensor.extractor.features_expected(sensor.size);
+    let counted = Counted { events: &events, frames: 1, cameras: 1, features, ate_m: None };
     let host = located.resolved.scenario.host_params()?;
     let figures = Figures {
         name: located.name,
@@ -54,6 +63,9 @@ fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error>
         cameras: 1,
         split: sensor.link_split(features)?,
         host: host.map(|host| sensor.host_split(&host, features)).transpose()?,
+        alternatives: sensor.alternatives(&counted).map_err(resolve)?,
+        gates: sensor.gates(),
+        extractor: sensor.keep_up(features),
         more: json!({"fps": sensor.schedule.fps(), "estimated": true}),
     };
     Ok(figures)
@@ -93,6 +105,9 @@ fn count(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
         host: host.map(|host| sensor.host_split(&host, features)).transpose()?,
         more: json!({"bandwidth": report.bandwidth, "fps": report.timing.fps, "frames": frames, "warnings": report.warnings}),
         energy: report.energy,
+        alternatives: report.alternatives,
+        gates: report.gates,
+        extractor: report.timing.extractor,
         name,
     })
 }
@@ -114,6 +129,9 @@ fn as_json(figures: &Figures) -> Value {
             "feature_mw": split.feature_mw, "floor_mw": split.floor_mw,
         },
         "period_ms": 1e3 * figures.period_s,
+        "alternatives": figures.alternatives,
+        "gates": figures.gates,
+        "not_measurable": figures.alternatives.reasons().into_iter().collect::<std::collections::BTreeMap<_, _>>(),
     });
     let fields = json.as_object_mut().expect("just made");
     if let Some(host) = host {
@@ -128,6 +146,10 @@ fn print(figures: &Figures) {
     // A picojoule a second is 1e-9 mW.
     let mw = |pj: f64| pj * 1e-9 / figures.period_s;
     outln!("{}, technology {}, {}", figures.name, energy.technology, figures.how);
+    out!("{}", figures.alternatives.text());
+    if let Some(clocks) = &figures.extractor {
+        outln!("extractor {}", clocks.verdict());
+    }
     outln!("  {:<10} {:>14} {:>12} {:>24}", "block", "nJ a frame", "mW", "likely mW");
     for (block, &pj) in energy.blocks.iter() {
         let range = energy.blocks_interval.get(block).copied().unwrap_or_default();
@@ -179,6 +201,7 @@ fn print(figures: &Figures) {
             100.0 * decider.variance_share
         );
     }
+    out!("{}", figures.gates.text());
     debug_assert_eq!(energy.rails.iter().count(), Rail::ALL.len());
 }
 

@@ -9,6 +9,7 @@ use sensel::fidelity::Rung;
 use sensel::files::cache::Cache;
 use sensel::files::folder::OutputFolder;
 use sensel::files::input::InputFolders;
+use sensel::files::photons::{PhotonFiles, gib};
 use sensel::files::truth::{Keep, Kept};
 use sensel::files::verilated::Verilated;
 use sensel::report::Report;
@@ -33,6 +34,7 @@ pub struct FolderAssets {
     cache: Option<Cache>,
     /// Why nothing is kept from run to run, if so.
     without_cache: Option<String>,
+    photons_gib: u32,
 }
 
 impl FolderAssets {
@@ -46,7 +48,14 @@ impl FolderAssets {
         let refused = opened.as_ref().map_or_else(|error| Some(error.to_string()), Cache::why_not_writable);
         let remedy = "light is baked anew in every run; name a folder that can be written with --cache";
         let without_cache = refused.map(|reason| format!("the cache cannot be used ({reason}): {remedy}"));
-        Self { folders, cache: opened.ok(), without_cache }
+        Self { folders, cache: opened.ok(), without_cache, photons_gib: shared.photons_gib }
+    }
+
+    /// The store of mean photons in the cache; none where there is no place for it or none is wanted.
+    pub fn photons(&self) -> Option<PhotonFiles> {
+        let cache = self.cache.as_ref().filter(|_| self.photons_gib > 0)?;
+        let opened = PhotonFiles::open(&cache.folder().join("photons"), gib(self.photons_gib), words::note);
+        opened.map_err(|error| words::note(&format!("photons are not kept: {error}"))).ok()
     }
 }
 
@@ -133,9 +142,13 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let prepared_s = watch.now_s();
 
     let electrons = keep.has(Kept::Electrons);
+    if let Some(photons) = assets.photons() {
+        setup.keep_photons_in(Arc::new(photons));
+    }
     let interrupted = interrupt::watch();
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;
+    session.track_cameras_alone()?;
     if electrons {
         session.keep_electrons();
     }
@@ -173,7 +186,7 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
             outln!("{} rows converted once more on the rung {}: all codes equal", session.rows_checked(), rung.name());
         }
     }
-    Ok(())
+    words::check_strict(shared, report.timing.extractor.as_ref())
 }
 
 /// Simulates and writes every frame; the codes of the waveforms' frame, where there are any.
@@ -236,11 +249,21 @@ fn summary(report: &Report, target: &Path, seconds: f64) {
     outln!("  RPE over 1 s  {}", figure(tracking.rpe_m, 1e3, "mm"));
     outln!("  jitter frame  {}  (RPE over one frame)", figure(tracking.jitter_frame_m, 1e3, "mm"));
     outln!("  jitter d2     {}  (second differences)", words::jitter(tracking));
+    if let Some(alone) = &report.cameras_alone {
+        let (ate, d2) = (figure(alone.ate_m, 1e3, "mm"), figure(alone.jitter_d2_m.or(alone.jitter_still_m), 1e3, "mm"));
+        outln!("  cameras alone ATE {ate}, jitter d2 {d2}  (the same packets without the inertial unit)");
+    }
     outln!("  power         {:.2} mW, {:.1} pJ a pixel", report.energy.power_mw, report.energy.pj_per_pixel);
     outln!("  link          {:.2} Mbit/s, {}", report.bandwidth.link_bits_per_s * 1e-6, words::reduction(report));
     outln!("  latency       {:.2} ms to the last bit on the lanes", report.timing.latency_us * 1e-3);
-    if let Some(clocks) = report.timing.extractor {
-        outln!("  extractor     {} clocks of a frame's {}", clocks.required, clocks.available);
+    if let Some(pose_us) = report.timing.waterfall.pose_us {
+        let measured = report.timing.waterfall.measured_host_us.map_or_else(String::new, |measured_us| {
+            format!("; decoding and tracking took {:.2} ms here", 1e-3 * measured_us)
+        });
+        outln!("  pose          {:.2} ms, with the host {}{measured}", 1e-3 * pose_us, report.timing.waterfall.host);
+    }
+    if let Some(clocks) = &report.timing.extractor {
+        outln!("  extractor     {}", clocks.verdict());
     }
     if let Some(last_us) = report.timing.last_feature_us {
         outln!("  last feature  {last_us:.1} us after the last row");

@@ -38,7 +38,7 @@ pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
     } else {
         print(&sensor, &diagram, &link, expected_features);
     }
-    Ok(())
+    words::check_strict(shared, diagram.timing.extractor.as_ref())
 }
 
 /// How much of the link a frame takes.
@@ -90,7 +90,8 @@ fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features:
         .collect();
     let (size, demand) = (schedule.output_size(), schedule.frame_demand());
     let without_features = timing.feature_latency_us.is_none().then_some("link.mode = frames sends no features");
-    let not_measurable: BTreeMap<_, _> = without_features.map(|why| ("feature_latency_us", why)).into_iter().collect();
+    let mut not_measurable: BTreeMap<String, String> = run::waterfall_reasons(&timing.waterfall, "");
+    not_measurable.extend(without_features.map(|why| ("feature_latency_us".to_owned(), why.to_owned())));
     json!({
         "not_measurable": not_measurable,
         "hts": schedule.hts(),
@@ -109,8 +110,10 @@ fn as_json(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features:
         "link_payload_bps": link.payload_bps,
         "feature_latency_us": timing.feature_latency_us,
         "features_per_gap": link.features_per_gap,
-        "extractor": timing.extractor.map(|clocks| json!({
-            "features": features, "required_clk": clocks.required, "available_clk": clocks.available,
+        "waterfall": timing.waterfall,
+        "extractor": timing.extractor.as_ref().map(|clocks| json!({
+            "features": features, "required_clk": clocks.required, "available_clk": clocks.available, "clock_hz": clocks.clock_hz,
+            "keeps_up": clocks.keeps_up, "queue_most": clocks.queue_most, "queue_depth": clocks.queue_depth, "remedy": clocks.remedy,
         })),
         "warnings": sensor.extractor_warning().as_slice(),
         "rows_stalled": link.flow.rows_stalled,
@@ -149,9 +152,13 @@ fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features: u
         "latency     {:.1} us from the middle of the exposure to the last bit of the frame's last packet",
         timing.latency_us
     );
-    if let Some(clocks) = timing.extractor {
-        let (required, available) = (clocks.required, clocks.available);
-        outln!("extractor   {required} clocks of a frame's {available}, with {features} features spread evenly");
+    if let Some(clocks) = &timing.extractor {
+        outln!("extractor   {}, with {features} features spread evenly", clocks.verdict());
+        let (most, depth) = (clocks.queue_most.unwrap_or(0), clocks.queue_depth);
+        outln!(
+            "            at {} Hz; {most} candidates wait at once, of {depth} that the queue holds",
+            clocks.clock_hz
+        );
     }
     outln!("link        {:.1} % of a frame, {:.1} % of a line", 100.0 * link.utilisation, 100.0 * link.burst);
     if let Some(latency_us) = timing.feature_latency_us {
@@ -162,5 +169,6 @@ fn print(sensor: &SensorSetup, diagram: &TimingDiagram, link: &Link, features: u
         let stalled_us = 1e6 * sensor.link.seconds(link.flow.stalled);
         outln!("stalls      {} rows, {stalled_us:.1} us a frame: the row FIFO is full", link.flow.rows_stalled);
     }
+    out!("{}", timing.waterfall.text());
     out!("{}", diagram.text());
 }

@@ -3,10 +3,13 @@
 use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use sensel::error::Error;
 use sensel::report::Report;
-use sensel::report::record::Tracking;
+use sensel::report::record::{ExtractorClocks, Tracking};
 use sensel::text::sentence_shown;
 use serde_json::json;
+
+use super::args::Shared;
 
 /// Whether every line on stderr is one JSON object.
 static AS_JSON: AtomicBool = AtomicBool::new(false);
@@ -45,6 +48,19 @@ pub fn warn(texts: &[String]) -> usize {
         }
     }
     texts.len()
+}
+
+/// With `--strict`, refuses an extractor that does not keep up.
+///
+/// # Errors
+/// It does not; the error says what lets it.
+pub fn check_strict(shared: &Shared, clocks: Option<&ExtractorClocks>) -> Result<(), Error> {
+    match clocks {
+        Some(clocks) if shared.strict && !clocks.keeps_up => {
+            Err(Error::Run(format!("the extractor {}", clocks.verdict())))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What features save on the link, where features were sent.

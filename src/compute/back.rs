@@ -147,6 +147,8 @@ pub(crate) struct Back {
     pub served: Vec<Served>,
     pub dropped: u64,
     pub late: u64,
+    /// Candidates in the queue at once, at most.
+    pub queue_most: u32,
 }
 
 impl Back {
@@ -168,6 +170,7 @@ impl Back {
             served: Vec::new(),
             dropped: 0,
             late: 0,
+            queue_most: 0,
         }
     }
 
@@ -407,6 +410,7 @@ impl Back {
             }
             Overflow::DropNewest | Overflow::DropWeakest => self.queue.push_back(waiting),
         }
+        self.queue_most = self.queue_most.max(u32_from(self.queue.len()));
         true
     }
 }

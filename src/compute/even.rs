@@ -17,6 +17,8 @@ pub struct FrameClocks {
     pub out_clk: Vec<u64>,
     /// The first clock in which the next frame's first pixel could enter.
     pub end_clk: u64,
+    /// Candidates that wait for an engine at once, at most.
+    pub queue_most: u32,
 }
 
 impl FrameClocks {
@@ -51,7 +53,8 @@ pub fn even_frame(
     let mut stream = Stream::new(params, size);
     let end_clk = stream.frame(lists.collect(), pixels, &mut AlwaysReady);
     stream.finish(&mut AlwaysReady);
-    FrameClocks { out_clk: stream.take_served().iter().map(|served| served.out_clk).collect(), end_clk }
+    let out_clk = stream.take_served().iter().map(|served| served.out_clk).collect();
+    FrameClocks { out_clk, end_clk, queue_most: stream.queue_most() }
 }
 
 fn index_of(number: u64) -> usize {

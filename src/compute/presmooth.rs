@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn a_word_waits_for_the_code_three_rows_and_columns_later() {
-        let mut rows = RowByRow { first_clk: 5, row_clk: 20 };
+        let mut rows = RowByRow { first_clk: 5, spacing: 20.into() };
         let mut behind = Behind { pixels: &mut rows, height_px: 9 };
         assert_eq!(behind.offered(0, 0, 0), 5 + 3 * 20 + 3);
         assert_eq!(behind.offered(4, 5, 0), 5 + 8 * 20 + 7);

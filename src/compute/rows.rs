@@ -72,17 +72,69 @@ impl Pixels for AtOnce {
     }
 }
 
+/// Clocks of the extractor from row to row: a fraction, because the readout may have another clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RowSpacing {
+    numerator: u64,
+    denominator: u64,
+}
+
+impl RowSpacing {
+    /// Rows that are so many clocks of one frequency apart, in clocks of another. Panics on a frequency of 0.
+    pub fn new(row_clk: u64, row_hz: u64, compute_hz: u64) -> Self {
+        assert!(row_hz > 0 && compute_hz > 0, "both clocks run");
+        let divisor = gcd(row_hz, compute_hz);
+        Self { numerator: row_clk * (compute_hz / divisor), denominator: row_hz / divisor }
+    }
+
+    /// The first clock in which a row is whole, after the first row's.
+    pub fn start_clk(self, row: u32) -> u64 {
+        narrow((u128::from(row) * u128::from(self.numerator)).div_ceil(self.denominator.into()))
+    }
+
+    /// The last row that is whole in a clock.
+    pub fn row_at(self, clk: u64) -> u64 {
+        narrow(u128::from(clk) * u128::from(self.denominator) / u128::from(self.numerator))
+    }
+
+    /// Rows that are read until a clock, rounded up.
+    pub fn rows_until(self, clk: u64) -> u64 {
+        narrow((u128::from(clk) * u128::from(self.denominator)).div_ceil(self.numerator.into()))
+    }
+
+    /// From a row to the end of a clock, in parts of a clock, and how many parts a clock has. The row is whole by then.
+    pub fn since(self, row: u64, clk: u64) -> (u64, u64) {
+        let parts = u128::from(clk) * u128::from(self.denominator) - u128::from(row) * u128::from(self.numerator);
+        (narrow(parts), self.denominator)
+    }
+}
+
+/// Whole clocks.
+impl From<u64> for RowSpacing {
+    fn from(row_clk: u64) -> Self {
+        Self { numerator: row_clk, denominator: 1 }
+    }
+}
+
+fn narrow(clk: u128) -> u64 {
+    u64::try_from(clk).expect("a frame is shorter than 2^64 clocks")
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
 /// Rows come at equal distances, from a row memory that gives one pixel a clock.
 pub struct RowByRow {
     /// Clock of the first row's first pixel.
     pub first_clk: u64,
     /// From row to row.
-    pub row_clk: u64,
+    pub spacing: RowSpacing,
 }
 
 impl Pixels for RowByRow {
     fn offered(&mut self, x: u32, y: u32, clk: u64) -> u64 {
-        clk.max(self.first_clk + u64::from(y) * self.row_clk + u64::from(x))
+        clk.max(self.first_clk + self.spacing.start_clk(y) + u64::from(x))
     }
 
     fn offered_run(&mut self, first: u32, end: u32, y: u32, clk: u64) -> u64 {
@@ -116,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_run_of_pixels_is_its_pixels_one_by_one() {
-        let mut rows = RowByRow { first_clk: 5, row_clk: 20 };
+        let mut rows = RowByRow { first_clk: 5, spacing: 20.into() };
         for (first, end, y, clk) in [(0, 9, 0, 0), (3, 9, 1, 4), (6, 9, 1, 90)] {
             let (mut next_clk, mut last_clk) = (clk, 0);
             for x in first..end {
@@ -126,5 +178,20 @@ mod tests {
             assert_eq!(rows.offered_run(first, end, y, clk), last_clk);
         }
         assert_eq!(AtOnce.offered_run(2, 5, 0, 7), 9);
+    }
+
+    #[test]
+    fn rows_of_another_clock_are_whole_when_the_readout_has_read_them() {
+        // 100 clocks of 48 MHz are 2,083.3 ns: 62.5 clocks of 30 MHz.
+        let spacing = RowSpacing::new(100, 48_000_000, 30_000_000);
+        assert_eq!((0..4).map(|row| spacing.start_clk(row)).collect::<Vec<_>>(), [0, 63, 125, 188]);
+        for row in 0..1000 {
+            let clk = spacing.start_clk(row);
+            assert_eq!(spacing.row_at(clk), u64::from(row));
+            assert_eq!(spacing.rows_until(clk + 1), u64::from(row) + 1);
+            let (parts, of) = spacing.since(row.into(), clk);
+            assert!(parts < of, "{parts} of {of}");
+        }
+        assert_eq!(RowSpacing::new(704, 36_044_800, 36_044_800), 704.into());
     }
 }

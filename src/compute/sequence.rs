@@ -94,6 +94,11 @@ impl<W: Word> Sequence<W> {
         taken
     }
 
+    /// Candidates that waited for an engine at once, at most.
+    pub fn queue_most(&self) -> u32 {
+        self.stream.queue_most()
+    }
+
     /// What happened up to now.
     pub fn counts(&self) -> Counts {
         let in_time = self.stream.counts();

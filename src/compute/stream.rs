@@ -91,6 +91,11 @@ impl Stream {
         std::mem::take(&mut self.back.served)
     }
 
+    /// Candidates that waited for an engine at once, at most.
+    pub fn queue_most(&self) -> u32 {
+        self.back.queue_most
+    }
+
     /// Serves everything that waits.
     pub fn finish(&mut self, records: &mut dyn Records) {
         self.back.finish(records);

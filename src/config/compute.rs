@@ -1,11 +1,21 @@
 //! From `[compute]` to what the extractor takes. Enters: names and numbers. Leaves: checked parameters.
 
-use super::check::one_of;
+use super::check::{one_of, within};
 use super::scenario::Scenario;
 use crate::compute::{ExtractorParams, Overflow, Pattern, Rank, Smoothing};
 use crate::error::Error;
 
 impl Scenario {
+    /// Clock of the extractor in Hz; none where it is the pixel clock.
+    ///
+    /// # Errors
+    /// A frequency out of range.
+    pub fn compute_hz(&self) -> Result<Option<u64>, Error> {
+        let range = 1_000..=1_000_000_000;
+        let of = |hz| within("compute.clock_hz", hz, range.clone(), "1000 to 1000000000");
+        self.compute.clock_hz.map(of).transpose()
+    }
+
     /// The extractor.
     ///
     /// # Errors

@@ -52,6 +52,11 @@ impl Scenario {
             ("host.track_uj_per_frame", host.track_uj_per_frame, 1e9),
             ("host.track_nj_per_feature", host.track_nj_per_feature, 1e9),
             ("host.idle_mw", host.idle_mw, 1e6),
+            ("host.clock_hz", host.clock_hz, 1e11),
+            ("host.decode_clk_per_byte", host.decode_clk_per_byte, 1e9),
+            ("host.extract_clk_per_pixel", host.extract_clk_per_pixel, 1e9),
+            ("host.track_clk_per_frame", host.track_clk_per_frame, 1e12),
+            ("host.track_clk_per_feature", host.track_clk_per_feature, 1e12),
         ];
         let Some(mut params) = HostParams::by_name(&host.model)? else {
             let reason = "has no effect here; use host.model = \"microcontroller\" with it, or leave it out";
@@ -64,10 +69,17 @@ impl Scenario {
             &mut params.track_uj_per_frame,
             &mut params.track_nj_per_feature,
             &mut params.idle_mw,
+            &mut params.clock_hz,
+            &mut params.decode_clk_per_byte,
+            &mut params.extract_clk_per_pixel,
+            &mut params.track_clk_per_frame,
+            &mut params.track_clk_per_feature,
         ];
         for ((key, value, most), place) in keys.into_iter().zip(places) {
             if let Some(value) = value {
-                *place = within(key, value, 0.0..=most, &format!("0 to {most:e}"))?;
+                // A host whose clock stands still never answers.
+                let least = if key == "host.clock_hz" { 1e3 } else { 0.0 };
+                *place = within(key, value, least..=most, &format!("{least} to {most:e}"))?;
             }
         }
         Ok(Some(params))

@@ -123,6 +123,8 @@ sections! {
         fifo_depth: u32,
         /// One more candidate than that: "stall", "drop_newest" or "drop_weakest".
         overflow: String,
+        /// Clock of the extractor in Hz, 1,000 to 1,000,000,000; the pixel clock unless given.
+        clock_hz: Option<u64>,
     }
     /// The link to the host.
     Link {
@@ -190,7 +192,7 @@ sections! {
         /// Constants in place of the technology's: a table of name to { unit = value }, as in constant.link_byte.pj = 12.
         constant: std::collections::BTreeMap<String, std::collections::BTreeMap<String, f64>>,
     }
-    /// The host, as a stated model: energy a frame beside the sensor's.
+    /// The host, as a stated model: its energy and time a frame beside the sensor's.
     Host {
         /// "none", "microcontroller", "single_board_computer": values of the keys below that are not written.
         model: String,
@@ -204,6 +206,16 @@ sections! {
         track_nj_per_feature: Option<f64>,
         /// Power that flows all the time, in mW, 0 to 1e6.
         idle_mw: Option<f64>,
+        /// Its clock in Hz, 1e3 to 1e11.
+        clock_hz: Option<f64>,
+        /// Decoding a byte of a packet, in clocks, 0 to 1e9.
+        decode_clk_per_byte: Option<f64>,
+        /// Extracting features of pictures that arrive without, in clocks a pixel, 0 to 1e9.
+        extract_clk_per_pixel: Option<f64>,
+        /// Tracking, in clocks a frame, 0 to 1e12.
+        track_clk_per_frame: Option<f64>,
+        /// Tracking, in clocks a feature, 0 to 1e12.
+        track_clk_per_feature: Option<f64>,
     }
 }
 

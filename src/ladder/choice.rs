@@ -66,8 +66,8 @@ const FINEST_FOR_TIME: f64 = 0.5;
 const EFFECT_TOLERANCES: [f64; 7] = [0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0];
 /// The share of the goal that the reference's standard error may have. Each pixel's square is then known to within
 /// 1/4 + 1/4 + 1/16 of its own variance 2, which costs a quarter more frames and saves half of the reference's rays.
-/// Where images of lamps have most of the error, both halves of such a reference may lack one, and every setting that has it looks wrong, the finer
-/// the surer. So where nothing meets the goal, a finer reference has the last word.
+/// Where images of lamps have most of the error, both halves of such a reference may lack one, and every setting that has it looks wrong,
+/// the finer the surer. So where nothing meets the goal, a finer reference has the last word.
 const REFERENCE_SHARES: [f64; 3] = [0.5, 0.25, 0.125];
 
 /// What was measured so far.

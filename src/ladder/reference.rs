@@ -19,8 +19,8 @@ use crate::scene::lit::BOUNCES_MAX;
 
 /// The share of the finest accuracy that the standard error of a ladder's reference may have.
 pub const SHARE: f64 = 1.0 / 3.0;
-/// Pairs of renders at most. Each is made for the whole error; where images of lamps have most of it more are needed, because a pixel in which no
-/// ray met one claims no error.
+/// Pairs of renders at most. Each is made for the whole error; where images of lamps have most of it more are needed, because a pixel in
+/// which no ray met one claims no error.
 const ROUNDS_MAX: u32 = 32;
 /// Pairs after which their number is foretold: an error of independent pairs falls with their root.
 const ROUNDS_LEAST: u32 = 4;

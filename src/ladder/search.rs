@@ -24,8 +24,8 @@ const WORTH: f64 = 0.97;
 const FAR: f64 = 2.0;
 /// The least that `run.render_tolerance` takes, and beyond what no target spares a ray any more: the first batch serves it.
 const TOLERANCES: [f64; 2] = [0.001, 16.0];
-/// How much finer than the reference's own a tolerance may be: where images of lamps have most of the error, all tolerances show more than they aim
-/// at, and it is the last of them that meets the goal.
+/// How much finer than the reference's own a tolerance may be: where images of lamps have most of the error, all tolerances show more
+/// than they aim at, and it is the last of them that meets the goal.
 const BEYOND: f64 = 4.0;
 /// Power of the rank along a knob, beyond what was measured: time goes as the root of a tolerance at most, error as its root.
 const RANK_POWER: f64 = -0.5;

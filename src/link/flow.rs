@@ -32,6 +32,13 @@ impl RowPeriod {
         Self { numerator, denominator: 4 * u128::from(pixel_rate_hz) }
     }
 
+    /// A time of so many parts of a clock, of which a clock of this frequency has `per_clock`. Panics where either is 0.
+    pub fn of_parts(parts: u64, per_clock: u64, hz: u64, params: &LinkParams) -> Self {
+        assert!(per_clock > 0 && hz > 0, "a clock runs and has parts");
+        let numerator = u128::from(parts) * u128::from(params.frequency_hz);
+        Self { numerator, denominator: 4 * u128::from(hz) * u128::from(per_clock) }
+    }
+
     /// Clocks of so many periods, rounded up: a row is there when all of it is.
     pub fn clocks(self, periods: u64) -> Clocks {
         let whole = (u128::from(periods) * self.numerator).div_ceil(self.denominator);

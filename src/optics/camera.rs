@@ -1,6 +1,8 @@
 //! A camera before its pixels: lens, aperture, and the bearing of every pixel. Enters: their parameters. Leaves: rays, and
 //! photons per lux.
 
+mod identity;
+
 use glam::{DVec2, DVec3};
 
 use super::expose::Pass;

@@ -44,8 +44,8 @@ pub struct Exposure {
     /// Mean photons of each pixel, all bands by their weights.
     pub photons: Plane<f32>,
     /// Mean over lit pixels below saturation of (estimated variance of the pixel's mean) / (its photon variance), both in
-    /// electrons: render noise over photon noise. Replicates of some pixels state it; for fewer than 32 fixed samples, halves of the samples do. Infinite for one sample,
-    /// which says nothing about its own error; 0 without such a pixel.
+    /// electrons: render noise over photon noise. Replicates of some pixels state it; for fewer than 32 fixed samples, halves of the
+    /// samples do. Infinite for one sample, which says nothing about its own error; 0 without such a pixel.
     pub render_variance_ratio: f64,
     /// Rays that were traced from the camera.
     pub rays: u64,

@@ -22,6 +22,10 @@ pub(crate) enum Ink {
     Three,
     /// Fourth series.
     Four,
+    /// Fifth series.
+    Five,
+    /// Sixth series.
+    Six,
 }
 
 impl Ink {
@@ -31,6 +35,8 @@ impl Ink {
             Self::Two => RGBColor(1, 2, 2),
             Self::Three => RGBColor(1, 2, 3),
             Self::Four => RGBColor(1, 2, 4),
+            Self::Five => RGBColor(1, 2, 5),
+            Self::Six => RGBColor(1, 2, 6),
         }
     }
 
@@ -41,6 +47,8 @@ impl Ink {
             Self::Two => "var(--s2)",
             Self::Three => "var(--s3)",
             Self::Four => "var(--s4)",
+            Self::Five => "var(--s5)",
+            Self::Six => "var(--s6)",
         }
     }
 }
@@ -50,11 +58,13 @@ const GRID_MARKER: RGBColor = RGBColor(1, 3, 2);
 const AXIS_MARKER: RGBColor = RGBColor(1, 3, 3);
 
 /// Each marker as plotters writes it, and what the page puts in its place.
-const MARKERS: [(&str, &str); 7] = [
+const MARKERS: [(&str, &str); 9] = [
     ("\"#010201\"", "\"var(--s1)\""),
     ("\"#010202\"", "\"var(--s2)\""),
     ("\"#010203\"", "\"var(--s3)\""),
     ("\"#010204\"", "\"var(--s4)\""),
+    ("\"#010205\"", "\"var(--s5)\""),
+    ("\"#010206\"", "\"var(--s6)\""),
     ("\"#010301\"", "\"var(--soft)\""),
     ("\"#010302\"", "\"var(--grid)\""),
     ("\"#010303\"", "\"var(--rule)\""),
@@ -67,6 +77,10 @@ pub(crate) enum Shape {
     Dots,
     /// A line of this many pixels' width.
     Line(u32),
+    /// The same with a dot at each point.
+    Marked(u32),
+    /// A ring around each point.
+    Ring,
 }
 
 /// Points that belong together.
@@ -79,6 +93,16 @@ pub(crate) struct Series<'a> {
     pub shape: Shape,
     /// Points of each unbroken stretch, in the axes' units; points that a logarithmic axis has no place for are left out.
     pub runs: Vec<Vec<(f64, f64)>>,
+}
+
+/// Words beside a point.
+pub(crate) struct Note {
+    /// In the axes' units.
+    pub at: (f64, f64),
+    /// A few letters.
+    pub text: String,
+    /// That of the point's series.
+    pub ink: Ink,
 }
 
 /// What surrounds the series.
@@ -98,6 +122,8 @@ pub(crate) struct Axes<'a> {
     pub equal: bool,
     /// The vertical axis starts at zero.
     pub from_zero: bool,
+    /// Words beside points.
+    pub notes: Vec<Note>,
 }
 
 const SIZE_PX: (u32, u32) = (520, 320);
@@ -105,6 +131,8 @@ const LEFT_PX: u32 = 60;
 const BOTTOM_PX: u32 = 42;
 const MARGIN_PX: u32 = 12;
 const DOT_RADIUS_PX: i32 = 3;
+/// Radius of a ring around a point.
+const RING_RADIUS_PX: i32 = 9;
 
 /// Points whose second value is missing break the line.
 pub(crate) fn runs_of(points: impl Iterator<Item = (f64, Option<f64>)>) -> Vec<Vec<(f64, f64)>> {
@@ -150,6 +178,12 @@ fn legend(series: &[Series<'_>]) -> String {
         let sample = match series.shape {
             Shape::Line(width_px) => {
                 format!("<path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{}\"/>", f64::from(width_px) * 1.6)
+            }
+            Shape::Marked(width_px) => format!(
+                "<path d=\"M1 8H31\" stroke=\"{ink}\" stroke-width=\"{width_px}\"/><circle cx=\"16\" cy=\"8\" r=\"4\" fill=\"{ink}\"/>"
+            ),
+            Shape::Ring => {
+                format!("<circle cx=\"16\" cy=\"8\" r=\"6\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"2.5\"/>")
             }
             Shape::Dots => format!("<circle cx=\"16\" cy=\"8\" r=\"5\" fill=\"{ink}\"/>"),
         };
@@ -228,15 +262,30 @@ fn draw<'a>(svg: &'a mut String, axes: &Axes<'_>, series: &[Series<'_>], x: Span
         let ink = series.ink.marker();
         for run in &series.runs {
             let dot = |&point: &(f64, f64)| Circle::new(point, DOT_RADIUS_PX, ink.filled());
+            let ring = |&point: &(f64, f64)| Circle::new(point, RING_RADIUS_PX, ink.stroke_width(3));
+            if let (Shape::Line(width_px) | Shape::Marked(width_px), true) = (series.shape, run.len() > 1) {
+                chart.draw_series(LineSeries::new(run.iter().copied(), ink.stroke_width(width_px)))?;
+            }
             match series.shape {
-                Shape::Line(width_px) if run.len() > 1 => {
-                    chart.draw_series(LineSeries::new(run.iter().copied(), ink.stroke_width(width_px)))?;
+                Shape::Line(_) if run.len() > 1 => {}
+                Shape::Ring => {
+                    chart.draw_series(run.iter().map(ring))?;
                 }
-                Shape::Line(_) | Shape::Dots => {
+                Shape::Line(_) | Shape::Marked(_) | Shape::Dots => {
                     chart.draw_series(run.iter().map(dot))?;
                 }
             }
         }
+    }
+    let place = |is_log: bool, value: f64| if is_log { libm::log10(value) } else { value };
+    for note in &axes.notes {
+        let at = (place(axes.x_log, note.at.0), place(axes.y_log, note.at.1));
+        if !(at.0.is_finite() && at.1.is_finite()) {
+            continue;
+        }
+        let font = ("sans-serif", 12).into_font().color(&note.ink.marker());
+        let text = EmptyElement::at(at) + Text::new(note.text.clone(), (5, -14), font);
+        chart.draw_series(std::iter::once(text))?;
     }
     area.present()
 }

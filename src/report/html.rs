@@ -1,8 +1,10 @@
 //! `report.html`: one self-contained page that a person wants to look at. Enters: a report and pictures of frames.
 //! Leaves: HTML without scripts, network or fonts from elsewhere. Every number on it stands in the report as well.
 
+mod alternatives;
 mod bandwidth;
 mod bars;
+pub mod compare;
 mod config;
 mod cost;
 mod energy;
@@ -10,13 +12,16 @@ mod features;
 mod frames;
 mod header;
 mod ladder;
+mod ladder_charts;
 mod plan;
 mod power_strip;
+mod pose_axes;
 mod pose_error;
 mod text;
 mod tiles;
 mod timing;
 mod trajectory;
+mod verdict;
 mod warnings;
 
 use crate::plane::Plane;
@@ -62,10 +67,14 @@ pub fn html(report: &Report, pictures: &Pictures) -> String {
     let body = [
         header::header(report),
         "<main>".to_owned(),
+        verdict::verdict(report),
+        alternatives::alternatives(report),
         warnings::warnings(report),
         tiles::tiles(report),
         frames::frames(pictures),
         trajectory::trajectory(report),
+        pose_axes::pose_axes(report),
+        pose_axes::fused_and_alone(report),
         pair(&pose_error::pose_error(report), &features::features(report)),
         energy::energy(report),
         pair(&bandwidth::bandwidth(report), &timing::timing(report)),

@@ -8,11 +8,19 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::report::alternatives_record::Alternatives;
+use crate::report::bootstrap::Statistic;
+use crate::report::cameras_alone::CamerasAlone;
 use crate::report::energy_record::EnergyRecord;
 use crate::report::figures::{Figure, NotMeasurable, TrajectoryFigures};
+use crate::report::gates_record::Gates;
 use crate::report::ladder_record::LadderRecord;
+pub use crate::report::latency_record::ExtractorClocks;
+use crate::report::latency_record::Waterfall;
+pub use crate::report::link_record::LinkRecord;
 use crate::report::ordered::Ordered;
 pub use crate::report::plan_record::{FactRecord, OmittedEffect, PlanRecord, TileRecord};
+use crate::report::pose_series::PoseSeries;
 use crate::report::spread::{SpectrumPoint, interval_of_rms, second_difference_squares, spectrum};
 
 /// Counted up when a key changes its name or meaning; new keys leave it.
@@ -40,10 +48,19 @@ pub struct Report {
     pub bandwidth: Bandwidth,
     /// Joules of the sensor.
     pub energy: EnergyRecord,
+    /// Raw pictures, features and both side by side.
+    #[serde(default)]
+    pub alternatives: Alternatives,
+    /// Gates and area of one sensor's digital half.
+    #[serde(default)]
+    pub gates: Gates,
     /// What the extractor and the tracker found.
     pub features: FeatureFigures,
     /// Errors of the pose.
     pub tracking: Tracking,
+    /// Errors of the same packets tracked without the inertial unit; none where the rig has none, or the tracker does not use it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cameras_alone: Option<CamerasAlone>,
     /// What the host's packet decoder saw.
     pub link: LinkRecord,
     /// Of the bytes of each stage, hexadecimal.
@@ -159,6 +176,9 @@ pub struct Timing {
     /// From the reading of the last row, when it reaches the extractor, to the extractor's last feature, the longest of the run; none
     /// without features.
     pub last_feature_us: Option<f64>,
+    /// From the middle of the exposure to the pose, step by step.
+    #[serde(default)]
+    pub waterfall: Waterfall,
     /// Clocks of the extractor; none where the sensor extracts nothing.
     pub extractor: Option<ExtractorClocks>,
     /// Of `pix_clk`.
@@ -167,18 +187,6 @@ pub struct Timing {
     pub line: Vec<Phase>,
     /// What happens within one frame.
     pub frame: Vec<Phase>,
-}
-
-/// Clocks of the extractor over a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExtractorClocks {
-    /// From a frame's first pixel until its rows have run and its last feature has left, the longest of the run.
-    pub required: u64,
-    /// From frame to frame.
-    pub available: u64,
-    /// Frames of a camera that needed more.
-    pub frames_over: u64,
 }
 
 /// A span of a timing diagram.
@@ -251,6 +259,9 @@ pub struct Tracking {
     pub jitter_frame_m: Option<f64>,
     /// Second-difference sigma of the aligned error.
     pub jitter_d2_m: Option<f64>,
+    /// RMS angle between true and estimated orientation, after the mean rotation between the two worlds is removed.
+    #[serde(default)]
+    pub orientation_deg: Option<f64>,
     /// 95 % interval of `jitter_d2_m`, from blocks of a second of this run.
     pub jitter_d2_interval_m: Option<[f64; 2]>,
     /// Single-picture position sigma given the map, per axis, RMS over the frames. Landmarks count as exact, priors (motion, inertial
@@ -290,46 +301,6 @@ pub struct TrackingEvent {
     pub t_s: f64,
     /// "initialised", "lost", "relocalised", "found" (near the prediction again), "loop closed".
     pub event: String,
-}
-
-/// What the host's packet decoder saw.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LinkRecord {
-    /// Packets that arrived.
-    pub packets: u64,
-    /// Headers of which one bit was corrected.
-    pub headers_corrected: u64,
-    /// Packets refused for their header or checksum, or cut short: the sum of the next three.
-    pub packets_refused: u64,
-    /// For a header with more flipped bits than its code corrects, or of an unknown type.
-    pub headers_refused: u64,
-    /// For a checksum, or a layout that is not known.
-    pub payloads_refused: u64,
-    /// Because the bytes ended.
-    pub packets_cut_short: u64,
-    /// Packets that came a second time.
-    pub packets_doubled: u64,
-    /// Bytes skipped on the search for the next packet.
-    pub bytes_skipped: u64,
-    /// Frames of which something was lost.
-    pub frames_damaged: u64,
-    /// Announced rows that did not arrive undamaged.
-    pub rows_lost: u64,
-    /// Bits that were flipped on the way, which the host does not know.
-    pub bits_flipped: u64,
-    /// Frames that carried rows, of all cameras.
-    pub frames_with_rows: u64,
-    /// Rows for which the readout stood still because their FIFO was full.
-    pub rows_stalled: u64,
-    /// How long it stood still, mean over frames and cameras.
-    pub stalled_us_per_frame: f64,
-    /// Most rows in the FIFO at once.
-    pub fifo_rows_most: u32,
-    /// From the reading of the last row to the last feature byte, the longest of the run.
-    pub feature_latency_us: Option<f64>,
-    /// Features that left the extractor and found no time on the link before the next frame; they are not in the run's features.
-    pub features_dropped: u64,
 }
 
 /// Hashes of the bytes of each stage, hexadecimal.
@@ -380,6 +351,18 @@ pub struct FrameRecord {
     pub estimate_m: Option<[f64; 3]>,
     /// Distance between the two.
     pub error_m: Option<f64>,
+    /// Angle between true and estimated orientation, after the mean rotation between the two worlds is removed.
+    #[serde(default)]
+    pub orientation_deg: Option<f64>,
+    /// Bits on the links, headers and checks with them, all cameras.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link_bits: Option<f64>,
+    /// Energy of all sensors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_pj: Option<f64>,
+    /// From the middle of the exposure to the last bit on the lanes, of the slowest camera.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency_us: Option<f64>,
 }
 
 impl Report {
@@ -441,6 +424,21 @@ impl Report {
             _ => Ok((sum_m2 / f64::from(count)).sqrt()),
         };
         self.tracking.single_picture_sigma_m = self.figure("tracking.single_picture_sigma_m", sigma);
+    }
+
+    /// Fills in the orientation errors: each frame's, and their root mean square.
+    pub fn set_orientation(&mut self, series: &PoseSeries) {
+        for (frame, square_deg2) in self.frames.iter_mut().zip(&series.orientation_deg2) {
+            frame.orientation_deg = square_deg2.map(f64::sqrt);
+        }
+        let squares: Vec<f64> = series.orientation_deg2.iter().filter_map(|square| *square).collect();
+        let found = Statistic::RootMean.of(&squares);
+        let why = || NotMeasurable::Absent("no frame has a pose".to_owned());
+        self.tracking.orientation_deg = self.figure("tracking.orientation_deg", found.ok_or_else(why));
+        if self.frames.iter().any(|frame| frame.orientation_deg.is_none()) {
+            let reason = "the tracker has no pose at this frame".to_owned();
+            self.not_measurable.insert("frames.orientation_deg".to_owned(), reason);
+        }
     }
 
     fn set_intervals(&mut self, figures: &Result<TrajectoryFigures, NotMeasurable>) {

@@ -65,12 +65,7 @@ impl SensorSetup {
             events.add(Event::ChargeTransfer, others * self.parameters.pixel.pixel_type.transfers());
         }
         if self.link.mode.sends_features() {
-            // The extractor sees merged codes, which may have another depth than the converter's.
-            let greatest = f64::from((1_u32 << self.bits()) - 1);
-            let code = u16::try_from(low_u32(u64_half_even(level * greatest))).unwrap_or(u16::MAX);
-            let mut extractor = Extractor::new(&self.extractor);
-            let plane = Plane::filled(self.size, code);
-            events.merge(&super::session::extract_one(self, &mut extractor, &plane)?.1);
+            events.merge(&self.estimated_compute(level)?);
         }
         let features = self.extractor.features_expected(self.size);
         let traffic = self.link.traffic_of_cycle(self.size, self.bits(), features)?;
@@ -78,6 +73,19 @@ impl SensorSetup {
         events.add(Event::LinkByte, traffic.link_bytes / cycle);
         events.add(Event::LinkBurst, traffic.packets * u64::from(self.link.lanes) / cycle);
         Ok(events)
+    }
+
+    /// Events of the extractor in a frame at that level.
+    ///
+    /// # Errors
+    /// A picture that it refuses.
+    pub(super) fn estimated_compute(&self, level: f64) -> Result<Events, Error> {
+        // The extractor sees merged codes, which may have another depth than the converter's.
+        let greatest = f64::from((1_u32 << self.bits()) - 1);
+        let code = u16::try_from(low_u32(u64_half_even(level * greatest))).unwrap_or(u16::MAX);
+        let mut extractor = Extractor::new(&self.extractor);
+        let plane = Plane::filled(self.size, code);
+        Ok(super::session::extract_one(self, &mut extractor, &plane)?.1)
     }
 
     /// Energy of a frame at that level.

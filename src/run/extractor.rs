@@ -1,15 +1,14 @@
 //! What the extractors did over a run. Enters: each camera's frame. Leaves: sums, and the greatest delays.
 
-use super::on_link::EXTRACTOR_REMEDY;
 use super::sensor::SensorSetup;
 use super::warnings::Warnings;
 use crate::compute::{Counts, Extracted};
 use crate::link::Flow;
-use crate::num::{f64_from_u64, u64_truncated};
+use crate::num::{f64_from_u64, u64_from, u64_truncated};
 use crate::report::record::{ExtractorClocks, FeatureFigures};
 
 /// Sums over cameras and frames.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct ExtractorTotals {
     /// Frames of a camera that went through.
     pub frames: u64,
@@ -22,6 +21,11 @@ pub(super) struct ExtractorTotals {
     pub threshold: u16,
     /// Clocks that a frame took, at most, and has.
     clocks: ExtractorClocks,
+    /// Their sum over frames of a camera, and how many frames that was.
+    required_clk: u64,
+    clocked_frames: u64,
+    /// Features of the frame that took most.
+    features: u64,
 }
 
 impl ExtractorTotals {
@@ -44,26 +48,34 @@ impl ExtractorTotals {
     /// Adds the clocks of a frame whose packets are on the link so; a readout that stood still made it longer.
     pub fn add_clocks(&mut self, sensor: &SensorSetup, frame: &Extracted, flow: &Flow) {
         let stalled_s = sensor.link.seconds(flow.stalled);
-        let stalled_clk = u64_truncated((stalled_s * f64_from_u64(sensor.schedule.pixel_rate_hz())).ceil());
+        let stalled_clk = u64_truncated((stalled_s * f64_from_u64(sensor.compute_hz)).ceil());
         let (required_clk, available_clk) = (frame.required_clk() + stalled_clk, sensor.extractor_clk_available());
-        self.clocks.required = self.clocks.required.max(required_clk);
+        if required_clk > self.clocks.required {
+            (self.clocks.required, self.features) = (required_clk, u64_from(frame.features.len()));
+        }
+        self.required_clk += required_clk;
+        self.clocked_frames += 1;
         self.clocks.available = available_clk;
         self.clocks.frames_over += u64::from(required_clk > available_clk);
     }
 
-    /// Clocks of the run's longest frame; none where the sensor extracts nothing.
-    pub fn clocks(&self) -> Option<ExtractorClocks> {
-        (self.frames > 0).then_some(self.clocks)
+    /// Clocks of the run's frames and whether they suffice; none where the sensor extracts nothing.
+    pub fn clocks(&self, sensor: &SensorSetup) -> Option<ExtractorClocks> {
+        (self.clocked_frames > 0).then(|| {
+            let required_mean = f64_from_u64(self.required_clk) / f64_from_u64(self.clocked_frames);
+            sensor.judged(ExtractorClocks { required_mean, ..self.clocks.clone() }, self.features)
+        })
     }
 
     /// Warns of frames that took longer than a frame has.
-    pub fn warn(&self, warnings: &mut Warnings) {
-        let ExtractorClocks { required, available, frames_over } = self.clocks;
-        if frames_over > 0 {
+    pub fn warn(&self, sensor: &SensorSetup, warnings: &mut Warnings) {
+        let Some(clocks) = self.clocks(sensor).filter(|clocks| !clocks.keeps_up) else { return };
+        let ExtractorClocks { required, available, frames_over, remedy, .. } = clocks;
+        {
             let frames = self.frames;
             warnings.add(format!(
                 "the extractor needed up to {required} clocks of the {available} that a frame has, too many in {frames_over} of {frames} \
-                 frames of a camera: a sensor would lose or delay features that this run has; {EXTRACTOR_REMEDY} would keep it in time"
+                 frames of a camera: a sensor would lose or delay features that this run has; use {remedy}"
             ));
         }
     }

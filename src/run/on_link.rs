@@ -2,16 +2,12 @@
 //! by clock, how the readout has to wait for them, and the refusal of what does not pass.
 
 use super::sensor::SensorSetup;
-use crate::compute::{FrameClocks, RowByRow, even_frame};
+use crate::compute::{ExtractorParams, FrameClocks, RowByRow, RowSpacing, even_frame};
 use crate::error::Error;
 use crate::link::{Batch, FeatureReady, Flow, FramePlan, Packet, RowPeriod, Sent, WhenFull, after_the_rows, by_row};
 use crate::num::{f64_from_u64, index, u32_from, u64_from, u64_truncated};
 use crate::readout::{FrameLength, Hdr, ReadoutParams, Schedule, Shutter, Trigger};
 use crate::units::{Clocks, FrameIndex};
-
-/// What keeps an extractor within its frame, or features within their link.
-pub(super) const EXTRACTOR_REMEDY: &str =
-    "a lower compute.target_features (0 sets no limit) or compute.per_cell, more compute.engines, or a longer frame";
 
 /// Times of a frame's way through the link, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +47,8 @@ impl SensorSetup {
     /// A frame's features by the row at whose reading they are whole, from the clock in which each is taken; those that are whole after
     /// the last row stand with the last row, and `flow_at` knows by how much they are late.
     pub fn batches(&self, out_clk: &[u64]) -> Vec<Batch> {
-        let row_of = |&clk: &u64| u32::try_from((clk + 1).div_ceil(self.row_clk())).unwrap_or(u32::MAX);
+        let spacing = self.row_spacing();
+        let row_of = |&clk: &u64| u32::try_from(spacing.rows_until(clk + 1)).unwrap_or(u32::MAX);
         by_row(out_clk.iter().map(row_of), self.size.height_px)
     }
 
@@ -69,21 +66,26 @@ impl SensorSetup {
         }))
     }
 
+    /// When each feature is whole that the extractor gives in these clocks: its row, and the time after that row's reading.
+    pub fn features_ready(&self, out_clk: &[u64]) -> Vec<FeatureReady> {
+        let (spacing, last_row) = (self.row_spacing(), u64::from(self.size.height_px.saturating_sub(1)));
+        let ready_of = |&clk: &u64| {
+            let row = spacing.row_at(clk).min(last_row);
+            let row_number = u32::try_from(row).expect("not above the last row");
+            let (parts, of) = spacing.since(row, clk + 1);
+            let after = RowPeriod::of_parts(parts, of, self.compute_hz, &self.link).clocks(1);
+            FeatureReady { row: row_number, after }
+        };
+        out_clk.iter().map(ready_of).collect()
+    }
+
     /// The packets of a frame in time, its features taken from the extractor in these clocks; a stalled readout delays both rows and
     /// features. Features without a clock are whole when their row is read.
     ///
     /// # Errors
     /// A row that the link cannot carry.
     pub fn flow_at(&self, packets: &[Packet], out_clk: &[u64]) -> Result<Flow, Error> {
-        let (row_clk, last_row) = (self.row_clk(), u64::from(self.size.height_px.saturating_sub(1)));
-        let byte_clk =
-            |pix_clk: u64| RowPeriod::new(Clocks(pix_clk), self.schedule.pixel_rate_hz(), &self.link).clocks(1);
-        let ready_of = |&clk: &u64| {
-            let row = (clk / row_clk).min(last_row);
-            let row_number = u32::try_from(row).expect("not above the last row");
-            FeatureReady { row: row_number, after: byte_clk(clk + 1 - row * row_clk) }
-        };
-        let ready: Vec<FeatureReady> = out_clk.iter().map(ready_of).collect();
+        let ready = self.features_ready(out_clk);
         let payload_bytes = self.link.row_payload_bytes(self.size.width_px, self.bits());
         // Without rows nothing asks for their bytes.
         let payload_bytes = if self.link.mode.sends_codes() { payload_bytes? } else { 0 };
@@ -93,37 +95,31 @@ impl SensorSetup {
 
     /// The extractor's clocks in a frame of so many features spread evenly over the picture; none where the sensor has no extractor.
     pub fn extractor_clocks(&self, features: u64) -> Option<FrameClocks> {
-        let mut rows = RowByRow { first_clk: 0, row_clk: self.row_clk() };
-        let has_one = self.link.mode.sends_features();
-        has_one.then(|| even_frame(&self.extractor, self.size, (features, self.bits()), &mut rows))
+        self.link.mode.sends_features().then(|| self.even_clocks(&self.extractor, self.compute_hz, features))
     }
 
-    /// Clocks of the pixel clock from frame to frame, which the extractor has for one.
+    /// The same of an extractor with these parameters on a clock of this frequency.
+    pub(super) fn even_clocks(&self, extractor: &ExtractorParams, compute_hz: u64, features: u64) -> FrameClocks {
+        let spacing = RowSpacing::new(self.row_clk(), self.schedule.pixel_rate_hz(), compute_hz);
+        even_frame(extractor, self.size, (features, self.bits()), &mut RowByRow { first_clk: 0, spacing })
+    }
+
+    /// Clocks from frame to frame, which the extractor has for one.
     pub fn extractor_clk_available(&self) -> u64 {
-        match self.schedule.params().trigger {
-            Trigger::Free => self.schedule.frame_clk().0,
-            Trigger::External { .. } => {
-                // A millionth of a clock is rounding.
-                u64_truncated(self.schedule.frame_time_s() * f64_from_u64(self.schedule.pixel_rate_hz()) + 1e-6)
-            }
-        }
+        self.clk_available(self.compute_hz)
     }
 
-    /// What to tell a user before any picture is known, where the extractor can need more clocks than a frame has: with the expected
-    /// features, or with as many as its cells hold.
-    pub fn extractor_warning(&self) -> Option<String> {
-        let available_clk = self.extractor_clk_available();
-        let most = self.extractor.features_max(self.size);
-        for (features, word) in [(self.extractor.features_expected(self.size), "needs"), (most, "can need")] {
-            let required_clk = self.extractor_clocks(features)?.required_clk();
-            if required_clk > available_clk {
-                return Some(format!(
-                    "the extractor {word} {required_clk} clocks of the {available_clk} that a frame has, with {features} features; \
-                     {EXTRACTOR_REMEDY} would keep it in time"
-                ));
+    /// Clocks of a frequency from frame to frame.
+    pub(super) fn clk_available(&self, hz: u64) -> u64 {
+        match self.schedule.params().trigger {
+            Trigger::Free => {
+                let parts = u128::from(self.schedule.frame_clk().0) * u128::from(hz);
+                let whole = parts / u128::from(self.schedule.pixel_rate_hz());
+                u64::try_from(whole).expect("a frame is shorter than 2^64 clocks")
             }
+            // A millionth of a clock is rounding.
+            Trigger::External { .. } => u64_truncated(self.schedule.frame_time_s() * f64_from_u64(hz) + 1e-6),
         }
-        None
     }
 
     /// A frame with so many features spread evenly over the picture, with its rows where the mode sends them, in time.
@@ -150,7 +146,7 @@ impl SensorSetup {
             last_feature_s: self
                 .extractor_clocks(features)
                 .and_then(|clocks| clocks.out_clk.last().copied())
-                .map(|clk| f64_from_u64(clk + 1) / f64_from_u64(self.schedule.pixel_rate_hz())),
+                .map(|clk| f64_from_u64(clk + 1) / f64_from_u64(self.compute_hz)),
             feature_latency_s: flow.feature_latency().map(seconds),
         })
     }

@@ -1,8 +1,11 @@
 //! The report of a run: every figure computed from what the run counted, sent and tracked.
 
-use super::session::{FrameNotes, STAGES, Session};
+use super::alternatives::Counted;
+use super::frame_notes::FrameNotes;
+use super::session::{STAGES, Session};
 use super::setup::PlanSummary;
 use super::timing::{burst_utilisation, timing_record};
+use super::waterfall::waterfall_reasons;
 use super::world::World;
 use crate::config::presets::Kind;
 use crate::error::Error;
@@ -12,9 +15,10 @@ use crate::optics::Camera;
 use crate::pose::TimedPose;
 use crate::report::energy_record::EnergyRecord;
 use crate::report::figures::bring_to_metres;
+use crate::report::pose_series::pose_series;
 use crate::report::record::{
-    Bandwidth, FactRecord, FrameRecord, Hashes, LinkRecord, Measured, OmittedEffect, PlanRecord, Scenario, StageCost,
-    TileRecord, Timing, TrackingEvent,
+    Bandwidth, ExtractorClocks, FactRecord, FrameRecord, Hashes, LinkRecord, Measured, OmittedEffect, PlanRecord,
+    Scenario, StageCost, TileRecord, Timing, TrackingEvent,
 };
 use crate::report::{NotMeasurable, Report, median, prediction_error_m, trajectory_figures};
 use crate::scene::{Illuminant, LitScene};
@@ -41,6 +45,7 @@ impl Session {
             timing: self.timing()?,
             bandwidth: self.bandwidth(),
             energy: EnergyRecord { line: Some(setup.sensor.line_power()?), ..(&self.energy()).into() },
+            gates: setup.sensor.gates(),
             features: self.totals.extractor.figures(),
             link: self.link(),
             hashes: self.hash_record(),
@@ -94,9 +99,27 @@ impl Session {
         for (key, _, reason) in absent.into_iter().filter(|(_, is_absent, _)| *is_absent) {
             report.not_measurable.insert(key.to_owned(), reason.to_owned());
         }
+        report.not_measurable.append(&mut waterfall_reasons(&report.timing.waterfall, "timing."));
+        if report.timing.extractor.as_ref().is_some_and(|clocks| clocks.queue_most.is_none()) {
+            let reason = "the hardware's twin does not count its queue; use run.rung = sampled";
+            report.not_measurable.insert("timing.extractor.queue_most".to_owned(), reason.to_owned());
+        }
         self.set_costs(&mut report);
         self.set_tracking(&mut report);
+        report.alternatives = setup.sensor.alternatives(&self.counted(report.tracking.ate_m))?;
+        let reasons = report.alternatives.reasons();
+        report.not_measurable.extend(reasons.into_iter().map(|(path, why)| (path.to_owned(), why.to_owned())));
         Ok(report)
+    }
+
+    fn counted(&self, ate_m: Option<f64>) -> Counted<'_> {
+        Counted {
+            events: &self.totals.events,
+            frames: u32_from(self.notes.len()),
+            cameras: u32_from(self.setup.cameras.len()),
+            features: self.mean_features(),
+            ate_m,
+        }
     }
 
     fn scenario(&self, name: &str) -> Scenario {
@@ -150,12 +173,22 @@ impl Session {
     fn timing(&self) -> Result<Timing, Error> {
         let sensor = &self.setup.sensor;
         let totals = &self.totals.extractor;
-        let us = |clk: u64| 1e6 * f64_from_u64(clk) / f64_from_u64(sensor.schedule.pixel_rate_hz());
+        let us = |clk: u64| 1e6 * f64_from_u64(clk) / f64_from_u64(sensor.compute_hz);
         // Clocks count from the reading of the first row.
-        let rows_clk = u64::from(sensor.size.height_px - 1) * sensor.row_clk();
+        let rows_clk = sensor.row_spacing().start_clk(sensor.size.height_px - 1);
         let mut timing = timing_record(sensor, self.mean_features())?;
         timing.latency_us = 1e6 * self.totals.link.latency_s;
-        timing.extractor = totals.clocks();
+        let queue_most = self.extractors.iter().map(crate::compute::Extractor::queue_most).max().flatten();
+        timing.extractor = totals.clocks(sensor).map(|clocks| ExtractorClocks { queue_most, ..clocks });
+        if let Some(slowest) = &self.totals.link.slowest {
+            // A host that extracts by itself tracks what it found.
+            let sent = u64_from(slowest.out_clk.len());
+            let features = if sensor.link.mode.sends_features() { sent } else { self.mean_features() };
+            timing.waterfall = sensor.waterfall_of(slowest, features);
+        }
+        let measured_s: f64 = self.totals.stage_s[STAGES.len() - 2..].iter().sum();
+        timing.waterfall.measured_host_us =
+            (measured_s > 0.0).then(|| 1e6 * measured_s / f64_from_usize(self.notes.len()));
         timing.first_feature_us = totals.first_clk.map(us);
         timing.last_feature_us = totals.last_clk.map(|clk| us(clk.saturating_sub(rows_clk)));
         Ok(timing)
@@ -230,6 +263,9 @@ impl Session {
         for (stage, seconds) in STAGES.into_iter().zip(self.totals.stage_s) {
             report.cost.insert(stage, StageCost { ms_per_frame: 1e3 * seconds / frames });
         }
+        if let Some(alone) = &self.alone {
+            report.cost.insert("tracker_cameras_alone", StageCost { ms_per_frame: 1e3 * alone.seconds / frames });
+        }
         report.tracking.ms_per_frame = 1e3 * self.totals.stage_s[STAGES.len() - 1] / frames;
     }
 
@@ -259,6 +295,9 @@ impl Session {
             .ok_or_else(|| NotMeasurable::Absent("no landmark was predicted into a frame and found again".to_owned()));
         report.tracking.innovation_px = report.figure("tracking.innovation_px", innovation);
         report.set_trajectory(figures, unit_m);
+        let (cameras, fps) = (report.scenario.cameras, report.timing.fps);
+        report.set_orientation(&pose_series(&self.truth(), &estimate, cameras, fps));
+        report.cameras_alone = self.figures_of_cameras_alone(&mut report.not_measurable);
         let sigmas_m = self.notes.iter().filter_map(|note| note.single_picture_sigma_m);
         report.set_single_picture_sigma(sigmas_m.map(|sigma| sigma * unit_m));
         self.set_course(report);
@@ -327,6 +366,10 @@ fn frame_record(note: &FrameNotes) -> FrameRecord {
         truth_m: note.truth.world_from_body.translation_m.to_array(),
         estimate_m: None,
         error_m: None,
+        orientation_deg: None,
+        link_bits: Some(note.link_bits),
+        energy_pj: Some(note.energy_pj),
+        latency_us: Some(note.latency_us),
     }
 }
 

@@ -3,12 +3,12 @@
 
 use super::on_link::packet_demand_s;
 use crate::adc::AdcParams;
-use crate::compute::{ExtractorParams, frame_clk};
+use crate::compute::{ExtractorParams, RowSpacing, frame_clk};
 use crate::config::Resolved;
 use crate::effect::Effect;
 use crate::effects::chain::{BlackRows, Chain};
 use crate::effects::{self, Parameters};
-use crate::energy::{Design, SensorPower};
+use crate::energy::{Design, HostParams, SensorPower};
 use crate::error::Error;
 use crate::link::LinkParams;
 use crate::num::f64_from_u64;
@@ -42,8 +42,12 @@ pub struct SensorSetup {
     pub bit_error_rate: f64,
     /// The extractor.
     pub extractor: ExtractorParams,
+    /// Its clock in Hz.
+    pub compute_hz: u64,
     /// Where its power goes.
     pub power: SensorPower,
+    /// The host behind the link; none where none is modelled.
+    pub host: Option<HostParams>,
 }
 
 impl SensorSetup {
@@ -60,9 +64,14 @@ impl SensorSetup {
         self.merge.as_ref().map_or(self.parameters.adc.bits, HdrMerge::bits)
     }
 
-    /// Clocks from row to row of a picture, as the extractor meets them.
+    /// Clocks of the pixel clock from row to row of a picture.
     pub fn row_clk(&self) -> u64 {
         self.schedule.line_clk().0 * self.schedule.lines_per_packet()
+    }
+
+    /// The same in the extractor's own clocks.
+    pub fn row_spacing(&self) -> RowSpacing {
+        RowSpacing::new(self.row_clk(), self.schedule.pixel_rate_hz(), self.compute_hz)
     }
 
     /// Mean photons of its longest exposure that fill a pixel in its least sensitive reading, or its converter's range where that is
@@ -154,7 +163,11 @@ impl SensorSetup {
         let schedule = Schedule::new(array, &readout, &parameters.adc, packet_time_s)?;
         let extractor = scenario.extractor()?;
         ExtractorParams::check_size(size)?;
-        check_extractor_clk(&extractor, size, &schedule)?;
+        let clock_hz = scenario.compute_hz()?;
+        if clock_hz.is_none() {
+            check_extractor_clk(&extractor, size, &schedule)?;
+        }
+        let compute_hz = clock_hz.unwrap_or_else(|| schedule.pixel_rate_hz());
         let technology = resolved.technology()?;
         let mosaic = whole.starting_at(window.x_px, window.y_px);
         let black = scenario.black_rows()?;
@@ -173,7 +186,7 @@ impl SensorSetup {
             (black.rows, bits),
         );
         let power = SensorPower::new(design, technology);
-        scenario.host_params()?;
+        let host = scenario.host_params()?;
         let setup = Self {
             array,
             size,
@@ -186,6 +199,8 @@ impl SensorSetup {
             link,
             bit_error_rate,
             extractor,
+            compute_hz,
+            host,
             power,
         };
         setup.check_frame(setup.extractor.features_expected(size))?;
@@ -195,7 +210,7 @@ impl SensorSetup {
     }
 }
 
-/// The extractor takes a pixel a clock of the pixel clock; a frame must be through before the next one comes.
+/// On the pixel clock the extractor takes a pixel a clock; a frame's octaves must be through before the next one comes.
 fn check_extractor_clk(extractor: &ExtractorParams, size: Size, schedule: &Schedule) -> Result<(), Error> {
     let (needed_clk, frame_clk) = (frame_clk(extractor, size), schedule.frame_clk().0);
     if needed_clk <= frame_clk {

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use super::alone::Alone;
 use super::assets::{Assets, Stopwatch};
-use super::exposed::{CodeSums, saturated_dn};
+use super::exposed::CodeSums;
 use super::extractor::ExtractorTotals;
 use super::felt::Felt;
+use super::frame_notes::FrameNotes;
 use super::hashes::StageHashes;
 use super::host::Host;
 use super::row_check::RowCheck;
@@ -15,6 +17,7 @@ use super::sensor::SensorSetup;
 use super::setup::Setup;
 use super::transfer::{LinkTotals, frame_time_s, marks};
 use super::warnings::Warnings;
+use super::waterfall::PacketTime;
 use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
 use crate::effects::chain::{Capture, Chain, RowSamples};
 use crate::energy::EnergyAccount;
@@ -26,7 +29,7 @@ use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
 use crate::silicon::Seat;
-use crate::tracker::{Status, TrackedFrame, Tracker};
+use crate::tracker::{TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 /// Stages whose time is measured, in the data's order.
@@ -46,6 +49,8 @@ pub struct CameraFrame {
     pub features_clk: Vec<u64>,
     /// Packets as they arrive at the host.
     pub packets: Vec<u8>,
+    /// When each of them was on the lanes.
+    pub packet_times: Vec<PacketTime>,
     /// Which features the tracker's pose rests on, by index.
     pub tracked: Vec<bool>,
 }
@@ -64,23 +69,6 @@ pub struct Frame {
     pub tracked: Option<TrackedFrame>,
 }
 
-/// Figures of one frame that the report needs at the end.
-#[derive(Clone, Debug)]
-pub(super) struct FrameNotes {
-    pub truth: TimedPose,
-    pub estimate: Option<Pose>,
-    pub predicted: Option<TimedPose>,
-    pub mean_code_dn: f64,
-    pub exposure_us: f64,
-    pub gain: f64,
-    pub found: Vec<u32>,
-    pub tracked: u32,
-    pub innovation_px: Option<f64>,
-    pub single_picture_sigma_m: Option<f64>,
-    pub status: Option<Status>,
-    pub loop_closed: bool,
-}
-
 /// Sums over the run.
 #[derive(Default)]
 pub(super) struct Totals {
@@ -92,6 +80,9 @@ pub(super) struct Totals {
     pub render_variance_ratio: f64,
     pub feature_count: u64,
     pub codes: CodeSums,
+    /// Energy and link bytes up to the frame before, so that each frame has its own.
+    pub energy_before_aj: u128,
+    pub link_bytes_before: u64,
     pub stage_s: [f64; STAGES.len()],
 }
 
@@ -99,6 +90,7 @@ pub(super) struct Totals {
 pub struct Session {
     pub(super) setup: Setup,
     tracker: Tracker,
+    pub(super) alone: Option<Alone>,
     felt: Felt,
     /// Each camera's extractor, on the sensor or, where pictures alone are sent, on the host.
     pub(super) extractors: Vec<Extractor>,
@@ -116,6 +108,8 @@ pub struct Session {
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
     electrons_kept: bool,
     electrons: Vec<Option<Plane<f32>>>,
+    /// Whether photons and codes enter the run's hashes.
+    pub(super) hashes_pictures: bool,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,
     pub(super) warnings: Warnings,
@@ -157,6 +151,7 @@ impl Session {
         Ok(Self {
             setup,
             tracker,
+            alone: None,
             felt,
             extractors,
             chain,
@@ -169,6 +164,7 @@ impl Session {
             row_check: None,
             electrons_kept: false,
             electrons: Vec::new(),
+            hashes_pictures: true,
             notes: Vec::new(),
             totals: Totals::default(),
             warnings,
@@ -184,6 +180,11 @@ impl Session {
     /// What the run is made of.
     pub fn setup(&self) -> &Setup {
         &self.setup
+    }
+
+    /// What the run was made of, for another run beside it.
+    pub fn into_setup(self) -> Setup {
+        self.setup
     }
 
     /// Keeps the first camera's samples of these rows when their frame comes, of its first exposure. They change nothing.
@@ -211,6 +212,11 @@ impl Session {
     /// Gives every frame from here on its electrons. They change nothing.
     pub fn keep_electrons(&mut self) {
         self.electrons_kept = true;
+    }
+
+    /// Leaves photons and codes out of the run's hashes, for runs whose figures alone are asked for: hashing takes as long as a stage.
+    pub fn leave_pictures_unhashed(&mut self) {
+        self.hashes_pictures = false;
     }
 
     /// Samples of the watched rows at the converters' inputs; empty before their frame.
@@ -259,7 +265,8 @@ impl Session {
         let on_sensor = self.setup.sensor.link.mode.sends_features();
         let mut extracted = if on_sensor { self.extract(&codes)? } else { vec![Extracted::default(); codes.len()] };
         self.totals.stage_s[2] += lap.next_s();
-        let packets = self.send(frame, &schedules, &codes, &mut extracted)?;
+        let (packets, times): (Vec<_>, Vec<_>) =
+            self.send(frame, &schedules, &codes, &mut extracted)?.into_iter().unzip();
         self.totals.stage_s[3] += lap.next_s();
         let host = self.receive(&packets)?;
         // Without features on the link, those of the host's own extractor stand in their place.
@@ -270,6 +277,10 @@ impl Session {
         self.tracker.feel(self.felt.until(host.input.t_s));
         let tracked = Some(self.tracker.track(&host.input));
         self.totals.stage_s[5] += lap.next_s();
+        if let Some(alone) = &mut self.alone {
+            alone.track(&host.input);
+            alone.seconds += lap.next_s();
+        }
 
         let t_s = frame_time_s(&schedules[0], frame);
         let truth = self.pose(t_s)?;
@@ -277,14 +288,14 @@ impl Session {
             .into_iter()
             .zip(codes)
             .zip(extracted)
-            .zip(packets)
+            .zip(packets.into_iter().zip(times))
             .enumerate()
-            .map(|(camera, (((mut exposures, codes), extracted), packets))| {
+            .map(|(camera, (((mut exposures, codes), extracted), (packets, packet_times)))| {
                 let Extracted { features, out_clk: features_clk, .. } = extracted;
                 let tracked = marks(tracked.as_ref(), camera, &host.indices[camera], features.len());
                 let photons = exposures.swap_remove(0).photons;
                 let electrons = self.electrons.get_mut(camera).and_then(Option::take);
-                CameraFrame { photons, electrons, codes, features, features_clk, packets, tracked }
+                CameraFrame { photons, electrons, codes, features, features_clk, packets, packet_times, tracked }
             })
             .collect();
         let done = Frame { frame, t_s, truth, cameras, tracked };
@@ -368,38 +379,6 @@ impl Session {
         Ok(all)
     }
 
-    fn note(&mut self, frame: &Frame, schedule: &Schedule) {
-        let (mut sums, saturated_dn) = (CodeSums::default(), saturated_dn(&self.setup, self.gain));
-        for camera in &frame.cameras {
-            self.totals.hashes.add(&camera.photons, &camera.codes, &camera.features);
-            self.totals.feature_count += u64_from(camera.features.len());
-            sums.add(CodeSums::of(&camera.codes, saturated_dn));
-        }
-        self.totals.codes.add(sums);
-        let tracked = frame.tracked.as_ref();
-        tracked.iter().for_each(|tracked| self.totals.hashes.add_pose(tracked));
-        let predicted = tracked.and_then(|tracked| tracked.predicted_position_m).map(|translation_m| TimedPose {
-            t_s: frame.t_s,
-            world_from_body: Pose { translation_m, ..Pose::IDENTITY },
-        });
-        let mean_code_dn = sums.mean_dn();
-        self.setup.exposure.after_frame(frame.frame, mean_code_dn);
-        self.notes.push(FrameNotes {
-            truth: TimedPose { t_s: frame.t_s, world_from_body: frame.truth },
-            estimate: tracked.and_then(|tracked| tracked.world_from_body),
-            predicted,
-            mean_code_dn,
-            exposure_us: 1e6 * schedule.exposure_s(),
-            gain: self.gain,
-            found: frame.cameras.iter().map(|camera| u32_from(camera.features.len())).collect(),
-            tracked: tracked.map_or(0, |tracked| tracked.tracked_features),
-            innovation_px: tracked.and_then(|tracked| tracked.innovation_px),
-            single_picture_sigma_m: tracked.and_then(|tracked| tracked.single_picture_sigma_m),
-            status: tracked.map(|tracked| tracked.status),
-            loop_closed: tracked.is_some_and(|tracked| tracked.loop_closed),
-        });
-    }
-
     /// True poses of the frames so far, in the scene's world.
     pub fn truth(&self) -> Vec<TimedPose> {
         self.notes.iter().map(|note| note.truth).collect()
@@ -455,7 +434,7 @@ pub(super) fn extract_one(
     codes: &Plane<u16>,
 ) -> Result<(Extracted, Events), Error> {
     let mut events = Events::default();
-    let mut rows = RowByRow { first_clk: 0, row_clk: sensor.row_clk() };
+    let mut rows = RowByRow { first_clk: 0, spacing: sensor.row_spacing() };
     let pattern_px = sensor.pattern_px();
     let extracted = extractor.frame(codes, sensor.bits(), pattern_px, (&mut rows, &mut AlwaysReady), &mut events)?;
     Ok((extracted, events))

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::link::{Flow, HEADER_BYTES};
 use crate::num::{f64_from_u64, f64_from_usize, greater, index, u64_from};
 use crate::readout::{ClockSpan, Pulses, Schedule};
-use crate::report::record::{ExtractorClocks, Phase, Timing};
+use crate::report::record::{Phase, Timing};
 use crate::report::timing_diagram::{Band, BandKind, Budget, TimingDiagram};
 use crate::units::{Clocks, FrameIndex, RowIndex};
 
@@ -41,10 +41,8 @@ pub fn timing_record(sensor: &SensorSetup, features: u64) -> Result<Timing, Erro
         feature_latency_us: sensor.link_times(features)?.feature_latency_s.map(|latency_s| 1e6 * latency_s),
         first_feature_us: None,
         last_feature_us: None,
-        extractor: sensor.extractor_clocks(features).map(|clocks| {
-            let (required, available) = (clocks.required_clk(), sensor.extractor_clk_available());
-            ExtractorClocks { required, available, frames_over: u64::from(required > available) }
-        }),
+        waterfall: sensor.waterfall(features)?,
+        extractor: sensor.keep_up(features),
         clocks_per_frame: schedule.frame_clk().0,
         line: line_phases(sensor)?,
         frame: frame_phases(sensor, features)?,
@@ -101,7 +99,7 @@ fn packet_s(sensor: &SensorSetup) -> Result<f64, Error> {
 }
 
 /// From the end of a row's conversion to the start of its packet.
-fn memory_s(schedule: &Schedule) -> f64 {
+pub(super) fn memory_s(schedule: &Schedule) -> f64 {
     if schedule.shift_lane_clk().0 > 0 { schedule.line_time_s() } else { 0.0 }
 }
 

@@ -6,6 +6,7 @@ use super::on_link::rows_in;
 use super::sensor::SensorSetup;
 use super::session::Session;
 use super::warnings::Warnings;
+use super::waterfall::{PacketTime, SentFrame};
 use crate::compute::{Extracted, Overflow};
 use crate::draw::RowPlace;
 use crate::error::Error;
@@ -38,6 +39,10 @@ pub(super) struct LinkTotals {
     pub feature_latency_s: Option<f64>,
     /// Longest time from the middle of a frame's exposure to the last bit of its last packet.
     pub latency_s: f64,
+    /// The frame that took it.
+    pub slowest: Option<SentFrame>,
+    /// The same of the last frame alone.
+    pub frame_latency_s: f64,
     /// Features that left the extractor and found no time on the link before the next frame.
     pub features_dropped: u64,
     /// Frames of a camera that lost some so.
@@ -45,7 +50,13 @@ pub(super) struct LinkTotals {
 }
 
 impl LinkTotals {
-    fn add_flow(&mut self, sensor: &SensorSetup, flow: &Flow, (schedule, frame): (&Schedule, FrameIndex)) {
+    fn add_flow(
+        &mut self,
+        sensor: &SensorSetup,
+        flow: &Flow,
+        (schedule, frame): (&Schedule, FrameIndex),
+        out_clk: &[u64],
+    ) {
         self.rows_stalled += u64::from(flow.rows_stalled);
         self.stalled_s += sensor.link.seconds(flow.stalled);
         self.fifo_rows_most = self.fifo_rows_most.max(flow.fifo_rows_most);
@@ -54,7 +65,12 @@ impl LinkTotals {
             let longest_s = self.feature_latency_s.unwrap_or(0.0);
             self.feature_latency_s = Some(greater(longest_s, latency_s));
         }
-        self.latency_s = greater(self.latency_s, sensor.latency_s(flow, schedule, frame));
+        let latency_s = sensor.latency_s(flow, schedule, frame);
+        if self.slowest.is_none() || latency_s > self.latency_s {
+            let (flow, schedule, out_clk) = (flow.clone(), schedule.clone(), out_clk.to_vec());
+            (self.latency_s, self.slowest) = (latency_s, Some(SentFrame { flow, schedule, frame, out_clk }));
+        }
+        self.frame_latency_s = greater(self.frame_latency_s, latency_s);
     }
 
     /// Warns of features that the link had no time for.
@@ -149,11 +165,12 @@ impl Session {
         schedules: &[Schedule],
         codes: &[Plane<u16>],
         extracted: &mut [Extracted],
-    ) -> Result<Vec<Vec<u8>>, Error> {
+    ) -> Result<Vec<(Vec<u8>, Vec<PacketTime>)>, Error> {
         let sensor = &self.setup.sensor;
         let gain = RampGain::saturating_from_num(self.gain);
         let features_per_gap = sensor.features_per_gap()?;
         let mut arrived = Vec::with_capacity(codes.len());
+        self.totals.link.frame_latency_s = 0.0;
         for (camera, ((codes, extracted), schedule)) in codes.iter().zip(extracted).zip(schedules).enumerate() {
             let dropped = drop_what_does_not_pass(sensor, (schedule, frame), extracted)?;
             self.totals.link.features_dropped += dropped;
@@ -184,13 +201,13 @@ impl Session {
             }
             let mut bytes = link::pack_frame(&out, &sensor.link, &mut self.totals.events)?;
             let totals = &mut self.totals.link;
-            totals.add_flow(sensor, &flow, (schedule, frame));
+            totals.add_flow(sensor, &flow, (schedule, frame), &extracted.out_clk);
             totals.traffic.add(&sensor.link.traffic_of(&packets, sensor.size, out.bits)?);
             totals.frames_with_rows += u64::from(rows_in(&packets) > 0);
             let (seed, camera) = (self.setup.resolved.scenario.seed, CameraIndex(u32_from(camera)));
             let place = RowPlace { seed, camera, frame, slot: 0, row: RowIndex(0) };
             totals.bits_flipped += link::flip_bits(&mut bytes, sensor.bit_error_rate, place);
-            arrived.push(bytes);
+            arrived.push((bytes, sensor.packet_times(&flow, schedule, frame)));
         }
         Ok(arrived)
     }

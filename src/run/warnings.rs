@@ -26,7 +26,7 @@ impl Session {
     /// What a user should know of the frames so far: the setup's warnings, then the run's, each once.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.warnings.clone();
-        self.totals.extractor.warn(&mut warnings);
+        self.totals.extractor.warn(&self.setup.sensor, &mut warnings);
         self.totals.link.warn(&mut warnings);
         warnings.texts().to_vec()
     }

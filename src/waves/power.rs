@@ -34,10 +34,15 @@ impl PowerSignals {
             let time_ps = at_ps(u64_half_even(1e3 * span.start_us));
             let mut total_mw = 0.0;
             for (&signal, (_, &mw)) in self.blocks.iter().zip(span.blocks_mw.iter()) {
-                recorder.set(signal, time_ps, Value::Real(mw));
+                recorder.set(signal, time_ps, Value::Real(to_picowatts(mw)));
                 total_mw += mw;
             }
-            recorder.set(self.total, time_ps, Value::Real(total_mw));
+            recorder.set(self.total, time_ps, Value::Real(to_picowatts(total_mw)));
         }
     }
+}
+
+/// Rounds to picowatts, so that equal powers that were summed over different spans do not differ in the last bit: that is no change.
+fn to_picowatts(mw: f64) -> f64 {
+    (mw * 1e9).round_ties_even() / 1e9
 }

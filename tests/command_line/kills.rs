@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use super::results::everything;
 use crate::common::{Scratch, names, sensel, sensel_command};
-use crate::results::everything;
 
 /// Everything that changes what stands on the disk, or makes it last.
 const CALLS: &[&str] = &[

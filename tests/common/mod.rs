@@ -4,12 +4,16 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde_json::Value;
 
 /// A folder of its own for one test, removed when dropped.
 pub struct Scratch(PathBuf);
+
+/// Held by a test that limits the instruction set, which is one for the whole process.
+pub static LEVEL: Mutex<()> = Mutex::new(());
 
 static COUNT: AtomicU32 = AtomicU32::new(0);
 

@@ -6,7 +6,7 @@ use sensel::draw::DrawKey;
 use sensel::fidelity::Rung;
 use sensel::num::{f32_nearest, f64_from_i64, index};
 
-use crate::table::{Chance, Stage};
+use super::table::{Chance, Stage};
 
 fn params() -> AdcParams {
     Resolved::from_layers("hard", "", &["scene.generator=box".to_owned()])

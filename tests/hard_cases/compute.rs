@@ -7,8 +7,8 @@ use sensel::num::{f64_from_i64, index, low_u16, u32_from};
 use sensel::plane::Plane;
 use sensel::units::Size;
 
-use crate::double_double::{Dd, PI, dd};
-use crate::table::{Chance, Stage};
+use super::double_double::{Dd, PI, dd};
+use super::table::{Chance, Stage};
 
 pub fn run(stage: &mut Stage) {
     angles(stage);

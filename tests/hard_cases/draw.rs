@@ -3,8 +3,8 @@
 use sensel::draw::{fill_uniforms, normal_quantile, normals, poisson, poisson_of_one_mean};
 use sensel::num::f64_from_u64;
 
-use crate::double_double::{Dd, PI, dd};
-use crate::table::{Case, Chance, Stage};
+use super::double_double::{Dd, PI, dd};
+use super::table::{Case, Chance, Stage};
 
 /// The Poisson distribution of one mean in double-double.
 pub struct Law {

@@ -7,8 +7,8 @@ use sensel::link::{HeaderCheck, check_header, crc16, ecc};
 use sensel::num::{low_u8, low_u32};
 use sensel::run::SensorSetup;
 
-use crate::double_double::{dd, whole};
-use crate::table::{Chance, Stage};
+use super::double_double::{dd, whole};
+use super::table::{Chance, Stage};
 
 pub fn run(stage: &mut Stage) {
     checksums(stage);

@@ -9,8 +9,8 @@ use sensel::tracker::lie::{
     so3_log,
 };
 
-use crate::double_double::{Dd, Vector, dd, dot, times, vector};
-use crate::table::{Chance, Stage};
+use super::double_double::{Dd, Vector, dd, dot, times, vector};
+use super::table::{Chance, Stage};
 
 /// x, y, z, w.
 type Quaternion = [Dd; 4];

@@ -7,8 +7,8 @@ use sensel::optics::{Aperture, Camera, Psf, Pupil, RollOff};
 use sensel::pose::Pose;
 use sensel::units::Size;
 
-use crate::double_double::{Dd, PI, dd, dot, vector};
-use crate::table::{Case, Chance, Stage};
+use super::double_double::{Dd, PI, dd, dot, vector};
+use super::table::{Case, Chance, Stage};
 
 pub fn run(stage: &mut Stage) {
     wide(stage);

@@ -11,9 +11,9 @@ use sensel::pixel::{
 use sensel::plane::Plane;
 use sensel::units::{BOLTZMANN_J_PER_K, CameraIndex, ELEMENTARY_CHARGE_C, FrameIndex, RowIndex, Size};
 
-use crate::double_double::{Dd, LN_2, dd};
-use crate::draw::outside;
-use crate::table::{Chance, Stage};
+use super::double_double::{Dd, LN_2, dd};
+use super::draw::outside;
+use super::table::{Chance, Stage};
 
 const PLACE: RowPlace = RowPlace { seed: 7, camera: CameraIndex(0), frame: FrameIndex(3), slot: 0, row: RowIndex(0) };
 

@@ -7,8 +7,8 @@ use sensel::num::{f64_from_u64, low_u16};
 use sensel::readout::{Exposure, FrameClock, HdrMerge, ReadoutParams, Schedule, Shutter, Trigger};
 use sensel::units::{CameraIndex, Clocks, FrameIndex, Size};
 
-use crate::double_double::{dd, whole};
-use crate::table::{Chance, Stage};
+use super::double_double::{dd, whole};
+use super::table::{Chance, Stage};
 
 pub fn run(stage: &mut Stage) {
     clocks_in_seconds(stage);

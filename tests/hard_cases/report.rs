@@ -7,8 +7,8 @@ use sensel::report::align::{Scale, umeyama};
 use sensel::report::spread::interval_of_rms;
 use sensel::report::trajectory_figures;
 
-use crate::double_double::{dd, dot, minus, vector};
-use crate::table::{Chance, Stage};
+use super::double_double::{dd, dot, minus, vector};
+use super::table::{Chance, Stage};
 
 const ROUND: f64 = 0.5 * f64::EPSILON;
 

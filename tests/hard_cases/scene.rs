@@ -6,8 +6,8 @@ use sensel::scene::bvh::Bvh;
 use sensel::scene::lanes::{Floats, LANES};
 use sensel::scene::tracer::{Hits, MISS, Packet, Stack, closest};
 
-use crate::double_double::{Vector, cross, dd, dot, minus, vector};
-use crate::table::{Case, Chance, Stage};
+use super::double_double::{Vector, cross, dd, dot, minus, vector};
+use super::table::{Case, Chance, Stage};
 
 type Triangle = [[f32; 3]; 3];
 

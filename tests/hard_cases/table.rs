@@ -138,7 +138,7 @@ pub fn compare(name: &str, table: &str) {
     }
     assert!(
         std::env::var_os("SENSEL_UPDATE").is_some(),
-        "docs/hard_cases.md differs; SENSEL_UPDATE=1 cargo test --test hard_cases writes it anew. This run:\n{part}"
+        "docs/hard_cases.md differs; SENSEL_UPDATE=1 cargo test --test all hard_cases writes it anew. This run:\n{part}"
     );
     std::fs::write(&path, format!("{before}{start}{part}{end}{after}")).expect("the page can be written");
 }

@@ -12,8 +12,8 @@ use sensel::tracker::lie::so3_exp;
 use sensel::tracker::p3p;
 use sensel::tracker::polynomial::{positive_roots, real_roots};
 
-use crate::double_double::{cross, dd, dot, minus, times, vector, whole};
-use crate::table::{Chance, Stage};
+use super::double_double::{cross, dd, dot, minus, times, vector, whole};
+use super::table::{Chance, Stage};
 
 const ROUND: f64 = 0.5 * f64::EPSILON;
 

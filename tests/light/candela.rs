@@ -1,8 +1,7 @@
 //! Lights of a stated intensity, and white surfaces, against closed forms.
 
 #[allow(dead_code)]
-#[path = "../gltf/file.rs"]
-pub mod file;
+pub use crate::gltf::file;
 
 use file::File;
 use glam::DVec3;

@@ -4,6 +4,7 @@
 use sensel::draw::mix;
 use sensel::link::Packet;
 use sensel::num::{f64_from_u64, greater};
+use sensel::report::record::Timing;
 use sensel::run::{CameraFrame, NoClock, Session};
 use sensel::units::{Clocks, FrameIndex, RowIndex};
 
@@ -20,7 +21,7 @@ fn last_bit_s(session: &Session, frame: FrameIndex, camera: &CameraFrame) -> f64
     let behind_lanes_s = if schedule.shift_lane_clk().0 > 0 { schedule.line_time_s() } else { 0.0 };
     let first_row_s = schedule.slot_readout(frame, schedule.slots().len() - 1, RowIndex(0)).end_s + behind_lanes_s;
     let on_lanes_s = |clk: Clocks| first_row_s + link.seconds(clk) - link.seconds(flow.lead);
-    let (rate_hz, byte_s) = (f64_from_u64(schedule.pixel_rate_hz()), link.seconds(Clocks(1)));
+    let (rate_hz, byte_s) = (f64_from_u64(sensor.compute_hz), link.seconds(Clocks(1)));
     for sent in &flow.sent {
         if let Packet::Features { first, count, .. } = sent.packet {
             let own = &camera.features_clk[first as usize..(first + count) as usize];
@@ -32,13 +33,27 @@ fn last_bit_s(session: &Session, frame: FrameIndex, camera: &CameraFrame) -> f64
     on_lanes_s(last) - schedule.t_frame(frame)
 }
 
+/// Steps follow each other from the middle of the exposure; the link ends with the latency, and the pose comes after the host's work.
+fn check_waterfall(timing: &Timing, has_host: bool) {
+    let steps = &timing.waterfall.frame;
+    assert!(steps[0].start_us.abs() < 1e-6 && steps.iter().all(|step| step.end_us > step.start_us), "{steps:?}");
+    for steps in [steps, &timing.waterfall.first_feature] {
+        assert!(steps.windows(2).all(|pair| pair[0].end_us == pair[1].start_us), "{steps:?}");
+    }
+    let link = steps.iter().find(|step| step.step == "link").unwrap();
+    assert!((link.end_us - timing.latency_us).abs() < 1e-3, "{steps:?} for {}", timing.latency_us);
+    let last = steps.last().unwrap();
+    assert_eq!(timing.waterfall.pose_us, has_host.then_some(last.end_us));
+    assert_eq!(last.step == "tracker", has_host);
+}
+
 #[test]
 fn latency_ends_with_the_last_bit_of_the_last_packet_whatever_link_and_extractor() {
     let seed = 20_u64;
     let (mut ran, mut stalled, mut behind, mut over) = (0, 0, 0, 0);
     // What no sensor can be is refused before its light is baked, and another case takes its place.
-    for case in 0..160_u64 {
-        if ran == 24 {
+    for case in 0..200_u64 {
+        if ran == 30 {
             break;
         }
         let pick = |what: u64, from: &[&str]| {
@@ -56,17 +71,23 @@ fn latency_ends_with_the_last_bit_of_the_last_packet_whatever_link_and_extractor
             pick(8, &["sensor.readout.hts=928", "sensor.readout.hts=640", "sensor.readout.hts=1111"]),
             pick(9, &["compute.threshold=2", "compute.threshold=12"]),
             pick(10, &["sensor.adc.bits=8", "sensor.adc.bits=10"]),
+            pick(11, &["seed=1", "compute.clock_hz=30000000", "compute.clock_hz=77777777", "host.model=none"]),
         ];
         let set: Vec<&str> = set.iter().map(String::as_str).collect();
         let Ok(mut session) = session(&set) else { continue };
-        let (mut latency_s, mut required_clk, mut over_here) = (0.0, 0, 0);
+        let (mut latency_s, mut stamped_s, mut required_clk, mut over_here) = (0.0, 0.0, 0, 0);
         for _ in 0..2 {
             let frame = session.step(&NoClock).unwrap();
             for camera in &frame.cameras {
                 latency_s = greater(latency_s, last_bit_s(&session, frame.frame, camera));
                 let own_clk = camera.features_clk.last().map_or(0, |clk| clk + 1);
                 required_clk = required_clk.max(own_clk);
-                over_here += u64::from(own_clk > session.setup().sensor.schedule.frame_clk().0);
+                over_here += u64::from(own_clk > session.setup().sensor.extractor_clk_available());
+                // The stream's own time stamps.
+                let sent: u64 = camera.packet_times.iter().map(|packet| packet.bytes).sum();
+                let stamp_s = camera.packet_times.iter().map(|packet| packet.last_bit_s).fold(0.0, greater);
+                stamped_s = greater(stamped_s, stamp_s - session.setup().sensor.schedule.t_frame(frame.frame));
+                assert_eq!(sent, camera.packets.len() as u64);
             }
         }
         let report = session.report("box").unwrap();
@@ -74,6 +95,9 @@ fn latency_ends_with_the_last_bit_of_the_last_packet_whatever_link_and_extractor
         let apart_us = (report.timing.latency_us - 1e6 * latency_s).abs();
         // Rows are read at whole byte clocks, rounded up.
         assert!(apart_us < 1.01 * byte_us, "seed {seed}, case {case}, {set:?}: {apart_us} us off");
+        // Equal to the rounding of seconds of a run.
+        assert!((report.timing.latency_us - 1e6 * stamped_s).abs() < 1e-3, "case {case}, {set:?}: {stamped_s}");
+        check_waterfall(&report.timing, session.setup().sensor.host.is_some());
         if let Some(clocks) = report.timing.extractor {
             assert!(clocks.required >= required_clk && clocks.frames_over >= over_here, "{clocks:?}");
             assert_eq!(clocks.frames_over > 0, clocks.required > clocks.available, "{clocks:?}");

@@ -167,7 +167,7 @@ fn what_the_plan_leaves_out_of_pictures_of_moving_scenes_stays_within_its_bound(
         let mut case = case(1000 + number);
         let picture = &seen[index(u32::try_from(number).unwrap()) % seen.len()];
         // From a few electrons to far beyond the well.
-        let scale = Chance::new(crate::SEED, 5000 + number).ratio(0.01, 30.0);
+        let scale = Chance::new(super::SEED, 5000 + number).ratio(0.01, 30.0);
         let scaled = |photons: f32| photons * sensel::num::f32_nearest(scale);
         let photons = Plane::from_values(
             picture.photons.size(),

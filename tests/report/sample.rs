@@ -7,6 +7,7 @@ use sensel::events::{Event, Events};
 use sensel::plane::Plane;
 use sensel::pose::{Pose, TimedPose};
 use sensel::report::html::{Mark, Picture, Pictures};
+use sensel::report::latency_record::{LatencyStep, Waterfall};
 use sensel::report::record::{
     Bandwidth, ExtractorClocks, FactRecord, FeatureFigures, FrameRecord, Hashes, LinkRecord, OmittedEffect, Phase,
     PlanRecord, SCHEMA_VERSION, Scenario, StageCost, TileRecord, Timing, Tracking, TrackingEvent,
@@ -180,6 +181,27 @@ fn plan() -> PlanRecord {
     }
 }
 
+fn waterfall() -> Waterfall {
+    let step =
+        |step: &str, start_us, end_us, slack_us| LatencyStep { step: step.to_owned(), start_us, end_us, slack_us };
+    Waterfall {
+        frame: vec![
+            step("exposure", 0.0, 1000.0, None),
+            step("wait for the row", 1000.0, 10_260.0, None),
+            step("conversion", 10_260.0, 10_267.4, Some(11.9)),
+            step("extractor", 10_267.4, 10_320.0, Some(23_916.0)),
+            step("link", 10_320.0, 10_600.0, Some(22_700.0)),
+            step("host decoding", 10_600.0, 10_900.0, Some(33_030.0)),
+            step("tracker", 10_900.0, 14_000.0, Some(29_930.0)),
+        ],
+        first_feature: vec![step("exposure", 0.0, 1000.0, None), step("conversion", 1000.0, 1640.0, None)],
+        pose_us: Some(14_000.0),
+        features: 500,
+        host: "single_board_computer".to_owned(),
+        measured_host_us: Some(2100.0),
+    }
+}
+
 fn timing() -> Timing {
     let phase = |lane: &str, name: &str, start_us, end_us| Phase {
         lane: lane.to_owned(),
@@ -195,7 +217,18 @@ fn timing() -> Timing {
         feature_latency_us: Some(71.4),
         first_feature_us: Some(640.0),
         last_feature_us: Some(57.0),
-        extractor: Some(ExtractorClocks { required: 452_000, available: 1_599_872, frames_over: 0 }),
+        extractor: Some(ExtractorClocks {
+            required: 452_000,
+            required_mean: 451_000.0,
+            available: 1_599_872,
+            clock_hz: 48_000_000,
+            frames_over: 0,
+            keeps_up: true,
+            queue_most: Some(3),
+            queue_depth: 16,
+            remedy: String::new(),
+        }),
+        waterfall: waterfall(),
         clocks_per_frame: 1_599_872,
         line: vec![
             phase("row n", "settle reset", 0.0, 2.0),

@@ -3,9 +3,9 @@
 use rtl_models::csi2_packetiser::{Packetiser, PacketiserConfig, PacketiserIn, PacketiserOut};
 use sensel::link::RawKind;
 
-use crate::cases::Random;
-use crate::csi2_cases::{Case, Receiver, frame};
-use crate::judge::{Judge, Pin, bit, bus};
+use super::cases::Random;
+use super::csi2_cases::{Case, Receiver, frame};
+use super::judge::{Judge, Pin, bit, bus};
 
 fn pins_in<'a>(config: &PacketiserConfig, pins: &PacketiserIn, data: &'a [u8; 8]) -> [Pin<'a>; 9] {
     [

@@ -1,11 +1,11 @@
 //! The extractor's twins equal Verilog on every pin in every clock: the back by itself, behind the front's twin, and the whole
 //! core; all policies, one to three engines, gaps, stalls, resets; descriptor bits and angles too.
 
-use crate::cases::Random;
-use crate::extractor_forms::compare;
-use crate::extractor_play::{Case, Clock, case_on, hardware, picture, play, widest};
-use crate::judge::{Judge, Pin, bit, bus};
-use crate::photographs::photographs;
+use super::cases::Random;
+use super::extractor_forms::compare;
+use super::extractor_play::{Case, Clock, case_on, hardware, picture, play, widest};
+use super::judge::{Judge, Pin, bit, bus};
+use super::photographs::photographs;
 use rtl_models::extractor_core::{ExtractorIn, ExtractorOut};
 use rtl_models::fx_back::{FxBackConfig, FxBackIn, FxBackOut, FxCounts, FxSettings, Record};
 use sensel::files::verilated::extractor_parameters;

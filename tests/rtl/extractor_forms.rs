@@ -1,8 +1,8 @@
 //! The extractor's forms in Rust tell the same story of a case: functions over whole pictures, the twin by rows, the twin tick by
 //! tick. Enters: a case and its pictures. Leaves: features with their clocks, losses, waits, the last threshold.
 
-use crate::cases::Random;
-use crate::extractor_play::{Case, Times, play};
+use super::cases::Random;
+use super::extractor_play::{Case, Times, play};
 use rtl_models::extractor_core::front_config;
 use rtl_models::extractor_rows::{ExtractorRows, Surroundings, row_corners};
 use rtl_models::fx_back::{Candidate, CellList, Engine, FxBackMemory, FxBackToggles, FxCounts, Policy, Record};

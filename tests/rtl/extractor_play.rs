@@ -1,7 +1,7 @@
 //! Plays pictures to the extractor's twin with gaps, stalls and resets. Enters: a case. Leaves: the pins of every clock, to
 //! whoever looks on.
 
-use crate::cases::Random;
+use super::cases::Random;
 use rtl_models::extractor_core::{ExtractorCore, ExtractorIn, ExtractorOut, back_pins, front_config};
 use rtl_models::fx_back::{
     Candidate, CellList, Engine, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxCounts, FxSettings,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use crate::judge::sources;
+use super::judge::sources;
 
 const BLOCKS: [&str; 10] = [
     "fx_back",

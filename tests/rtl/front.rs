@@ -3,10 +3,10 @@
 
 use std::ops::AddAssign;
 
-use crate::cases::Random;
-use crate::front_pictures::{KINDS, committed, made};
-use crate::front_reference::{Buffers, Picture};
-use crate::judge::{Judge, Pin, bit, bus};
+use super::cases::Random;
+use super::front_pictures::{KINDS, committed, made};
+use super::front_reference::{Buffers, Picture};
+use super::judge::{Judge, Pin, bit, bus};
 use rtl_models::fx_front::{FxFront, FxFrontConfig, FxFrontIn, FxFrontOut};
 
 fn front_in(config: &FxFrontConfig, pins: &FxFrontIn) -> [Pin<'static>; 7] {

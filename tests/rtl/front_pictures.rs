@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use crate::cases::Random;
-use crate::front_reference::Picture;
+use super::cases::Random;
+use super::front_reference::Picture;
 
 /// Kinds of made pictures.
 pub const KINDS: u32 = 8;

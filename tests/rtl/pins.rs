@@ -1,6 +1,6 @@
 //! The twins' inputs and outputs under the names and widths of the Verilog ports.
 
-use crate::judge::{Pin, bit, bus};
+use super::judge::{Pin, bit, bus};
 use rtl_models::cds::{CdsConfig, CdsIn, CdsOut};
 use rtl_models::lane_shift::{LaneConfig, LaneIn, LaneOut};
 use rtl_models::ramp_counter::{RampCounterIn, RampCounterOut};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use crate::judge::sources;
+use super::judge::sources;
 
 /// A row of the table: its name, the module, and parameters other than the module's own.
 pub struct Block {

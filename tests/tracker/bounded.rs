@@ -2,7 +2,7 @@
 
 use sensel::tracker::{Status, Tracker, TrackerParams};
 
-use crate::synthetic::{Hardship, World, lively, mono_rig, room, time_s};
+use super::synthetic::{Hardship, World, lively, mono_rig, room, time_s};
 
 /// Frames of a run, and those that the map needs to fill: 15 keyframes at 12 frames at most, and 300 landmarks of 700.
 const FRAMES: u64 = 1_800;

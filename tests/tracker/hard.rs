@@ -3,7 +3,7 @@
 use sensel::num::f64_from_u64;
 use sensel::tracker::{FrameInput, Status, Tracker, TrackerParams};
 
-use crate::synthetic::{RATE_HZ, World, lively, resting};
+use super::synthetic::{RATE_HZ, World, lively, resting};
 use sensel::words::PlacePx;
 
 fn tracker(world: &World) -> Tracker {

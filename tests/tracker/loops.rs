@@ -6,7 +6,7 @@ use sensel::report::trajectory_figures;
 use sensel::tracker::lie::so3_exp;
 use sensel::tracker::{Tracker, TrackerParams};
 
-use crate::synthetic::{Hardship, World, room, time_s};
+use super::synthetic::{Hardship, World, room, time_s};
 
 /// A hall of 20 x 2.5 x 14 m with landmarks some metres away, seen by pixels that are worse than usual, so that a lap drifts.
 fn hall(seed: u64) -> World {

@@ -7,7 +7,7 @@ use sensel::tracker::{Status, TrackedFrame, Tracker, TrackerParams};
 use glam::DVec3;
 use sensel::tracker::lie::so3_exp;
 
-use crate::synthetic::{World, lively, mono_rig, resting, stereo_rig, time_s, turning};
+use super::synthetic::{World, lively, mono_rig, resting, stereo_rig, time_s, turning};
 
 fn mono(seed: u64) -> World {
     World { cameras: mono_rig(), ..World::usual(seed) }

@@ -6,7 +6,7 @@ use sensel::pose::{Pose, TimedPose};
 use sensel::report::trajectory_figures;
 use sensel::tracker::{Tracker, TrackerParams};
 
-use crate::synthetic::{Hardship, RATE_HZ, World, resting, time_s};
+use super::synthetic::{Hardship, RATE_HZ, World, resting, time_s};
 use sensel::words::PlacePx;
 
 /// A sensor of 10 bit at 1,000 lux: places scatter by 0.15 px from frame to frame where nothing moves (measured in the furnished room).

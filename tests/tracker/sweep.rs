@@ -4,7 +4,7 @@ use sensel::pose::{Pose, TimedPose};
 use sensel::report::trajectory_figures;
 use sensel::tracker::{Tracker, TrackerParams};
 
-use crate::synthetic::{World, lively, time_s};
+use super::synthetic::{World, lively, time_s};
 
 /// ATE and second-difference jitter in metres, and frames with a pose.
 fn figures(world: &World, row_time_s: f64, corrected: bool, frames: u64) -> (f64, f64, u64) {

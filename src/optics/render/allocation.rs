@@ -111,10 +111,10 @@ pub fn ratio(photons: f32, variance: f32) -> f32 {
     variance / if photons > sigma { photons } else { sigma }
 }
 
-/// Bound on the variance of a feature that n samples of a pixel missed, times n^3. Beside a feature of contrast c lies its edge, anywhere over two pixels. It
-/// lies in the part of one that its n samples missed, a 1 / n of it, with probability 1 / 2n, and that part has then half of 1 / n,
-/// or (c / n)^2 / 3 in the mean square: c^2 / 6 n^3 in all. The contrast is that of samples, not of pixels: slits of the sky are
-/// thin.
+/// Bound on the variance of a feature that n samples of a pixel missed, times n^3. Beside a feature of contrast c lies its edge, anywhere
+/// over two pixels. It lies in the part of one that its n samples missed, a 1 / n of it, with probability 1 / 2n, and that part has then
+/// half of 1 / n, or (c / n)^2 / 3 in the mean square: c^2 / 6 n^3 in all. The contrast is that of samples, not of pixels: slits of the
+/// sky are thin.
 pub fn missed(seen: &[FirstBatch], width: usize, at: usize) -> f32 {
     let (x, y, height) = (at % width, at / width, seen.len() / width);
     let mut most = 0.0_f32;

@@ -57,7 +57,8 @@ impl PixelSamples {
 
     /// Estimate of the variance of the mean. Halves of a stratified set often have equally many samples on either side of an edge and then
     /// agree by chance, so their difference has half the weight; the other half is what stratified samples of this fourth moment leave of
-    /// an edge. Two terms are added: a part that k samples met may as well have been met by k + 1/2, and a part may have been missed by all.
+    /// an edge. Two terms are added: a part that k samples met may as well have been met by k + 1/2, and a part may have been missed by
+    /// all.
     pub fn variance(&self) -> f32 {
         let n = f32_from_u32(self.samples.max(1));
         let resolved = LEFT_OF_TAIL * self.tail / (n * n.sqrt());

@@ -73,9 +73,9 @@ fn claim(estimates: &[Estimate], width: usize, at: usize, saturation_photons: f3
     f64::from(if is_beside_lamp && variance > own.variance { ratio(own.photons, variance) } else { own.ratio() })
 }
 
-/// The mean of squared error over photons of all pixels that count, from what replicates `seen` of some saw. Those of refined pixels have as
-/// many samples as these: half the squared difference is the variance. Those of the other pixels are finer pairs A and B: (S - A)(S - B)
-/// has the bias of S too.
+/// The mean of squared error over photons of all pixels that count, from what replicates `seen` of some saw. Those of refined pixels have
+/// as many samples as these: half the squared difference is the variance. Those of the other pixels are finer pairs A and B: (S - A)(S -
+/// B) has the bias of S too.
 pub fn variance_ratio(
     estimates: &[Estimate],
     replicates: &[Replicate],

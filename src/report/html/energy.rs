@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use crate::report::energy_record::Interval;
 use crate::report::html::bars::{Bar, bars};
-use crate::report::html::text::{digits, escaped, grouped, percent, si};
+use crate::report::html::text::{digits, digits_within, escaped, grouped, percent, si_within};
 use crate::report::html::{TEXT, section};
 use crate::report::record::Report;
 
@@ -15,25 +16,27 @@ pub(super) fn energy(report: &Report) -> String {
     let lead = format!(
         "{} a frame in technology {}, of which {} mW flow whether or not anything happens. Whiskers hold the truth \
          with 95 % confidence.",
-        joules(energy.total_pj_per_frame),
+        si_within(energy.total_pj_per_frame * 1e-12, "J", factor_of(energy.total_interval)),
         energy.technology,
-        digits(energy.static_power_mw)
+        digits_within(energy.static_power_mw, factor_of(energy.total_interval))
     );
     let halves = format!("<div class=\"pair\"><div>{}</div><div>{}</div></div>", blocks(report), deciders(report));
     section("Energy", &lead, &format!("{halves}{}", entries(report)))
-}
-
-fn joules(pj: f64) -> String {
-    si(pj * 1e-12, "J")
 }
 
 fn blocks(report: &Report) -> String {
     let energy = &report.energy;
     let bar = |(name, &pj): (&str, &f64)| {
         let interval = energy.blocks_interval.get(name).copied().unwrap_or_default();
-        Bar { label: name.to_owned(), value: pj, whisker: Some((interval.low_pj, interval.high_pj)), text: joules(pj) }
+        let text = si_within(pj * 1e-12, "J", factor_of(interval));
+        Bar { label: name.to_owned(), value: pj, whisker: Some((interval.low_pj, interval.high_pj)), text }
     };
     bars("By block, per frame of the rig", &energy.blocks.iter().map(bar).collect::<Vec<_>>())
+}
+
+/// By how much a value may be off either way: half of the range's span on a logarithmic axis.
+pub(super) fn factor_of(interval: Interval) -> f64 {
+    if interval.low_pj > 0.0 { (interval.high_pj / interval.low_pj).sqrt() } else { f64::INFINITY }
 }
 
 fn deciders(report: &Report) -> String {
@@ -68,10 +71,10 @@ fn entries(report: &Report) -> String {
             escaped(&entry.rail),
             if unit.0.is_empty() { grouped(entry.times_per_frame) } else { digits(entry.times_per_frame) },
             unit.0,
-            digits(entry.constant),
+            digits_within(entry.constant, entry.uncertainty_factor),
             unit.1,
             digits(entry.uncertainty_factor),
-            joules(entry.pj_per_frame),
+            si_within(entry.pj_per_frame * 1e-12, "J", entry.uncertainty_factor),
             escaped(&entry.source)
         )
         .expect(TEXT);

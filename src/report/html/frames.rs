@@ -84,7 +84,7 @@ fn ticks(places: impl Iterator<Item = (f64, f64)>) -> String {
     path
 }
 
-fn png(values: &Plane<u8>) -> Vec<u8> {
+pub(super) fn png(values: &Plane<u8>) -> Vec<u8> {
     let size = values.size();
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes)

@@ -1,9 +1,8 @@
 //! What accuracy costs in time: a person picks an error and sees the time. Enters: a ladder. Leaves: a section without scripts; which
 //! answer shows is decided by the chosen button alone, in the style sheet.
 
-use crate::report::chart::{Axes, Ink, Series, Shape, chart};
-use crate::report::html::section;
 use crate::report::html::text::{digits, escaped, percent, si};
+use crate::report::html::{ladder_charts, section};
 use crate::report::ladder_record::{LadderRecord, LadderRow};
 
 /// Errors that a person may pick, in photon noise.
@@ -19,7 +18,8 @@ pub(super) fn ladder(record: &LadderRecord) -> String {
         digits(reference.finest),
         record.threads
     );
-    let content = format!("{}{}{}", picker(record), picture(record), table(record));
+    let (rungs, charts) = (ladder_charts::rungs(record), ladder_charts::charts(record));
+    let content = format!("{rungs}{charts}{}{}", picker(record), table(record));
     section("What accuracy costs in time", &lead, &content)
 }
 
@@ -46,11 +46,11 @@ fn picker(record: &LadderRecord) -> String {
             digits(*error)
         ));
         answers.push_str(&answer(place, row));
-        rules.push_str(&format!("#ladder{place}:checked~.answers .answer{place}{{display:block}}"));
+        rules.push_str(&format!("#ladder{place}:checked~.picked .answer{place}{{display:block}}"));
     }
     format!(
-        "<style>.answers>div{{display:none}}{rules}</style><fieldset><legend>Error at most, in units of photon noise</legend>{buttons}\
-         <div class=\"answers\" aria-live=\"polite\">{answers}</div></fieldset>"
+        "<style>.picked>div{{display:none}}{rules}</style><fieldset><legend>Error at most, in units of photon noise</legend>{buttons}\
+         <div class=\"picked\" aria-live=\"polite\">{answers}</div></fieldset>"
     )
 }
 
@@ -64,36 +64,6 @@ fn answer(place: usize, row: &LadderRow) -> String {
         percent(row.time_ratio),
         escaped(&row.settings.join("\n"))
     )
-}
-
-/// Error over time, by knob, and the front.
-fn picture(record: &LadderRecord) -> String {
-    let of = |wanted: &dyn Fn(&LadderRow) -> bool| -> Vec<(f64, f64)> {
-        let rows = record.rows.iter().filter(|row| wanted(row));
-        rows.filter_map(|row| Some((row.ms_per_frame, row.photon_noise_ratio?))).collect()
-    };
-    let knob = |name: &'static str| of(&|row: &LadderRow| row.knob == name);
-    let dots = |name, ink, points: Vec<(f64, f64)>| Series { name, ink, shape: Shape::Dots, runs: vec![points] };
-    let front = of(&|row: &LadderRow| row.on_front);
-    let series = [
-        Series { name: "front of all combinations", ink: Ink::One, shape: Shape::Line(2), runs: vec![front] },
-        dots("rays in every pixel", Ink::Two, knob("samples_per_pixel")),
-        dots("render tolerance", Ink::Three, knob("render_tolerance")),
-        dots(
-            "other knobs",
-            Ink::Four,
-            of(&|row| ["reflections", "effects", "subframes", "rung"].contains(&row.knob.as_str())),
-        ),
-    ];
-    let axes = Axes {
-        title: "Error of the picture over time",
-        x_label: "processor time in ms a frame",
-        y_label: "error in photon noise",
-        x_log: true,
-        y_log: true,
-        ..Axes::default()
-    };
-    chart(&axes, &series)
 }
 
 fn table(record: &LadderRecord) -> String {

@@ -48,6 +48,43 @@ pub(super) fn digits(value: f64) -> String {
     }
 }
 
+/// Two significant digits, for values that hang on a constant that is known to a factor only.
+pub(super) fn rough(value: f64) -> String {
+    let size = value.abs();
+    if !(size > 0.0) {
+        return digits(value);
+    }
+    let rounded = two_digits(value);
+    match rounded.abs() {
+        tiny if tiny < 0.000_999_5 => format!("{rounded:.1e}"),
+        small if small < 0.009_95 => format!("{rounded:.4}"),
+        small if small < 0.0995 => format!("{rounded:.3}"),
+        low if low < 0.995 => format!("{rounded:.2}"),
+        low if low < 9.95 => format!("{rounded:.1}"),
+        _ => grouped(rounded),
+    }
+}
+
+/// As `rough`, where the value may be off by this factor of 2 or more each way; three digits otherwise.
+pub(super) fn digits_within(value: f64, factor: f64) -> String {
+    if factor >= 2.0 { rough(value) } else { digits(value) }
+}
+
+/// "1.2 mW" with as many digits as the factor allows.
+pub(super) fn si_within(value: f64, unit: &str, factor: f64) -> String {
+    let (number, unit) = si_parts(if factor >= 2.0 { two_digits(value) } else { value }, unit);
+    let number = if factor >= 2.0 { number.parse().map_or(number.clone(), rough) } else { number };
+    format!("{number}\u{a0}{unit}")
+}
+
+fn two_digits(value: f64) -> f64 {
+    if value == 0.0 {
+        return 0.0;
+    }
+    let place = libm::pow(10.0, libm::floor(libm::log10(value.abs())) - 1.0);
+    (value / place).round_ties_even() * place
+}
+
 /// A whole number with thin spaces between groups of three digits.
 pub(super) fn grouped(value: f64) -> String {
     let plain = format!("{:.0}", value.abs());
@@ -85,6 +122,24 @@ mod tests {
         ] {
             assert_eq!(si(value, "m").replace('\u{2212}', "-"), text, "{value}");
         }
+    }
+
+    #[test]
+    fn what_is_known_to_a_factor_has_two_digits() {
+        for (value, text) in [
+            (4.567, "4.6"),
+            (45.67, "46"),
+            (456.7, "460"),
+            (0.0456, "0.046"),
+            (9.97, "10"),
+            (0.0, "0"),
+            (-1.26, "-1.3"),
+        ] {
+            assert_eq!(rough(value), text, "{value}");
+        }
+        assert_eq!((digits_within(4.567, 1.5), digits_within(4.567, 2.0)), ("4.57".to_owned(), "4.6".to_owned()));
+        assert_eq!(si_within(4.567e-5, "J", 3.0), "46\u{a0}\u{b5}J");
+        assert_eq!(si_within(4.567e-4, "J", 3.0), "460\u{a0}\u{b5}J");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The key figures in large type, each with its unit and what it means.
 
-use crate::report::html::text::{digits, escaped, grouped, percent, si, si_parts};
+use crate::report::html::energy::factor_of;
+use crate::report::html::text::{digits, digits_within, escaped, grouped, percent, si, si_parts};
 use crate::report::record::Report;
 
 struct Tile {
@@ -71,7 +72,8 @@ fn sensor_tiles(report: &Report) -> String {
     let (energy, bandwidth, fps) = (&report.energy, &report.bandwidth, report.timing.fps);
     // A sensor that sleeps between frames has another mean than its frame rate says.
     let mw_per_pj = if energy.total_pj_per_frame > 0.0 { energy.power_mw / energy.total_pj_per_frame } else { 0.0 };
-    let interval_mw = |end_pj: f64| digits(end_pj * mw_per_pj);
+    let factor = factor_of(energy.total_interval);
+    let interval_mw = |end_pj: f64| digits_within(end_pj * mw_per_pj, factor);
     let range = format!(
         "All sensors of the rig; likely {} to {} mW, for the constants are that uncertain.",
         interval_mw(energy.total_interval.low_pj),
@@ -86,10 +88,10 @@ fn sensor_tiles(report: &Report) -> String {
         None => why_no_features(report),
     };
     [
-        Tile { name: "Power", value: Some((digits(energy.power_mw), "mW".to_owned())), meaning: range },
+        Tile { name: "Power", value: Some((digits_within(energy.power_mw, factor), "mW".to_owned())), meaning: range },
         Tile {
             name: "Energy a pixel",
-            value: Some((digits(energy.pj_per_pixel), "pJ".to_owned())),
+            value: Some((digits_within(energy.pj_per_pixel, factor), "pJ".to_owned())),
             meaning: "Per pixel and frame, from photodiode to the last byte on the link.".to_owned(),
         },
         Tile {

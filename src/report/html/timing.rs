@@ -27,7 +27,7 @@ pub(super) fn timing(report: &Report) -> String {
         }
         None => lead,
     };
-    let lead = match timing.extractor {
+    let lead = match &timing.extractor {
         Some(clocks) => format!(
             "{lead} The extractor needed {} clocks at most of the {} that a frame has; {} frames of a camera needed more than that.",
             grouped(f64_from_u64(clocks.required)),

@@ -1,0 +1,157 @@
+//! Is run B better than run A: differences of every figure with their 95 % intervals, and a verdict where the interval excludes zero.
+//!
+//! Draws are keyed, so two runs of one scenario share their noise, and frames of equal time belong together. Frames are paired where the
+//! two frame times agree; otherwise each run is resampled by itself.
+
+mod config;
+mod figures;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+use crate::num::{f64_from_usize, u32_from};
+use crate::pose::TimedPose;
+use crate::report::record::Report;
+pub use config::KeyDifference;
+pub use figures::{FigureDifference, Verdict};
+
+/// Version of `compare.json`; it counts up when a key changes its name or meaning.
+pub const SCHEMA_VERSION: u32 = 1;
+/// Most that two frame times may differ, as a share, for their frames to be paired.
+const FRAME_TIME_TOLERANCE: f64 = 0.01;
+
+/// A run as its folder holds it.
+#[derive(Clone, Debug)]
+pub struct FinishedRun {
+    /// Folder, as the user named it.
+    pub folder: String,
+    /// `report.json`.
+    pub report: Report,
+    /// `trajectory_gt.tum`: one pose a frame.
+    pub truth: Vec<TimedPose>,
+    /// `trajectory_est.tum`: one pose a tracked frame, in the tracker's own world.
+    pub estimate: Vec<TimedPose>,
+    /// `trajectory_cameras_alone.tum`: the same without the inertial unit, where the rig has one.
+    pub cameras_alone: Option<Vec<TimedPose>>,
+}
+
+/// Runs beside their base.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Comparison {
+    /// Of this structure.
+    pub schema_version: u32,
+    /// Of the program.
+    pub version: String,
+    /// The run that the others are compared with.
+    pub base: RunHead,
+    /// Each other run against the base, in the order of the command.
+    pub others: Vec<Against>,
+}
+
+/// What names a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunHead {
+    /// As the user named it.
+    pub folder: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Of all draws.
+    pub seed: u64,
+    /// Hash of the effective configuration.
+    pub config_hash: String,
+    /// Frames of the rig.
+    pub frames: u32,
+}
+
+/// One run against the base.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Against {
+    /// The run.
+    pub run: RunHead,
+    /// Frames that belong together; 0 where the runs are compared unpaired.
+    pub paired_frames: u32,
+    /// How the frames were brought together, in words.
+    pub pairing: String,
+    /// Keys of the effective configuration with other values.
+    pub config: Vec<KeyDifference>,
+    /// Every figure that one of the runs has.
+    pub figures: Vec<FigureDifference>,
+}
+
+/// Compares every run after the first with the first.
+///
+/// # Errors
+/// Fewer than two runs, or runs of different scenes or motions.
+pub fn compare(runs: &[FinishedRun]) -> Result<Comparison, Error> {
+    let [base, others @ ..] = runs else { return Err(too_few()) };
+    if others.is_empty() {
+        return Err(too_few());
+    }
+    let others = others.iter().map(|other| against(base, other)).collect::<Result<_, _>>()?;
+    Ok(Comparison {
+        schema_version: SCHEMA_VERSION,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        base: head(base),
+        others,
+    })
+}
+
+fn too_few() -> Error {
+    Error::key("compare", "one run", "name two or more folders of 'sensel run'")
+}
+
+fn head(run: &FinishedRun) -> RunHead {
+    RunHead {
+        folder: run.folder.clone(),
+        scenario: run.report.scenario.name.clone(),
+        seed: run.report.seed,
+        config_hash: run.report.config_hash.clone(),
+        frames: u32_from(run.report.frames.len()),
+    }
+}
+
+fn against(base: &FinishedRun, other: &FinishedRun) -> Result<Against, Error> {
+    config::check_same_scene(base, other)?;
+    let pairs = pairs(base, other);
+    let same_seed = base.report.seed == other.report.seed;
+    let pairing = match (pairs.len(), same_seed) {
+        (0, _) => format!(
+            "frames are not paired: {:.3} and {:.3} frames a second; each run is resampled by itself",
+            base.report.timing.fps, other.report.timing.fps
+        ),
+        (count, true) => format!("{count} frames are paired by time and share their noise (seed {})", base.report.seed),
+        (count, false) => format!(
+            "{count} frames are paired by time; seeds {} and {} differ, so the noise does too",
+            base.report.seed, other.report.seed
+        ),
+    };
+    Ok(Against {
+        run: head(other),
+        paired_frames: u32_from(pairs.len()),
+        pairing,
+        config: config::differences(&base.report.config, &other.report.config),
+        figures: figures::differences(base, other, &pairs),
+    })
+}
+
+/// Frames of equal time, by index; none where the frame times differ.
+fn pairs(a: &FinishedRun, b: &FinishedRun) -> Vec<(usize, usize)> {
+    let frame_s = |run: &FinishedRun| run.report.timing.frame_time_us * 1e-6;
+    let (a_s, b_s) = (frame_s(a), frame_s(b));
+    if !((a_s - b_s).abs() <= FRAME_TIME_TOLERANCE * a_s) {
+        return Vec::new();
+    }
+    // Exposures of other lengths have other middles, but the same frame number.
+    let drift_s = f64_from_usize(a.truth.len().min(b.truth.len())) * (a_s - b_s).abs();
+    let near = |(a_pose, b_pose): (&TimedPose, &TimedPose)| (a_pose.t_s - b_pose.t_s).abs() < 0.5 * a_s;
+    if drift_s >= 0.5 * a_s || !a.truth.iter().zip(&b.truth).all(near) {
+        return Vec::new();
+    }
+    (0..a.truth.len().min(b.truth.len())).map(|frame| (frame, frame)).collect()
+}
+
+#[cfg(test)]
+mod tests;

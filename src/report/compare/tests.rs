@@ -1,0 +1,150 @@
+//! Comparisons of runs made by hand, whose differences are known.
+
+use glam::{DQuat, DVec3};
+
+use super::*;
+use crate::draw::DrawKey;
+use crate::num::u64_from;
+use crate::pose::Pose;
+use crate::report::record::FrameRecord;
+use crate::report::trajectory_figures;
+
+const FPS: f64 = 30.0;
+
+/// A run along a curve whose estimate is off by independent errors of so many metres an axis.
+fn run(folder: &str, frames: usize, sigma_m: f64, shared_noise: f64, number: u64) -> FinishedRun {
+    let key = |place: usize, of: u64| DrawKey::root(of).with(u64_from(place));
+    // Uniform in -1..1, times the root of three: unit variance.
+    let noise = |place: usize, axis: u64| {
+        let unit = |of| 3.0_f64.sqrt() * (2.0 * key(place, of).with(axis).uniform() - 1.0);
+        shared_noise * unit(1) + (1.0 - shared_noise * shared_noise).sqrt() * unit(number)
+    };
+    let truth = |place: usize| {
+        let t_s = f64_from_usize(place) / FPS;
+        let at_m = DVec3::new(libm::cos(t_s), libm::sin(1.3 * t_s), 0.5 * libm::sin(t_s));
+        TimedPose { t_s, world_from_body: Pose::new(DQuat::from_rotation_y(0.3 * t_s), at_m) }
+    };
+    let estimate = |place: usize| {
+        let mut pose = truth(place);
+        let error = DVec3::new(noise(place, 0), noise(place, 1), noise(place, 2));
+        pose.world_from_body.translation_m += sigma_m * error;
+        pose
+    };
+    let mut report = Report { seed: 1, ..Report::default() };
+    report.scenario.cameras = 2;
+    report.timing.fps = FPS;
+    report.timing.frame_time_us = 1e6 / FPS;
+    report.energy.power_mw = 3.0;
+    report.energy.total_pj_per_frame = 1e8;
+    report.frames = (0..frames)
+        .map(|place| FrameRecord {
+            t_s: truth(place).t_s,
+            tracked: 100,
+            found: 400,
+            link_bits: Some(1e6),
+            energy_pj: Some(1e8),
+            latency_us: Some(11_000.0),
+            ..FrameRecord::default()
+        })
+        .collect();
+    FinishedRun {
+        folder: folder.to_owned(),
+        report,
+        truth: (0..frames).map(truth).collect(),
+        estimate: (0..frames).map(estimate).collect(),
+        cameras_alone: None,
+    }
+}
+
+fn figure<'a>(comparison: &'a Comparison, key: &str) -> &'a FigureDifference {
+    comparison.others[0].figures.iter().find(|figure| figure.key == key).unwrap()
+}
+
+#[test]
+fn a_run_against_itself_has_no_difference_in_any_figure() {
+    let a = run("a", 90, 1e-3, 0.5, 2);
+    let comparison = compare(&[a.clone(), a]).unwrap();
+    let figures = &comparison.others[0].figures;
+    assert!(figures.len() >= 13, "{}", figures.len());
+    for figure in figures {
+        assert_eq!((figure.verdict, figure.interval), (Verdict::NoDifference, Some([0.0, 0.0])), "{}", figure.key);
+    }
+    assert!(comparison.others[0].config.is_empty() && comparison.others[0].paired_frames == 90);
+}
+
+#[test]
+fn a_run_with_half_the_noise_is_better_and_the_interval_holds_the_difference() {
+    let (a, b) = (run("a", 300, 2e-3, 0.8, 2), run("b", 300, 1e-3, 0.8, 3));
+    let comparison = compare(&[a, b]).unwrap();
+    let ate = figure(&comparison, "ate_m");
+    assert_eq!(ate.verdict, Verdict::Better);
+    // The root mean square of three axes of one millimetre's sigma is 3^1/2 mm; B minus A is minus that.
+    let [low, high] = ate.interval.unwrap();
+    assert!(low < -3.0_f64.sqrt() * 1e-3 && high > -3.0_f64.sqrt() * 1e-3, "{low} to {high}");
+    assert_eq!(figure(&comparison, "jitter_d2_m").verdict, Verdict::Better);
+    assert_eq!(figure(&comparison, "power_w").verdict, Verdict::NoDifference);
+}
+
+#[test]
+fn figures_of_a_whole_run_are_those_of_its_report() {
+    let a = run("a", 120, 1e-3, 0.0, 2);
+    let expected = trajectory_figures(&a.truth, &a.estimate).unwrap();
+    let se3 = expected.se3.unwrap();
+    let comparison = compare(&[a.clone(), a]).unwrap();
+    for (key, value) in [
+        ("ate_m", se3.ate_m),
+        ("rpe_m", se3.rpe_m.unwrap()),
+        ("jitter_frame_m", se3.jitter_frame_m),
+        ("jitter_d2_m", se3.jitter_d2_m.unwrap()),
+    ] {
+        let found = figure(&comparison, key).a.unwrap();
+        // A thousand roundings of numbers of size one, relative to a millimetre.
+        assert!((found / value - 1.0).abs() < 1e-9, "{key}: {found} and {value}");
+    }
+}
+
+#[test]
+fn frames_are_paired_only_where_frame_times_agree() {
+    let (a, mut b) = (run("a", 90, 1e-3, 0.5, 2), run("b", 60, 1e-3, 0.5, 3));
+    assert_eq!(compare(&[a.clone(), b.clone()]).unwrap().others[0].paired_frames, 60);
+    b.report.timing.frame_time_us *= 2.0;
+    let comparison = compare(&[a, b]).unwrap();
+    assert_eq!(comparison.others[0].paired_frames, 0);
+    assert_eq!(figure(&comparison, "ate_m").frames, [90, 60]);
+}
+
+#[test]
+fn a_frame_that_one_run_lost_counts_for_neither() {
+    let (a, mut b) = (run("a", 90, 1e-3, 0.5, 2), run("b", 90, 1e-3, 0.5, 3));
+    b.estimate.drain(40..50);
+    let comparison = compare(&[a, b]).unwrap();
+    assert_eq!(figure(&comparison, "ate_m").frames, [80, 80]);
+    let tracked = figure(&comparison, "tracked_fraction");
+    assert!((tracked.difference.unwrap() + 1.0 / 9.0).abs() < 1e-12, "{tracked:?}");
+}
+
+#[test]
+fn runs_of_different_scenes_or_motions_are_refused_and_different_light_is_not() {
+    let with = |section: &str, key: &str, value: &str| {
+        let mut run = run(&format!("runs/{value}"), 30, 1e-3, 0.0, 2);
+        let table = toml::Table::from_iter([(key.to_owned(), toml::Value::String(value.to_owned()))]);
+        run.report.config.insert(section.to_owned(), table.into());
+        run
+    };
+    for (section, key) in [("scene", "generator"), ("motion", "kind")] {
+        let error = compare(&[with(section, key, "one"), with(section, key, "two")]).unwrap_err().to_string();
+        assert!(error.contains(&format!("{section}.{key} is \"one\" there and \"two\" here")), "{error}");
+        assert!(error.contains("runs/one") && error.contains("runs/two"), "{error}");
+    }
+    let comparison = compare(&[with("scene", "illuminant", "A"), with("scene", "illuminant", "D65")]).unwrap();
+    assert_eq!(comparison.others[0].config.len(), 1);
+    assert!(compare(&[run("a", 30, 1e-3, 0.0, 2)]).unwrap_err().to_string().contains("two or more"));
+}
+
+#[test]
+fn ten_frames_have_a_difference_but_no_interval() {
+    let (a, b) = (run("a", 10, 1e-3, 0.0, 2), run("b", 10, 2e-3, 0.0, 3));
+    let comparison = compare(&[a, b]).unwrap();
+    let ate = figure(&comparison, "ate_m");
+    assert!(ate.verdict == Verdict::TooFewFrames && ate.interval.is_none() && ate.difference.is_some());
+}

@@ -1,0 +1,185 @@
+//! What accuracy costs in time, at a glance: rungs as bars, each knob as a curve, and what the same settings do to the pose.
+
+use crate::num::{greater, lesser};
+use crate::report::chart::{Axes, Ink, Note, Series, Shape, chart};
+use crate::report::html::text::{digits, escaped, si};
+use crate::report::ladder_record::{LadderRecord, LadderRow};
+
+/// Knob of the record, its name for a person and its colour.
+const KNOBS: [(&str, &str, Ink); 5] = [
+    ("samples_per_pixel", "rays in every pixel", Ink::Two),
+    ("render_tolerance", "render tolerance", Ink::Three),
+    ("reflections", "reflections", Ink::Four),
+    ("effects", "effects to a tolerance", Ink::Five),
+    ("subframes", "sub-frames merged", Ink::Six),
+];
+
+/// Each rung: what it simulates and what holds it.
+const RUNGS: [(&str, &str); 4] = [
+    ("expected", "mean and variance of each pixel; equal to sampled by statistics"),
+    ("sampled", "every pixel drawn; codes and features equal to clocked"),
+    ("clocked", "every conversion clock by clock; equal to rtl on every clock"),
+    ("rtl", "the SystemVerilog under Verilator"),
+];
+
+/// The row of the setting that the scenario itself has.
+pub(super) fn in_use(record: &LadderRecord) -> Option<&LadderRow> {
+    record.rows.iter().find(|row| row.knob == "rung" && row.rung == "sampled")
+}
+
+/// The four rungs as bars of their time.
+pub(super) fn rungs(record: &LadderRecord) -> String {
+    let of = |name: &str| record.rows.iter().find(|row| row.knob == "rung" && row.rung == name);
+    let times = || RUNGS.iter().filter_map(|(name, _)| of(name)).map(|row| row.ms_per_frame).filter(|ms| *ms > 0.0);
+    let (least, most) = (times().fold(f64::INFINITY, lesser), times().fold(0.0, greater));
+    if !(most > 0.0) {
+        return String::new();
+    }
+    let base_ms = in_use(record).map_or(least, |row| row.ms_per_frame);
+    // One decade below the quickest is the left end.
+    let left = libm::log10(least) - 0.5;
+    let share = |ms: f64| 100.0 * (libm::log10(ms) - left) / (libm::log10(most) - left);
+    let row = |(name, words): &(&str, &str)| {
+        let found = of(name);
+        let timed = found.filter(|row| row.ms_per_frame > 0.0);
+        let (bar, time) = match timed {
+            Some(row) => (
+                format!("<div class=\"bar\"><i style=\"width:{:.1}%\"></i></div>", share(row.ms_per_frame)),
+                format!("{} ({} \u{d7})", si(row.ms_per_frame * 1e-3, "s"), digits(row.ms_per_frame / base_ms)),
+            ),
+            None => {
+                let why = found.and_then(|row| row.note.clone()).unwrap_or_else(|| "not measured".to_owned());
+                (format!("<span class=\"note\">{}</span>", escaped(&why)), String::new())
+            }
+        };
+        format!(
+            "<tr><th scope=\"row\">{name}<br><small class=\"soft\">{words}</small></th><td>{bar}</td><td class=\"num\">{time}</td></tr>"
+        )
+    };
+    format!(
+        "<h3>Rungs</h3><table class=\"bars rungs\"><caption>Time of a frame on each rung, logarithmic; in brackets against sampled\
+         </caption><tbody>{}</tbody></table>",
+        RUNGS.iter().map(row).collect::<String>()
+    )
+}
+
+/// Rows of a knob with a figure, by time.
+fn curve(record: &LadderRecord, knob: &str, figure: &dyn Fn(&LadderRow) -> Option<f64>) -> Vec<(f64, f64, String)> {
+    let rows = record.rows.iter().filter(|row| row.knob == knob && row.ms_per_frame > 0.0);
+    let mut points: Vec<(f64, f64, String)> =
+        rows.filter_map(|row| Some((row.ms_per_frame, figure(row)?, row.value.clone()))).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points
+}
+
+struct Plot<'a> {
+    title: &'a str,
+    y_label: &'a str,
+    y_log: bool,
+    figure: &'a dyn Fn(&LadderRow) -> Option<f64>,
+    /// A level across the chart and its name.
+    level: Option<(f64, &'a str)>,
+}
+
+fn plot(record: &LadderRecord, plot: &Plot<'_>) -> String {
+    let curves: Vec<_> = KNOBS.map(|(knob, name, ink)| (name, ink, curve(record, knob, plot.figure))).into();
+    let all = || curves.iter().flat_map(|(_, _, points)| points);
+    if all().next().is_none() {
+        return format!("<p class=\"note\">{}: nothing was measured.</p>", plot.title);
+    }
+    let (from, to) =
+        (all().map(|point| point.0).fold(f64::INFINITY, lesser), all().map(|point| point.0).fold(0.0, greater));
+    let mut series: Vec<Series<'_>> = Vec::new();
+    let mut notes: Vec<Note> = Vec::new();
+    for (name, ink, points) in &curves {
+        if points.is_empty() {
+            continue;
+        }
+        let runs = vec![points.iter().map(|(x, y, _)| (*x, *y)).collect()];
+        series.push(Series { name, ink: *ink, shape: Shape::Marked(2), runs });
+        notes.extend(points.iter().map(|(x, y, value)| Note { at: (*x, *y), text: short(value), ink: *ink }));
+    }
+    if let Some(row) = in_use(record)
+        && let Some(y) = (plot.figure)(row)
+    {
+        series.push(Series {
+            name: "in use",
+            ink: Ink::One,
+            shape: Shape::Ring,
+            runs: vec![vec![(row.ms_per_frame, y)]],
+        });
+    }
+    if let Some((level, name)) = plot.level {
+        series.push(Series {
+            name,
+            ink: Ink::One,
+            shape: Shape::Line(1),
+            runs: vec![vec![(from, level), (to, level)]],
+        });
+    }
+    let axes = Axes {
+        title: plot.title,
+        x_label: "processor time in ms a frame",
+        y_label: plot.y_label,
+        x_log: true,
+        y_log: plot.y_log,
+        notes,
+        ..Axes::default()
+    };
+    format!("<div><h3>{}</h3>{}</div>", plot.title, chart(&axes, &series))
+}
+
+/// A value as it fits beside its point.
+fn short(value: &str) -> String {
+    value.split(',').next().unwrap_or_default().chars().take(8).collect()
+}
+
+/// Error, jitter and features of every knob over time.
+pub(super) fn charts(record: &LadderRecord) -> String {
+    // The finest render that was tracked: what is left there is the sensor's.
+    let fineness = |row: &&LadderRow| row.photon_noise_ratio.unwrap_or(0.0);
+    let tracked = record.rows.iter().filter(|row| row.jitter_d2_m.is_some());
+    let finest = tracked.min_by(|a, b| fineness(a).total_cmp(&fineness(b)));
+    let own_mm = finest.and_then(|row| row.jitter_d2_m).map(|jitter_m| 1e3 * jitter_m);
+    let error = plot(
+        record,
+        &Plot {
+            title: "Error of the picture",
+            y_label: "error in units of photon noise",
+            y_log: true,
+            figure: &|row| row.photon_noise_ratio,
+            level: Some((1.0, "photon noise")),
+        },
+    );
+    let jitter = plot(
+        record,
+        &Plot {
+            title: "Jitter of the pose",
+            y_label: "second-difference jitter in mm",
+            y_log: true,
+            figure: &|row| row.jitter_d2_m.map(|jitter_m| 1e3 * jitter_m),
+            level: own_mm.map(|own_mm| (own_mm, "the sensor\u{2019}s own jitter: the finest render that was tracked")),
+        },
+    );
+    let position = plot(
+        record,
+        &Plot {
+            title: "Position error",
+            y_label: "ATE in mm",
+            y_log: true,
+            figure: &|row| row.ate_m.map(|ate_m| 1e3 * ate_m),
+            level: None,
+        },
+    );
+    let features = plot(
+        record,
+        &Plot {
+            title: "Features found again",
+            y_label: "F1 against the reference",
+            y_log: false,
+            figure: &|row| row.feature_f1,
+            level: None,
+        },
+    );
+    format!("{error}<div class=\"pair\">{jitter}{position}{features}</div>")
+}

@@ -1,0 +1,95 @@
+//! Errors of the pose on their own axes: a few millimetres do not show on axes of metres.
+
+use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
+use crate::report::html::section;
+use crate::report::html::text::{digits, escaped, percent, si};
+use crate::report::record::{FrameRecord, Report};
+
+pub(super) fn pose_axes(report: &Report) -> String {
+    let axis = |name, ink, axis: usize| {
+        let error_mm = move |frame: &FrameRecord| frame.estimate_m.map(|at_m| 1e3 * (at_m[axis] - frame.truth_m[axis]));
+        Series { name, ink, shape: Shape::Line(2), runs: over_time(report, error_mm) }
+    };
+    let position = [axis("x", Ink::One, 0), axis("y (up)", Ink::Two, 1), axis("z", Ink::Three, 2)];
+    let angle = [Series {
+        name: "orientation error",
+        ink: Ink::Four,
+        shape: Shape::Line(2),
+        runs: over_time(report, |frame| frame.orientation_deg),
+    }];
+    let position_axes = Axes {
+        title: "Position error by axis",
+        x_label: "time in s",
+        y_label: "estimate minus truth in mm",
+        ..Axes::default()
+    };
+    let angle_axes = Axes {
+        title: "Orientation error",
+        x_label: "time in s",
+        y_label: "orientation error in degrees",
+        from_zero: true,
+        ..Axes::default()
+    };
+    let content = format!(
+        "<div class=\"pair\"><div><h3>Position, by axis of the world</h3>{}</div><div><h3>Orientation</h3>{}</div></div>",
+        chart(&position_axes, &position),
+        chart(&angle_axes, &angle)
+    );
+    let lead = match report.tracking.orientation_deg {
+        Some(angle_deg) => format!("After alignment; the orientation is {} degrees off (RMS).", digits(angle_deg)),
+        None => "After alignment.".to_owned(),
+    };
+    section("Errors on their own axes", &lead, &content)
+}
+
+fn over_time(report: &Report, value: impl Fn(&FrameRecord) -> Option<f64>) -> Vec<Vec<(f64, f64)>> {
+    runs_of(report.frames.iter().map(|frame| (frame.t_s, value(frame))))
+}
+
+/// Fused and cameras alone side by side; empty where the rig has no inertial unit.
+pub(super) fn fused_and_alone(report: &Report) -> String {
+    let Some(alone) = &report.cameras_alone else { return String::new() };
+    let fused = &report.tracking;
+    let metres = |value: Option<f64>| value.map(|value| si(value, "m"));
+    let count = |value: Option<f64>| value.map(digits);
+    let rows = [
+        ("ate_m", "Position error (ATE)", metres(fused.ate_m), metres(alone.ate_m)),
+        ("rpe_m", "Drift over one second (RPE)", metres(fused.rpe_m), metres(alone.rpe_m)),
+        (
+            "jitter_frame_m",
+            "Frame jitter (RPE over one frame)",
+            metres(fused.jitter_frame_m),
+            metres(alone.jitter_frame_m),
+        ),
+        ("jitter_d2_m", "Second-difference jitter (d2)", metres(fused.jitter_d2_m), metres(alone.jitter_d2_m)),
+        (
+            "jitter_still_m",
+            "The same without alignment (still rig)",
+            metres(fused.jitter_still_m),
+            metres(alone.jitter_still_m),
+        ),
+        ("", "Frames with a pose", Some(percent(fused.tracked_fraction)), Some(percent(alone.tracked_fraction))),
+        ("", "Landmarks of a pose, median", count(report.features.median_tracked), count(alone.median_tracked)),
+    ];
+    let row = |(key, name, of_fused, of_alone): &(&str, &str, Option<String>, Option<String>)| {
+        let cell = |value: &Option<String>, section: &str| match value {
+            Some(value) => format!("<td class=\"num\">{}</td>", escaped(value)),
+            None => {
+                let why = report.not_measurable.get(&format!("{section}.{key}")).map_or("not measured", String::as_str);
+                format!("<td class=\"note\">{}</td>", escaped(why))
+            }
+        };
+        format!(
+            "<tr><th scope=\"row\">{name}</th>{}{}</tr>",
+            cell(of_alone, "cameras_alone"),
+            cell(of_fused, "tracking")
+        )
+    };
+    let table = format!(
+        "<div class=\"scroll\"><table><thead><tr><th scope=\"col\">figure</th><th scope=\"col\" class=\"num\">cameras alone</th>\
+         <th scope=\"col\" class=\"num\">fused with the inertial unit</th></tr></thead><tbody>{}</tbody></table></div>",
+        rows.iter().map(row).collect::<String>()
+    );
+    let lead = "The same packets, tracked twice. The inertial unit smooths the pose, so the cameras alone show what the sensor does.";
+    section("Cameras alone and fused", lead, &table)
+}

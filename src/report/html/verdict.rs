@@ -1,0 +1,157 @@
+//! The answers first: does the design hold, in one line each.
+
+use crate::num::{f64_from_u64, f64_from_usize, greater};
+use crate::report::html::text::{digits, escaped, grouped, percent, si};
+use crate::report::record::Report;
+
+/// Frames with a pose, at least, for a run that counts as tracked.
+const TRACKED_MIN: f64 = 0.95;
+/// Mean code above black, as a share of the range, of a picture that is neither dark nor bright.
+const EXPOSED: [f64; 2] = [0.05, 0.8];
+/// Render variance over photon variance up to which the figures are the sensor's.
+const RENDER_MAX: f64 = 0.4;
+
+/// What a line says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Answer {
+    Yes,
+    No,
+    /// The question does not arise, or was not measured.
+    Open,
+}
+
+struct Line {
+    question: &'static str,
+    answer: Answer,
+    words: String,
+}
+
+pub(super) fn verdict(report: &Report) -> String {
+    let lines = [keeps_up(report), line_budget(report), tracked(report), exposed(report), render(report)];
+    let item = |line: &Line| {
+        let (class, word) = match line.answer {
+            Answer::Yes => ("good", "yes"),
+            Answer::No => ("bad", "no"),
+            Answer::Open => ("open", "\u{2013}"),
+        };
+        format!(
+            "<tr class=\"{class}\"><th scope=\"row\">{}</th><td class=\"answer\">{word}</td><td>{}</td></tr>",
+            line.question,
+            escaped(&line.words)
+        )
+    };
+    format!(
+        "<section class=\"answers\"><h2>Does this design hold?</h2><table><tbody>{}</tbody></table></section>",
+        lines.iter().map(item).collect::<String>()
+    )
+}
+
+fn keeps_up(report: &Report) -> Line {
+    let question = "Does the extractor keep up?";
+    let Some(clocks) = &report.timing.extractor else {
+        return Line { question, answer: Answer::Open, words: "The sensor extracts nothing.".to_owned() };
+    };
+    let [required, available] = [clocks.required, clocks.available].map(f64_from_u64);
+    let count = |value: f64| grouped(value);
+    if clocks.frames_over == 0 && required <= available {
+        let spare = percent(1.0 - required / greater(available, 1.0));
+        let words = format!("{} clocks of a frame\u{2019}s {}; {spare} are spare.", count(required), count(available));
+        return Line { question, answer: Answer::Yes, words };
+    }
+    let words = format!(
+        "{} clocks are needed of a frame\u{2019}s {}; {} frames of a camera needed more than there are. Use a faster compute.clock_hz, \
+         fewer compute.target_features, or a longer frame.",
+        count(required),
+        count(available),
+        count(f64_from_u64(clocks.frames_over))
+    );
+    Line { question, answer: Answer::No, words }
+}
+
+fn line_budget(report: &Report) -> Line {
+    let question = "Is the budget of a line met?";
+    let timing = &report.timing;
+    let ends = timing.line.iter().map(|phase| phase.end_us);
+    let used_us = ends.fold(0.0, greater);
+    let stalled = report.link.rows_stalled;
+    let spare = format!(
+        "{} of a line\u{2019}s {} are used; the link is busy {} of a line that is sent.",
+        si(used_us * 1e-6, "s"),
+        si(timing.line_time_us * 1e-6, "s"),
+        percent(report.bandwidth.link_utilisation_burst)
+    );
+    if timing.line.is_empty() {
+        return Line { question, answer: Answer::Open, words: "No spans of a line were recorded.".to_owned() };
+    }
+    match stalled {
+        0 => Line { question, answer: Answer::Yes, words: spare },
+        rows => {
+            let rows = grouped(f64_from_u64(rows));
+            let words =
+                format!("{spare} The readout stood still for {rows} rows; a faster link or a longer line helps.");
+            Line { question, answer: Answer::No, words }
+        }
+    }
+}
+
+fn tracked(report: &Report) -> Line {
+    let tracking = &report.tracking;
+    let share = tracking.tracked_fraction;
+    let error = match (tracking.ate_m, tracking.jitter_still_m) {
+        (Some(ate_m), _) => format!(", {} off (ATE)", si(ate_m, "m")),
+        (None, Some(still_m)) => format!(", {} of jitter at rest", si(still_m, "m")),
+        (None, None) => String::new(),
+    };
+    let answer = if share >= TRACKED_MIN { Answer::Yes } else { Answer::No };
+    let lost = tracking.events.iter().filter(|event| event.event == "lost").count();
+    let losses = if lost > 0 { format!("; lost {} times", grouped(f64_from_usize(lost))) } else { String::new() };
+    Line {
+        question: "Is the pose tracked?",
+        answer,
+        words: format!("{} of the frames{error}{losses}.", percent(share)),
+    }
+}
+
+fn exposed(report: &Report) -> Line {
+    let question = "Is the exposure sane?";
+    let adc = report.config.get("sensor").and_then(|sensor| sensor.get("adc"));
+    let black_dn = adc.and_then(|adc| adc.get("black_level_dn")).and_then(toml::Value::as_integer).unwrap_or(0);
+    let black_dn = f64::from(u32::try_from(black_dn).unwrap_or(0));
+    let full_dn = f64::from((1_u32 << report.scenario.bits.min(16)) - 1);
+    let codes: Vec<f64> = report.frames.iter().map(|frame| frame.mean_code_dn).collect();
+    let (Some(mean_dn), true) = (crate::report::median(&codes), full_dn > black_dn) else {
+        return Line { question, answer: Answer::Open, words: "No frame was sensed.".to_owned() };
+    };
+    let share = (mean_dn - black_dn) / (full_dn - black_dn);
+    let words = format!(
+        "The median frame\u{2019}s mean code is {}, {} of the range above black, at {} of exposure",
+        digits(mean_dn),
+        percent(greater(share, 0.0)),
+        si(report.scenario.exposure_us * 1e-6, "s")
+    );
+    let (answer, rest) = match share {
+        low if low < EXPOSED[0] => (Answer::No, ": dark. Use a longer exposure, more light or more gain."),
+        high if high > EXPOSED[1] => (Answer::No, ": bright. Use a shorter exposure or less gain."),
+        _ => (Answer::Yes, "."),
+    };
+    Line { question, answer, words: format!("{words}{rest}") }
+}
+
+fn render(report: &Report) -> Line {
+    let question = "Is the error the sensor\u{2019}s own?";
+    let Some(ratio) = report.scenario.render_variance_ratio else {
+        return Line {
+            question,
+            answer: Answer::Open,
+            words: "The render\u{2019}s own noise was not measured.".to_owned(),
+        };
+    };
+    let words = format!("The render\u{2019}s variance is {} times that of the photons", digits(ratio));
+    if ratio <= RENDER_MAX {
+        return Line { question, answer: Answer::Yes, words: format!("{words}.") };
+    }
+    let words = format!(
+        "{words}: much of jitter and error is the renderer\u{2019}s. Use --accuracy 0.5 or a lower run.render_tolerance."
+    );
+    Line { question, answer: Answer::No, words }
+}

@@ -1,0 +1,58 @@
+//! A second tracker of the same packets that does not use the inertial unit.
+
+use super::session::Session;
+use crate::error::Error;
+use crate::pose::{Pose, TimedPose};
+use crate::report::cameras_alone::CamerasAlone;
+use crate::tracker::{FrameInput, Tracker};
+
+/// What the cameras alone gave, frame by frame.
+pub(super) struct Alone {
+    tracker: Tracker,
+    poses: Vec<(Option<Pose>, f64)>,
+    /// Time that it took.
+    pub(super) seconds: f64,
+}
+
+impl Alone {
+    pub(super) fn track(&mut self, input: &FrameInput) {
+        let tracked = self.tracker.track(input);
+        self.poses.push((tracked.world_from_body, f64::from(tracked.tracked_features)));
+    }
+}
+
+impl Session {
+    /// Tracks every frame a second time without the inertial unit, where the tracker uses one. It changes nothing else. Before the first
+    /// frame only.
+    ///
+    /// # Errors
+    /// A calibration that the tracker refuses.
+    pub fn track_cameras_alone(&mut self) -> Result<(), Error> {
+        assert!(self.notes.is_empty(), "the second tracker sees every frame");
+        if self.setup.imu_calibration().is_some() {
+            let made = Tracker::new(self.setup.calibration(), self.setup.tracker);
+            let tracker = made.map_err(|error| self.setup.resolved.tree.locate(error))?;
+            self.alone = Some(Alone { tracker, poses: Vec::new(), seconds: 0.0 });
+        }
+        Ok(())
+    }
+
+    /// Poses of the cameras alone; none where they are not tracked apart.
+    pub fn estimate_of_cameras_alone(&self) -> Option<Vec<TimedPose>> {
+        let alone = self.alone.as_ref()?;
+        let pose = |(note, (pose, _)): (&super::frame_notes::FrameNotes, &(Option<Pose>, f64))| {
+            Some(TimedPose { t_s: note.truth.t_s, world_from_body: (*pose)? })
+        };
+        Some(self.notes.iter().zip(&alone.poses).filter_map(pose).collect())
+    }
+
+    /// Their figures, for the report.
+    pub(super) fn figures_of_cameras_alone(
+        &self,
+        reasons: &mut std::collections::BTreeMap<String, String>,
+    ) -> Option<CamerasAlone> {
+        let estimate = self.estimate_of_cameras_alone()?;
+        let tracked: Vec<f64> = self.alone.as_ref()?.poses.iter().map(|(_, tracked)| *tracked).collect();
+        Some(CamerasAlone::of(&self.truth(), &estimate, &tracked, self.setup.cameras.len(), reasons))
+    }
+}

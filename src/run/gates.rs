@@ -1,0 +1,324 @@
+//! Gates, flip-flops, SRAM and area of the digital half: tables that Yosys made over the parameters of `rtl_models/verilog`, and what lies
+//! between their points.
+//!
+//! Cells and flip-flops are a base and what each parameter adds to it alone; word length and octaves are crossed where both matter. An
+//! area follows from typical standard cells and SRAM of 65 nm, scaled by the square of the node.
+
+use super::sensor::SensorSetup;
+use crate::num::f64_from_u64;
+use crate::report::gates_record::{GateBlock, Gates};
+
+/// The table: block, parameters that differ from the block's base, cells, flip-flops, memory bits.
+const TABLE: &str = include_str!("gates.csv");
+
+/// Cells may be this factor more or fewer; held against settings that the table has not seen.
+const CELLS_FACTOR: f64 = 1.12;
+/// The same for area: libraries, placement and memory compilers differ.
+const AREA_FACTOR: f64 = 1.6;
+/// Mean area of a mapped cell that is no flip-flop, of a flip-flop, and of a bit of SRAM with its periphery, in um2 at 65 nm. Estimates of
+/// typical libraries: a NAND2 of 1.4 um2, a flip-flop of 5 of them, a bit cell of 0.5 um2 in small macros.
+const CELL_UM2: f64 = 2.0;
+const FLOP_UM2: f64 = 7.2;
+const SRAM_BIT_UM2: f64 = 1.2;
+/// Share of the placed area that cells fill.
+const UTILISATION: f64 = 0.7;
+
+/// Cells, flip-flops and memory bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Netlist {
+    /// Mapped cells, flip-flops among them.
+    pub cells: f64,
+    /// Flip-flops.
+    pub flip_flops: f64,
+    /// Bits of memories.
+    pub sram_bits: f64,
+}
+
+impl Netlist {
+    fn plus(self, other: Self, times: f64) -> Self {
+        Self {
+            cells: self.cells + times * other.cells,
+            flip_flops: self.flip_flops + times * other.flip_flops,
+            sram_bits: self.sram_bits + times * other.sram_bits,
+        }
+    }
+}
+
+/// Hardware of an extractor, as the parameters of `extractor_core.sv`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExtractorHardware {
+    /// Columns of its line buffers, 16 to 4096.
+    pub max_width: u32,
+    /// Bits of a word, 8 to 16.
+    pub pix_bits: u32,
+    /// Octaves, 1 to 4.
+    pub octaves: u32,
+    /// Whether cells rank by Harris.
+    pub harris: bool,
+    /// Logarithm of a cell's side: 4, 5 or 6.
+    pub cell_log2: u32,
+    /// Corners that a cell keeps, 1 to 4.
+    pub per_cell: u32,
+    /// Descriptor engines, 1 to 4.
+    pub engines: u32,
+    /// Candidates in the queue, 1 to 64.
+    pub fifo_depth: u32,
+    /// Bits of a descriptor, 64 to 256.
+    pub desc_bits: u32,
+    /// Whether the pattern turns by moving bytes.
+    pub symmetric: bool,
+    /// Whether places are fitted.
+    pub subpixel: bool,
+}
+
+/// The netlist of a row of the table.
+fn row(block: &str, parameters: &str) -> Netlist {
+    let line = TABLE.lines().find(|line| {
+        let mut fields = line.split(',');
+        fields.next() == Some(block) && fields.next() == Some(parameters)
+    });
+    let line = line.unwrap_or_else(|| panic!("the table of gates has no row {block} {parameters}"));
+    let mut numbers = line.split(',').skip(2).map(|field| field.parse::<f64>().expect("a number of the table"));
+    let mut next = || numbers.next().expect("three numbers a row");
+    Netlist { cells: next(), flip_flops: next(), sram_bits: next() }
+}
+
+/// What a setting adds to its block's base.
+fn added(block: &str, parameters: &str) -> Netlist {
+    row(block, parameters).plus(row(block, ""), -1.0)
+}
+
+/// Linear between points of one parameter: `(value, what the value adds)`, rising; beyond the ends by the nearest two.
+fn between(points: &[(f64, Netlist)], at: f64) -> Netlist {
+    let place = points.windows(2).position(|pair| at <= pair[1].0).unwrap_or(points.len() - 2);
+    let [(low, below), (high, above)] = [points[place], points[place + 1]];
+    let share = (at - low) / (high - low);
+    let none = Netlist::default();
+    none.plus(below, 1.0 - share).plus(above, share)
+}
+
+impl ExtractorHardware {
+    /// The extractor's front: line buffers, corners, suppression, smoothing.
+    pub fn front(&self) -> Netlist {
+        let block = "fx_front";
+        let none = Netlist::default();
+        let bits = f64::from(self.pix_bits);
+        let words =
+            between(&[(8.0, none), (12.0, added(block, "PIX_BITS=12")), (16.0, added(block, "PIX_BITS=16"))], bits);
+        let octaves = ["OCTAVES=2", "OCTAVES=3", "OCTAVES=4"];
+        let octave = match self.octaves {
+            0 | 1 => none,
+            more => added(block, octaves[crate::num::index(more.min(4) - 2)]),
+        };
+        // Harris is mostly multipliers, which grow with the word.
+        let harris = if self.harris {
+            let wide = row(block, "PIX_BITS=16 HARRIS=1").plus(row(block, "PIX_BITS=16"), -1.0);
+            between(&[(8.0, added(block, "HARRIS=1")), (16.0, wide)], bits)
+        } else {
+            none
+        };
+        let sum = row(block, "").plus(words, 1.0).plus(octave, 1.0).plus(harris, 1.0).plus(self.width(block), 1.0);
+        // Bits of the line buffers are columns times words times what the octaves need.
+        let lines = row(block, "").plus(octave, 1.0).sram_bits * f64::from(self.max_width) / 640.0 * bits / 8.0;
+        let harris_lines = harris.sram_bits * f64::from(self.max_width) / 640.0;
+        Netlist { sram_bits: lines + harris_lines, ..sum }
+    }
+
+    /// The extractor's back without its engines: choice, queue, patches.
+    pub fn back(&self) -> Netlist {
+        let block = "fx_back";
+        let none = Netlist::default();
+        let bits = f64::from(self.pix_bits);
+        let share = (bits - 8.0) / 8.0;
+        let words = added(block, "PIX_BITS=16");
+        let octave = match self.octaves {
+            0 | 1 => none,
+            2 => added(block, "OCTAVES=2"),
+            3 => added(block, "OCTAVES=3"),
+            _ => added(block, "OCTAVES=4"),
+        };
+        let cell = match self.cell_log2 {
+            0..=4 => none,
+            5 => added(block, "CELL_LOG2=5"),
+            _ => added(block, "CELL_LOG2=6 RING_LOG2=7"),
+        };
+        let subpixel = if self.subpixel {
+            none
+        } else {
+            let wide = row(block, "PIX_BITS=16 SUBPIXEL=0").plus(row(block, "PIX_BITS=16"), -1.0);
+            between(&[(8.0, added(block, "SUBPIXEL=0")), (16.0, wide)], bits)
+        };
+        // The queue and the cells' lists grow with the words of a candidate.
+        let response_bits = if self.subpixel { 8.0 * bits } else { 0.0 };
+        let rank_bits = if self.harris { 16.0 + bits } else { bits };
+        let (word, body) = ((response_bits + rank_bits + 39.0) / 111.0, (response_bits + rank_bits + 8.0) / 80.0);
+        let per_cell = none.plus(
+            between(
+                &[(1.0, none), (2.0, added("fx_cells", "PER_CELL=2")), (4.0, added("fx_cells", "PER_CELL=4"))],
+                f64::from(self.per_cell),
+            ),
+            body,
+        );
+        let fifo = none.plus(
+            between(
+                &[(1.0, added("fx_fifo", "DEPTH=1")), (16.0, none), (64.0, added("fx_fifo", "DEPTH=64"))],
+                f64::from(self.fifo_depth),
+            ),
+            word,
+        );
+        let desc = between(&[(64.0, added(block, "DESC_BITS=64")), (256.0, none)], f64::from(self.desc_bits));
+        let harris = if self.harris { added(block, "HARRIS=1") } else { none };
+        let parts = [octave, cell, subpixel, per_cell, fifo, desc, harris, self.width(block)];
+        let sum = parts.into_iter().fold(row(block, "").plus(words, share), |sum, part| sum.plus(part, 1.0));
+        // Memories are columns times words; octaves and cells change how many. Lists are one a cell of a row of cells.
+        let columns = f64::from(self.max_width) / 640.0;
+        let cells = columns * 16.0 / f64::from(1_u32 << self.cell_log2.clamp(4, 6));
+        let memories = row(block, "").sram_bits + octave.sram_bits + cell.sram_bits + harris.sram_bits;
+        let sram_bits = memories * columns * bits / 8.0 + subpixel.sram_bits * columns + per_cell.sram_bits * cells;
+        Netlist { sram_bits, ..sum }
+    }
+
+    /// One engine: orientation and descriptor of a patch.
+    pub fn engine(&self) -> Netlist {
+        let block = "fx_engine";
+        let share = f64::from(self.pix_bits - 8) / 8.0;
+        let desc = added(block, "DESC_BITS=64");
+        let pattern = if self.symmetric { added(block, "SYMMETRIC=1") } else { Netlist::default() };
+        row(block, "")
+            .plus(added(block, "PIX_BITS=16"), share)
+            .plus(desc, f64::from(256 - self.desc_bits) / 192.0)
+            .plus(pattern, 1.0)
+    }
+
+    /// Front, back and all engines.
+    pub fn all(&self) -> Netlist {
+        self.front().plus(self.back(), 1.0).plus(self.engine(), f64::from(self.engines))
+    }
+
+    /// What other widths than 640 columns add in counters and selectors.
+    fn width(&self, block: &str) -> Netlist {
+        let log = |width: f64| libm::log2(width / 640.0);
+        let points = [
+            (log(160.0), added(block, "MAX_WIDTH=160")),
+            (0.0, Netlist::default()),
+            (log(2560.0), added(block, "MAX_WIDTH=2560")),
+        ];
+        between(&points, log(f64::from(self.max_width)))
+    }
+}
+
+/// Columns of converters with their share of sequencer, counters and lanes.
+fn converters(columns: u32) -> Netlist {
+    let (few, many) = (row("sensor_core", "COLUMNS=16"), row("sensor_core", "COLUMNS=64"));
+    between(&[(16.0, few), (64.0, many)], f64::from(columns))
+}
+
+impl SensorSetup {
+    /// The extractor as hardware; none where the sensor extracts nothing.
+    pub fn extractor_hardware(&self) -> Option<ExtractorHardware> {
+        let params = &self.extractor;
+        self.link.mode.sends_features().then(|| ExtractorHardware {
+            max_width: self.size.width_px.max(16),
+            pix_bits: params.pipeline_bits,
+            octaves: params.octaves,
+            harris: params.rank == crate::compute::Rank::Harris,
+            cell_log2: params.cell_px.ilog2(),
+            per_cell: params.per_cell,
+            engines: params.engines,
+            fifo_depth: params.fifo_depth,
+            desc_bits: params.descriptor_bits,
+            symmetric: params.pattern == crate::compute::Pattern::Symmetric,
+            subpixel: params.subpixel,
+        })
+    }
+
+    /// Gates and area of the digital half by block, and the area of the pixels beside it.
+    pub fn gates(&self) -> Gates {
+        let node_nm = self.power.technology.node_nm;
+        let mut parts: Vec<(&str, u32, Netlist)> = Vec::new();
+        let columns = self.schedule.geometry().columns_read() / self.parameters.adc.columns_per_adc.max(1);
+        parts.push(("converters and sequencer", 1, converters(columns)));
+        if let Some(hardware) = self.extractor_hardware() {
+            parts.push(("extractor front", 1, hardware.front()));
+            parts.push(("extractor back", 1, hardware.back()));
+            parts.push(("descriptor engines", hardware.engines, hardware.engine()));
+        }
+        parts.push(("packetiser", 1, row("csi2_packetiser", "")));
+        let blocks: Vec<GateBlock> =
+            parts.into_iter().map(|(name, times, one)| block(name, times, one, node_nm)).collect();
+        let total = blocks.iter().fold(GateBlock { name: "total".to_owned(), ..GateBlock::default() }, GateBlock::plus);
+        let pixels = f64_from_u64(u64::from(self.array.width_px) * u64::from(self.array.height_px));
+        let pitch_um = self.parameters.pixel.pitch_um;
+        Gates { node_nm, blocks, total, pixel_array_mm2: 1e-6 * pixels * pitch_um * pitch_um }
+    }
+}
+
+fn block(name: &str, times: u32, one: Netlist, node_nm: f64) -> GateBlock {
+    let all = Netlist::default().plus(one, f64::from(times));
+    let (cells, flip_flops) = (all.cells.round_ties_even(), all.flip_flops.round_ties_even());
+    let scale = (node_nm / 65.0) * (node_nm / 65.0);
+    let logic_um2 = ((all.cells - all.flip_flops) * CELL_UM2 + all.flip_flops * FLOP_UM2) / UTILISATION;
+    let area_mm2 = 1e-6 * scale * (logic_um2 + all.sram_bits * SRAM_BIT_UM2);
+    GateBlock {
+        name: name.to_owned(),
+        cells,
+        cells_interval: [all.cells / CELLS_FACTOR, all.cells * CELLS_FACTOR],
+        flip_flops,
+        sram_bits: all.sram_bits.round_ties_even(),
+        area_mm2,
+        area_interval_mm2: [area_mm2 / AREA_FACTOR, area_mm2 * AREA_FACTOR],
+    }
+}
+
+/// Factor both ways within which cells and flip-flops are stated.
+pub const fn cells_factor() -> f64 {
+    CELLS_FACTOR
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const USUAL: ExtractorHardware = ExtractorHardware {
+        max_width: 640,
+        pix_bits: 8,
+        octaves: 1,
+        harris: false,
+        cell_log2: 4,
+        per_cell: 1,
+        engines: 1,
+        fifo_depth: 16,
+        desc_bits: 256,
+        symmetric: false,
+        subpixel: true,
+    };
+
+    #[test]
+    fn the_table_s_own_points_come_out_as_they_stand() {
+        assert_eq!(USUAL.front(), row("fx_front", ""));
+        assert_eq!(USUAL.back(), row("fx_back", ""));
+        assert_eq!(USUAL.engine(), row("fx_engine", ""));
+        let wide = ExtractorHardware { pix_bits: 16, ..USUAL };
+        assert_eq!(wide.front(), row("fx_front", "PIX_BITS=16"));
+        assert_eq!(wide.engine(), row("fx_engine", "PIX_BITS=16"));
+        let (found, told) = (wide.back(), row("fx_back", "PIX_BITS=16"));
+        assert_eq!((found.cells, found.flip_flops), (told.cells, told.flip_flops));
+    }
+
+    #[test]
+    fn more_hardware_is_never_smaller() {
+        let least = USUAL.all();
+        for more in [
+            ExtractorHardware { max_width: 1280, ..USUAL },
+            ExtractorHardware { pix_bits: 10, ..USUAL },
+            ExtractorHardware { octaves: 3, ..USUAL },
+            ExtractorHardware { harris: true, ..USUAL },
+            ExtractorHardware { per_cell: 3, ..USUAL },
+            ExtractorHardware { engines: 2, ..USUAL },
+            ExtractorHardware { fifo_depth: 40, ..USUAL },
+        ] {
+            let all = more.all();
+            assert!(all.cells > least.cells && all.sram_bits >= least.sram_bits, "{more:?}: {all:?} after {least:?}");
+        }
+    }
+}
