@@ -5,6 +5,8 @@
 
 mod analog;
 mod clocks;
+#[cfg(feature = "waveforms")]
+pub mod encode;
 mod frame;
 mod lanes;
 mod lines;

@@ -95,7 +95,7 @@ impl sensel::run::Assets for WithVerilog {
         NoFiles.read(name)
     }
 
-    fn rtl_simulator(&self) -> Result<std::sync::Arc<dyn sensel::rtl_simulator::Silicon>, sensel::error::Error> {
+    fn rtl_simulator(&self) -> Result<std::sync::Arc<dyn sensel::rtl_simulator::RtlSimulator>, sensel::error::Error> {
         let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl/verilated");
         Ok(std::sync::Arc::new(sensel::files::verilated::Verilated::new(folder)?))
     }
