@@ -69,7 +69,7 @@ pub struct TimedPose {
 pub struct LineError {
     /// Counted from 1.
     pub line: usize,
-    /// What is wrong with it, and what would do.
+    /// What is wrong with it, and an accepted value.
     pub reason: String,
 }
 

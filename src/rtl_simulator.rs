@@ -10,7 +10,7 @@ use rtl_models::fx_back::{FxBackConfig, FxCounts, FxSettings};
 
 use crate::error::Error;
 
-/// A row's conversions.
+/// Request to convert one row.
 #[derive(Clone, Copy, Debug)]
 pub struct RowRequest<'a> {
     /// Every column's counter.
@@ -25,10 +25,10 @@ pub struct RowRequest<'a> {
     pub signal_clk: &'a [u32],
 }
 
-/// A picture for the extractor.
+/// Request to extract features from one picture.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameRequest<'a> {
-    /// Which hardware.
+    /// Hardware parameters.
     pub hardware: FxBackConfig,
     /// Its registers.
     pub settings: FxSettings,
@@ -38,7 +38,7 @@ pub struct FrameRequest<'a> {
     pub pixels: &'a [u16],
 }
 
-/// What a picture gave besides its records.
+/// Result of a picture besides its records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameResult {
     /// Counts when everything had left.
@@ -66,7 +66,8 @@ pub trait RtlSimulator: fmt::Debug + Send + Sync {
     fn frame(&self, asked: &FrameRequest<'_>, around: &mut dyn ExtractorHost) -> Result<FrameResult, Error>;
 }
 
-/// A simulator where rows are converted side by side and cannot fail one by one: the first failure is kept for whoever made them.
+/// A simulator shared by parallel row conversions, which cannot return errors one by one: it keeps the first failure for the
+/// caller.
 #[derive(Clone, Debug)]
 pub struct SharedRtlSimulator(Arc<SharedState>);
 
@@ -107,7 +108,7 @@ impl SharedRtlSimulator {
     }
 }
 
-/// The same simulator, not one like it.
+/// Equal means the same instance.
 impl PartialEq for SharedRtlSimulator {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)

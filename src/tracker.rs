@@ -1,11 +1,11 @@
 //! The host's tracker: visual-inertial SLAM from decoded features and calibration to a pose a frame and a map. It never sees the
 //! simulation.
 //!
-//! Stereo odometry with a lasting map: landmarks are searched where constant velocity predicts them, the pose is the robust
-//! least-squares fit to the places where they are found, and at keyframes new landmarks come in and a window of keyframes is
-//! adjusted. Every place counts at its row's own time. After loss the map is searched by descriptors alone; a place seen again far from
-//! where the map has it closes a loop. The world is the body's frame at the first frame.
-//! Poses are metres and unit quaternions, places pixels, times seconds. Equal input gives equal bytes.
+//! Each frame: constant velocity or the IMU predicts the pose, landmarks are matched near their predicted positions, and the
+//! pose is the robust least-squares fit to the matches. Each keyframe: new landmarks are triangulated and a window of keyframes
+//! is adjusted. Every keypoint counts at its row's time. After loss the map is searched by descriptors alone; a revisited place
+//! closes a loop. The world frame is the body's frame at the first frame. Poses are metres and unit quaternions, image
+//! positions pixels, times seconds. Equal input gives equal bytes.
 
 pub mod adjust;
 mod answer;
@@ -64,13 +64,13 @@ use sweep::{Motion, Moving, ahead_of, between};
 /// The published number of the tracker's draws.
 const DRAWS: u64 = 0x7472_6163_6b65_7231;
 
-/// A map that one camera started and lost for so many frames is given up while it has fewer keyframes than this, or held for no longer than
-/// this: its start was false. A false map of few bits makes a keyframe of every other frame.
+/// A monocular map that has been lost for this many frames is discarded if it is young: fewer keyframes than YOUNG_KEYFRAMES,
+/// or tracked for fewer frames than YOUNG_FRAMES. Its initialisation was false.
 const GIVEN_UP_FRAMES: u64 = 15;
 const YOUNG_KEYFRAMES: usize = 6;
 const YOUNG_FRAMES: u64 = 30;
 
-/// After so many places in a row that are known badly, each of which hangs on the one before, the next one counts as lost.
+/// Maximum number of consecutive frames with an uncertain position; the next one counts as lost.
 const WEAK_FRAMES_MAX: u32 = 3;
 
 /// The last keyframe, as far as the next one depends on it.
@@ -78,7 +78,7 @@ const WEAK_FRAMES_MAX: u32 = 3;
 struct LastKeyframe {
     frame: u64,
     world_from_body: Pose,
-    /// Landmarks that a frame at its place would find.
+    /// Landmarks that a frame at this pose can match.
     landmarks: u32,
 }
 
@@ -103,15 +103,15 @@ pub struct Tracker {
     loop_candidate: Option<LoopCandidate>,
     last_t_s: f64,
     imu_filter: Option<ImuFilter>,
-    /// Mean of the last places' bounds.
+    /// Running mean of the position sigma of recent frames.
     usual_sigma_m: f64,
-    /// Places in a row that were known badly.
+    /// Consecutive frames with an uncertain position.
     weak_frames: u32,
-    /// Least standard deviation of a place: the one given. The parameters hold what the residuals show.
+    /// Lower bound on the keypoint noise: the configured sigma. `params` holds the current estimate.
     place_sigma_px_min: f64,
-    /// The greatest that residuals are believed to show.
+    /// Upper bound on the keypoint noise estimated from residuals.
     place_sigma_px_max: f64,
-    /// From the body to the only camera, which the tracker takes for the body's place.
+    /// From the body to the only camera, whose position stands for the body's.
     arm_m: DVec3,
 }
 
@@ -126,7 +126,8 @@ impl Tracker {
         let place_m = |camera: &CameraCalibration| camera.body_from_camera.translation_m;
         match &mut calibrations[..] {
             [] => return Err(Error::key("rig.cameras", 0, "the tracker needs a camera")),
-            // In a map without a metre, an arm from the body to the camera has no length: the camera's place is the body's.
+            // A monocular map has no metric scale, so an arm from body to camera has no length in it: the camera's position
+            // stands for the body's.
             [only] => arm_m = std::mem::take(&mut only.body_from_camera.translation_m),
             [first, rest @ ..] => {
                 let apart_m = rest.iter().map(|other| (place_m(first) - place_m(other)).length());
@@ -171,7 +172,7 @@ impl Tracker {
         self
     }
 
-    /// Takes the unit's readings, in rising time, up to the first after the next frame's time. Without a unit they are left out.
+    /// Adds IMU readings in ascending time, up to the first one after the next frame. Ignored without an IMU.
     pub fn add_imu_readings(&mut self, readings: &[Reading]) {
         if let Some(imu_filter) = &mut self.imu_filter {
             imu_filter.add_imu_readings(readings);
@@ -205,7 +206,7 @@ impl Tracker {
         answer
     }
 
-    /// Standard deviation of a full-size corner's place as the residuals have shown it of late, in pixels, at least the given one.
+    /// Current estimate of the keypoint noise at octave 0, in pixels; at least the configured sigma.
     pub fn place_sigma_px(&self) -> f64 {
         self.params.place_sigma_px
     }
@@ -224,7 +225,7 @@ impl Tracker {
         self.map.keyframes.iter().map(timed).collect()
     }
 
-    /// What the inertial unit has told so far; `None` without one.
+    /// The IMU filter; `None` without an IMU.
     pub fn imu_filter(&self) -> Option<&ImuFilter> {
         self.imu_filter.as_ref()
     }
@@ -256,7 +257,7 @@ impl Tracker {
         let single_picture_sigma_m = judgement.single_picture_sigma_m;
         let keyframe =
             judgement.is_sound && self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
-        // The step that leads here is measured before the adjustment: both ends then hang on the same map.
+        // The step to this pose is measured before the adjustment, so that both ends refer to the same map.
         let body_from_world = located.state.body_from_world;
         let step = self.motion.and_then(|motion| motion.then(t_s, body_from_world).step);
         if views.iter().any(View::sweeps) {
@@ -290,9 +291,8 @@ impl Tracker {
         }
     }
 
-    /// The first frame's rows were taken as simultaneous, which bends the map that the second one is held against: the step between the two
-    /// says how the first one moved, in turns with the map. An error of the step comes back by the share of the readout in it, a quarter at
-    /// 16 ms and 30 Hz.
+    /// Corrects the first frame's rolling shutter. Its rows were taken as simultaneous, which distorts the initial map; the
+    /// step to the second frame gives the first frame's rate. Rate and map are refined in turns.
     fn with_swept_start(
         &mut self,
         (t_s, views): (f64, &[View]),
@@ -314,7 +314,8 @@ impl Tracker {
         located
     }
 
-    /// The step after a keyframe says how it moved better than the steps before it. The first two steps tell the first keyframe's rate.
+    /// The step after a keyframe measures its rate better than the steps before it. The first two steps give the first
+    /// keyframe's rate.
     fn correct_last_rate(&mut self, step: Option<(Twist, f64)>) {
         let (Some(after), Some(last)) = (step, self.last_keyframe) else { return };
         let before = self.motion.and_then(|motion| motion.step);

@@ -1,4 +1,4 @@
-//! Turns serde's word on a wrong key or type into one that names file, line, key, value and what would do.
+//! Converts serde's message about a wrong key or type to one with file, line, key, value and an accepted value.
 
 use super::tree::Tree;
 use crate::error::Error;

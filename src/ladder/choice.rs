@@ -87,7 +87,7 @@ pub(super) struct Pilot<'a> {
 /// Finds the cheapest setting that meets the goal: the least time for an accuracy, the least error for a time.
 ///
 /// # Errors
-/// A time in which nothing can be done, with the least that would do; a reference that cannot judge so fine an accuracy.
+/// A time that no setting meets, with the least possible one; a reference too coarse for the accuracy.
 pub fn choose(bench: &Bench<'_>, goal: Goal) -> Result<Choice, Error> {
     let own = Setting { rung: Rung::Sampled, ..Setting::of(&bench.setup.resolved.scenario) };
     let finest = match goal {

@@ -60,7 +60,7 @@ pub struct Reference {
 /// accuracy.
 ///
 /// # Errors
-/// A standard error that stays too great, with the finest accuracy that would do.
+/// A standard error that stays too large, with the finest possible accuracy.
 pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64, share: f64) -> Result<Reference, Error> {
     let own = Setting::of(&bench.setup.resolved.scenario);
     let tolerance = (finest * share) * (finest * share);

@@ -10,10 +10,10 @@ use crate::units::Span;
 /// Published number of the inertial unit's noise in keys.
 const IMU_NUMBER: u64 = 2;
 
-/// Readings of a run, at most: all are held, at some 160 bytes each.
+/// Largest number of readings of a run; all are kept in memory.
 const READINGS_MAX: f64 = 5e6;
 
-/// Refuses a unit that would give more readings in a run than are held.
+/// Refuses an IMU that gives more readings in a run than fit.
 ///
 /// # Errors
 /// Too high a rate for the run's length.
@@ -49,7 +49,7 @@ impl ImuReadings {
         Ok(Self { readings, next: 0 })
     }
 
-    /// What came since the frame before, up to the first reading after a time.
+    /// Readings since the previous frame, up to the first one after a time.
     pub fn until(&mut self, t_s: f64) -> &[Reading] {
         let to = self.readings.partition_point(|reading| reading.t_s <= t_s) + 1;
         let range = self.next..to.min(self.readings.len()).max(self.next);

@@ -53,7 +53,7 @@ impl SensorSetup {
     /// Checks sensor, extractor, link and technology.
     ///
     /// # Errors
-    /// Any value out of range or combination that cannot be; with file, line, key, value and what would do.
+    /// Any value out of range or impossible combination; the error names file, line, key, value and an accepted value.
     pub fn new(resolved: &Resolved) -> Result<Self, Error> {
         Self::build(resolved).map_err(|error| resolved.tree.locate(error))
     }

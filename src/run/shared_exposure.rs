@@ -13,7 +13,7 @@ use crate::units::FrameIndex;
 pub struct SharedExposure {
     /// Mean photons of each pixel.
     pub photons: Arc<Plane<f32>>,
-    /// As the render claims it.
+    /// Render variance over photon variance, by the render's own estimate.
     pub render_variance_ratio: f64,
     /// Rays that were sent for this frame.
     pub rays: u64,
@@ -31,7 +31,7 @@ impl From<Exposure> for SharedExposure {
 pub(super) struct StillExposures(Vec<(Vec<Vec<u64>>, Vec<SharedExposure>)>);
 
 impl StillExposures {
-    /// What a camera sees in a frame whose rows are exposed for as long as in the one before: no ray is sent for it.
+    /// A camera's exposures in a frame with the same row exposures as the one before; sends no ray.
     pub fn again(&self, camera: usize, schedule: &Schedule, frame: FrameIndex) -> Option<Vec<SharedExposure>> {
         let (lengths, seen) = self.0.get(camera)?;
         let alike = *lengths == slot_lengths_clk(schedule, frame);

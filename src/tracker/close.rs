@@ -51,11 +51,11 @@ const RATIOS_MIN: usize = 10;
 /// on it.
 const DOUBT_SIGMAS2: f64 = 50.0;
 
-/// A place seen again, before the next keyframe confirms it.
+/// A recognised place that the next keyframe must confirm.
 #[derive(Clone, Copy, Debug)]
 pub struct LoopCandidate {
     keyframe: u32,
-    /// Where the tracker believes to be, from where the earlier visit's landmarks say: `believed_from_seen` in the world.
+    /// The current pose estimate relative to the pose from the earlier visit's landmarks: `believed_from_seen` in the world.
     offset: Pose,
 }
 

@@ -9,16 +9,17 @@ use super::{Inlier, Tracker};
 use crate::num::{greater, index};
 use crate::pose::Pose;
 
-/// A pose whose place is known worse than to this share of the median depth, and so many times worse than those before, makes no landmarks.
+/// Limits on the position sigma of a pose that may create landmarks: a share of the median depth, and a multiple of the running
+/// mean.
 const SOUND_SHARE_MAX: f64 = 0.001;
 const SOUND_FACTOR: f64 = 2.5;
-/// Those before are averaged over so many frames.
+/// Frames in the running mean of the position sigma.
 const USUAL_FRAMES: f64 = 300.0;
 
-/// The noise of places is averaged over so many frames.
+/// Frames in the running mean of the keypoint noise.
 const NOISE_FRAMES: f64 = 15.0;
 
-/// What a pose is worth.
+/// Quality of a pose.
 #[derive(Clone, Copy, Debug)]
 pub struct Judgement {
     /// Single-picture position sigma given the map.
@@ -35,18 +36,17 @@ impl Tracker {
         3.0 * focal_px * (sigma_rad + sigma_m) < NARROW_PX
     }
 
-    /// Whether all depth and scale come from the rig's own motion: no two cameras see the same, and no inertial unit binds the keyframes by
-    /// its steps from one to the next.
+    /// Whether depth and scale come from motion alone: no two cameras overlap, and there is no IMU.
     pub(super) fn depends_on_motion(&self) -> bool {
         self.pending.waits_for_motion() && self.imu_filter.is_none()
     }
 
-    /// Places are off by no less: a map that hangs on its motion learns their noise from what they show.
+    /// Lower bound on the keypoint noise. 0 where it is estimated from residuals.
     pub(super) fn least_px(&self) -> f64 {
         if self.depends_on_motion() { 0.0 } else { WITHIN_PIXEL_PX }
     }
 
-    /// Judges a pose; what is felt besides the picture vouches for it.
+    /// Judges a pose. A certain IMU prediction makes it sound.
     pub(super) fn judge(&mut self, located: &LocalisedPose, imu_is_sure: bool) -> Judgement {
         let single_picture_sigma_m = located.single_picture_sigma_m;
         let is_sound = imu_is_sure || self.is_sound(located, single_picture_sigma_m);
@@ -57,7 +57,7 @@ impl Tracker {
         Judgement { single_picture_sigma_m, is_sound }
     }
 
-    /// Whether a pose is known well enough to make landmarks from: they would carry its error on.
+    /// Whether a pose is certain enough to create landmarks, which inherit its error.
     fn is_sound(&self, located: &LocalisedPose, single_picture_sigma_m: Option<f64>) -> bool {
         let body_from_world = &located.state.body_from_world;
         let depth_m =
@@ -69,9 +69,9 @@ impl Tracker {
         self.cameras.len() == 1 || single_picture_sigma_m.is_some_and(known)
     }
 
-    /// Takes a frame's residuals for the noise of places, by their median. Corners on the steps of few bits jump by a pixel: points made
-    /// from them with the noise of fine pictures look certain, and certain ones are refused. The residuals of a false map grow without end,
-    /// and a noise that grew with them would let anything fit: what the start has shown is the bound.
+    /// Estimates the keypoint noise from the median residual of a frame. Corners of few-bit pictures jump by a pixel; with the
+    /// configured noise their landmarks look too certain, and later matches are rejected. The residuals of a false map grow
+    /// without limit, so the noise that the initialisation showed is the upper bound.
     fn learn_noise(&mut self, views: &[View], located: &LocalisedPose) {
         if !self.depends_on_motion() {
             return;
@@ -91,7 +91,8 @@ impl Tracker {
         self.params.place_sigma_px = smoothed_px2.sqrt().clamp(least_px, self.place_sigma_px_max);
     }
 
-    /// Counts what was predicted and found, for culling, and learns from it; gives the inliers and the number of different landmarks.
+    /// Counts predicted and matched landmarks for culling, and updates the noise. Gives the inliers and the number of distinct
+    /// landmarks.
     pub(super) fn account(&mut self, views: &[View], located: &LocalisedPose) -> (Vec<Inlier>, u32) {
         self.learn_noise(views, located);
         for &number in &located.in_view {
@@ -127,8 +128,9 @@ impl Tracker {
 
     /// Whether a located frame has moved far from the last keyframe, or has lost too many of its landmarks.
     ///
-    /// Of the points that two cameras make at once nearly all are found again. Those that wait for the body's motion are fewer, and corners
-    /// that flicker as many: counting them as found made a keyframe of every frame or two. There only what was found since counts.
+    /// Two cameras triangulate at once, and nearly all their landmarks are found again. Landmarks that wait for motion are
+    /// fewer, and many come from unstable corners; counting these as found would make nearly every frame a keyframe. So in that
+    /// case only landmarks found since the last keyframe count.
     pub(super) fn keyframe_is_due(&mut self, world_from_body: &Pose, tracked: u32) -> bool {
         let waits = self.depends_on_motion();
         let Some(last) = &mut self.last_keyframe else { return true };

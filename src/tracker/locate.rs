@@ -29,7 +29,7 @@ pub struct LandmarkMatch {
     pub landmark: usize,
 }
 
-/// A pose and what speaks for it.
+/// A localised pose with its supporting matches.
 #[derive(Clone, Debug)]
 pub struct LocalisedPose {
     /// The body.
@@ -38,7 +38,7 @@ pub struct LocalisedPose {
     pub inliers: Vec<LandmarkMatch>,
     /// Landmarks that the pose puts on a picture.
     pub in_view: Vec<usize>,
-    /// What the picture alone knows of the pose given the map: information of the left twist.
+    /// Information of the left twist from this picture alone, given the map.
     pub information: Matrix6<f64>,
     /// Single-picture position sigma given the map, at the noise that the picture's residuals show, in metres.
     pub single_picture_sigma_m: Option<f64>,
@@ -62,9 +62,9 @@ pub struct Frame<'a> {
     pub prior: Option<PosePrior>,
     /// What an inertial unit says of the rate.
     pub imu_rate: Option<RatePrior>,
-    /// Places are off by no less than this.
+    /// Lower bound on the keypoint noise in pixels.
     pub least_px: f64,
-    /// Whether the prediction leaves no more than a few pixels open.
+    /// Whether the prediction is certain to a few pixels.
     pub sure: bool,
     /// Its number.
     pub number: u64,
@@ -72,31 +72,31 @@ pub struct Frame<'a> {
     pub inliers_before: u32,
 }
 
-/// Radius of the search around a prediction that the picture has turned: a bin of the vote, and what it leaves of translation and roll.
+/// Search radius around a prediction corrected by the vote: one bin, and the remaining effect of translation and roll.
 pub const NARROW_PX: f64 = 6.0;
-/// That search must find one in so many of the keypoints that the last frame found.
+/// The narrow search must find one in so many of the last frame's matches.
 const NARROW_SHARE: u32 = 2;
 /// Radius of the second search, around places predicted by the refined pose.
 const SECOND_RADIUS_PX: f64 = 4.0;
 /// Squared error in sigmas up to which a found landmark supports the pose: the 99 % quantile of chi2 with 2.
 const GATE_SIGMAS2: f64 = 9.21;
-/// A pose farther from what was known of it is not believed, however many places agree: 5 sigma in one direction, the 99.96 % quantile
-/// of chi2 with 6.
+/// Largest accepted squared deviation of a pose from its prior, whatever the support: 5 sigma, the 99.96 % quantile of chi2
+/// with 6 degrees of freedom.
 const SURPRISE_SIGMAS2: f64 = 25.0;
-/// What the map itself may be off by from one place to the next, in metres and radians.
+/// Local error of the map between neighbouring poses, in metres and radians.
 const MAP_SIGMAS: [f64; 2] = [0.003, 0.003];
 /// Median of chi2 with 2 degrees of freedom: 2 ln 2.
 pub const MEDIAN_SIGMAS2: f64 = 1.386;
-/// The gate widens by at most this where places are worse than the parameters say.
+/// Largest factor by which the gate widens when residuals exceed the assumed noise.
 const GATE_FACTOR_MAX: f64 = 4.0;
 /// Squared errors before the rate is known are larger by this: 10 px at the first and last row of a quick turn, in place of 3.6.
 const SWEEP_SIGMAS2_FACTOR: f64 = 8.0;
-/// A landmark this near to the best match is the same thing mapped twice, and no rival.
+/// A landmark this near to the best match is a duplicate of it, not a rival.
 const TWIN_DISTANCE_M: f64 = 0.1;
 /// Steps of a refinement; it stops by itself after some four.
 const REFINE_ITERATIONS_MAX: u32 = 12;
 
-/// Proven landmarks hold a pose alone where there are so many times those that it needs.
+/// The pose uses verified landmarks alone if there are so many times the required number.
 const PROVEN_FACTOR: u32 = 2;
 
 impl Frame<'_> {
@@ -123,7 +123,7 @@ impl Frame<'_> {
         None
     }
 
-    /// Whether a pose is one that the body can have come to.
+    /// Whether the pose agrees with its prior.
     pub fn is_credible(&self, located: &LocalisedPose) -> bool {
         let is_near = |prior: PosePrior| {
             let [sigma_m, sigma_rad] = MAP_SIGMAS;
@@ -140,14 +140,14 @@ impl Frame<'_> {
         self.confirm(&start, support, work)
     }
 
-    /// The pose that some landmarks are seen from, by descriptors alone, with the number of those that agree.
+    /// The pose from which some landmarks are seen, by descriptors alone, and its number of inliers.
     pub fn recognise(&self, landmarks: &[usize], key: DrawKey, work: &mut Work) -> Option<(Moving, u32)> {
         let found: Vec<LandmarkMatch> =
             (0..self.views.len()).flat_map(|camera| self.look_alikes(camera, landmarks, work)).collect();
         let measurements = self.measurements(&found);
         let bearing = |found: &LandmarkMatch| self.views[index(found.camera.0)].keypoints[found.keypoint].bearing;
         let bearings: Vec<DVec3> = found.iter().map(bearing).collect();
-        // Rows of other times than the frame's miss by more until the rate is known.
+        // Until the rate is known, rows far from the frame's time have larger errors.
         let sweep = if self.sweeps() { SWEEP_SIGMAS2_FACTOR } else { 1.0 };
         let gate_sigmas2 = GATE_SIGMAS2 * GATE_FACTOR_MAX * sweep;
         let limits = RansacSettings { samples_max: self.params.samples_max, confidence: 0.999, gate_sigmas2 };
@@ -225,7 +225,8 @@ impl Frame<'_> {
         (u32_from(kept.len()) >= self.params.inliers_min).then_some((state, kept))
     }
 
-    /// Whether more than two views of one camera stand behind a landmark: two rays always nearly meet, and only a third can contradict.
+    /// Whether a landmark has more than two views of one camera: two rays nearly always meet, and only a third can contradict
+    /// them.
     fn is_proven(&self, found: &LandmarkMatch) -> bool {
         self.cameras.len() > 1 || self.map.landmarks[found.landmark].keyframe_count() > 2
     }
@@ -234,7 +235,7 @@ impl Frame<'_> {
         self.views.iter().any(View::sweeps)
     }
 
-    /// What is known of the rate beside the rows; nothing to know where all rows have the frame's time.
+    /// Prior of the rate; `None` with a global shutter.
     fn rate_prior(&self, state: &Moving) -> Option<RatePrior> {
         self.sweeps().then(|| {
             self.imu_rate
@@ -319,7 +320,7 @@ impl Frame<'_> {
             .collect()
     }
 
-    /// What the found landmarks say about the pose.
+    /// Measurements of the matched landmarks.
     pub fn measurements(&self, found: &[LandmarkMatch]) -> Vec<Measurement> {
         let measurement = |found: &LandmarkMatch| {
             let keypoint = &self.views[index(found.camera.0)].keypoints[found.keypoint];
@@ -335,7 +336,7 @@ impl Frame<'_> {
     }
 }
 
-/// Offers a landmark; one that stands where the best stands replaces it or is passed over, but is no runner-up.
+/// Offers a landmark. A duplicate of the best one replaces it or is skipped, but is no runner-up.
 fn offer_unless_twin(best: &mut Best, (number, landmark, distance): (usize, &Landmark, u32), all: &[Landmark]) {
     let twin = best.distance != u32::MAX
         && (all[best.number].position_m - landmark.position_m).length_squared() < TWIN_DISTANCE_M * TWIN_DISTANCE_M;
@@ -346,7 +347,7 @@ fn offer_unless_twin(best: &mut Best, (number, landmark, distance): (usize, &Lan
     }
 }
 
-/// Gate of inliers, widened where the median says that all places are worse than assumed.
+/// Inlier gate, widened if the median residual exceeds the assumed noise.
 fn gate(errors2: &[f64]) -> f64 {
     let median = upper_median(errors2).unwrap_or(0.0);
     GATE_SIGMAS2 * lesser(greater(median / MEDIAN_SIGMAS2, 1.0), GATE_FACTOR_MAX)

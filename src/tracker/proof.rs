@@ -1,10 +1,10 @@
 //! Verifies a two-view motion: the views between must agree with it, and two halves of the points must give the same motion. Gives poses,
 //! points and the keypoint noise, or nothing yet.
 //!
-//! Two views alone fit many false motions: a few pairs that agree by chance, a plane's other motion, a turn taken for a step. A path
-//! through all views is fitted to each candidate under Student's t; the cheapest one counts, if it costs clearly less than any
-//! other. What noise and false pairs leave open of it is measured, not assumed: each half of the points, taken alone from its own samples
-//! on, must come to the same motion. The difference of two halves has twice the standard deviation of the whole.
+//! Two views alone fit many false motions: chance agreements, the second solution of a plane, a rotation taken for a
+//! translation. A path through all views is fitted to each candidate under Student's t; the cheapest counts if it costs clearly
+//! less than any other. The remaining uncertainty is measured: each half of the points, with its own RANSAC samples, must give
+//! the same motion. The difference of two halves has twice the standard deviation of the whole.
 
 use glam::DVec3;
 
@@ -24,12 +24,12 @@ use crate::tracker::unit::solve_in_unit;
 use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
-/// Halves of the points must tell the baseline's direction and the turn alike to so many radians: the whole then knows them to half of it,
-/// as 5 % of a depth.
+/// Largest difference between the two halves' baseline directions and rotations, in radians. The whole is then certain to half
+/// of it, which is 5 % of a depth.
 const HALVES_RAD_MAX: f64 = 0.1;
-/// Squared error in sigmas beyond which a sighting is left out: the 99 % quantile of chi2 with 2.
+/// Squared error in sigmas above which an observation is rejected: the 99 % quantile of chi2 with 2 degrees of freedom.
 const GATE_SIGMAS2: f64 = 9.21;
-/// Another motion is refuted where it costs more by this: the 99.9 % quantile of chi2 with one degree of freedom.
+/// Cost difference above which the other motion is rejected: the 99.9 % quantile of chi2 with one degree of freedom.
 const CLEARLY_WORSE: f64 = 10.8;
 /// Steps of an adjustment.
 const ITERATIONS: u32 = 15;
@@ -41,13 +41,13 @@ pub struct PathView<'a> {
     pub t_s: f64,
     /// Its keypoints.
     pub keypoints: &'a [Keypoint],
-    /// How the body turns, where rows have times of their own.
+    /// The body's rate of rotation, with a rolling shutter.
     pub rate: Option<Twist>,
     /// Track and keypoint, in rising order of tracks.
     pub pairs: &'a [(usize, usize)],
 }
 
-/// What is to be proved, and with what.
+/// A two-view motion to verify, and the views between.
 pub struct Hypothesis<'a> {
     /// The rig's only camera.
     pub cameras: &'a [RigCamera],
@@ -66,14 +66,14 @@ pub struct VerifiedPath {
     pub poses: Vec<Pose>,
     /// Points of the world by track, with the tracks' numbers.
     pub points_m: Vec<(usize, DVec3)>,
-    /// Noise of places per axis in units of the assumed one, by the median, freedom taken off.
+    /// Keypoint noise per axis relative to the assumed one, from the median, corrected for degrees of freedom.
     pub noise_sigmas: f64,
     /// Cost of all sightings of all pairs, each with no more than the gate.
     cost: f64,
 }
 
 impl Hypothesis<'_> {
-    /// The path that the pairs prove; `None` where they prove none.
+    /// The verified path; `None` if the motion is not certain.
     pub fn prove(&self, found: &TwoView, key: DrawKey, work: &mut Work) -> Option<VerifiedPath> {
         let all: Vec<usize> = self.pairs().iter().map(|pair| pair.0).collect();
         let motions = [Some(found.second_from_first), found.alternative];
@@ -221,7 +221,7 @@ impl Hypothesis<'_> {
         problem
     }
 
-    /// What an adjusted path is worth; points that one of their views contradicts are left out.
+    /// Cost and noise of an adjusted path. Points that one of their views contradicts are removed.
     fn judged(&self, poses: Vec<Pose>, mut points_m: Vec<(usize, DVec3)>, tracks: &[usize]) -> Option<VerifiedPath> {
         let problem = self.problem(&poses, &points_m, false);
         let errors2 = problem.errors2();
@@ -239,7 +239,7 @@ impl Hypothesis<'_> {
         }
         let mut fit = fits.iter();
         points_m.retain(|_| fit.next().is_some_and(|fits| *fits));
-        // Pairs without a point count as if all their places missed, else a path would gain by what it does not explain.
+        // Pairs without a point count as outliers in all their views; otherwise a path would gain by what it does not explain.
         let views = 0..self.views.len();
         let seen = |track: &usize| views.clone().filter(|&view| self.keypoint(view, *track).is_some()).count();
         let sightings: usize = tracks.iter().map(seen).sum();

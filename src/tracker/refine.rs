@@ -90,7 +90,7 @@ const SCALE2_RANGE: [f64; 2] = [0.04, 16.0];
 /// corners of a dim room, of which 17 % in place of 6 % lie on whole pixels.
 pub const WITHIN_PIXEL_PX: f64 = 0.19;
 
-/// Places' errors as a bivariate Student's t, whose scale is the errors' own.
+/// Bivariate Student's t with the scale of the errors themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StudentT {
     /// Squared scale in sigmas squared.
@@ -147,7 +147,7 @@ pub fn huber(error2: f64) -> (f64, f64) {
     }
 }
 
-/// How errors count.
+/// Error distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ErrorModel {
     /// Normal up to a threshold at the assumed sigma.
@@ -227,10 +227,10 @@ impl PosePrior {
     }
 }
 
-/// What is known beside the places: of the rate, and of the pose.
+/// Priors of rate and pose.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Known<'a> {
-    /// With it the rate is an unknown, without it stays as it is.
+    /// Prior of the rate; without one, the rate stays fixed.
     pub rate: Option<&'a RatePrior>,
     /// Nothing where it is missing.
     pub pose: Option<&'a PosePrior>,
