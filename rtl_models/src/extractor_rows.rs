@@ -11,7 +11,7 @@ use crate::fx_back::{Record, Row};
 use crate::fx_front::{DRAIN, FRONT_LATENCY};
 use crate::fx_front_rows::{FrontRows, FrontRowsMemory, FrontSink, RowCorner, RowDone, Word};
 
-/// What stands around the extractor, in its clocks: 0 is the first after reset.
+/// The extractor's environment: when pixels are offered and records are taken. Clock 0 is the first after reset.
 pub trait ExtractorHost {
     /// Pixels `first` to `end` of a row are taken one by one, each when it is offered, the first not before `clk`: the last one's
     /// clock.
@@ -22,14 +22,14 @@ pub trait ExtractorHost {
     fn leaves(&mut self, record: &Record, clk: u64);
 }
 
-/// A row whose end is on its way.
+/// A row whose end has not yet reached the back half.
 #[derive(Clone, Copy, Debug)]
 struct Ending {
     row: Row,
     frame_end: bool,
 }
 
-/// The back as it stands in a clock, and what is on its way to it.
+/// The back half's state in a clock, with pending inputs.
 #[derive(Debug)]
 struct InTime<'a> {
     back: FxBack<'a>,

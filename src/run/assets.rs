@@ -65,7 +65,7 @@ pub trait Stopwatch: Sync {
     fn now_s(&self) -> f64;
 }
 
-/// Time stands still: for runs whose cost nobody asks for.
+/// A stopped clock, for runs whose cost is not measured.
 pub struct NoClock;
 
 impl Stopwatch for NoClock {
@@ -80,7 +80,7 @@ pub trait Progress: Sync {
     fn at(&self, what: &'static str, share: f64);
 }
 
-/// Tells nobody.
+/// Discards progress.
 pub struct NoProgress;
 
 impl Progress for NoProgress {

@@ -80,7 +80,7 @@ impl Setup {
         samples(&self.motion, span, imu, GRAVITY_IN_WORLD_M_PER_S2, key).map_err(|error| Error::Run(error.to_string()))
     }
 
-    /// The unit as the tracker is told of it, where it uses one.
+    /// The IMU calibration for the tracker, if it uses the IMU.
     pub(super) fn imu_calibration(&self) -> Option<ImuCalibration> {
         let of = |imu: &crate::scene::motion::imu::Imu| ImuCalibration {
             body_from_imu: imu.body_from_imu,

@@ -53,7 +53,7 @@ pub fn lit_scene(
 /// Refuses what `lit_scene` refuses before it bakes.
 ///
 /// # Errors
-/// As `lit_scene`, but for what only the baked light tells.
+/// As `lit_scene`, without checks that need the baked light.
 pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
     let limits = scenario.bake_limits()?;
     match found(scenario, assets)? {

@@ -272,7 +272,7 @@ impl Setup {
         self.verilog.as_ref().filter(|_| self.fidelity.rung == Rung::Rtl)
     }
 
-    /// What the tracker is told of the cameras.
+    /// Camera calibrations for the tracker.
     pub fn calibration(&self) -> Vec<CameraCalibration> {
         let of = |camera: &Camera| CameraCalibration {
             lens: camera.lens,

@@ -35,15 +35,15 @@ const OFFSET_MIN: f64 = 0.01;
 /// What a step from keyframe to keyframe may be off by, in metres and radians, and what a closed loop's may.
 const STEP_SIGMAS: [f64; 2] = [0.01, 0.005];
 const LOOP_SIGMAS: [f64; 2] = [0.005, 0.0025];
-/// How far the logarithm of a map's scale may drift in a step, and how well a loop knows it: 30 depths, each to a tenth. Read only where
-/// the map has no scale of its own.
+/// Drift of the logarithm of a map's scale per step, and its sigma from a loop: 30 depths, each to a tenth. Used only without a
+/// metric scale.
 const STEP_LOG_SCALE: f64 = 0.01;
 const LOOP_LOG_SCALE: f64 = 0.02;
-/// Offsets beyond these (metres, radians) and these shares of the way and the turns since are no drift. A lens that is 1.5 % wrong, the
-/// worst calibration in the tests, drifts by 2.3 % of the way and 1.4 % of the turns.
+/// Largest drift that a loop may correct: metres and radians, plus shares of path length and rotation since the earlier visit.
+/// A lens that is 1.5 % wrong, the worst calibration in the tests, drifts by 2.3 % of the path and 1.4 % of the rotation.
 const DRIFT_FLOORS: [f64; 2] = [0.1, 0.05];
 const DRIFT_SHARES: [f64; 2] = [0.025, 0.025];
-/// Without a scale of its own a map drifts farther.
+/// Factor on the drift shares without a metric scale.
 const DRIFT_FACTOR_WITHOUT_SCALE: f64 = 2.0;
 /// Keypoints that must have a depth from both visits.
 const RATIOS_MIN: usize = 10;
@@ -122,9 +122,9 @@ impl Loop {
         keyframe <= before.keyframe + 3 && between.translation_m.length() < metres && between.angle_rad() < radians
     }
 
-    /// Bends the map: the last keyframe comes to stand where the earlier visit's landmarks see it, in their unit of length where a map has
-    /// none of its own. Gives what the last keyframe's lengths are multiplied by; `None` where the graph doubts the loop, and the map
-    /// is then as it was.
+    /// Corrects the map so that the last keyframe agrees with the earlier visit's landmarks, in their scale if the map has no
+    /// metric one. Gives the scale factor of the last keyframe; `None`, with the map unchanged, if the pose graph rejects the
+    /// loop.
     pub fn close(
         &self,
         map: &mut Map,

@@ -271,8 +271,8 @@ fn before_both(motions: &[Pose], pairs: &[Pair]) -> (Pose, usize, Option<(Pose, 
     best
 }
 
-/// The motions that explain a homography, the better one first. Both are refined by the epipolar distance over all
-/// pairs: few scenes are all plane, and what stands off it tells the two apart.
+/// The motions that explain a homography, the better one first. Both are refined by the epipolar distance over all pairs: few
+/// scenes are all plane, and points off the plane separate the two.
 fn plane_motions(h: &DMat3, (pairs, agreeing): (&[Pair], &[Pair]), unit: f64) -> (Pose, Option<Pose>) {
     let before =
         |normal: DVec3| 2 * agreeing.iter().filter(|pair| normal.dot(pair.first) > 0.0).count() > agreeing.len();

@@ -44,7 +44,7 @@ pub struct LocalisedPose {
     pub single_picture_sigma_m: Option<f64>,
 }
 
-/// One frame, the map it is held against, and the rules.
+/// One frame, the map, and the rules.
 pub struct Frame<'a> {
     /// The rig.
     pub cameras: &'a [RigCamera],

@@ -1,10 +1,10 @@
 //! Starts a mono map from two pictures of a moving body. Takes one frame after the other until the motion between two of them is
 //! verified.
 //!
-//! A frame is held against an opening one: pairs by descriptors alone, the motion by [`two_view`]. One camera knows no metre: the
-//! unit of its map is such that the median depth of the first points is [`MONO_DEPTH_M`]. Of several cameras without common keypoints the
-//! turn of their arms tells the length: each other camera's pairs must stand on the planes that the whole rig's motion spans, an equation
-//! linear in the scale (Pless, "Using many cameras as one", CVPR 2003).
+//! Each frame is compared with a first one: pairs by descriptors alone, the motion by [`two_view`]. One camera gives no metric
+//! scale: the map's unit is such that the median depth of the first points is [`MONO_DEPTH_M`]. With several cameras that do
+//! not overlap, the rotation of their lever arms gives the scale: each pair of another camera must satisfy the epipolar
+//! constraint of the whole rig's motion, an equation linear in the scale (Pless, "Using many cameras as one", CVPR 2003).
 
 use glam::{DQuat, DVec3};
 
@@ -43,7 +43,7 @@ struct InitialFrame {
     frame: u64,
     t_s: f64,
     views: Vec<View>,
-    /// The body's turn a second, where rows have times of their own.
+    /// The body's rate of rotation, with a rolling shutter.
     rate: Option<Twist>,
 }
 
@@ -316,7 +316,7 @@ impl Stage<'_> {
         forward.iter().enumerate().filter_map(mutual).collect()
     }
 
-    /// Length in metres of one camera's unit baseline, from the other cameras' pairs; `None` where they do not tell it.
+    /// Length in metres of one camera's unit baseline, from the other cameras' pairs; `None` if they do not determine it.
     fn rig_scale(&self, reference: usize, motion: &Pose, others: &[(usize, Vec<Pair>)]) -> Option<f64> {
         let of = |camera: usize| self.cameras[camera].calibration.body_from_camera;
         let turn = (of(reference).rotation * motion.rotation * of(reference).rotation.conjugate()).normalize();

@@ -28,7 +28,7 @@ impl PowerSignals {
         Self { blocks, total, line }
     }
 
-    /// Shows a line; `at_ps` tells when a nanosecond of it is.
+    /// Adds a line; `at_ps` converts nanoseconds of it to time.
     pub fn show(&self, recorder: &mut Recorder, at_ps: &dyn Fn(u64) -> u64) {
         for span in &self.line.spans {
             let time_ps = at_ps(u64_half_even(1e3 * span.start_us));

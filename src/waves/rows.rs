@@ -21,7 +21,7 @@ pub fn tail_clk(seq: &SeqConfig) -> u32 {
     (used + 3).saturating_sub(seq.hts)
 }
 
-/// What the core is told of a line.
+/// The core's inputs for a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineClocks {
     /// Whole clocks of `adc_clk` in a line.

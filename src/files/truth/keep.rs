@@ -131,7 +131,7 @@ impl Keep {
     /// Whether a run on pictures can keep it: they have no surfaces, only depth at best.
     ///
     /// # Errors
-    /// What only geometry can tell.
+    /// Kinds of output that need geometry.
     pub(super) fn check_for_pictures(&self, has_depth: bool) -> Result<(), Error> {
         let missing = |kept: &Kept| match kept {
             Kept::Depth => !has_depth,

@@ -53,7 +53,7 @@ struct System {
 /// Aligns frames `map_from_camera` with the steps between neighbours (one less); `camera_from_imu` is the mounting in metres.
 ///
 /// # Errors
-/// Too few frames, or motion that does not tell scale from gravity.
+/// Too few frames, or motion that does not separate scale from gravity.
 pub fn align(
     frames: &[Pose],
     steps: &[Preintegrated],
