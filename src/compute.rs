@@ -1,4 +1,4 @@
-//! The fixed-point feature extractor on the sensor. Enters: codes of a frame. Leaves: features, their clocks and counted events.
+//! The fixed-point feature extractor on the sensor. Converts the codes of a frame to features, with their clocks and counted events.
 //!
 //! The way of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved;
 //! FAST-9/16 scores every pixel behind seven
@@ -75,7 +75,7 @@ pub use word::Word;
 pub mod blocks {
     pub use super::back::{ENGINE_FIXED_CLK, START_GAP_CLK};
     pub use super::brief::RotatedPattern;
-    pub use super::fast::{arc_difference, arc_difference_at};
+    pub use super::fast::{BORDER_PX, CIRCLE, arc_difference, arc_difference_at};
     pub use super::half::half_scale;
     pub use super::harris::harris_rank;
     pub use super::orientation::{moments, rounded_angle};

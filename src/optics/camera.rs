@@ -1,5 +1,6 @@
-//! A camera before its pixels: lens, aperture, and the bearing of every pixel. Enters: their parameters. Leaves: rays, and
-//! photons per lux.
+//! A camera before its pixels: lens, aperture, and the bearing of every pixel. Generates rays and computes photons per lux.
+
+mod identity;
 
 use glam::{DVec2, DVec3};
 

