@@ -81,7 +81,8 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
 }
 
 /// All verbs of this version.
-const VERBS: &str = "run, plan, ladder, timing, power, features, track, characterize, compare, sweep, presets, schema, config";
+const VERBS: &str =
+    "run, plan, ladder, timing, power, features, track, characterize, compare, sweep, presets, schema, config";
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
