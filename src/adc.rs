@@ -1,4 +1,4 @@
-//! Column converters. Enters: microvolts. Leaves: codes in LSB, and the events that making them took.
+//! Column converters. Convert microvolts to codes in LSB and count the events that the conversions take.
 //!
 //! The conversion itself always runs (`Converter`): ramp, comparators with their delays and kickback, counters. Offsets, gains,
 //! noises and settling of the columns are effects. docs/adc.md tells the whole of it.

@@ -1,6 +1,6 @@
-//! An EMVA 1288 (release 4.0) measurement of the simulated sensor. Enters: a resolved scenario, of which only the sensor counts.
-//! Leaves: frames of uniform light, every figure of the standard with its standard error, and the truth that the configuration
-//! implies. It touches no disk; `files::emva` writes what others judge.
+//! An EMVA 1288 (release 4.0) measurement of the simulated sensor. Takes frames of uniform light and computes every figure of the standard
+//! with its standard error, and the truth that the configuration implies. Of the scenario, only the sensor is used. It touches no disk;
+//! `files::emva` writes the files for external judges.
 //!
 //! Light falls straight onto the pixels: no lens, no scene, so photons a pixel and exposure are known. Exposure times are set freely
 //! in whole nanoseconds under constant light, also beyond the sequencer's longest, as with a lengthened frame. All effects of the

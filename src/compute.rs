@@ -1,4 +1,4 @@
-//! The fixed-point feature extractor on the sensor. Enters: codes of a frame. Leaves: features, their clocks and counted events.
+//! The fixed-point feature extractor on the sensor. Converts the codes of a frame to features, with their clocks and counted events.
 //!
 //! The way of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved;
 //! FAST-9/16 scores every pixel behind seven

@@ -4,7 +4,7 @@
 //! 32-bit uniform of its row for each draw, and every distribution is the exact quantile of that uniform.
 
 //!
-//! Enters: a key and, for Poisson draws, means in electrons. Leaves: 32-bit uniforms, standard normals, counts.
+//! Computes 32-bit uniforms, standard normals and Poisson counts from a key and, for Poisson draws, from means in electrons.
 
 mod exact;
 mod normal;

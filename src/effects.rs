@@ -1,5 +1,5 @@
-//! The one list of effects between photons and codes, in physical order; the planner that chooses from it; and the chain that
-//! runs the chosen ones over rows. Enters: facts and photons. Leaves: a plan, and codes.
+//! The one list of effects between photons and codes, in physical order; the planner that selects from it; and the chain that applies the
+//! selected effects to rows.
 
 pub mod chain;
 pub mod costs;

@@ -1,4 +1,4 @@
-//! CSI-2 packets, lanes and bandwidth. Enters: codes and features of a frame. Leaves: bytes, and their decoder for the host.
+//! CSI-2 packets, lanes and bandwidth. Packs the codes and features of a frame into bytes, and decodes them on the host.
 //!
 //! A frame is a frame-start packet, one line of embedded data (counter, times, gain, shape), one long packet a row of codes, user
 //! packets with features between and after the rows, and a frame-end packet. The sensor's side is `pack_frame`; `LinkParams::flow`

@@ -1,5 +1,5 @@
-//! Lens and aperture. Enters: rays of a scene. Leaves: mean photons at each pixel over its own exposure window, blurred by the lens and
-//! shared with the neighbours where the sensor does so.
+//! Lens and aperture. Computes the mean photons of each pixel over its exposure, blurred by the lens and shared between neighbours by
+//! crosstalk.
 
 pub mod bounds;
 pub mod camera;

@@ -1,4 +1,4 @@
-//! Photodiode, transfer gate and conversion gain. Enters: mean photons. Leaves: microvolts at the column.
+//! Photodiode, transfer gate and conversion gain. Converts mean photons to microvolts at the column.
 //!
 //! The two structural steps (`photons_to_mean_electrons`, `electrons_to_microvolts`) always run; everything else is an
 //! effect that a scene may or may not call for.

@@ -1,5 +1,5 @@
-//! The row sequencer. Enters: array size, line and frame length, exposure, window, binning, trigger. Leaves: which pixels make
-//! which picture, and when each row is exposed and read, in clocks and in seconds; registers and automatic exposure.
+//! The row sequencer. Determines which pixels make which picture, and when each row is exposed and read, in clocks and in seconds. Also:
+//! registers and automatic exposure.
 
 mod auto_exposure;
 mod budget;

@@ -1,5 +1,5 @@
-//! A moving scene: geometry, materials, light, and the motion of the rig. Enters: bytes of scene files. Leaves: radiance along
-//! rays in photons per second, per band; ground-truth poses, depth. It knows no lens and no pixel, and touches no disk.
+//! A moving scene: geometry, materials, light, and the motion of the rig. Computes radiance along rays in photons per second and band, and
+//! ground-truth poses and depth. It knows no lens and no pixel, and touches no disk.
 //!
 //! A `Scene` is geometry with materials in its own light units; a `Bake` is its irradiance; a `LitScene` is both, scaled so that a
 //! horizontal plane at a given point has a given illuminance, or taken as lamps and sky state it. Light is baked over dull surfaces, and

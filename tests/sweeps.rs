@@ -49,7 +49,7 @@ impl Place {
     pub fn arguments(&self, part: &str, out: &str, more: &[&str]) -> Vec<String> {
         let (file, out) = (self.scratch.join("sweep.toml"), self.scratch.join(out));
         let own = ["sweep", part, &file, "--out", &out].map(str::to_owned).to_vec();
-        own.into_iter().chain(more.iter().map(|word| (*word).to_owned())).collect()
+        with_store(own.into_iter().chain(more.iter().map(|word| (*word).to_owned())).collect())
     }
 
     /// Runs a part with a cache of this place.
@@ -70,11 +70,20 @@ impl Place {
     }
 }
 
+/// The same words, with a photon store unless they say what store.
+fn with_store(mut words: Vec<String>) -> Vec<String> {
+    if !words.iter().any(|word| word == "--photons-gib") {
+        words.extend(["--photons-gib", "1"].map(str::to_owned));
+    }
+    words
+}
+
 fn run_in(scratch: &Scratch, out: &str, cache: &str, more: &[&str]) -> Value {
     let out = scratch.join(out);
     let small = ["--set", "sensor.width=96", "--set", "sensor.height=72"];
     let own = ["run", "box", "--frames", "3", "--json", "--keep", "photons,packets", "--out", &out];
-    sensel_in_cache(&[&own[..], &small, more].concat(), &scratch.join(cache)).json()
+    let words = [&own[..], &small, more].concat();
+    sensel_in_cache(&with_store(words.into_iter().map(str::to_owned).collect()), &scratch.join(cache)).json()
 }
 
 /// Everything that a folder holds but what was measured.
@@ -140,7 +149,7 @@ fn a_damaged_entry_is_said_and_rendered_again() {
     std::fs::write(&entry, damaged).unwrap();
     let out = scratch.join("two");
     let small = ["--set", "sensor.width=96", "--set", "sensor.height=72"];
-    let own = ["run", "box", "--frames", "3", "--out", &out];
+    let own = ["run", "box", "--frames", "3", "--photons-gib", "1", "--out", &out];
     let again = sensel_in_cache(&[&own[..], &small].concat(), &scratch.join("c"));
     assert!(again.code == 0 && again.stderr.contains("damaged"), "{}", again.stderr);
     assert!(std::fs::read(&entry).unwrap() == whole, "it is stored again");
@@ -213,8 +222,9 @@ fn every_method_lays_out_its_points_and_draws_the_same_again() {
         assert!(points.iter().all(|point| (1..=12).contains(&point[1].shown.as_integer().unwrap())));
         if method != "random" {
             // A sixteenth of the logarithm's range each: one point in every part of a hypercube, and of a Sobol' net.
-            let mut parts: Vec<u32> =
-                noise.iter().map(|v| (16.0 * (v / 50.0).ln() / 16_f64.ln()).min(15.0) as u32).collect();
+            let part =
+                |value: f64| sensel::num::u32_truncated(16.0 * libm::log(value / 50.0) / libm::log(16.0)).min(15);
+            let mut parts: Vec<u32> = noise.iter().map(|&value| part(value)).collect();
             parts.sort_unstable();
             assert_eq!(parts, (0..16).collect::<Vec<_>>(), "{method}");
         }

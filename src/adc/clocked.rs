@@ -1,4 +1,4 @@
-//! Conversions clock by clock. Enters: levels in nV, delays. Leaves: on every `adc_clk` the ramp, each comparator's bit, each counter.
+//! Conversions clock by clock. Computes, from levels in nV and delays, the ramp, each comparator's bit and each counter on every `adc_clk`.
 //!
 //! Two parts with one border, the comparators' bits: `Comparators` is the analog side in integers, `Counters` the digital one. A
 //! clock of `Comparators`: the ramp steps; every column that has not been crossed compares; a crossed column's bit goes high its

@@ -1,4 +1,4 @@
-//! Delays of the columns' comparators. Enters: the key of a die's columns. Leaves: whole clocks of `adc_clk`, one a column.
+//! Delays of the columns' comparators, in whole clocks of `adc_clk`, drawn once for each column of a die.
 //!
 //! Model: a comparator answers its slew and regeneration time after the crossing. The ramp that overdrives it is the same for all
 //! columns, so the delay does not depend on the signal, and mismatch makes it differ from column to column of the die. A normal of

@@ -1,4 +1,4 @@
-//! Column gain errors. Enters: microvolts. Leaves: microvolts scaled by each column's own gain.
+//! Column gain errors. Scales the microvolts of each column by that column's gain.
 //!
 //! Model: a normal gain of mean 1 and sigma `column_gain_sigma` for each column of the die (column amplifier and ramp tap
 //! mismatch), equal in all rows and frames.

@@ -1,4 +1,4 @@
-//! Column offsets. Enters: microvolts. Leaves: microvolts with each column's own offset added.
+//! Column offsets. Adds each column's fixed offset to its microvolts.
 //!
 //! Model: a normal offset for each column of the die (comparator and amplifier), equal in all rows and frames. A signal alone
 //! carries all of `column_offset_uv`; a difference carries `column_offset_residual_uv`. Where both samples are converted, both

@@ -1,4 +1,4 @@
-//! A column that has not settled when its signal is sampled. Enters: microvolts. Leaves: microvolts, less what is missing.
+//! A column that has not settled when its signal is sampled. Subtracts the missing part from the microvolts.
 //!
 //! Model: a source follower of bias I drives the column's capacitance C from the reset level to the signal. While more than half the
 //! overdrive V_ov is missing, the bias alone moves the line: it slews at I / C. Below that it settles exponentially with

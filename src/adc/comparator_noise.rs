@@ -1,4 +1,4 @@
-//! Noise of the comparator. Enters: microvolts. Leaves: microvolts with a normal draw of each conversion and column added.
+//! Noise of the comparator. Adds a normal draw in microvolts for each conversion and column.
 //!
 //! Model: the comparator's decision noise referred to its input, one draw a conversion (DESIGN: conversion). It stands besides the read
 //! noise, which has its own draw. A difference on a capacitor is converted once and so has one draw.

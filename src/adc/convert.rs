@@ -1,4 +1,4 @@
-//! A row of conversions. Enters: microvolts of a row. Leaves: codes in LSB, and how long counters and comparators ran.
+//! A row of conversions. Converts microvolts to codes in LSB, and reports how long counters and comparators ran.
 //!
 //! A column's comparator goes high at the first clock at which the ramp stands above the sample plus pedestal, its delay later;
 //! its count is the clocks before that, or all. One conversion: the count is the code, and the pedestal is the edge of the black

@@ -1,4 +1,4 @@
-//! When comparators go high, in closed form. Enters: levels in nV, delays. Leaves: the first clock at which each comparator is high.
+//! When comparators go high, in closed form. Computes the first clock at which each comparator is high, from levels in nV and delays.
 //!
 //! Without kickback a column's crossing follows from its own level. With kickback all columns that share the ramp are one system,
 //! solved from event to event: at clock t all columns compare with edge t plus the shift; comparators that go high at t shift the

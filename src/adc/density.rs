@@ -1,4 +1,4 @@
-//! Code density of the simulated converter. Enters: a converter. Leaves: DNL and INL of a ramp histogram, effective bits of a sine fit.
+//! Code density of the simulated converter. Measures DNL and INL from a ramp histogram, and effective bits from a sine fit.
 //!
 //! IEEE 1241-2010, as a laboratory does it, through the converter's front door: samples in uV in, codes out. The ramp histogram takes
 //! equally spaced samples over the whole range; the share of samples below code k places its transition `T[k]`; DNL is the width of a

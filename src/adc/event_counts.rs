@@ -1,4 +1,4 @@
-//! What a row's readout takes. Enters: the row's counted work. Leaves: counted events for the energy account.
+//! Converts the counted work of a row's readout to events for the energy account.
 
 use super::{AdcParams, Counter, Counting, RowWork, Sample};
 use crate::events::{Event, Events};

@@ -1,4 +1,4 @@
-//! Moments of a conversion. Enters: a level with normal noise. Leaves: mean and variance of its code, quantisation and clipping included.
+//! Moments of a conversion. Computes the mean and variance of the code of a level with normal noise, including quantisation and clipping.
 //!
 //! A count is the number of the ramp's edges at or below the level, so its mean is the sum over edges of P(level >= edge), its mean square
 //! the sum of (2 j - 1) P_j. Edges further than `REACH` sigmas below count fully, those above not at all. Where sigma is above

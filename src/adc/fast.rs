@@ -1,5 +1,5 @@
-//! The plain linear ramp in f32, a block of columns at a time. Enters: microvolts. Leaves: codes in LSB and the clocks that they
-//! took, or word that a sample lies too close to an edge for f32 to say on which side.
+//! The plain linear ramp in f32, a block of columns at a time. Converts microvolts to codes in LSB and clocks, or reports that a sample
+//! lies too close to an edge for f32 to decide.
 //!
 //! A count is a straight line of the sample, rounded down. In f32 that line is off by a known part of a code, so only samples that
 //! close to an edge need the exact count of `LinearKernel`, the slow twin: about one in 2,000 at 10 bits, one in 130 at 14 bits.

@@ -1,4 +1,4 @@
-//! Kickback: what comparators that flip do to the ramp that they share. Enters: flips by clock. Leaves: the ramp's shift in nV.
+//! Kickback of comparators onto the ramp that they share. Computes the ramp's shift in nV from the number of flips at each clock.
 //!
 //! A comparator's regeneration couples charge back into its inputs (Razavi, The StrongARM Latch, IEEE Solid-State Circuits
 //! Magazine 2015); on the shared ramp each flip leaves a step that the ramp's driver takes away again. In integers: flips at

@@ -1,4 +1,4 @@
-//! The plain linear ramp in closed form, many columns at a time. Enters: microvolts of a row. Leaves: codes in LSB, and how long
+//! The plain linear ramp in closed form, many columns at a time. Converts microvolts of a row to codes in LSB, and reports how long
 //! counters and comparators ran.
 //!
 //! Edge k (1 .. 2^b - 1) stands at round(k span / 2^b) nV, halves up. A count is the number of edges at or below a sample plus

@@ -1,4 +1,4 @@
-//! Parameters of the column converters. Enters: numbers of a config. Leaves: the same, checked, and what follows from them.
+//! Parameters of the column converters: checks the values of a config and derives what follows from them.
 
 use rtl_models::cds::CdsConfig;
 

@@ -1,4 +1,4 @@
-//! The ramp as its edges. Enters: checked parameters. Leaves: the level in nV at which the ramp stands at each clock.
+//! The ramp as its edges: the level in nV of the ramp at each clock, from checked parameters.
 //!
 //! Edge k is where the ramp stands after k clocks, k = 0 its bottom. A plain linear ramp has edge k at round(k span / 2^b) nV,
 //! halves up, in closed form. Every other ramp is a table: its shape (equal steps, straight pieces, or given levels), plus the

@@ -1,4 +1,4 @@
-//! Jitter of the ramp's clock. Enters: microvolts. Leaves: microvolts with a normal draw, scaled by the slope at each pixel's crossing.
+//! Jitter of the ramp's clock. Adds a normal draw in microvolts, scaled by the ramp's slope at each pixel's crossing.
 //!
 //! Model: when `adc_clk` comes dt late against the ramp, the ramp stands slope times dt higher (aperture jitter in the sense of IEEE
 //! 1241-2010). A column samples the clock once a conversion, at its crossing, so each conversion and column has one draw of sigma

@@ -1,4 +1,4 @@
-//! Noise that many pixels share. Enters: microvolts. Leaves: microvolts with one draw for all pixels of a row or column added.
+//! Noise that many pixels share. Adds one draw in microvolts to all pixels of a row or column.
 //!
 //! Models, each a normal draw: `row_noise` (reference and supply noise sampled once a row), `row_offset` (a pattern of the die),
 //! `column_noise` (a column's bias and reference, low-frequency, once a frame) stand on the difference and so on the signal sample.

@@ -1,4 +1,4 @@
-//! Ripple of the supply. Enters: microvolts. Leaves: microvolts with a sine of run time added at each pixel's crossing.
+//! Ripple of the supply. Adds a sine of run time, in microvolts, at each pixel's crossing.
 //!
 //! Model: a regulator's ripple of amplitude `supply_ripple_uv` at the ADC's input (rejection included) moves a sample when its
 //! comparator decides: at time of the row's readout, plus the start of its conversion within the line, plus the clocks to its

@@ -1,5 +1,5 @@
-//! The figures of EMVA 1288 release 4.0. Enters: photon transfer, spatial variances, the temporal noise's shape. Leaves: every figure
-//! by its name; NaN where the data hold none.
+//! The figures of EMVA 1288 release 4.0, by name, from photon transfer, spatial variances and the shape of the temporal noise. A figure is
+//! NaN where the data cannot give it.
 //!
 //! With mu the means, sigma^2 the temporal variances, mu_p the photons (names as in `tests/judges/emva1288_check.py`):
 //!

@@ -1,5 +1,5 @@
-//! What the truth does not say. Enters: a sensor's parameters. Leaves: effects and settings that the model has no closed form for, each
-//! with the figures that it touches and the reason. These figures are measured and shown, but nothing is expected of them.
+//! Limits of the truth: effects and settings that the model has no closed form for, each with the figures that it affects and the reason.
+//! These figures are measured and shown, but have no expected value.
 
 use crate::effects::{self, Parameters};
 

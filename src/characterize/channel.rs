@@ -1,5 +1,4 @@
-//! The colour plane that is measured. Enters: the colour filters over the array. Leaves: which pixels of it count, and the light that
-//! reaches all of them.
+//! The colour plane that is measured: which pixels of the array count, and the light that reaches all of them.
 //!
 //! EMVA 1288 release 4.0 measures each colour channel on its own, at the wavelength where it responds best. Light of the filter's best
 //! band falls on the whole array, so that neighbours get what their filters pass; the pixels of one place of the pattern are kept, as a

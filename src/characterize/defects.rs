@@ -1,5 +1,5 @@
-//! Logarithmic histograms of pixels (EMVA 1288 release 4.0, section 8, defect pixels). Enters: deviations of pixels in integer steps.
-//! Leaves: counts by bin, the normal that has the same mean and variance, and the share of pixels beyond each deviation.
+//! Logarithmic histograms of pixels (EMVA 1288 release 4.0, section 8, defect pixels). Computes counts by bin, the normal of the same mean
+//! and variance, and the share of pixels beyond each deviation.
 
 use serde::Serialize;
 

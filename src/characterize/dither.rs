@@ -1,5 +1,4 @@
-//! Patterns seen through quantisers. Enters: variances of patterns and of the noise that dithers a conversion, levels on the ramp.
-//! Leaves: the variance that the pattern has in mean codes.
+//! Patterns after quantisation with dither. Computes the variance that a pattern has in mean codes.
 //!
 //! The mean of floor(x + noise) is x - 1/2 + sum over h of sin(2 pi h x) exp(-2 pi^2 h^2 noise) / (pi h) (Widrow and Kollar,
 //! "Quantization Noise", 2008, chapter 4). Three harmonics are kept: at the least noise of a conversion that is measurable, 0.3 DN over

@@ -1,4 +1,4 @@
-//! Straight lines. Enters: points. Leaves: slopes and offsets by least squares, as EMVA 1288 asks for each figure.
+//! Straight lines by least squares, as EMVA 1288 prescribes for each figure.
 
 /// Slope of the line through the origin.
 pub fn through_origin(points: impl Iterator<Item = (f64, f64)>) -> f64 {

@@ -1,4 +1,4 @@
-//! Maps of non-uniformity. Enters: deviations of pixels. Leaves: an inline picture with its caption.
+//! Maps of non-uniformity: draws the deviations of pixels as an inline picture with its caption.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;

@@ -1,5 +1,5 @@
-//! What is kept of the frames: exact integer sums. Enters: frames one by one. Leaves: means and variances of every point, and of the
-//! stacks what spatial figures and the temporal noise's shape need. Memory does not grow with the number of frames.
+//! Exact integer sums of the frames. Computes means and variances of every point, and from the stacks the inputs of spatial figures and of
+//! the temporal noise's shape. Memory does not grow with the number of frames.
 
 use super::set::{Set, Shot};
 use crate::num::{f64_from_i64, f64_from_u64, f64_from_usize, u64_from};

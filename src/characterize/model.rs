@@ -1,5 +1,5 @@
-//! What a sensor's parameters say of its means and variances, without a draw. Enters: parameters and a set. Leaves: the points and
-//! the spatial variances that an endless number of frames would give, saturation and quantisation included.
+//! Predicts means and variances from a sensor's parameters, without a draw: the points and spatial variances of infinitely many frames,
+//! including saturation and quantisation.
 //!
 //! Charge is taken as normal about its mean with a Poisson's variance, which is enough for two moments; patterns are averaged over by
 //! quadrature. Where reset and signal are converted apart, each has its own noise and its own quantiser on the ramp, and an offset of

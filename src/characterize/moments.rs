@@ -1,4 +1,4 @@
-//! Moments of clipped and quantised normals. Enters: mean and sigma of a normal, limits. Leaves: mean, variance, third cumulant.
+//! Moments of clipped and quantised normals: mean, variance and third cumulant.
 
 use crate::num::{f64_from_i64, greater, i64_truncated, lesser};
 

@@ -1,5 +1,5 @@
-//! `characterization.html`: one self-contained page. Enters: a characterization. Leaves: HTML without scripts or network. Every number on
-//! it stands in `characterization.json` as well.
+//! Writes `characterization.html`: one self-contained page without scripts or network. Every number on it stands in `characterization.json`
+//! as well.
 
 use super::Characterization;
 use super::defects::Histogram;

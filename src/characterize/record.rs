@@ -1,5 +1,5 @@
-//! `characterization.json`. Enters: a bench and what it measured. Leaves: every figure with its standard error and truth, the curves and
-//! maps behind them, configuration, seed, version.
+//! Writes `characterization.json`: every figure with its standard error and truth, the curves and maps behind them, configuration, seed and
+//! version.
 
 use serde::Serialize;
 use serde_json::{Value, json};

@@ -1,4 +1,4 @@
-//! What is shot: light, exposure times, frames. Enters: a sensor and options. Leaves: every shot of the measurement in order.
+//! The list of shots: light, exposure times and frames of the measurement, in order.
 //!
 //! EMVA 1288 release 4.0, section 6: a photon-transfer series from near dark to past saturation, two bright and two dark frames a
 //! point; section 8: stacks of bright and dark frames at half saturation. Light is constant and the exposure time varies (method 1),

@@ -1,5 +1,4 @@
-//! One frame of uniform light. Enters: a chain, a shot, the rows' times. Leaves: codes. The only place here that knows how a chain
-//! is asked for a frame.
+//! One frame of uniform light: returns the codes of a shot. Only this file calls the chain for a frame.
 
 use super::set::{Exposure, Set, Shot};
 use crate::effects::chain::{Capture, Chain, RowTimes};

@@ -1,5 +1,5 @@
-//! Spatial figures of a stack's mean frame. Enters: a stack. Leaves: spatial variance split into rows, columns and pixels (EMVA 1288
-//! release 4.0, section 8.2, equations 36 to 44), profiles (8.5) and spectrograms (8.4).
+//! Spatial figures of a stack's mean frame. Splits the spatial variance into rows, columns and pixels (EMVA 1288 release 4.0, section 8.2,
+//! equations 36 to 44), and computes profiles (8.5) and spectrograms (8.4).
 
 use super::measure::Stack;
 use crate::num::{f64_from_u64, f64_from_usize};

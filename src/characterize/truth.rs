@@ -1,5 +1,4 @@
-//! What the configuration implies that a judge will measure. Enters: a sensor and a set. Leaves: for each figure a value with a
-//! tolerance, or the reason why the standard cannot measure it.
+//! The expected result of each figure: a value with a tolerance, or the reason why the standard cannot measure it.
 //!
 //! A value is the figure of `analysis` taken from the model's expected points: what endlessly many frames would give, with quantisation,
 //! clipping and the place of the points. Beside it stands the plain value of the configuration, by its formula. A tolerance is 4.5

@@ -1,5 +1,5 @@
-//! Standard errors of the figures, from the size of the set. Enters: means and variances of the points and stacks, measured or
-//! expected. Leaves: one standard error a figure, in its unit.
+//! Standard errors of the figures, in their units, from the size of the set and the means and variances of points and stacks, measured or
+//! expected.
 //!
 //! With n pixels and L frames a stack, for noise that is independent between pixels and frames and nearly normal:
 //! - a point's variance from one pair of frames: sqrt(2 E[sigma^4] / n); a point's mean: sigma / sqrt(2 n);

@@ -1,5 +1,5 @@
-//! From cells to records in time: dumps of cell rows, the queue of candidates, the engines. Enters: ends of rows, lists, when
-//! records are taken. Leaves: every feature's clock, waits and losses.
+//! From cells to records in time: dumps of cell rows, the queue of candidates, the engines. Computes every feature's clock, the waits and
+//! the losses.
 //!
 //! It is the clock rules of `rtl_models/verilog/fx_back.sv` over events: clocks in which nothing can change are skipped. A value
 //! that stands in clock t is what was registered at the edge that ends t - 1.

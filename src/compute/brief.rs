@@ -1,4 +1,4 @@
-//! Rotated BRIEF. Enters: a smoothed patch and its angle. Leaves: up to 256 comparisons.
+//! Rotated BRIEF. Computes up to 256 comparisons from a smoothed patch and its angle.
 //!
 //! Bit i is 1 where the first point of pair i is darker than the second (Calonder 2010). Pairs are turned by the corner's
 //! angle, rounded to whole pixels. In hardware the plain pattern is 256 pairs and one rotator, the symmetric one 256 fixed

@@ -1,4 +1,4 @@
-//! The choice of corners, cell by cell. Enters: corners of one octave by rows. Leaves: each cell's best, in the order of its list.
+//! Selection of corners, cell by cell. Keeps the best corners of each cell of an octave, in the order of the cell's list.
 
 use super::fast::Corner;
 use super::params::PATCH_MARGIN_PX;

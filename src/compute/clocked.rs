@@ -1,5 +1,5 @@
-//! The clocked form: a frame through the hardware's twin, `rtl_models::extractor_rows`, which skips clocks in which nothing changes.
-//! Enters: words of a picture, the clocks in which they are offered and records taken. Leaves: what the functional form gives.
+//! The clocked form: runs a frame through the hardware's twin, `rtl_models::extractor_rows`, which skips clocks in which nothing changes.
+//! Its features equal those of the functional form.
 
 use rtl_models::extractor_core::front_config;
 use rtl_models::extractor_rows::{ExtractorRows, Surroundings, row_corners};

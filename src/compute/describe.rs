@@ -1,4 +1,4 @@
-//! What the engines make of a corner. Enters: pictures, served candidates. Leaves: features.
+//! The engines: convert the served candidates to features.
 
 use super::Feature;
 use super::back::Served;

@@ -1,4 +1,4 @@
-//! FAST-9/16 with its score and strict non-maximum suppression. Enters: a picture of words. Leaves: corners, by rows.
+//! FAST-9/16 with its score and strict non-maximum suppression. Finds the corners of a picture of words, row by row.
 //!
 //! A pixel is a corner at threshold t if nine neighbouring pixels of the 16 on a circle of radius 3 are all brighter than
 //! the centre plus t, or all darker than the centre minus t (Rosten and Drummond 2006). The score is the largest such t.

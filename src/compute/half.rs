@@ -1,4 +1,4 @@
-//! The next octave. Enters: a picture. Leaves: the picture of half its width and height.
+//! Halves the width and height of a picture: the next octave.
 
 use super::word::Word;
 use crate::num::index;

@@ -1,4 +1,4 @@
-//! Harris and Stephens' measure of a corner (1988) as a rank. Enters: picture, corner. Leaves: a 16-bit code that orders corners.
+//! Harris and Stephens' corner measure (1988) as a rank: a 16-bit code that orders corners.
 //!
 //! Gradients are 3x3 Sobel's at the 25 inner places of the corner's 7x7 window, their products are summed, and k is 1/16. The
 //! measure spans 50 bits, so it is coded like a float: 6 bits of exponent and 10 of fraction. The rank only chooses; corners

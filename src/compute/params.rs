@@ -1,4 +1,4 @@
-//! What the extractor is set to. Enters: what a configuration says. Leaves: checked values.
+//! Parameters of the extractor: checks the values of a config.
 
 use super::patch::RADIUS_PX;
 use super::{presmooth, smooth};

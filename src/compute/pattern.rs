@@ -1,4 +1,4 @@
-//! The pairs of points that descriptors compare. Enters: nothing. Leaves: 256 pairs by a rule of integers, and their turns.
+//! The pairs of points that descriptors compare: 256 pairs by a rule of integers, and their rotations.
 //!
 //! The plain pattern is turned by any of 256 angles, by a rotator with rounded sines. The symmetric pattern is
 //! eight pairs under 32 turns: turning it moves bits round by whole bytes, so hardware needs neither rotator nor sines.

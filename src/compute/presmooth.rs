@@ -1,4 +1,4 @@
-//! Smoothing before corners are looked for. Enters: words of a picture of few bits. Leaves: the picture under a 7x7 binomial kernel.
+//! Smoothing before corner detection, for pictures of few bits: a 7x7 binomial kernel.
 //!
 //! Codes of two bits are four plateaus: FAST's differences take three values, so a threshold has nothing between all corners and none;
 //! single pixels of noise at a plateau's edge are corners, and what an edge's place was within a pixel is lost. A mean of many pixels

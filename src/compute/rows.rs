@@ -1,4 +1,4 @@
-//! The order in which rows run through the shared window. Enters: sizes of the octaves. Leaves: rows of positions, one a clock.
+//! The order in which rows run through the shared window: rows of positions, one position a clock, from the sizes of the octaves.
 //!
 //! A row of an octave has one position more than pixels, and after an octave's last row comes one virtual row, so that every
 //! corner and smoothed pixel leaves without a special end. Rows of octave k+1 run as soon as the odd row of octave k that

@@ -1,4 +1,4 @@
-//! Frames of one size that follow each other through one extractor. Enters: pictures of words. Leaves: records with their clocks.
+//! Runs frames of one size through one extractor, one after another, and returns records with their clocks.
 
 use std::collections::VecDeque;
 

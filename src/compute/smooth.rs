@@ -1,4 +1,4 @@
-//! Smoothing before the descriptor's comparisons. Enters: a picture. Leaves: the picture under a 7x7 triangle kernel.
+//! Smoothing before the descriptor's comparisons: a 7x7 triangle kernel.
 
 use fixed::traits::Fixed;
 

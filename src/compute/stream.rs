@@ -1,5 +1,4 @@
-//! The extractor in time. Enters: the choice of corners of a frame, the clocks in which pixels are offered and records taken.
-//! Leaves: which candidates become features, in which order and clock, and what waited.
+//! The extractor in time. Determines which candidates become features, in which order and at which clock, and how long each part waited.
 //!
 //! Which corners a cell keeps does not depend on time; which of them are lost does, and when everything happens. So pictures are
 //! worked on as a whole, and this is a simulation of rows and candidates alone. It equals the clocked form.

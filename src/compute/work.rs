@@ -1,4 +1,4 @@
-//! What the extractor's hardware does in a frame. Enters: its parameters and counts. Leaves: events.
+//! Counts the events of the extractor's hardware in a frame.
 //!
 //! The rule follows the streaming form: logic of the front runs for every position, whatever the picture shows; what a corner
 //! costs, it costs once it is served. Minima, maxima, adds, subtractions and compares of one word are operations; shifts by

@@ -1,6 +1,5 @@
-//! Quantiles in f64. Enters: one 32-bit uniform u, standing for U = (u + 1/2) / 2^32, and a mean. Leaves: the normal or
-//! Poisson quantile of U. The row kernels hand their tails and undecided values to these functions, which use `libm`
-//! only, so that they give the same bits on every target.
+//! Quantiles in f64. Computes the normal or Poisson quantile of U = (u + 1/2) / 2^32 for a 32-bit uniform u. The row kernels hand their
+//! tails and undecided values to these functions, which use `libm` only, so that they give the same bits on every target.
 
 use crate::num::{f64_from_i64, u32_truncated};
 

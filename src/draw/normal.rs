@@ -1,4 +1,4 @@
-//! Standard normals of a row. Enters: uniforms. Leaves: their normal quantiles in f32.
+//! Standard normals of a row: the normal quantiles of uniforms, in f32.
 //!
 //! With x = 2 U - 1, the quantile is x P(-ln(1 - x^2)), where P is smooth (Giles, "Approximating the erfinv function", GPU
 //! Computing Gems, 2011). The outer 0.12 % go to `normal_quantile` in f64, the slow twin of the whole row too.

@@ -1,4 +1,4 @@
-//! Poisson counts of a row. Enters: uniforms and means in electrons. Leaves: the exact Poisson quantile of each uniform.
+//! Poisson counts of a row: the exact Poisson quantile of each uniform, for means in electrons.
 //!
 //! One uniform a draw, no rejection, so a count never falls when its mean grows. Bright columns go by the normal quantile's
 //! asymptotic series, dim ones by summing the distribution function. Either says where its error might change the count;

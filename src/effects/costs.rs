@@ -1,4 +1,4 @@
-//! What effects cost, measured. Enters: an effect. Leaves: nanoseconds a pixel on one core.
+//! Measured cost of each effect, in nanoseconds a pixel on one core.
 //!
 //! One table for the planner's prediction and for the documents, made by `cargo bench --bench effects -- costs`: each figure is the CPU
 //! time of a frame with the effect less that without it (the effect on top of shot noise and the conversion; where both samples are

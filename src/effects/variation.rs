@@ -1,5 +1,5 @@
-//! Process corner and supply of a die. Enters: parameters as a config or datasheet gives them, for typical silicon at the nominal
-//! supply. Leaves: the same parameters on this silicon at this supply. Typical at nominal changes no bit.
+//! Process corner and supply of a die. Converts parameters of typical silicon at the nominal supply to this silicon at this supply. Typical
+//! at nominal changes no bit.
 //!
 //! A corner names how fast NMOS and PMOS are: typical, fast or slow each. No foundry publishes its tables, so every factor here is
 //! assumed: of the size that public 180 nm to 65 nm models spread over, with the direction that physics gives it. A supply other

@@ -20,7 +20,7 @@ use crate::units::Size;
 const FORM: [u8; 4] = *b"SPh1";
 /// Bytes of an entry before its coded pixels: form, width, height, rays, variance ratio.
 const HEADER_BYTES: usize = 4 + 4 + 4 + 8 + 8;
-/// Effort of the coder. More saves under 1 % of the bytes and takes twice the time (docs/sweeps.md).
+/// Effort of the coder, from 0 to 12.
 const EFFORT: usize = 1;
 /// Pixels of an entry, at most: no header makes this program reserve more memory.
 const PIXELS_MAX: u64 = 1 << 28;

@@ -1,4 +1,4 @@
-//! Bit errors on the way from sensor to host. Enters: a frame's bytes, a rate. Leaves: the bytes with some bits flipped, and how many.
+//! Bit errors between sensor and host. Flips bits of a frame at a given rate, and counts them.
 //!
 //! Errors are independent of each other (a memoryless binary symmetric channel). The bits from one error to the next are
 //! geometrically distributed, so the draws are as many as the errors: the number of bits that are spared is floor(ln u / ln(1 - p))

@@ -1,4 +1,4 @@
-//! The two checks of CSI-2: the header's error correction code and the payload's CRC. Enters: bytes. Leaves: verdicts.
+//! The two checks of CSI-2: the header's error correction code and the payload's CRC.
 
 /// Header bits (bit 0 is the data identifier's lowest) that each parity bit covers, as masks of 24 bits.
 ///

@@ -1,4 +1,4 @@
-//! The line of embedded data in front of a frame. Enters: counter, times and shape. Leaves: its payload, and back.
+//! Encodes and decodes the line of embedded data in front of a frame: counter, times and shape.
 //!
 //! Layout, version 2, little endian: `SNSL`, version u8, RAW data type u8 (0: no rows), depth u8, flags u8 (bit 0: temperature is
 //! measured, bit 1: feature packets follow, bit 2: rows follow line-start packets with their numbers), frame u32, timestamp ns u64,

@@ -1,5 +1,5 @@
-//! When each packet of a frame is on the lanes, row by row, and where the readout has to wait. Enters: the list of packets, the time
-//! from row to row. Leaves: bursts in `byte_clk`, occupancy of the row FIFO, stalls.
+//! When each packet of a frame is on the lanes, row by row, and where the readout has to wait. Computes bursts in `byte_clk`, occupancy of
+//! the row FIFO, and stalls.
 //!
 //! Clock 0 is the start of the frame-start packet's burst. That and the embedded line leave before the first row is read, so that the
 //! link is free for it: row i is read at `lead + i rows apart` if nothing stalls. A row takes a place of the FIFO when it is read and

@@ -1,4 +1,4 @@
-//! Bytes over the data lanes. Enters: the bytes of a burst. Leaves: the bytes and bits of each lane, and back.
+//! Distributes the bytes of a burst over the data lanes, and merges them again.
 
 use bitvec::order::Lsb0;
 use bitvec::vec::BitVec;

@@ -1,4 +1,4 @@
-//! The sensor's side of the link. Enters: codes and features of a frame. Leaves: bytes, packets back to back.
+//! The sensor's side of the link. Packs the codes and features of a frame into packets, back to back.
 
 use crate::compute::Feature;
 use crate::error::Error;

@@ -1,4 +1,4 @@
-//! Short and long packets. Enters: data type, channel and payload. Leaves: bytes with header, ECC and CRC.
+//! Short and long packets. Adds header, ECC and CRC to a payload.
 
 use crate::link::RawKind;
 use crate::link::checks::{crc16, ecc};

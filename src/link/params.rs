@@ -1,4 +1,4 @@
-//! What the link is set to. Enters: words and numbers of a configuration. Leaves: the same with their ranges checked.
+//! Parameters of the link: checks the values of a config.
 
 use crate::error::Error;
 use crate::link::RawKind;

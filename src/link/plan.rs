@@ -1,4 +1,4 @@
-//! Which packets make a frame, in which order. Enters: the frame's rows, and when features leave the extractor. Leaves: a list.
+//! Lists the packets of a frame in the order in which they are sent.
 //!
 //! Rows are sent as they are read. Features leave in the gaps between rows: after a row's packet at most one feature packet follows,
 //! with no more features than pass before the next row is read, so features never make a row wait. What does not fit waits for the

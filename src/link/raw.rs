@@ -1,4 +1,4 @@
-//! Containers of codes. Enters: a row of codes. Leaves: the payload of its packet, and back.
+//! Containers of codes. Packs a row of codes into the payload of its packet, and unpacks it.
 //!
 //! A code with fewer bits than its container keeps its value: it is carried right-aligned, the container's upper bits zero.
 

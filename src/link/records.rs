@@ -1,4 +1,4 @@
-//! Features in user packets. Enters: features of a frame. Leaves: payloads of at most 65,535 bytes, and back.
+//! Features in user packets. Encodes the features of a frame as payloads of at most 65,535 bytes, and decodes them.
 //!
 //! Layout, version 2, little endian. Header: version u8, bytes of a feature u8, features in this packet u16, frame u32, index of its
 //! first feature u32 of which bit 31 says that no other packet follows: 12 bytes. Each feature: x u16 and y u16 in sixteenths of a

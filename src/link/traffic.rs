@@ -1,4 +1,4 @@
-//! How much a frame sends and how long that takes. Enters: shape of a frame. Leaves: bits, clocks and utilisation.
+//! Bits, clocks and utilisation of a frame on the link.
 
 use crate::error::Error;
 use crate::link::LinkParams;

@@ -1,5 +1,4 @@
-//! A camera before its pixels: lens, aperture, and the bearing of every pixel. Enters: their parameters. Leaves: rays, and
-//! photons per lux.
+//! A camera before its pixels: lens, aperture, and the bearing of every pixel. Generates rays and computes photons per lux.
 
 mod identity;
 

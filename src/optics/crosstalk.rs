@@ -1,5 +1,4 @@
-//! Light and charge that end in the neighbours' photodiodes. Enters: planes of photons behind the filters. Leaves: the same planes after a
-//! share of each pixel went to its four neighbours in equal parts.
+//! Optical and electrical crosstalk. Moves a share of each pixel's photons to its four neighbours, in equal parts.
 //!
 //! Both kinds act behind the filter: optical crosstalk is light that passed a pixel's filter and leaves its stack aslant;
 //! electrical crosstalk is charge, freed below the depletion, that diffuses before it is collected, more of it where light is

@@ -1,5 +1,5 @@
-//! From scene to photodiode: what each band goes through on its own between lens and photodiode. Enters: a lit scene, a camera, its motion,
-//! spans of exposure. Leaves: mean photons of every pixel, blurred by the lens, filtered, and shared with the neighbours.
+//! From scene to photodiode, band by band. Computes the mean photons of every pixel, blurred by the lens, filtered, and shared between
+//! neighbours.
 //!
 //! The lens blurs light before the filters, charge spreads behind them, and both differ by band, as the mapping does (lateral
 //! chromatic aberration). So bands that differ are rendered one by one, and behind a mosaic so are all bands once the lens blurs.

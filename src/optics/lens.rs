@@ -1,8 +1,8 @@
 //! Lens mappings: from a bearing in the camera's frame to a place on the picture, and back.
 //!
 //! The camera looks along +z, x to the right, y down; pixel centres are integers (the top left pixel's centre is (0, 0)).
-//! Enters: points of the camera's frame in metres. Leaves: places in pixels, unit bearings. It knows no scene and no pixel
-//! values, and clips to no picture.
+//! Converts points of the camera's frame in metres to places in pixels, and places to unit bearings. Knows no scene and no pixel
+//! values, and does not clip to the picture.
 //!
 //! A mapping takes a bearing to a place of a plane whose unit is the focal length; intrinsics take that to pixels. Each mapping is
 //! one to one on a cone around the axis, [`Lens::field_angle_max_rad`] wide on every side, and is refused beyond it.

@@ -1,5 +1,5 @@
-//! Colour filters over the pixels. Enters: a pattern of letters and the quantum efficiency behind each. Leaves: the share of each
-//! band that passes to each pixel.
+//! Colour filters over the pixels. Computes the share of each band that passes to each pixel, from a pattern of letters and their quantum
+//! efficiencies.
 //!
 //! A filter absorbs; the photodiode behind it has one efficiency, the greatest of the pattern. So a filter's transmission in a band
 //! is its published quantum efficiency there over that greatest one, and photons of a picture are those behind the filters.

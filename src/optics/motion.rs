@@ -1,5 +1,4 @@
-//! The camera's motion over a stratum of time. Enters: a trajectory. Leaves: a rotation matrix and a place that are quadratic
-//! in time, for rays by the packet.
+//! The camera's motion over a stratum of time: a rotation matrix and a position that are quadratic in time, for rays by the packet.
 
 use glam::DMat3;
 

@@ -1,5 +1,4 @@
-//! Blur of the lens: diffraction, defocus and a rest of aberrations. Enters: f-number, wavelength, diameters on the sensor, planes of
-//! photons before the filters. Leaves: the same planes blurred.
+//! Point spread of the lens: diffraction, defocus and residual aberrations. Blurs planes of photons before the filters.
 //!
 //! A plane's values are already means over pixels, so its modulation holds the pixel's own sinc. The kernel adds the lens: at the
 //! frequencies of its own grid its transform is the lens' transfer function, between them within 1 % of it up to half a cycle per

@@ -1,5 +1,5 @@
-//! Photons from pictures: the paper's down-sampling "based on the mapping function of the lens". Enters: a stream of pictures, a camera, a
-//! span of exposure for each row. Leaves: mean photons of every pixel.
+//! Photons from pictures: the paper's down-sampling "based on the mapping function of the lens". Computes the mean photons of every pixel
+//! from a stream of pictures.
 //!
 //! The corners of a pixel's area go through the sensor's lens to bearings and through the pictures' camera to a quadrilateral of the
 //! picture, whose light is averaged exactly by area, so nothing aliases. Neighbours share their corners: no light is lost or counted twice.

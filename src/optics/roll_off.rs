@@ -1,5 +1,5 @@
-//! How light falls towards the corners: roll-off and mechanical vignetting. Enters: a law, a measured table, angles of a clipped pupil.
-//! Leaves: the share of the axis' irradiance for the cosine of a bearing to the axis. All of it is turned around the axis.
+//! Roll-off and mechanical vignetting. Computes the relative irradiance from the cosine of the angle to the axis, by a law, a measured
+//! table, or a clipped pupil. Everything is radially symmetric.
 
 use glam::DVec3;
 

@@ -1,5 +1,5 @@
-//! Ground truth of a picture. Enters: a scene, a camera, and its pose while each row is exposed. Leaves, at the centre of every pixel:
-//! what surface it sees, how far, facing where, and where another camera or a later frame sees the same point.
+//! Ground truth of a picture: for the centre of every pixel, the surface that it sees, its range and normal, and where another camera or a
+//! later frame sees the same point.
 //!
 //! A row's truth belongs to the middle of its own exposure, so under a rolling shutter every row has its own pose. Everything goes
 //! through `Lens::project` and `Lens::unproject`, in f64 but for the search for the triangle; a pixel without a bearing has no truth.

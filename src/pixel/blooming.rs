@@ -1,4 +1,4 @@
-//! Blooming. Enters: electrons of the array. Leaves: electrons, at most the full well in each pixel.
+//! Blooming. Moves charge beyond the full well to neighbours, so that each pixel of the array holds at most the full well.
 //!
 //! Model: of the charge beyond the full well a share spills into the four neighbours, a quarter of it each; the rest goes to the
 //! anti-blooming drain, and so does what would leave the array. A neighbour that is full passes on what it receives in the same way

@@ -1,4 +1,4 @@
-//! Dark current. Enters: electrons. Leaves: electrons with the dark charge of exposure and storage added.
+//! Dark current. Adds the dark charge of exposure and storage, in electrons.
 //!
 //! Model: a Poisson draw of its own with mean rate(T) exposure + storage rate(T) wait; rates are given at 300 K and double every
 //! `dark_doubling_k` (EMVA 1288 release 4.0, section on dark current). Over the pixels of a die each rate has a lognormal factor

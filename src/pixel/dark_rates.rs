@@ -1,4 +1,4 @@
-//! Rates of dark charge. Enters: parameters. Leaves: electrons a second at the die's temperature, and bounds over pixels and dies.
+//! Rates of dark charge: electrons a second at the die's temperature, and bounds over pixels and dies.
 
 use super::PixelParams;
 use super::die::NORMAL_MAX;

@@ -1,4 +1,4 @@
-//! Dead pixels. Enters: mean photoelectrons. Leaves: the same, 0 where the die's pixel sees no light.
+//! Dead pixels. Sets the mean photoelectrons to 0 where the die's pixel sees no light.
 //!
 //! Model: at places of the die the photodiode is not connected: no photoelectron arrives, dark charge and noise stay.
 

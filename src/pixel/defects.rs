@@ -1,5 +1,4 @@
-//! The list of a die's defects. Enters: parameters, die, size. Leaves: each defective pixel with its kind, in order of kind, row and
-//! column: the same places that the effects act on.
+//! The list of a die's defects: each defective pixel with its kind, in order of kind, row and column, at the places that the effects use.
 
 use super::PixelParams;
 use super::dark_rates::DarkRates;

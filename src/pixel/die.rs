@@ -1,5 +1,4 @@
-//! What belongs to a die. Enters: the die's seed and a camera. Leaves: keys of its rows, its own deviations from the mean of all dies,
-//! and quantiles that its patterns share.
+//! Properties of one die: the keys of its rows, its deviations from the mean of all dies, and the quantiles that its patterns share.
 
 use crate::draw::{DrawKey, EffectNumber, RowPlace, normal_quantile, uniform_at};
 use crate::effect::RowPass;

@@ -1,5 +1,4 @@
-//! Gain of the die. Enters: microvolts of the charge. Leaves: the same, scaled as this die's conversion gain lies from the mean of
-//! all dies.
+//! Gain of the die. Scales the microvolts of the charge by this die's deviation from the mean conversion gain of all dies.
 //!
 //! Model: one normal deviate of relative sigma `die_gain_sigma` a die and camera, equal in all pixels and frames: the floating diffusion's
 //! capacitance follows the process.

@@ -1,5 +1,4 @@
-//! Offset of the die. Enters: microvolts. Leaves: microvolts of the signal sample, moved as this die's black level lies from the mean of
-//! all dies.
+//! Offset of the die. Shifts the microvolts of the signal sample by this die's deviation from the mean black level of all dies.
 //!
 //! Model: one normal deviate of sigma `die_offset_uv` a die and camera, equal in all pixels and frames, which double sampling does not
 //! remove: what the references of ramp and black level differ by. It acts after the columns' gains.

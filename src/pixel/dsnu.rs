@@ -1,4 +1,4 @@
-//! Dark-signal non-uniformity. Enters: electrons. Leaves: electrons with each pixel's own dark offset added.
+//! Dark-signal non-uniformity. Adds each pixel's fixed dark offset, in electrons.
 //!
 //! Model: a normal offset of sigma `dsnu_e` for each pixel of the die, independent of exposure (EMVA 1288 release 4.0, DSNU
 //! without its structured part).

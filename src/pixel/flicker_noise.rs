@@ -1,4 +1,4 @@
-//! 1/f noise of the source follower. Enters: parameters and the sampling. Leaves: the normal draw that it is at the samples.
+//! 1/f noise of the source follower. Computes the normal draw that represents it at the samples.
 //!
 //! Model: noise of spectral density K^2 / f through one pole at the follower's bandwidth; two samples t apart pass 4 sin^2(pi f t) of it
 //! (correlated double sampling; Kansy, IEEE J. Solid-State Circuits 15, 1980). With a = 2 pi bandwidth t the variance of the difference is

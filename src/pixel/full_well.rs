@@ -1,4 +1,4 @@
-//! Saturation. Enters: electrons. Leaves: electrons, at most the full well.
+//! Saturation. Clips electrons to the full well.
 //!
 //! Model: a hard clip at the saturation capacity (EMVA 1288 release 4.0); charge beyond it is lost.
 

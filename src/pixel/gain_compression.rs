@@ -1,4 +1,4 @@
-//! Compression of the conversion gain. Enters: microvolts of the charge. Leaves: microvolts as the floating diffusion gives them.
+//! Compression of the conversion gain. Reduces the microvolts of the charge as the floating diffusion does.
 //!
 //! Model: the capacitance of a junction grows as its voltage falls, to first order v = g N (1 - c N / full well), with c the share of the
 //! gain that is lost at full well (Janesick, "Photon Transfer": nonlinearity of V/e-). Beyond the full well the share stays c; below 0 it

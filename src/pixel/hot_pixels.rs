@@ -1,4 +1,4 @@
-//! Hot pixels. Enters: electrons. Leaves: electrons with the dark charge of hot pixels added.
+//! Hot pixels. Adds the dark charge of hot pixels, in electrons.
 //!
 //! Model: at places of the die a pixel has dark current of its own, exponentially distributed over hot pixels with mean
 //! `hot_dark_e_per_s` at 300 K, drawn as Poisson over exposure and wait (radiation and metal defects each add a generation centre; the

@@ -1,5 +1,5 @@
-//! Image lag. Enters: electrons of the array, and those that the frame before left behind. Leaves: electrons that are transferred,
-//! and those that stay for the next frame.
+//! Image lag. Splits the electrons of the array, with those left by the previous frame, into transferred charge and charge that stays for
+//! the next frame.
 //!
 //! Model: T = min(Q, full well) + R, the charge gathered and the charge left by the frame before; of T each electron stays behind the
 //! transfer gate with probability l, a binomial draw, and is read with the next frame (incomplete transfer; Fossum and Hondongwa, "A

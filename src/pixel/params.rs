@@ -1,4 +1,4 @@
-//! Parameters of a pixel. Enters: numbers of a config. Leaves: the same, checked, and what follows from them.
+//! Parameters of a pixel: checks the values of a config and derives what follows from them.
 
 use crate::error::Error;
 use crate::units::{BOLTZMANN_J_PER_K, ELEMENTARY_CHARGE_C};

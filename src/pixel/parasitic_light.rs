@@ -1,4 +1,4 @@
-//! Parasitic light. Enters: mean photoelectrons. Leaves: the same with what falls on the storage node while a row waits.
+//! Parasitic light. Adds the light that falls on the storage node while a row waits, in mean photoelectrons.
 //!
 //! Model: the storage node responds to light with `parasitic_light` of the photodiode's sensitivity (1/PLS of global-shutter
 //! datasheets), so a row that waits gathers signal * parasitic_light * wait / exposure besides. The light of the exposure is taken to

@@ -1,4 +1,4 @@
-//! Normal patterns of a die, kept between frames. Enters: a pattern's key. Leaves: its normals, one a column.
+//! Normal patterns of a die, kept between frames: one normal a column for a pattern's key.
 
 use std::borrow::Cow;
 

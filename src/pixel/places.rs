@@ -1,4 +1,4 @@
-//! Places of defects. Enters: density, share of clusters, a row of the die. Leaves: the row's defective columns, and a uniform for each.
+//! Places of defects. Finds a row's defective columns, with a uniform for each, from the density and the share of clusters.
 //!
 //! Model: each pixel is a seed by its own draw; a share of the seeds takes its 2x2 neighbourhood (right, below, below right) with it.
 //! A row knows its places from its own seeds and those of the row above, so rows stay independent. The density of seeds is set

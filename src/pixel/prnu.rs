@@ -1,4 +1,4 @@
-//! Photo-response non-uniformity. Enters: mean photoelectrons. Leaves: the same, scaled by each pixel's own response.
+//! Photo-response non-uniformity. Scales the mean photoelectrons by each pixel's response.
 //!
 //! Model: a normal gain of mean 1 and sigma `prnu` for each pixel of the die (EMVA 1288 release 4.0, PRNU without its
 //! structured part).

@@ -1,4 +1,4 @@
-//! Read noise. Enters: microvolts. Leaves: microvolts with the read chain's noise added.
+//! Read noise. Adds the read chain's noise, in microvolts.
 //!
 //! Model: one normal draw of sigma `read_noise_uv` a pixel and frame, after double sampling and at the ADC's input (EMVA 1288
 //! release 4.0, temporal dark noise without quantisation); where both samples are converted, half its variance in each.

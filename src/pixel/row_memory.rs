@@ -1,4 +1,4 @@
-//! Rows of the die that are kept between frames. Enters: a row's key and how to make it. Leaves: what was made, the same each time.
+//! Cache of rows of the die. Computes a row at its first use and returns the same row for the same key afterwards.
 //!
 //! What is kept is a pure function of its key and width, so keeping it changes no bit; it saves the making in every frame but the first.
 //! Every row of every frame asks here, so a kept row is found without a lock: a row that was once kept stays.

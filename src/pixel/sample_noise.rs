@@ -1,4 +1,4 @@
-//! Noise of the samples. Enters: microvolts. Leaves: microvolts with a normal draw of each sample added.
+//! Noise of the samples. Adds a normal draw to each sample, in microvolts.
 //!
 //! One type for every noise that is a normal draw a pixel, frame and sample. Where reset and signal are converted apart (digital
 //! CDS) each sample has a draw of its own; else one draw stands for the difference.

@@ -1,4 +1,4 @@
-//! Shot noise. Enters: mean photoelectrons. Leaves: electrons.
+//! Shot noise. Converts mean photoelectrons to whole electrons.
 //!
 //! Model: each pixel's charge is an exact Poisson draw of its mean (photodetection as a Poisson process; Saleh and Teich,
 //! "Fundamentals of Photonics"), the quantile of the column's uniform.

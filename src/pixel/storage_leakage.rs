@@ -1,4 +1,4 @@
-//! Leakage of the storage node. Enters: electrons at the storage node. Leaves: those that are still there when the row is read.
+//! Leakage of the storage node. Removes the electrons that leave the node before the row is read.
 //!
 //! Model: each electron leaves at a constant rate, so a wait t loses 1 - exp(-rate t) of them: first-order decay, the linear part of
 //! junction and sub-threshold leakage (their dependence on the charge that is left is not modelled). Electrons go one by one, a

@@ -1,4 +1,4 @@
-//! Stuck pixels. Enters: microvolts. Leaves: microvolts far outside every converter's range where the die's pixel is stuck.
+//! Stuck pixels. Sets the microvolts far outside every converter's range where the die's pixel is stuck.
 //!
 //! Model: at places of the die the signal sample is at the bottom or the top of the range, half of them each, whatever the light.
 

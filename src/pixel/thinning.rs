@@ -1,4 +1,4 @@
-//! Charge that is divided electron by electron. Enters: electrons of a row, a probability, uniforms. Leaves: how many of each go.
+//! Charge that is divided electron by electron: a binomial draw from the electrons of a row, a probability and uniforms.
 //!
 //! Each whole electron goes with the same probability, apart from the others: a binomial draw, the quantile of the column's
 //! uniform. Thinning a Poisson count so leaves a Poisson count, so a transfer or a leak adds no noise beyond shot noise, and

@@ -1,5 +1,5 @@
-//! What curves after the charge make of a spread whose own mean is 0: shot noise and patterns shift the mean where the well clips them
-//! and where the gain bends. Enters: facts, a spread in electrons. Leaves: a bound of the shift in electrons.
+//! Bounds the shift of the mean, in electrons, that the curvature after the charge makes of a spread of mean 0: the well clips shot noise
+//! and patterns, and the gain bends.
 //!
 //! With X the charge, C the full well: without a spread of X the mean of min(X, C) grows, by no more than the mean of (X - C)+ with it
 //! (Jensen), and by no more than that of (C - X)+. Effects are thought away one after the other, shot noise last, so that patterns

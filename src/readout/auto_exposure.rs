@@ -1,4 +1,4 @@
-//! Automatic exposure. Enters: the mean code of each frame. Leaves: exposure lines and gain for later frames.
+//! Automatic exposure. Sets exposure lines and gain of later frames from the mean code of each frame.
 //!
 //! The controller knows which exposure and gain were in effect in the frame that it looks at (its registers' history), so it takes
 //! the scene's light from them and not from what it wrote last: light = signal / (exposure gain). Then exposure times gain = target

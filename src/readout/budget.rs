@@ -1,5 +1,4 @@
-//! What a line must hold. Enters: geometry, parameters of readout and converter, the time of a packet. Leaves: each demand in
-//! whole `pix_clk`; the greatest is the shortest HTS that would do.
+//! The demands on a line in whole `pix_clk`: conversion, serial lanes and packet. The greatest is the shortest HTS that is accepted.
 //!
 //! All of them run at once on different rows: while row n converts, row n - 1 leaves the columns' memory over the serial lanes (if
 //! there are any) and a packet is on the link. So a line holds the greatest, not the sum.

@@ -1,5 +1,4 @@
-//! A camera's own clock. Enters: frequency, deviation, trigger, skew. Leaves: the clock at which each frame starts, and the
-//! instant in seconds of run time of any clock.
+//! A camera's clock. Computes the clock at which each frame starts, and the run time in seconds of any clock.
 //!
 //! Clocks are integers of the camera's own crystal. Its frequency is rational, `rate (10^9 + ppb) / 10^9`; only the last
 //! division, into seconds, rounds.

@@ -1,5 +1,5 @@
-//! Which pixels of the array become which pixels of the picture. Enters: array size, window, binning. Leaves: output size, and
-//! for every output row and column the array rows and columns that it is made of.
+//! Which pixels of the array become which pixels of the picture. Computes the output size, and the array rows and columns behind every
+//! output row and column.
 //!
 //! Rows are read from top to bottom. A binned picture takes pixels of one place in the colour mosaic: with a period of p and a
 //! binning of n, output row `R = b p + q` is made of the array rows `b n p + q + k p`, k = 0 to n - 1.

@@ -1,5 +1,5 @@
-//! High dynamic range from several readings of a pixel. Enters: codes of each reading, the most sensitive first. Leaves: one linear
-//! code a pixel, deeper than the readings, or the same companded to fewer bits.
+//! High dynamic range from several readings of a pixel, the most sensitive first. Merges their codes into one linear code a pixel, deeper
+//! than the readings, and optionally compands it to fewer bits.
 //!
 //! A reading is an exposure of its own (multi-exposure) or the same charge at another conversion gain (dual gain, lateral overflow).
 //! Each is scaled by its sensitivity to the units of the most sensitive one; where a reading comes near its end, the next takes

@@ -1,5 +1,5 @@
-//! What a line and a frame cannot hold. Enters: parameters and demands. Leaves: the lines of exposure and frame in effect, or an
-//! error that names the shortest line or frame that would do.
+//! Checks the parameters against the demands. Returns the lines of exposure and frame in effect, or an error that names the shortest line
+//! or frame that is accepted.
 
 use super::budget::{LineDemand, greatest};
 use super::clock::FrameClock;

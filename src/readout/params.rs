@@ -1,4 +1,4 @@
-//! Parameters of the readout. Enters: numbers of a config. Leaves: the same, checked for what needs no other stage.
+//! Parameters of the readout: checks the values of a config that need no other stage.
 //!
 //! Names follow sensors' registers: HTS and VTS as in OmniVision's and Sony's drivers, coarse and fine integration time as in
 //! MIPI CCS, staggered exposures as in Sony's DOL (digital overlap) readout.

@@ -1,4 +1,4 @@
-//! Registers of exposure and gain with their latency. Enters: what is written in which frame. Leaves: what is in effect in a frame.
+//! Registers of exposure and gain with their latency. Tells which values are in effect in a frame.
 //!
 //! Real sensors latch exposure and gain for a frame that has not begun: what is written during frame n acts in frame n + 2 with
 //! most (the shutter row of frame n + 1 runs already), so that exposure and gain change together (a grouped write).

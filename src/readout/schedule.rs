@@ -1,5 +1,4 @@
-//! When each row is exposed and read. Enters: checked parameters. Leaves: spans in whole clocks of a camera, and in seconds of
-//! run time.
+//! When each row is exposed and read: spans in whole clocks of a camera, and in seconds of run time.
 //!
 //! A frame of VTS lines starts at clock `start`. Every row's exposure ends with the frame (global shutter), or with the line in
 //! which the row is read (rolling shutter); row i is read in line `n i + offset` after the frame's end, where n is the number of

@@ -1,5 +1,4 @@
-//! The exposures of one frame and the lines in which each is read. Enters: the longest exposure in lines, how many more, their
-//! ratio. Leaves: slots, and the shortest frame that holds them.
+//! The exposures of one frame and the lines in which each is read. Computes the slots, and the shortest frame that holds them.
 //!
 //! The rule is that of Sony's DOL (digital overlap) sensors: an array row is read once a slot, the longest exposure first. With n
 //! slots a line out of n belongs to each, so rows follow one another every n lines and a frame's VTS counts the lines of all slots

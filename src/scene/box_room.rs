@@ -1,5 +1,5 @@
-//! A furnished room without files: what tests, the browser and a fresh install look at. Enters: a seed. Leaves: a scene of
-//! 6 by 3 by 5 m, floor at y = 0, rich in corners at every scale, lit by a lamp in the ceiling.
+//! A furnished room without files, for tests, the browser and a fresh install. Generates, from a seed, a scene of 6 by 3 by 5 m, floor at y
+//! = 0, rich in corners at every scale, lit by a lamp in the ceiling.
 
 use super::Scene;
 use super::light::BANDS;

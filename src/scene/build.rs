@@ -1,5 +1,5 @@
-//! Pieces that generated scenes are put together from: slabs, blocks, smooth patches, turned columns, walls with openings. Enters: sizes in
-//! metres. Leaves: triangles with texture coordinates that continue from piece to piece, and smooth normals where a surface is round.
+//! Building blocks of generated scenes: slabs, blocks, smooth patches, turned columns, walls with openings. Texture coordinates continue
+//! from piece to piece; round surfaces have smooth normals.
 
 mod opening;
 

@@ -1,4 +1,4 @@
-//! The tree over triangles. Enters: triangles in metres. Leaves: flat arrays that the packet tracer walks.
+//! The bounding volume hierarchy over triangles: flat arrays that the packet tracer walks.
 //!
 //! Built by `obvhs` (locally ordered clustering, then reinsertion and leaf collapse) through its parts that read no clock, then
 //! widened: nodes of eight children, leaves of a block of triangles, each in arrays that fit registers.

@@ -1,4 +1,4 @@
-//! Uniform numbers and directions for the scene's own integrals. Enters: keys. Leaves: numbers in 0..1, unit vectors.
+//! Uniform numbers in 0..1 and random unit vectors for the scene's integrals, from keys.
 
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_u64, low_u32};

@@ -1,5 +1,5 @@
-//! Holes in surfaces, as leaves and lattices have them. Enters: 8-bit coverage (alpha) of a picture and the level that is still surface.
-//! Leaves: whether a ray passes at texture coordinates.
+//! Holes in surfaces, as in leaves and lattices. Decides from 8-bit coverage (alpha) and a threshold whether a ray passes at texture
+//! coordinates.
 //!
 //! glTF's alpha mode MASK: a point is either there or not. Coverage is taken at full resolution, bilinear; antialiasing is left to the rays
 //! of a pixel, which fall on and beside the edge.

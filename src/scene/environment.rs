@@ -1,5 +1,5 @@
-//! Light from beyond all surfaces, by direction. Enters: an equirectangular picture, or a sky made by `sky`. Leaves: radiance along any
-//! direction, and the directions that a bake aims at.
+//! Light from beyond all surfaces, by direction. Computes the radiance along any direction, and the directions that a bake samples, from an
+//! equirectangular picture or a sky made by `sky`.
 //!
 //! The middle column of the picture lies towards -z, columns go to the right as seen from inside (the right edge of the middle's half
 //! is +x), the top row is +y. For the bake the light is split at a few times its mean: what is brighter (the sun, lamps, windows) is

@@ -1,5 +1,5 @@
-//! Lamps that flicker with the mains or with their dimmer. Enters: a waveform. Leaves: its exact mean over any span of run time,
-//! in units of its mean over all time.
+//! Lamps that flicker with the mains or with their dimmer. Computes the exact mean of a waveform over any span of run time, relative to its
+//! mean over all time.
 //!
 //! Phosphors and thermal inertia are not modelled: they lower the modulation, which is the user's number.
 

@@ -1,5 +1,4 @@
-//! Scenes made by code, by name. Enters: a name, and a way to read pictures beside the scenario. Leaves: the scene, or which names
-//! would do.
+//! Scenes made by code, by name. An unknown name gives an error that lists the known names.
 
 use super::gltf::Read;
 use super::gltf::picture::{Budget, Picture};

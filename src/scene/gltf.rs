@@ -1,5 +1,4 @@
-//! glTF files. Enters: the bytes of a `.glb` or `.gltf`, and a way to read files beside it. Leaves: a scene with notes on what was
-//! left out or repaired, or why there is none.
+//! Reads glTF files (`.glb` or `.gltf`) into a scene, with notes on what was left out or repaired.
 //!
 //! Read: nested nodes and instances (EXT_mesh_gpu_instancing), triangles, strips and fans, dense, sparse and quantized accessors,
 //! positions, normals (flat where there are none), any set of texture coordinates with KHR_texture_transform, base colour with PNG

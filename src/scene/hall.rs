@@ -1,5 +1,5 @@
-//! A large hall with columns and arches. Enters: pictures of marble, tiles, wood and cloth. Leaves: the mesh of a scene of 30 by 60
-//! m and 12 m high, y up, the floor at 0, its long axis along z.
+//! A large hall with columns and arches: a scene of 30 by 60 m and 12 m high, y up, the floor at 0, its long axis along z. Its pictures are
+//! marble, tiles, wood and cloth.
 //!
 //! A nave of 13 m between two rows of ten round arches on marble columns, a coffered vault over it, groin-vaulted aisles beside it,
 //! light through tall windows in the aisles and a clerestory. Proportions are those of an early Renaissance basilica at two thirds

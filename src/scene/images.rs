@@ -1,5 +1,5 @@
-//! Pictures from elsewhere as what a camera looks at: the paper's own way. Enters: PNG or OpenEXR files with times, what camera they
-//! were made with. Leaves: linear light of each picture in lux-equivalents, picture by picture, and how long each counts for an exposure.
+//! Pictures as the scene that a camera looks at, as in the paper. Reads PNG or OpenEXR files with times, and returns linear light in
+//! lux-equivalents and how long each picture counts for an exposure.
 //!
 //! A picture has no geometry: it is light on directions, seen from one place at one time. So there is no parallax inside an
 //! exposure but what neighbouring pictures bring, nothing between their times, and nothing above their white.

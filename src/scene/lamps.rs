@@ -1,4 +1,4 @@
-//! Surfaces that give light of their own. Enters: emissive triangles. Leaves: points on them that shadow rays are aimed at.
+//! Emissive surfaces. Places the points on emissive triangles that shadow rays are aimed at.
 //!
 //! All samples of a bake aim at the same points. So neighbours differ by what they see, not by what they drew: light without
 //! shadows is smooth, and a penumbra has as many steps as its lamp has points.

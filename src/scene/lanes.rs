@@ -1,7 +1,7 @@
-//! Numbers side by side, as plain arrays that the compiler turns into whatever registers the dispatched level has. Sixteen, the rays of a
+//! SIMD lanes as plain arrays, which the compiler maps to the registers of the dispatched level. Sixteen lanes, the rays of a
 //! packet, are one register of AVX-512, two of AVX2, four of SSE2, NEON or simd128.
 //!
-//! Enters and leaves: lanes of one packet of rays, children of a node, triangles of a block. Every operation is one IEEE operation a lane,
+//! Lanes are the rays of a packet, the children of a node, or the triangles of a block. Every operation is one IEEE operation a lane,
 //! so bits do not depend on the level.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]

@@ -1,4 +1,4 @@
-//! Light sources and their units. Enters: lux of a named illuminant or of a black body. Leaves: photons per band.
+//! Light sources and their units. Converts lux of a named illuminant or of a black body to photons per band.
 //!
 //! Bands are red, green and blue thirds of 400 to 700 nm (600-700, 500-600, 400-500 nm), and near infrared (700-1000 nm). A scene's
 //! colours are linear sRGB relative to its illuminant: white light (1, 1, 1, 1) has the illuminant's spectrum, and coloured light

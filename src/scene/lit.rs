@@ -1,4 +1,4 @@
-//! A scene with its light in absolute units. Enters: a scene, its bake, lux at a point, flicker. Leaves: exitance toward a ray.
+//! A scene with its light in absolute units. Computes the exitance toward a ray.
 //!
 //! Light is carried as lux-equivalents a band: the exitance (or pi times radiance) that white light of the illuminant has at
 //! so many lux. A white surface under 1 lux of the illuminant has exitance (1, 1, 1).

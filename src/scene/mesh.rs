@@ -1,5 +1,4 @@
-//! Triangles and what they are made of. Enters: vertices, indices and materials from any source. Leaves: a mesh in which
-//! every number is finite, every index is in range and every triangle has an area.
+//! Triangles and their materials. In a mesh every number is finite, every index is in range and every triangle has an area.
 
 use super::bulb::Bulb;
 use super::cut_out::CutOut;

@@ -1,6 +1,5 @@
-//! The motion of the rig. Enters: timed poses (motion capture), control poses, a generator, or one pose. Leaves: where the
-//! body is at any instant of a run, with its derivatives, and what an IMU on it measures. The room has y up; all times are
-//! seconds.
+//! The motion of the rig, from timed poses (motion capture), control poses, a generator, or one pose. Computes the body's pose with its
+//! derivatives at any instant of a run, and what an IMU on it measures. The room has y up; all times are seconds.
 
 pub mod band;
 pub mod fit;

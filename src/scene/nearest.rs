@@ -1,4 +1,4 @@
-//! How near surfaces can come. Enters: the tree over a scene's triangles, a box. Leaves: a distance that no surface undercuts.
+//! Lower bound on the distance from a box to a scene's surfaces.
 //!
 //! Branch and bound over the tree's boxes. A triangle lies no nearer to the box than its own box does, nor than its plane does
 //! (the separating-axis test with four of its axes; Gottschalk et al., SIGGRAPH 1996).

@@ -1,5 +1,5 @@
-//! Pictures made by code: masonry, ground, roofs, leaves. Enters: a number that tells one from another. Leaves: textures that tile
-//! without a seam, with detail at every scale. Draws are keyed, so the same number always gives the same picture.
+//! Procedural textures: masonry, ground, roofs, leaves. They tile without a seam and have detail at every scale. Draws are keyed, so the
+//! same number always gives the same picture.
 
 use super::cut_out::CutOut;
 use super::texture::{Texture, Wrap};

@@ -1,5 +1,5 @@
-//! A box room of photographs, for side-by-side runs with other simulators and trackers. Enters: five pictures. Leaves: the mesh of
-//! a scene of 6 by 3 by 5 m with plane walls and a few blocks, every face one photograph, lit by a lamp in the ceiling.
+//! A box room of photographs, for side-by-side runs with other simulators and trackers: a scene of 6 by 3 by 5 m with plane walls and a few
+//! blocks. Every face shows one of five photographs; a lamp in the ceiling lights it.
 
 use super::box_room::{GREATEST_M, LEAST_M};
 use super::build::Builder;

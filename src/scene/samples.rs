@@ -1,5 +1,4 @@
-//! Where irradiance is known on surfaces. Enters: a mesh. Leaves: sample places, and for each triangle which of them to
-//! interpolate between.
+//! Places on surfaces where irradiance is known, and for each triangle the places to interpolate between.
 //!
 //! Small triangles have a sample at each vertex; a large one has a grid of its own ("mesh colours"). Each sample has two
 //! sides: the side of its normal, then the back.

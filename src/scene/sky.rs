@@ -1,4 +1,4 @@
-//! Sun and sky without files. Enters: a kind of sky and the sun's place. Leaves: an environment in cd/m^2.
+//! Sun and sky without files: an environment in cd/m^2 from a kind of sky and the sun's position.
 //!
 //! The sky's pattern is one of the fifteen of the CIE (CIE S 011 / ISO 15469:2004, Darula and Kittler 2002). Its light and the sun's are
 //! those of IES RP-21 (1984) over the sun's elevation: 0.8 + 15.5 sin^0.5 klx of clear sky, 0.3 + 21 sin klx of overcast sky, and

@@ -1,6 +1,5 @@
-//! A street in a town: two rows of houses, 84 m long, 12.4 m from front to front. Enters: a picture of wood. Leaves: the mesh of a
-//! scene, y up, the roadway at 0, its long axis along z, closed by houses across both ends so that no horizon is needed; above it
-//! the sky.
+//! A street in a town: two rows of houses, 84 m long, 12.4 m from front to front. The mesh has y up, the roadway at 0 and its long axis
+//! along z. Houses close both ends, so that no horizon is needed; above is the sky.
 //!
 //! Sizes are those of a central European inner town: ground floors of 3.7 m, upper floors of 3.1 m, roadway 7.2 m, pavements 2.6 m,
 //! kerbs 0.12 m.

@@ -1,5 +1,4 @@
-//! What a geometry file leaves unsaid about light. Enters: `[scene.surroundings]` of a scenario. Leaves: a
-//! mesh with sky, panels and the strength of its lamps.
+//! Light that a geometry file does not state: adds the sky, panels and lamp strength of `[scene.surroundings]` to a mesh.
 
 use serde::{Deserialize, Serialize};
 

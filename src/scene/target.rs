@@ -1,4 +1,4 @@
-//! Photometric targets. Enters: a name, a reflectance, sizes in metres. Leaves: a scene that is lit evenly, every edge of it real geometry.
+//! Photometric targets: evenly lit scenes in which every edge is geometry.
 //!
 //! "flat" is the inside of a cube around the origin. All others are boards that stand `distance_m` before a still rig at the
 //! origin, which looks along the world's +z with y down; the board's middle is on the axis. Around the board is a wall of the mean

@@ -1,4 +1,4 @@
-//! Colour pictures on surfaces. Enters: 8-bit sRGB texels. Leaves: linear reflectance, prefiltered to a footprint.
+//! Colour pictures on surfaces. Converts 8-bit sRGB texels to linear reflectance, prefiltered to a footprint.
 //!
 //! Texels are kept as linear 16-bit numbers, so that averaging for the mip chain is done in light, not in code values.
 

@@ -1,5 +1,4 @@
-//! Rays against triangles, sixteen at a time. Enters: packets of rays. Leaves: the nearest hit of each, or whether anything
-//! is in the way.
+//! Intersects rays with triangles, sixteen at a time: the nearest hit of each ray, or whether anything is in the way.
 //!
 //! The edge functions are those of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): corners are sheared into the
 //! plane across the ray, each by itself, so neighbours see the same corners; there an edge function's sign is never wrong, only zero, and

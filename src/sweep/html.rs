@@ -157,9 +157,9 @@ fn differences(all: &[Difference]) -> String {
         )
     };
     format!(
-        "<h3>Paired differences</h3><p class=\"note\">Between cells that are equal in all else and have equal draws. The last column says how \
-         many independent seeds one paired seed stands for.</p><table><thead><tr><th>change</th><th>mean</th><th>95 % interval</th><th>pairs</th>\
-         <th>decided</th><th>saving in seeds</th></tr></thead><tbody>{}</tbody></table>",
+        "<h3>Paired differences</h3><p class=\"note\">Between cells that are equal in all else and have equal draws. The last \
+         column says how many independent seeds one paired seed stands for.</p><table><thead><tr><th>change</th><th>mean</th>\
+         <th>95 % interval</th><th>pairs</th><th>decided</th><th>saving in seeds</th></tr></thead><tbody>{}</tbody></table>",
         all.iter().map(row).collect::<String>()
     )
 }
@@ -193,8 +193,9 @@ fn front_section(pair: &[String; 2], points: &[FrontPoint]) -> String {
         )
     };
     format!(
-        "<section><h2>{}</h2><div class=\"pair\">{}<div><p class=\"note\">Both are wanted small. The share says in how many of 400 resamples of \
-         the replicates a point lies on the front.</p><table><thead><tr><th>point</th><th>{}</th><th>{}</th><th>on the front</th></tr></thead>\
+        "<section><h2>{}</h2><div class=\"pair\">{}<div><p class=\"note\">Both are wanted small. The share says in how many of 400 \
+         resamples of the replicates a point lies on the front.</p><table><thead><tr><th>point</th><th>{}</th><th>{}</th>\
+         <th>on the front</th></tr></thead>\
          <tbody>{}</tbody></table></div></div></section>",
         escaped(&title),
         chart(&axes, &series),
@@ -231,7 +232,7 @@ fn table_section(table: &Table, figures: &[FigureReport]) -> String {
         rows.push_str("</tr>");
     }
     format!(
-        "<section><h2>Cells</h2><p><label>Filter <input id=\"filter\" type=\"search\" placeholder=\"text in any column\"></label></p>\
+        "<section><h2>Cells</h2><p><label>Filter by text in any column <input id=\"filter\" type=\"search\"></label></p>\
          <div class=\"scroll\"><table id=\"cells\"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></section>"
     )
 }

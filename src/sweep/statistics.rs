@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn an_exact_interval_leaves_two_and_a_half_percent_in_each_tail() {
         let terms = |runs: u64, share: f64| -> Vec<f64> {
-            let mut term = (1.0 - share).powi(i32::try_from(runs).unwrap());
+            let mut term = libm::pow(1.0 - share, f64_from_u64(runs));
             let mut all = vec![term];
             for k in 0..runs {
                 term *= f64_from_u64(runs - k) / f64_from_u64(k + 1) * share / (1.0 - share);

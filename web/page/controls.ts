@@ -76,18 +76,19 @@ export class Controls {
     this.parts.get(id)!.set(value);
   }
 
+  /** Shows a design; what was typed wrong stays. */
   show(design: Design): void {
     for (const one of controls) {
       const part = this.parts.get(one.id)!;
-      part.set(design[one.id]!);
+      if (!part.host.querySelector("[aria-invalid]")) part.set(design[one.id]!);
       part.host.hidden = one.when ? !one.when(design) : false;
-      part.host.querySelector("[aria-invalid]")?.removeAttribute("aria-invalid");
     }
   }
 
+  /** Takes the message of one control away, or all of the core's: what was typed wrong stays until it is typed anew. */
   clear(id?: string): void {
     for (const [name, { error, host }] of this.parts) {
-      if (id !== undefined && name !== id) continue;
+      if (id === undefined ? host.querySelector("[aria-invalid]") : name !== id) continue;
       error.textContent = "";
       host.querySelector("[aria-invalid]")?.removeAttribute("aria-invalid");
     }

@@ -50,7 +50,7 @@ export class Cost {
     ]);
     byId("pose-text").textContent = trajectory.length
       ? `Frame ${summary.frame}: the estimate lies ${short(1000 * trajectory[trajectory.length - 1]!)} mm from the truth.`
-      : "The tracker has no pose yet. It needs motion and some frames; press Play.";
+      : "The tracker has no pose yet. One camera needs motion and some frames; two cameras find a pose sooner. Press Play.";
     this.draw();
     this.grow();
   }

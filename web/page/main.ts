@@ -20,7 +20,7 @@ let other: Design | undefined = address.more.has("b") ? fromAddress(address.more
 let tab = tabs.includes(address.more.get("tab") ?? "") ? address.more.get("tab")! : "pixel";
 let story = stories.find((one) => one.id === address.more.get("story"));
 let storyStep = 0;
-let playing = false, dirty = true, working = false;
+let playing = false, dirty = true, working = false, wanted = false;
 
 const simulator = new Simulator(progress), second = new Simulator(progress);
 const conversion = new Conversion(), rows = new Rows(drag), features = new Features(), cost = new Cost(), compare = new Compare();
@@ -82,7 +82,9 @@ async function work(): Promise<void> {
   const late = setTimeout(() => progress("simulating", 0), 200);
   try {
     const started = dirty;
-    dirty = false;
+    // A step that was asked for while a new design had not begun yet comes after its first frame.
+    if (started) dirty = false;
+    else wanted = false;
     const text = scenario(design);
     const answer = await (started ? simulator.ask<FrameAnswer>("start", text) : simulator.ask<FrameAnswer>("step"));
     if (other && tab === "compare") {
@@ -100,7 +102,7 @@ async function work(): Promise<void> {
     cost.note(answer.summary);
     await refresh();
   } catch (error) {
-    playing = false;
+    [playing, wanted] = [false, false];
     if (!(error instanceof Cancelled)) complain((error as Error).message);
     else dirty = true;
   } finally {
@@ -111,7 +113,7 @@ async function work(): Promise<void> {
   }
   showPlaying();
   if (dirty && !byId("problem").textContent && !stopped) void work();
-  else if (playing) setTimeout(() => void work(), 0);
+  else if (playing || (wanted && !stopped)) setTimeout(() => void work(), 0);
 }
 
 let stopped = false;
@@ -246,7 +248,11 @@ function connect(): void {
     showPlaying();
     if (playing) void work();
   });
-  byId("step").addEventListener("click", () => { playing = false; stopped = false; showPlaying(); void work(); });
+  byId("step").addEventListener("click", () => {
+    [playing, stopped, wanted] = [false, false, working || !dirty];
+    showPlaying();
+    void work();
+  });
   byId("restart").addEventListener("click", () => { stopped = false; restart(); });
   byId("cancel").addEventListener("click", () => {
     playing = false;

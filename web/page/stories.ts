@@ -61,7 +61,7 @@ export const stories: Story[] = [
     { text: "Features only: the link is silent for most of the frame.", design: { ...bright, motion: "sway", link: "features" },
       tab: "features", play: true },
     { text: "A higher threshold keeps fewer corners and sends fewer bits. The tracker lives on what is left: see the pose.",
-      design: { ...bright, motion: "sway", link: "features", threshold: "40" }, tab: "pose", play: true },
+      design: { ...bright, motion: "sway", link: "features", threshold: "40", rig: "65.0" }, tab: "pose", play: true },
   ] },
   { id: "milliwatts", title: "Where the milliwatts go", steps: [
     { text: "Every block counts its events and its time. The bars are energy a frame of this very sensor.",

@@ -1,4 +1,4 @@
-//! Poisson quantiles of a row of one mean. Enters: uniforms and the mean in electrons. Leaves: counts.
+//! Poisson quantiles of a row of one mean in electrons.
 
 use super::poisson;
 use crate::draw::exact::for_each_step;

@@ -1,4 +1,4 @@
-//! Poisson quantiles of bright columns. Enters: uniforms and means in electrons. Leaves: counts, and a mask of those in doubt.
+//! Poisson quantiles of bright columns: counts, and a mask of those in doubt.
 //!
 //! The normal quantile's asymptotic series (`exact::series_excess`) in f32, as distance from the rounded mean so that no digits
 //! are lost. A count is in doubt where the value before rounding down lies within its error bound of an integer.

@@ -1,4 +1,4 @@
-//! Poisson quantiles of dim columns. Enters: uniforms and means in electrons. Leaves: counts, and a mask of those in doubt.
+//! Poisson quantiles of dim columns: counts, and a mask of those in doubt.
 //!
 //! The distribution function is summed over a whole block at once, a few steps a round, until every column has its count.
 

@@ -1,4 +1,4 @@
-//! Optical-black rows and the black clamp. Enters: the rows' codes. Leaves: what is added to all codes of the frame.
+//! Optical-black rows and the black clamp. Computes the offset that the clamp adds to all codes of the frame.
 //!
 //! Optical-black rows lie behind metal: they gather dark charge and all noise of the chain, and no light. They are read before the
 //! picture; with the clamp on, their mean code is moved to the black level, so that dark signal and offsets that drift with

@@ -1,4 +1,4 @@
-//! The charge of every pixel at the end of the pixel's own part. Enters: an exposure, as for codes. Leaves: electrons of the window.
+//! The charge of every pixel, in electrons, after the pixel's effects and before conversion.
 
 use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot, map_chunks};
 use crate::plane::Plane;

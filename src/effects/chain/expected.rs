@@ -1,4 +1,4 @@
-//! The rung `expected`: mean and variance of each pixel's code in closed form. Enters: an exposure, as for codes. Leaves: two planes.
+//! The rung `expected`: mean and variance of each pixel's code in closed form.
 //!
 //! Patterns of the die and whatever else is not drawn anew in each frame act on the mean as they do on a sample; through what is not linear
 //! among them two points, a sigma above and below, carry mean and variance (exact to the third order of a normal; Julier and

@@ -1,4 +1,4 @@
-//! Which pixels of the array become which pixels of the picture. Enters: the readout's geometry. Leaves: places in rows.
+//! Maps pixels of the array to pixels of the picture, as places in rows.
 //!
 //! Rows run at the array's own columns, from its first column to the window's last, so that patterns of the die and draws stay where
 //! they are whatever part of the array is read.

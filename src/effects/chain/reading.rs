@@ -1,4 +1,4 @@
-//! One reading of a pixel's charge: from gathered electrons to codes. Enters: electrons of a row. Leaves: samples, codes, events.
+//! One reading of a pixel's charge: converts the electrons of a row to samples, codes and events.
 //!
 //! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with noise of its own.
 

@@ -1,5 +1,4 @@
-//! One output row: loads the array rows that it is made of, reads them, and makes their codes one. Enters: a shot and a row's number.
-//! Leaves: codes of the row, and the events of its conversions.
+//! One output row: loads the array rows that it is made of, reads them, and merges their codes.
 
 use super::layout::{Layout, means};
 use super::{Capture, Chain, RowSamples, RowTimes, Shot};

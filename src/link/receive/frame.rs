@@ -1,5 +1,4 @@
-//! A frame between its start and its end. Enters: payloads with the word of their CRC, and the holes between them. Leaves: what of the
-//! frame is certain.
+//! A frame between its start and its end. Collects payloads and the gaps between them, and keeps only the rows whose place is certain.
 //!
 //! A row is given a place only where nothing else is possible: by the number of the line-start packet in front of it, or, where rows are
 //! not numbered, by counting: rows that arrived and rows' lengths that were skipped have to make up the announced height exactly.

@@ -1,5 +1,5 @@
-//! The host's decoder for a stream that is longer than memory. Enters: bytes in pieces of any length. Leaves: frames as they end, equal to
-//! those that `decode` finds in all bytes at once.
+//! The host's decoder for a stream that is longer than memory. Returns frames as they end, equal to those that `decode` finds in all bytes
+//! at once.
 //!
 //! What a packet is may depend on as many bytes as the longest one has, so the last of them wait for the next piece. What was read of a
 //! frame that has not ended is read again then.

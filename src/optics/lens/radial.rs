@@ -1,5 +1,4 @@
-//! Mappings that are turned around the axis: a radius for each angle. Enters: that function with its slope, points. Leaves: places in
-//! the mapping's plane with their derivative, unit bearings.
+//! Radially symmetric mappings: a radius for each angle. Maps points to the image plane with their derivative, and back to unit bearings.
 
 use glam::{DVec2, DVec3};
 

@@ -1,5 +1,4 @@
-//! The part of a picture that one pixel sees. Enters: a polygon in places whose whole numbers are pixel edges. Leaves: the area that
-//! it covers of each pixel of the picture, exactly, and means over it.
+//! The part of a picture that one pixel sees: the exact area that a polygon covers of each pixel of the picture, and means over it.
 
 use glam::DVec2;
 

@@ -1,5 +1,5 @@
-//! Where the points of one view are seen in another. Enters: a scene, two views, the first one's surfaces. Leaves: displacement of every
-//! pixel, and whether its point is visible there. The next frame's view gives optical flow, another camera's gives disparity.
+//! Correspondences between views: displacement of every pixel, and whether its point is visible in the other view. The next frame's view
+//! gives optical flow, another camera's gives disparity.
 
 use glam::DVec2;
 

@@ -1,4 +1,4 @@
-//! The surface behind the centre of every pixel. Enters: a scene and a view. Leaves: range, depth along the axis, normal, material.
+//! The surface behind the centre of every pixel: range, depth along the axis, normal, material.
 
 use glam::DVec3;
 

@@ -1,5 +1,4 @@
-//! Samples that nobody sees and that see nothing. Enters: which places lie within something closed. Leaves: for each of them that is
-//! interpolated with a place in the open, the place whose light it takes.
+//! Hidden samples: places inside closed geometry. Replaces the light of each such sample with that of a visible sample.
 //!
 //! Without this the floor is darker around everything that stands on it, as far as the next sample.
 

@@ -1,4 +1,4 @@
-//! A bake as bytes. Enters: a bake. Leaves: a versioned, checksummed form, and back.
+//! Encodes a bake as versioned, checksummed bytes, and decodes it.
 
 use super::super::light::{BANDS, Bands};
 use super::{BAKE_VERSION, Bake};

@@ -1,5 +1,4 @@
-//! Walls with openings. Enters: a wall's plane and the outline of a window, door or arch. Leaves: the wall around it, its reveal, and
-//! mouldings along its arch.
+//! Walls with openings. Builds the wall around a window, door or arch, its reveal, and the mouldings along its arch.
 
 use super::super::mesh::Vertex;
 use super::{Builder, Surface, world_uv};

@@ -1,4 +1,4 @@
-//! Numbers in a glTF file's buffers. Enters: accessors, dense or sparse. Leaves: checked lists.
+//! Reads numbers from a glTF file's buffers, through dense or sparse accessors, into checked lists.
 
 use gltf::Accessor;
 use gltf::accessor::sparse::IndexType;

@@ -1,5 +1,5 @@
-//! Bytes that a glTF file points at. Enters: its binary chunk, `data:` URIs, and a way to read files in its own folder. Leaves: the
-//! bytes of each buffer view; a URI that leads anywhere else is refused by name.
+//! Reads the bytes of each buffer view from the binary chunk, `data:` URIs or files in the scene's folder. A URI that points anywhere else
+//! is refused by name.
 
 use std::borrow::Cow;
 

@@ -1,5 +1,4 @@
-//! The outside of a glTF file. Enters: the bytes of a `.glb` or a `.gltf`. Leaves: its JSON with every index in range, its binary
-//! chunk, and what the `gltf` crate does not hand out.
+//! The container of a glTF file. Reads the JSON with every index in range, the binary chunk, and what the `gltf` crate does not expose.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,4 @@
-//! Materials and pictures of a glTF file. Enters: its JSON and buffers. Leaves: checked materials, textures, holes, and where on
-//! each surface its picture lies.
+//! Reads materials and pictures of a glTF file: checked materials, textures, holes, and texture coordinates of each surface.
 
 use std::collections::BTreeMap;
 

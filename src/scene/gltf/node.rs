@@ -1,4 +1,4 @@
-//! Nodes and what hangs on them. Enters: a checked glTF file. Leaves: its triangles in the world, its cameras, its lights as lamps.
+//! Reads the nodes of a checked glTF file: triangles in the world, cameras, and lights as lamps.
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use gltf::mesh::Mode;

@@ -1,5 +1,4 @@
-//! Encoded pictures. Enters: the bytes of a PNG or JPEG. Leaves: sRGB texels with alpha, or why not; a picture's size is taken from
-//! its header and judged before anything is decoded.
+//! Decodes PNG and JPEG pictures to sRGB texels with alpha. The size is read from the header and checked before anything is decoded.
 
 use std::io::Cursor;
 

@@ -1,5 +1,5 @@
-//! What stands and hangs in the hall: benches, an altar on steps, urns under the windows, banners, doors. Enters: a hall. Leaves:
-//! it furnished; the rear third of the nave stays free for walking.
+//! Furniture of the hall: benches, an altar on steps, urns under the windows, banners, doors. The rear third of the nave stays free for
+//! walking.
 
 use super::super::build::{Builder, Opening, Wall};
 use super::{BAY_M, BAYS, COLUMN_M, HALF_LENGTH_M, HALF_WALL_M, OUTER_M, SPRING_M, Stuff};

@@ -1,4 +1,4 @@
-//! What a sequence shows between its pictures. Enters: rising times, a span. Leaves: how many seconds each picture counts for it.
+//! Interpolation in time between pictures of a sequence. Computes how many seconds each picture counts for a span.
 //!
 //! Merging pictures by these seconds is the paper's way to blur ("rendering and merging sub-frames"), with each row's own span.
 

@@ -1,5 +1,5 @@
-//! One picture. Enters: the bytes of a PNG (8 or 16 bits) or OpenEXR file. Leaves: linear light a pixel, 1.0 being white, and the depth in
-//! metres where the file holds it.
+//! Decodes one picture, PNG (8 or 16 bits) or OpenEXR, to linear light a pixel, 1.0 being white, and to depth in metres where the file
+//! holds it.
 //!
 //! Grey pictures have all bands alike. Near infrared is like the red unless an OpenEXR channel N or NIR holds it.
 

@@ -1,5 +1,4 @@
-//! The lists beside pictures. Enters: the text of a list of times, of a matrix of intrinsics, or names of files. Leaves: times in
-//! seconds counted from the first picture, and intrinsics.
+//! Reads the lists beside pictures: times in seconds from the first picture, intrinsics, and file names.
 //!
 //! Times are read as whole nanoseconds, so that stamps of 1.5e9 s keep their last digits when the first is taken away.
 

@@ -1,4 +1,4 @@
-//! Lamps that a scenario adds. Enters: place, shape, lumens, colour temperature. Leaves: glowing triangles with luminance in cd/m^2.
+//! Lamps that a scenario adds. Converts place, shape, lumens and colour temperature to emissive triangles with luminance in cd/m^2.
 
 use serde::{Deserialize, Serialize};
 

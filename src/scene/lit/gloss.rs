@@ -1,5 +1,4 @@
-//! Reflections that keep an image. Enters: a hit on a glossy surface. Leaves: the ray that it reflects, and the weight of what that ray
-//! sees.
+//! Specular reflections. Computes the reflected ray at a hit on a glossy surface, and the weight of its light.
 //!
 //! Fresnel's reflectance by Schlick's formula; microfacets by GGX, sampled by their visible normals (Heitz, JCGT 7(4), 2018) with the
 //! height-correlated shadowing of Smith. What a facet does not reflect leaves a dielectric diffusely; a metal has no diffuse part but

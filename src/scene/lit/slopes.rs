@@ -1,4 +1,4 @@
-//! How textures lie on triangles. Enters: a mesh. Leaves: for each triangle the texels that a metre in the world crosses.
+//! Texture density: for each triangle, the texels per metre in the world.
 
 use super::super::mesh::Mesh;
 use super::LitScene;

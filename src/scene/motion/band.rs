@@ -1,5 +1,5 @@
-//! Symmetric positive definite systems whose entries lie within three of the diagonal: the normal equations of a cubic
-//! B-spline. Enters: rows of weights. Leaves: the solution, in time proportional to the size.
+//! Solves symmetric positive definite systems of bandwidth three, the normal equations of a cubic B-spline, in time proportional to the
+//! size.
 
 use glam::DVec3;
 

@@ -1,5 +1,4 @@
-//! From timed poses to a spline. Enters: samples of a trajectory, without gaps. Leaves: the [`Spline`] that follows them in
-//! the sense of least squares.
+//! Fits a [`Spline`] to timed poses without gaps, by least squares.
 //!
 //! Positions are linear in their control points: one banded solve. Rotations are refined: the residuals' rotation vectors
 //! are fitted by the same equations and turned into the control rotations, until nothing moves. Where a gap is bridged on

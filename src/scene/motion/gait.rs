@@ -1,6 +1,5 @@
-//! How a head moves while its owner walks, runs, turns or trembles. Enters: published figures of gait and a key. Leaves: the
-//! pose of a camera at any time, as a function of time. Its frame has y up; the body is the rig (x right, y down, z
-//! forward) and looks along the path, along -z at first.
+//! Head motion in walking, running, turning and trembling, from published figures of gait. Computes the pose of a camera as a function of
+//! time. Its frame has y up; the body is the rig (x right, y down, z forward) and looks along the path, along -z at first.
 //!
 //! A head in gait bobs once a step and sways once in two; its pitch compensates the bob, so that it stays on a target
 //! ahead. Surge along the path, yaw and roll are left out: they are smaller, and no figure for them is at hand.

@@ -1,5 +1,5 @@
-//! An inertial measurement unit on the body. Enters: a motion. Leaves: angular rates and specific forces at the unit's own
-//! place, with Kalibr's noise: white noise of density sigma, and biases that walk at random.
+//! An inertial measurement unit on the body. Computes angular rates and specific forces at the unit's position, with Kalibr's noise: white
+//! noise of density sigma, and random-walk biases.
 
 use glam::DVec3;
 use rand::distr::OpenClosed01;

@@ -1,5 +1,4 @@
-//! Where a walk leads on level ground. Enters: the way gone in metres. Leaves: place and heading, both smooth, in a frame
-//! with y up that starts at the origin, looking along -z.
+//! The path of a walk on level ground: position and heading as smooth functions of the distance in metres.
 
 use glam::DVec3;
 

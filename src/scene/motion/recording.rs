@@ -1,5 +1,5 @@
-//! Recorded trajectories. Enters: the text of a TUM trajectory or of a EuRoC ground-truth table, told apart by content. Leaves: poses
-//! timed from the first, and notes on what was put right. What cannot be is refused by line.
+//! Reads recorded trajectories: the text of a TUM trajectory or of a EuRoC ground-truth table, told apart by content. Returns poses timed
+//! from the first, and notes on repairs. What cannot be is refused by line.
 
 use glam::{DQuat, DVec3};
 

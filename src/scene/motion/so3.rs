@@ -1,7 +1,7 @@
 //! Rotations as vectors: exponential and logarithm of SO(3) on unit quaternions.
 //!
-//! Enters: rotation vectors (axis times angle, radians) or unit quaternions. Leaves: the other. Both ends are stable: small
-//! angles by series, angles near pi by the two-argument arctangent.
+//! Converts between rotation vectors (axis times angle, radians) and unit quaternions. Both limits are stable: small angles use a series,
+//! angles near pi the two-argument arctangent.
 
 use glam::{DQuat, DVec3};
 

@@ -1,5 +1,5 @@
-//! A smooth path of a rigid body: a uniform cubic cumulative B-spline. Enters: a time in seconds. Leaves: pose, velocity,
-//! acceleration, angular velocity and angular acceleration, all analytic and continuous (pose in C2).
+//! A smooth path of a rigid body: a uniform cubic cumulative B-spline. Computes pose, velocity, acceleration, angular velocity and angular
+//! acceleration at a time in seconds, all analytic and continuous (pose in C2).
 //!
 //! Rotation and translation are separate splines, on SO(3) and R^3. A joint spline on SE(3) would bend straight paths of
 //! a turning body into screws; split, the position stays a plain B-spline: linear in its control points, so that its fit

@@ -1,5 +1,4 @@
-//! House fronts. Enters: a wall and the stretch of it that a row of houses fills. Leaves: fronts with doors, shops, windows in
-//! reveals, sills, hoods, shutters, balconies, cornices and roofs; no two alike.
+//! House fronts: doors, shops, windows in reveals, sills, hoods, shutters, balconies, cornices and roofs; no two alike.
 
 use super::super::build::{Builder, Opening, Surface, Wall};
 use super::super::mesh::{Vertex, unit};

@@ -1,5 +1,4 @@
-//! What stands on the pavements: trees, lanterns, bollards, bins, and what lies in the roadway. Enters: a street. Leaves: it
-//! furnished, each tree with leaves of its own.
+//! Objects on the pavements (trees, lanterns, bollards, bins) and in the roadway. The leaves of each tree differ.
 
 use super::super::build::{Builder, Surface};
 use super::super::chance::frame;

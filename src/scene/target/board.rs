@@ -1,4 +1,4 @@
-//! Boards with known edges. Enters: sizes in metres. Leaves: patches of known reflectance whose borders are edges of triangles.
+//! Boards with known edges: patches of known reflectance whose borders are edges of triangles.
 
 use super::super::Scene;
 use super::super::light::BANDS;

@@ -1,4 +1,4 @@
-//! Rays against a block of triangles. Enters: rays of one course, triangles in metres. Leaves: nearer hits.
+//! Intersects rays of one octant of directions with a block of triangles, and keeps nearer hits.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 

@@ -1,5 +1,5 @@
-//! Rays made ready for a walk. Enters: a packet. Leaves: groups of its rays that walk every axis the same way, with what boxes and
-//! triangles need of them, and the span of each quantity over the group.
+//! Prepares a packet of rays for traversal: groups that traverse every axis in the same direction, with the values that boxes and triangles
+//! need, and the range of each value over the group.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 

@@ -1,4 +1,4 @@
-//! The tracer against its slow twin, at edges, at ties and through holes. Enters: rooms and random rays (distances in metres).
+//! The tracer against its slow twin, at edges, at ties and through holes. Distances are in metres.
 
 use super::block::{Candidate, take};
 use super::*;
