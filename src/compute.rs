@@ -336,14 +336,14 @@ pub fn to_8_bits(codes: &Plane<u16>, bits: u32) -> Plane<u8> {
 /// Whether codes are of this depth, 1 to 16 bits.
 fn check_codes(codes: &Plane<u16>, bits: u32) -> Result<(), Error> {
     if !(1..=16).contains(&bits) {
-        return Err(Error::Run(format!("codes of {bits} bits cannot be extracted from; 1 to 16 would do")));
+        return Err(Error::Run(format!("codes of {bits} bits cannot be extracted from; use 1 to 16")));
     }
     let all = codes.values().iter().fold(0, |all, &code| all | code);
     if u32::from(all) >> bits == 0 {
         return Ok(());
     }
     let most = codes.values().iter().max().expect("some code has a bit that is set");
-    Err(Error::Run(format!("a code of {most} is none of {bits} bits; {} bits would do", 16 - most.leading_zeros())))
+    Err(Error::Run(format!("a code of {most} is none of {bits} bits; use {} bits", 16 - most.leading_zeros())))
 }
 
 /// Features of one frame whose pixels are all there and whose records are taken at once.

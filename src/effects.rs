@@ -73,7 +73,7 @@ pub const ALL: &[Entry] = &[
     },
     Entry {
         name: "hot_pixels",
-        summary: "pixels of the die with a dark current of their own",
+        summary: "pixels of the die with additional dark current",
         build: |parameters| pixel::HotPixels::from_params(&parameters.pixel),
     },
     Entry {

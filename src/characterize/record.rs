@@ -243,7 +243,7 @@ impl Characterization {
     }
 }
 
-/// The converter by code density, in millionths of an LSB: what lies below is rounding of the method.
+/// The converter by code density, in millionths of an LSB: smaller values are rounding of the method.
 fn converter(adc: &AdcParams) -> (Linearity, Density) {
     // Adding 0 turns a negative zero into zero.
     let rounded = |value: f64| (1e6 * value).round_ties_even() / 1e6 + 0.0;

@@ -113,13 +113,13 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectatio
     let (_, dark_e) = model.charge_e(&set.half, false);
     if dark_e > DARK_FILL_MAX * set.saturation_e {
         return Some(format!(
-            "dark charge of {dark_e:.3e} e- fills {:.0} % of saturation before any light; a cooler die would do",
+            "dark charge of {dark_e:.3e} e- fills {:.0} % of saturation before any light; use a cooler die",
             100.0 * dark_e / set.saturation_e
         ));
     }
     if set.saturation_e < SATURATION_MIN_E {
         return Some(format!(
-            "saturation at {:.1} e- leaves no photon transfer to fit; {SATURATION_MIN_E} e- or more would do",
+            "saturation at {:.1} e- leaves no photon transfer to fit; use {SATURATION_MIN_E} e- or more",
             set.saturation_e
         ));
     }
@@ -127,7 +127,7 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectatio
     if libm::hypot(bright_dn, model.dark_sigma_dn()) < DARK_SIGMA_MIN_DN {
         return Some(format!(
             "noise of {bright_dn:.3} DN at half saturation is below {DARK_SIGMA_MIN_DN} DN: quantisation hides even shot noise; \
-             more bits would do"
+             use more bits"
         ));
     }
     if expectation.dark_clipped > DARK_CLIPPED_MAX {
@@ -135,12 +135,12 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectatio
         let spread_dn =
             libm::hypot(expectation.dark.stack_variance_dn2.sqrt(), greater(0.0, expectation.dark.total_dn2).sqrt());
         // 0.5 % of a normal lies 2.58 sigma below its mean; code 0 is what may not be met.
-        let would_do = libm::ceil(1.0 + 2.7 * greater(spread_dn, DARK_SIGMA_MIN_DN)) + 1.0;
+        let enough_dn = libm::ceil(1.0 + 2.7 * greater(spread_dn, DARK_SIGMA_MIN_DN)) + 1.0;
         return Some(format!(
             "{:.1} % of the dark codes clip at 0, the standard allows 0.5 %: black level {black} DN is too low for the noise; \
-             sensor.adc.black_level_dn = {} would do",
+             use sensor.adc.black_level_dn = {}",
             100.0 * expectation.dark_clipped,
-            greater(would_do, f64::from(black) + 1.0)
+            greater(enough_dn, f64::from(black) + 1.0)
         ));
     }
     None
@@ -183,7 +183,7 @@ fn want(
     let sigma_dn = model.dark_sigma_dn();
     if sigma_dn < DARK_SIGMA_MIN_DN && NEEDS_DARK_NOISE.contains(&name) {
         return Err(format!(
-            "dark noise of {sigma_dn:.3} DN is below {DARK_SIGMA_MIN_DN} DN: quantisation hides it; more gain or more bits would do"
+            "dark noise of {sigma_dn:.3} DN is below {DARK_SIGMA_MIN_DN} DN: quantisation hides it; use more gain or more bits"
         ));
     }
     // The place of the peak is the model's; noise may put it at any point of the range.
@@ -210,7 +210,7 @@ fn want(
         "x_k3_ratio" if tolerance >= THIRD_TOLERANCE_MAX => {
             let more = tolerance / THIRD_TOLERANCE_MAX;
             let frames = u64_half_even(libm::ceil(1.05 * f64::from(set.stack) * more * more));
-            Err(format!("4.5 standard errors are {tolerance:.2}; a stack of {frames} frames, or more pixels, would do"))
+            Err(format!("4.5 standard errors are {tolerance:.2}; use a stack of {frames} frames, or more pixels"))
         }
         "x_k3_ratio" => plain(value, tolerance),
         _ => measured(name, value, error, model, set),

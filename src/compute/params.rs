@@ -52,7 +52,7 @@ pub enum Smoothing {
     Binomial,
 }
 
-/// Codes of so many bits or fewer are smoothed before corners are looked for, if nobody says otherwise: measured with one camera in a
+/// Codes of so many bits or fewer are smoothed before corners are looked for, by default: measured with one camera in a
 /// textured box, where 2 bits do not start without, and 4 bits go wrong from one starting frame of four (docs/tracker_figures.md).
 const SMOOTHED_BITS: u32 = 4;
 
@@ -144,14 +144,14 @@ impl ExtractorParams {
         for (key, value, least, most) in ranges {
             if !(least..=most).contains(&value) {
                 let unit = if key == "compute.threshold" { " (DN of the pipeline)" } else { "" };
-                return Err(Error::key(key, value, format!("{least} to {most} would do{unit}")));
+                return Err(Error::key(key, value, format!("use {least} to {most}{unit}")));
             }
         }
         if ![16, 32, 64].contains(&self.cell_px) {
-            return Err(Error::key("compute.cell_px", self.cell_px, "16, 32 or 64 would do"));
+            return Err(Error::key("compute.cell_px", self.cell_px, "use 16, 32 or 64"));
         }
         if ![64, 128, 192, 256].contains(&self.descriptor_bits) {
-            return Err(Error::key("compute.descriptor_bits", self.descriptor_bits, "64, 128, 192 or 256 would do"));
+            return Err(Error::key("compute.descriptor_bits", self.descriptor_bits, "use 64, 128, 192 or 256"));
         }
         Ok(self)
     }

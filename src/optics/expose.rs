@@ -111,7 +111,7 @@ fn check(path: &ImagePath) -> Result<(), Error> {
         if value >= least && value <= most {
             return Ok(());
         }
-        Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
+        Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
     };
     in_range("optics.defocus_um", path.psf.defocus_um, 0.0, 1000.0)?;
     in_range("optics.aberration_um", path.psf.aberration_um, 0.0, 1000.0)?;
@@ -201,7 +201,7 @@ fn filter(plane: &mut Plane<f32>, mosaic: &Mosaic, bands: [bool; FILTER_BANDS]) 
 }
 
 impl Pass {
-    /// As `Camera::roll_off_bounds`, of its own mapping.
+    /// As `Camera::roll_off_bounds`, for its mapping.
     pub(super) fn roll_off_bounds(&self) -> [f64; 2] {
         self.camera.roll_off_bounds()
     }

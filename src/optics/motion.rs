@@ -272,7 +272,7 @@ impl Timeline {
         &self.first[row]
     }
 
-    /// The motion of one lane of the packet, in each lane over a piece of its own.
+    /// The motion of one lane of the packet, in each lane over a different piece.
     #[inline(always)]
     pub fn gathered(&self, lane: usize, piece_of: &[usize; LANES]) -> Parabolas {
         Parabolas::gathered(|to| (&self.pieces[piece_of[to]], lane))

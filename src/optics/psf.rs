@@ -1,7 +1,7 @@
 //! Point spread of the lens: diffraction, defocus and residual aberrations. Blurs planes of photons before the filters.
 //!
 //! A plane's values are already means over pixels, so its modulation holds the pixel's own sinc. The kernel adds the lens: at the
-//! frequencies of its own grid its transform is the lens' transfer function, between them within 1 % of it up to half a cycle per
+//! frequencies of its grid its transform is the lens' transfer function, between them within 1 % of it up to half a cycle per
 //! pixel, so the whole is that times the pixel's sinc. What a kernel of this size cannot hold of the tails is folded into it
 //! rather than lost, so it sums to 1. The picture continues beyond its edges as its mirror image, which keeps the sum and leaves
 //! no dark rim.

@@ -68,7 +68,7 @@ fn find<T>(list: &Link<T>, name: (DrawKey, usize)) -> Result<&[T], &Link<T>> {
 }
 
 /// Puts a row at a list's end, wherever other threads have moved it meanwhile. One that made the same row leaves a second one behind,
-/// which nobody finds.
+/// which is never looked up.
 fn keep<T>(end: &Link<T>, kept: Box<Kept<T>>) -> &[T] {
     let (mut link, mut left) = (end, Some(kept));
     loop {

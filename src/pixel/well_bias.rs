@@ -2,7 +2,7 @@
 //! and patterns, and the gain bends.
 //!
 //! With X the charge, C the full well: without a spread of X the mean of min(X, C) grows, by no more than the mean of (X - C)+ with it
-//! (Jensen), and by no more than that of (C - X)+. Effects are thought away one after the other, shot noise last, so that patterns
+//! (Jensen), and by no more than that of (C - X)+. Effects are removed one after the other, shot noise last, so that patterns
 //! are judged under a Poisson charge.
 
 use super::PixelParams;

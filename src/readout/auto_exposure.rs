@@ -31,7 +31,7 @@ pub struct AutoExposureParams {
 const TARGET_MEAN_MOST: f64 = 0.99;
 
 impl AutoExposureParams {
-    /// Refuses values out of range, naming key, value and what would do.
+    /// Refuses values out of range, naming key, value and an accepted value.
     pub fn check(&self) -> Result<(), Error> {
         within("sensor.readout.target_mean", self.target_mean, 0.001, TARGET_MEAN_MOST)?;
         within("sensor.readout.gain_max", self.gain_max, 0.001, 1000.0)?;
@@ -83,7 +83,7 @@ impl AutoExposure {
     /// A controller that starts from the schedule's own exposure and the converter's gain.
     ///
     /// # Errors
-    /// Limits that contradict the schedule or the converter, by key and value, with what would do.
+    /// Limits that contradict the schedule or the converter, by key and value, with an accepted value.
     pub fn new(params: &AutoExposureParams, schedule: &Schedule, range: CodeRange) -> Result<Self, Error> {
         params.check()?;
         let (least, most) = (u64::from(schedule.params().exposure_lines_min).max(1), schedule.exposure_lines_max());

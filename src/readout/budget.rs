@@ -40,7 +40,7 @@ pub struct LineDemand {
     pub kind: DemandKind,
     /// Its own time in seconds.
     pub time_s: f64,
-    /// Shortest line in `pix_clk` that would do.
+    /// Shortest line in `pix_clk` that is accepted.
     pub needed_clk: u64,
 }
 

@@ -47,7 +47,7 @@ pub struct FrameDemand {
 }
 
 impl FrameDemand {
-    /// The shortest frame that would do.
+    /// The shortest frame that holds all slots.
     pub fn lines(self) -> u64 {
         self.rows.max(self.exposure)
     }

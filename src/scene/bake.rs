@@ -127,7 +127,7 @@ pub struct Bake {
 const BYTES_PER_SAMPLE: usize = 512;
 
 /// The iteration ends when no sample's change, nor what all further bounces bring by the rate at which changes fall, is more than this
-/// share of its own irradiance, in any band that has more than a hundred thousandth of the greatest irradiance.
+/// share of its irradiance, in any band that has more than a hundred thousandth of the greatest irradiance.
 const CONVERGED_SHARE: f32 = 1e-4;
 
 /// Irradiance below this share of the greatest, which is found beside a lamp, does not keep the iteration going.

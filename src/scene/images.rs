@@ -125,7 +125,7 @@ impl ImageStream {
         let (size, own) = (self.size, picture.size());
         if own != size {
             let reason = format!(
-                "has {} x {} px and the first picture {} x {}; pictures of one size would do",
+                "has {} x {} px and the first picture {} x {}; use pictures of one size",
                 own.width_px, own.height_px, size.width_px, size.height_px
             );
             return Err(Error::Content { file: file.to_owned(), reason });

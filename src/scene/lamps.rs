@@ -143,7 +143,7 @@ fn shines_out(piece: &Piece, mesh: &Mesh, bvh: &Bvh) -> bool {
     let mut packet = Packet {
         origin_m: super::lanes::splat3(middle_m),
         direction: [Floats::splat(0.0); 3],
-        // A ray leaves the plane of its own piece at zero; a hundredth of the piece's size is beyond rounding.
+        // A ray leaves the plane of its piece at zero; a hundredth of the piece's size is beyond rounding.
         t_min: Floats::splat(f32_nearest(0.01 * piece.area_m2.sqrt())),
         t_max: Floats::splat(f32::MAX),
     };
@@ -174,7 +174,7 @@ fn spread(group: &[Piece], count: usize, key: DrawKey, points: &mut Vec<LampPoin
             number += 1;
         }
         let piece = &group[number];
-        // A triangle that holds many points takes them along a low-discrepancy sequence, with a shift of its own.
+        // A triangle that holds many points takes them along a low-discrepancy sequence, with a different shift for each triangle.
         let [a, b] = pair(key, u64_from(number));
         let [u, v] = [a + f64_from_usize(point) * 0.754_877_666_2, b + f64_from_usize(point) * 0.569_840_291];
         let [mut u, mut v] = [u - u.floor(), v - v.floor()].map(f32_nearest);

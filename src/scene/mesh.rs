@@ -35,7 +35,7 @@ pub struct Material {
 }
 
 impl Material {
-    /// A dull surface of one colour; in the near infrared like in red.
+    /// A diffuse surface of one colour; in the near infrared like in red.
     pub fn plain(name: &str, base_colour: [f32; 3]) -> Self {
         Self {
             name: name.to_owned(),
@@ -60,7 +60,7 @@ impl Material {
         Some(Gloss { at_normal, alpha: self.roughness * self.roughness })
     }
 
-    /// Whether it gives light of its own.
+    /// Whether it is emissive.
     pub fn is_emissive(&self) -> bool {
         self.emission.iter().any(|&band| band > 0.0)
     }

@@ -27,7 +27,7 @@ pub const GAP_S_MAX: f64 = 0.100_001;
 /// neck or wrist can do.
 pub const KNOT_S: f64 = 0.05;
 
-/// Neighbouring control poses may turn by as much; at half a turn nobody could say which way round.
+/// Neighbouring control poses may turn by as much; at half a turn the direction is ambiguous.
 pub const TURN_DEG_MAX: f64 = 175.0;
 
 /// Turns motion capture with z up into a room with y up: (x, y, z) -> (x, z, -y), a quarter turn about -x.
@@ -47,10 +47,10 @@ pub enum MotionError {
     Gap { at_s: f64, length_s: f64 },
     #[error("{count} poses; a spline needs at least 4")]
     TooFewSamples { count: usize },
-    #[error("a knot spacing of {knot_s} s; 0.005 to 1 would do")]
+    #[error("a knot spacing of {knot_s} s; use 0.005 to 1")]
     KnotSpacing { knot_s: f64 },
     #[error(
-        "{degrees:.1} degrees from the pose before {t_s} s to the one at it; up to {TURN_DEG_MAX} would do: poses in between"
+        "{degrees:.1} degrees from the pose before {t_s} s to the one at it; use up to {TURN_DEG_MAX}: poses in between"
     )]
     HalfTurn { t_s: f64, degrees: f64 },
     #[error("the pose at {t_s} s is not finite")]
@@ -92,7 +92,7 @@ pub enum Motion {
 }
 
 impl PlacedSpline {
-    /// Lays a spline into the room so that what it does at `start_s` of its own clock happens at 0 s of the run, at
+    /// Lays a spline into the room so that its pose at `start_s` of its clock occurs at 0 s of the run, at
     /// `offset_m`.
     ///
     /// # Errors

@@ -28,7 +28,7 @@ struct Level {
     /// The two as they are multiplied with.
     size: [f32; 2],
     /// Linear red, green, blue and near infrared, row-major, the top row first; 65,535 is 1. Around the picture stands a rim of one
-    /// texel, of what lies beyond its edge: so the four texels around any place are two pairs of neighbours. Flat, because a compiler
+    /// texel, of the texels beyond its edge: so the four texels around any place are two pairs of neighbours. Flat, because a compiler
     /// turns a pair into two loads only where it is eight numbers in a row.
     texels: Vec<u16>,
 }

@@ -4,7 +4,7 @@
 //! among them two points, a sigma above and below, carry mean and variance (exact to the third order of a normal; Julier and
 //! Uhlmann 2004). Draws add their mean and variance: Poisson counts the mean, a binomial loss s the variance s (1 - s) N, a full
 //! well clips a normal. The converters' part stands in `adc/expected`. Effects that are not in `HANDLED` have no closed form here and are
-//! refused by name: defects with chance of their own, traps, clock jitter, and what spreads charge between pixels or frames.
+//! refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
 
 use super::row::RowBuffers;
 use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, map_chunks};
@@ -66,10 +66,10 @@ impl Chain {
     /// Whether mean and variance are known in closed form.
     ///
     /// # Errors
-    /// What is not, and what would do.
+    /// Names what is not, and a rung that is accepted.
     pub fn check_expected(&self) -> Result<(), Error> {
-        let refuse = |what: &str, would_do: &str| {
-            let reason = format!("{what} has no mean and variance in closed form; sampled, or {would_do}, would do");
+        let refuse = |what: &str, accepted: &str| {
+            let reason = format!("{what} has no mean and variance in closed form; use sampled, or {accepted}");
             Err(Error::key("run.rung", "expected", reason))
         };
         let reading = &self.readings[0];

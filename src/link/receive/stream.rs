@@ -20,7 +20,7 @@ pub struct Decoder {
     /// Channel and number of the frame whose start was read before these.
     open: Option<(u8, u16)>,
     counts: LinkCounts,
-    /// Bytes from which on it is worth to look again.
+    /// Number of bytes from which on the decoder tries again.
     wanted_bytes: usize,
 }
 

@@ -5,10 +5,10 @@
 use super::super::Scene;
 use super::super::light::{BANDS, Bands};
 use super::aims::Aims;
-use super::rays::{GROUPS, Mirrored, Seen, gather};
+use super::rays::{GROUPS, Mirrored, SideLight, gather};
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
-/// Of some samples. Lists of all sides lie one behind another, because a list of its own for each takes more than it holds.
+/// Of some samples. Lists of all sides lie one behind another, because separate lists would take more memory than their entries.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
     /// The samples.
@@ -50,7 +50,7 @@ impl Gathered {
         all
     }
 
-    fn push(&mut self, seen: &Seen, rays: usize, flickers: bool) {
+    fn push(&mut self, seen: &SideLight, rays: usize, flickers: bool) {
         for (group, light) in seen.direct.iter().enumerate().take(1 + usize::from(flickers)) {
             self.direct[group].push(light.map(f32_nearest));
             let moments = [seen.bounced.seen[group], seen.bounced.squares[group]];

@@ -29,7 +29,7 @@ pub type ByGroup<T> = [[T; BANDS]; GROUPS];
 
 /// What the rays of one side of a sample brought.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct SideLight {
     /// Light of lamps, sky and glowing surfaces, by group.
     pub direct: ByGroup<f64>,
     /// What rays by chance met.
@@ -68,7 +68,7 @@ impl Mirrored {
 const BOUNCE_DRAWS: u64 = 0x626F_756E;
 
 /// Traces all rays of a sample. Of what is only seen from its front, nothing is asked behind it.
-pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [Seen; 2] {
+pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
     let sample = &scene.layout.samples[number];
     let aimed = aimed_light(scene, sample.position_m, sample.normal, sample.sides(), aims);
     let mut side = 0;
@@ -77,7 +77,7 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [Seen; 2] {
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
         side += 1;
         if !is_lit {
-            return Seen { direct, bounced: Bounced::default(), is_lit, is_buried: false };
+            return SideLight { direct, bounced: Bounced::default(), is_lit, is_buried: false };
         }
         let bounced = bounce_rays(scene, sample.position_m, normal, &aims.fan);
         for group in 0..GROUPS {
@@ -86,7 +86,7 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [Seen; 2] {
             }
         }
         let is_buried = 8 * bounced.backs > aims.fan.len();
-        Seen { direct, bounced, is_lit, is_buried }
+        SideLight { direct, bounced, is_lit, is_buried }
     })
 }
 
@@ -259,12 +259,12 @@ struct Mirror {
 }
 
 impl Mirror {
-    /// The rest of a ray that comes over this surface; its dull part is noted. None where nothing goes on.
+    /// The rest of a ray that comes over this surface; its diffuse part is noted. None where nothing goes on.
     fn reflected(&self, scene: &Scene, path: &Path, t: f32, place: u32, bounced: &mut Bounced) -> Option<Path> {
         let weight: Bands = std::array::from_fn(|band| path.weight[band] * self.reflectance[band]);
         if scene.layout.samples[index(place) / 2].albedo.iter().any(|&band| band > 0.0) {
-            let dull = std::array::from_fn(|band| path.weight[band] - weight[band]);
-            bounced.mirrored.push(Mirrored::new(place, dull));
+            let diffuse = std::array::from_fn(|band| path.weight[band] - weight[band]);
+            bounced.mirrored.push(Mirrored::new(place, diffuse));
         }
         let along = 2.0 * dot(path.direction, self.normal);
         let direction = unit([0, 1, 2].map(|axis| path.direction[axis] - along * self.normal[axis]))?;

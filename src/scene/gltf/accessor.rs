@@ -97,7 +97,7 @@ impl Buffers<'_> {
         let kind = accessor.data_type();
         if dimensions[N - 1] != accessor.dimensions() || kind == DataType::U32 {
             let (found, wanted) = (format!("{:?} of {kind:?}", accessor.dimensions()), dimensions[N - 1]);
-            return Err(format!("accessor {} holds {found}; {wanted:?} of F32 would do", accessor.index()));
+            return Err(format!("accessor {} holds {found}; use {wanted:?} of F32", accessor.index()));
         }
         let bytes = bytes_of(kind);
         let is_share = accessor.normalized();
@@ -111,7 +111,7 @@ impl Buffers<'_> {
         if !matches!(kind, DataType::U8 | DataType::U16 | DataType::U32) || accessor.dimensions() != Dimensions::Scalar
         {
             let found = format!("indices as {:?} of {kind:?}", accessor.dimensions());
-            return Err(format!("accessor {} holds {found}; unsigned scalars would do", accessor.index()));
+            return Err(format!("accessor {} holds {found}; use unsigned scalars", accessor.index()));
         }
         self.elements(accessor, bytes_of(kind), little_endian)
     }

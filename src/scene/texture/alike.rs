@@ -91,7 +91,7 @@ impl Texture {
     }
 }
 
-/// Coordinates within the picture that show what lies at any; those of a clamped one are left as they are.
+/// Coordinates within the picture that show the texel of any coordinates; those of a clamped one are left as they are.
 #[inline(always)]
 fn folded(at: Floats, wrap: Wrap) -> Floats {
     let (half, magic) = (Floats::splat(0.5), Floats::splat(TO_WHOLE));

@@ -7,7 +7,7 @@ use super::super::lanes::{Floats, LANES, Mask, Vectors, unrolled};
 use super::Packet;
 
 /// Directions closer to zero than this are moved away from it, so that slabs need no rule for infinities. Over a scene of
-/// 10 km the ray bends by 1e-14 m, which is below the rounding of its own coordinates.
+/// 10 km the ray bends by 1e-14 m, which is below the rounding of its coordinates.
 const DIRECTION_MIN: f32 = 1e-18;
 
 /// Which way each ray goes: the sign of each component, and the axis of the greatest one.
