@@ -1,6 +1,6 @@
 //! Verbs of the command line. Data goes to stdout, progress and words to stderr.
 //!
-//! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 4 input/output. With `--json` every line on stderr is one JSON object
+//! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 3 some cells failed, 4 input/output. With `--json` every line on stderr is one JSON object
 //! (docs/machine.md).
 
 /// As `print!`, for readers that may leave early: `sensel schema | head` ends in silence, not in a panic.
@@ -31,6 +31,7 @@ mod plan;
 mod power;
 mod progress;
 mod run;
+mod sweep;
 mod timing;
 mod track;
 mod waves;
@@ -80,7 +81,8 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
 }
 
 /// All verbs of this version.
-const VERBS: &str = "run, plan, ladder, timing, power, features, track, characterize, compare, presets, schema, config";
+const VERBS: &str =
+    "run, plan, ladder, timing, power, features, track, characterize, compare, sweep, presets, schema, config";
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
@@ -93,6 +95,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
                 | Verb::Ladder(_)
                 | Verb::Characterize(_)
                 | Verb::Compare(_)
+                | Verb::Sweep(_)
         )
     );
     place::check_shared(shared, writes)?;
@@ -113,15 +116,6 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Ladder(own)) => ladder::main(own, shared),
         Some(Verb::Characterize(own)) => characterize::main(own, shared),
         Some(Verb::Compare(own)) => compare::main(own, shared),
-        Some(Verb::Sweep(_)) => later("sweep"),
+        Some(Verb::Sweep(own)) => sweep::main(own, shared),
     }
-}
-
-/// These verbs are part of the design but not of this version; none pretends.
-fn later(verb: &'static str) -> Result<(), Error> {
-    Err(Error::Unknown {
-        what: "verb of this version:",
-        name: verb.to_owned(),
-        known: format!("{VERBS} (sweep comes later)"),
-    })
 }

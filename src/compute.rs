@@ -75,7 +75,7 @@ pub use word::Word;
 pub mod blocks {
     pub use super::back::{ENGINE_FIXED_CLK, START_GAP_CLK};
     pub use super::brief::RotatedPattern;
-    pub use super::fast::{arc_difference, arc_difference_at};
+    pub use super::fast::{BORDER_PX, CIRCLE, arc_difference, arc_difference_at};
     pub use super::half::half_scale;
     pub use super::harris::harris_rank;
     pub use super::orientation::{moments, rounded_angle};

@@ -49,6 +49,12 @@ pub enum Error {
     /// The user stopped the program; nothing was left behind.
     #[error("stopped; nothing was written")]
     Interrupted,
+    /// The user stopped the program; what was finished is kept.
+    #[error("{0}")]
+    Stopped(String),
+    /// Some of many runs failed; the others are kept.
+    #[error("{0}")]
+    SomeFailed(String),
     /// The run itself failed.
     #[error("{0}")]
     Run(String),
@@ -73,12 +79,14 @@ fn place(file: &str, line: &usize) -> String {
 }
 
 impl Error {
-    /// 1 the run failed, 2 usage or configuration, 4 input/output, 130 stopped by the user (DESIGN: exit codes).
+    /// 1 the run failed, 2 usage or configuration, 3 some runs of many failed, 4 input/output, 130 stopped by the user (DESIGN:
+    /// exit codes).
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Config { .. } | Self::Content { .. } | Self::Unknown { .. } => 2,
             Self::Io { .. } => 4,
-            Self::Interrupted => 130,
+            Self::Interrupted | Self::Stopped(_) => 130,
+            Self::SomeFailed(_) => 3,
             Self::Run(_) => 1,
         }
     }
@@ -90,7 +98,8 @@ impl Error {
             Self::Content { .. } => "content",
             Self::Unknown { .. } => "unknown",
             Self::Io { .. } => "io",
-            Self::Interrupted => "interrupted",
+            Self::Interrupted | Self::Stopped(_) => "interrupted",
+            Self::SomeFailed(_) => "some_failed",
             Self::Run(_) => "run",
         }
     }

@@ -63,4 +63,6 @@ pub mod ladder;
 pub mod waves;
 pub mod characterize;
 #[cfg(feature = "cli")]
+pub mod sweep;
+#[cfg(feature = "cli")]
 pub mod files;

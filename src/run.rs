@@ -1,5 +1,4 @@
-//! One run, frame by frame, from photons to pose. Enters: a resolved scenario and the bytes of its files. Leaves: every stage's
-//! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
+//! One run, frame by frame, from photons to pose and report. Touches no disk and reads no clock: both come through `assets`.
 
 mod alternatives;
 mod alone;
@@ -16,10 +15,12 @@ mod frame_notes;
 pub mod gates;
 mod hashes;
 mod host;
+mod inputs;
 mod keep_up;
 mod light;
 mod motion;
 mod on_link;
+pub mod photons;
 pub mod probe;
 mod power_line;
 mod record;
@@ -41,7 +42,9 @@ pub use assets::{Assets, NoClock, NoFiles, NoProgress, Progress, Stopwatch};
 pub use estimate::{ESTIMATED_LEVEL, LinkSplit};
 pub use felt::noise_of;
 pub use host::{Host, HostFrame};
+pub use inputs::inputs_hash;
 pub use on_link::LinkTimes;
+pub use photons::PhotonStore;
 pub use seen::Seen;
 pub use sensor::SensorSetup;
 pub use session::{CameraFrame, Frame, Session};

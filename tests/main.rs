@@ -68,6 +68,7 @@ mod rtl;
 mod sampling;
 mod scenes;
 mod statistics;
+mod sweeps;
 mod tidy;
 mod timing;
 mod tracker;

@@ -41,6 +41,7 @@ const ORDER: &[&str] = &[
     "ladder",
     "waves",
     "characterize",
+    "sweep",
     "files",
 ];
 

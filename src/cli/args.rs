@@ -43,6 +43,9 @@ pub struct Shared {
     /// Folder of baked light (default: the user's cache folder).
     #[arg(long, value_name = "DIR", global = true)]
     pub cache: Option<PathBuf>,
+    /// Gibibytes that mean photons may take in the cache; runs and cells that differ behind the lens share them; 0: none are kept.
+    #[arg(long, value_name = "N", default_value_t = 4, global = true)]
+    pub photons_gib: u32,
     /// Prints data as JSON on stdout, and errors, warnings and progress as one JSON object a line on stderr.
     #[arg(long, global = true)]
     pub json: bool,
@@ -81,8 +84,8 @@ pub enum Verb {
     Characterize(CharacterizeArguments),
     /// Says whether one run is better than another: differences with 95 % intervals, and a page with the pictures under a wiper.
     Compare(CompareArguments),
-    /// A design space (comes later).
-    Sweep(LaterArguments),
+    /// A design space: many runs, one table, one page.
+    Sweep(SweepArguments),
 }
 
 /// A scenario and how much of it.
@@ -276,9 +279,69 @@ pub struct CompareArguments {
 }
 
 /// Whatever a verb of a later version is given.
+/// What to do with a sweep.
 #[derive(Args, Debug)]
-pub struct LaterArguments {
-    /// Not read.
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-    pub rest: Vec<String>,
+pub struct SweepArguments {
+    /// Its part.
+    #[command(subcommand)]
+    pub part: SweepPart,
+}
+
+/// Parts of a sweep.
+#[derive(Subcommand, Debug)]
+pub enum SweepPart {
+    /// Says how many cells, what they share, and the processor time and disk that they need; simulates two frames.
+    Plan(SweepFileArguments),
+    /// Runs the cells that are not finished.
+    Run(SweepRunArguments),
+    /// Writes cells.parquet and cells.csv from all finished cells.
+    Gather(SweepFileArguments),
+    /// Writes report.html from all finished cells.
+    Report(SweepRunArguments),
+    /// Prints a script for a cluster's scheduler.
+    Submit(SweepSubmitArguments),
+}
+
+/// A sweep file.
+#[derive(Args, Debug)]
+pub struct SweepFileArguments {
+    /// A sweep file: TOML with a scenario and factors (docs/sweeps.md).
+    pub file: PathBuf,
+}
+
+/// A sweep file and what is asked of its runs.
+#[derive(Args, Debug)]
+pub struct SweepRunArguments {
+    /// The sweep.
+    #[command(flatten)]
+    pub sweep: SweepFileArguments,
+    /// A specification of each point, as in --spec "ate_m < 0.010 for 99 %"; may be repeated.
+    #[arg(long, value_name = "TEXT")]
+    pub spec: Vec<String>,
+    /// Runs a point's cells only until a sequential test decides its specifications, with an error of at most 5 % on either side.
+    #[arg(long, requires = "spec")]
+    pub until_decided: bool,
+    /// Runs one of N parts of the cells, as in 3/16. Parts may run at once, on machines that share the folder.
+    #[arg(long, value_name = "I/N", conflicts_with = "until_decided")]
+    pub shard: Option<String>,
+    /// Runs the cells whose names stand in this file, a line each.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["until_decided", "shard"])]
+    pub cells: Option<PathBuf>,
+}
+
+/// A sweep file and a scheduler.
+#[derive(Args, Debug)]
+pub struct SweepSubmitArguments {
+    /// The sweep.
+    #[command(flatten)]
+    pub sweep: SweepFileArguments,
+    /// The scheduler.
+    #[arg(long, value_parser = ["slurm"], default_value = "slurm")]
+    pub engine: String,
+    /// Parts of the cells, one a task of the array.
+    #[arg(long, value_name = "N", default_value_t = 16)]
+    pub shards: u32,
+    /// Processors of a task.
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub cpus: u32,
 }

@@ -49,3 +49,27 @@ fn thread_seconds() -> Option<f64> {
     }
     (sum_s > 0.0).then_some(sum_s)
 }
+
+/// Processor time of the thread that asks; wall time where the system does not tell.
+#[cfg_attr(unix, allow(dead_code, reason = "the clock is the system's"))]
+pub struct ThreadWork(Wall);
+
+impl ThreadWork {
+    /// Counts from here on.
+    pub fn start() -> Self {
+        Self(Wall::start())
+    }
+}
+
+impl Stopwatch for ThreadWork {
+    #[cfg(unix)]
+    fn now_s(&self) -> f64 {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        sensel::num::f64_from_i64(time.tv_sec) + 1e-9 * sensel::num::f64_from_i64(time.tv_nsec)
+    }
+
+    #[cfg(not(unix))]
+    fn now_s(&self) -> f64 {
+        self.0.now_s()
+    }
+}

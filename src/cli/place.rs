@@ -35,22 +35,27 @@ pub struct Located {
 
 /// Finds and reads a scenario (or a file with sections of a sensor only: the rest has defaults) and lays the command line's words over it.
 pub fn locate(scenario: Option<&str>, shared: &Shared, more: &[String]) -> Result<Located, Error> {
-    let (file, text) = match (find(scenario.unwrap_or(DEFAULT_SCENARIO), shared), scenario) {
-        (Ok(file), _) => {
-            let text = sensel::files::read_text(&file, SCENARIO_BYTES_MAX)?;
-            (file, text)
-        }
-        (Err(_), Some(BOX_SCENARIO)) => (PathBuf::from("box.toml"), BOX_TEXT.to_owned()),
-        (Err(_), None) => {
-            words::note(&format!("the scene '{DEFAULT_SCENARIO}' is not here; running the generated '{BOX_SCENARIO}'"));
-            (PathBuf::from("box.toml"), BOX_TEXT.to_owned())
-        }
-        (Err(error), Some(_)) => return Err(error),
-    };
+    let (file, text) = scenario_text(scenario, shared)?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let mut resolved = layered(&file.display().to_string(), &text, &assignments(shared, more), &folder)?;
     read_technology(&mut resolved, &folder)?;
     Ok(Located { name: name_of(&file), folder, resolved })
+}
+
+/// A scenario's file and its text.
+pub fn scenario_text(scenario: Option<&str>, shared: &Shared) -> Result<(PathBuf, String), Error> {
+    match (find(scenario.unwrap_or(DEFAULT_SCENARIO), shared), scenario) {
+        (Ok(file), _) => {
+            let text = sensel::files::read_text(&file, SCENARIO_BYTES_MAX)?;
+            Ok((file, text))
+        }
+        (Err(_), Some(BOX_SCENARIO)) => Ok((PathBuf::from("box.toml"), BOX_TEXT.to_owned())),
+        (Err(_), None) => {
+            words::note(&format!("the scene '{DEFAULT_SCENARIO}' is not here; running the generated '{BOX_SCENARIO}'"));
+            Ok((PathBuf::from("box.toml"), BOX_TEXT.to_owned()))
+        }
+        (Err(error), Some(_)) => Err(error),
+    }
 }
 
 /// Merges all layers; files that they name stand in this folder.

@@ -9,6 +9,7 @@ use sensel::fidelity::Rung;
 use sensel::files::cache::Cache;
 use sensel::files::folder::OutputFolder;
 use sensel::files::input::InputFolders;
+use sensel::files::photons::{PhotonFiles, gib};
 use sensel::files::truth::{Keep, Kept};
 use sensel::files::verilated::Verilated;
 use sensel::report::Report;
@@ -33,6 +34,7 @@ pub struct FolderAssets {
     cache: Option<Cache>,
     /// Why nothing is kept from run to run, if so.
     without_cache: Option<String>,
+    photons_gib: u32,
 }
 
 impl FolderAssets {
@@ -46,7 +48,14 @@ impl FolderAssets {
         let refused = opened.as_ref().map_or_else(|error| Some(error.to_string()), Cache::why_not_writable);
         let remedy = "light is baked anew in every run; name a folder that can be written with --cache";
         let without_cache = refused.map(|reason| format!("the cache cannot be used ({reason}): {remedy}"));
-        Self { folders, cache: opened.ok(), without_cache }
+        Self { folders, cache: opened.ok(), without_cache, photons_gib: shared.photons_gib }
+    }
+
+    /// The store of mean photons in the cache; none where there is no place for it or none is wanted.
+    pub fn photons(&self) -> Option<PhotonFiles> {
+        let cache = self.cache.as_ref().filter(|_| self.photons_gib > 0)?;
+        let opened = PhotonFiles::open(&cache.folder().join("photons"), gib(self.photons_gib), words::note);
+        opened.map_err(|error| words::note(&format!("photons are not kept: {error}"))).ok()
     }
 }
 
@@ -133,6 +142,9 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let prepared_s = watch.now_s();
 
     let electrons = keep.has(Kept::Electrons);
+    if let Some(photons) = assets.photons() {
+        setup.keep_photons_in(Arc::new(photons));
+    }
     let interrupted = interrupt::watch();
     let mut output = Output::create(&target, &setup, keep)?;
     let mut session = Session::new(setup)?;

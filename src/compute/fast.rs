@@ -22,9 +22,9 @@ pub struct Corner {
 }
 
 /// Pixels at each edge that cannot be corners: the radius of the circle.
-pub(crate) const BORDER_PX: usize = 3;
+pub const BORDER_PX: usize = 3;
 /// The circle, clockwise from straight below, as (column, row) offsets plus the border.
-pub(crate) const CIRCLE: [(usize, usize); 16] = [
+pub const CIRCLE: [(usize, usize); 16] = [
     (3, 6),
     (4, 6),
     (5, 5),

@@ -1,10 +1,12 @@
-//! The user's cache. Enters: bytes under a key (a hash in hexadecimal of all that made them). Leaves: the same bytes, or
-//! nothing. Entries are written by rename, carry a checksum, and the least recently used go when the cache outgrows its
-//! size; whatever is damaged counts as absent.
+//! The user's cache: bytes under a key (a hash in hexadecimal of all that made them).
+//!
+//! Entries are written by rename and carry a checksum. The least recently used go when the cache outgrows its size. An entry that is
+//! damaged is told apart from one that is absent; neither gives bytes.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
 use super::io_error;
@@ -28,7 +30,23 @@ static TURN: AtomicU32 = AtomicU32::new(0);
 pub struct Cache {
     folder: PathBuf,
     capacity_bytes: u64,
+    /// Bytes that this process has stored since it last looked at the whole folder; none looked at yet: the capacity.
+    unseen_bytes: Arc<AtomicU64>,
 }
+
+/// What lies under a key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Found {
+    /// The bytes as they were stored.
+    Whole(Vec<u8>),
+    /// A file whose checksum does not hold, or that cannot be read.
+    Damaged,
+    /// Nothing.
+    Absent,
+}
+
+/// Share of the capacity that is stored between two looks at the whole folder: a look takes some microseconds an entry.
+const UNSEEN_SHARE: u64 = 64;
 
 impl Cache {
     /// Opens a cache in `folder`, or in the user's: `$XDG_CACHE_HOME/sensel`, else `$HOME/.cache/sensel`.
@@ -42,7 +60,7 @@ impl Cache {
                 .ok_or_else(|| Error::key("cache", "", "neither XDG_CACHE_HOME nor HOME is set; name a folder"))?,
         };
         fs::create_dir_all(&folder).map_err(io_error(&folder))?;
-        Ok(Self { folder, capacity_bytes })
+        Ok(Self { folder, capacity_bytes, unseen_bytes: Arc::new(AtomicU64::new(capacity_bytes)) })
     }
 
     /// Why nothing can be stored, if so, in the system's words. What is there already can be read all the same.
@@ -61,18 +79,35 @@ impl Cache {
 
     /// The bytes under a key, if they are there and whole. Marks them as used now.
     pub fn get(&self, key: &str) -> Option<Vec<u8>> {
+        match self.find(key) {
+            Found::Whole(bytes) => Some(bytes),
+            Found::Damaged | Found::Absent => None,
+        }
+    }
+
+    /// Whether something lies under a key, whole or not.
+    pub fn has(&self, key: &str) -> bool {
+        self.path(key).is_file()
+    }
+
+    /// What lies under a key. Marks it as used now.
+    pub fn find(&self, key: &str) -> Found {
         let path = self.path(key);
-        let file = open_regular(&path).ok()?;
+        let file = match open_regular(&path) {
+            Ok(file) => file,
+            Err(_) if fs::symlink_metadata(&path).is_ok() => return Found::Damaged,
+            Err(_) => return Found::Absent,
+        };
         let used = file.try_clone();
-        let mut bytes = read_opened(file, &path, self.capacity_bytes).ok()?;
-        let (checksum, content) = bytes.split_at_checked(CHECKSUM_BYTES)?;
-        if blake3::hash(content).as_bytes() != checksum {
-            return None;
+        let Ok(mut bytes) = read_opened(file, &path, self.capacity_bytes) else { return Found::Damaged };
+        match bytes.split_at_checked(CHECKSUM_BYTES) {
+            Some((checksum, content)) if blake3::hash(content).as_bytes() == checksum => {}
+            _ => return Found::Damaged,
         }
         // The time of use matters for the order of eviction only: a read-only cache works as well.
         let _ = used.and_then(|file| file.set_modified(SystemTime::now()));
         bytes.drain(..CHECKSUM_BYTES);
-        Some(bytes)
+        Found::Whole(bytes)
     }
 
     /// Stores bytes under a key, then removes the least recently used entries beyond the capacity. Bytes that alone are
@@ -95,7 +130,12 @@ impl Cache {
             let _ = fs::remove_file(&unfinished);
             return Err(io_error(&path)(source));
         }
-        self.evict()?;
+        let stored = crate::num::u64_from(bytes.len());
+        let unseen = self.unseen_bytes.fetch_add(stored, Ordering::Relaxed).saturating_add(stored);
+        if unseen > self.capacity_bytes / UNSEEN_SHARE {
+            self.unseen_bytes.store(0, Ordering::Relaxed);
+            self.evict()?;
+        }
         Ok(true)
     }
 
@@ -118,9 +158,11 @@ impl Cache {
             }
         }
         entries.sort();
+        // Other processes store between two looks of this one; what this one may store until then is made room for.
+        let room_bytes = self.capacity_bytes - self.capacity_bytes / UNSEEN_SHARE;
         let mut total_bytes: u64 = entries.iter().map(|(_, _, bytes)| bytes).sum();
         for (_, path, bytes) in entries {
-            if total_bytes <= self.capacity_bytes {
+            if total_bytes <= room_bytes {
                 break;
             }
             let _ = fs::remove_file(&path);

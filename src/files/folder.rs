@@ -4,7 +4,7 @@
 //! step, and the earlier one is removed by its own list. Where the folder cannot be moved, its content is replaced instead; see `contents`.
 
 mod contents;
-mod lock;
+pub(super) mod lock;
 mod manifest;
 mod single;
 #[cfg(test)]

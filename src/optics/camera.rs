@@ -1,5 +1,7 @@
 //! A camera before its pixels: lens, aperture, and the bearing of every pixel. Generates rays and computes photons per lux.
 
+mod identity;
+
 use glam::{DVec2, DVec3};
 
 use super::expose::Pass;

@@ -106,6 +106,14 @@ impl Camera {
     }
 }
 
+impl Pass {
+    /// Its camera, and all else that reaches the photons as text.
+    pub(super) fn parts(&self) -> (&Camera, String) {
+        let Self { camera, bands, kernels, filters_later, electrical_crosstalk } = self;
+        (camera, format!("{bands:?} {kernels:?} {filters_later} {electrical_crosstalk:?}"))
+    }
+}
+
 fn check(path: &ImagePath) -> Result<(), Error> {
     let in_range = |key: &str, value: f64, least: f64, most: f64| {
         if value >= least && value <= most {

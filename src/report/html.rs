@@ -23,6 +23,7 @@ mod timing;
 mod trajectory;
 mod verdict;
 mod warnings;
+mod waterfall;
 
 use crate::plane::Plane;
 use crate::report::ladder_record::LadderRecord;
@@ -70,6 +71,7 @@ pub fn html(report: &Report, pictures: &Pictures) -> String {
         verdict::verdict(report),
         alternatives::alternatives(report),
         warnings::warnings(report),
+        waterfall::waterfall(report),
         tiles::tiles(report),
         frames::frames(pictures),
         trajectory::trajectory(report),

@@ -31,7 +31,10 @@ impl Session {
     pub(super) fn note(&mut self, frame: &Frame, schedule: &Schedule) {
         let (mut sums, saturated_dn) = (CodeSums::default(), saturated_dn(&self.setup, self.gain));
         for camera in &frame.cameras {
-            self.totals.hashes.add(&camera.photons, &camera.codes, &camera.features);
+            if self.hashes_pictures {
+                self.totals.hashes.add(&camera.photons, &camera.codes);
+            }
+            self.totals.hashes.add_features(&camera.features);
             self.totals.feature_count += u64_from(camera.features.len());
             sums.add(CodeSums::of(&camera.codes, saturated_dn));
         }

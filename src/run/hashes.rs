@@ -17,10 +17,14 @@ pub struct StageHashes {
 }
 
 impl StageHashes {
-    /// Adds one camera's frame. Numbers enter as little-endian bytes.
-    pub fn add(&mut self, photons: &Plane<f32>, codes: &Plane<u16>, features: &[Feature]) {
+    /// Adds the pictures of one camera's frame. Numbers enter as little-endian bytes.
+    pub fn add(&mut self, photons: &Plane<f32>, codes: &Plane<u16>) {
         self.photons.update(bytemuck::cast_slice(photons.values()));
         self.codes.update(bytemuck::cast_slice(codes.values()));
+    }
+
+    /// Adds the features of one camera's frame.
+    pub fn add_features(&mut self, features: &[Feature]) {
         for feature in features {
             self.features.update(&feature.x.to_le_bytes());
             self.features.update(&feature.y.to_le_bytes());

@@ -64,6 +64,14 @@ pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error
     }
 }
 
+/// Reads the scene that the scenario names and lights nothing.
+///
+/// # Errors
+/// As `check_scene`, but for what the bake refuses.
+pub fn found_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
+    found(scenario, assets).map(|_| ())
+}
+
 /// The scene that the scenario names, with its lamps.
 fn found(scenario: &Scenario, assets: &dyn Assets) -> Result<Found, Error> {
     let (illuminant, lux) = scenario.light()?;

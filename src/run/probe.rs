@@ -1,6 +1,5 @@
-//! Single frames out of their order: what a study of accuracy looks at. Enters: a run's setup, a frame and a camera. Leaves: photons,
-//! samples, codes, features, each by the same draws as in a run. The frame before leaves no charge, and an automatic exposure
-//! stands where it starts.
+//! Simulates single frames in any order for accuracy studies: photons, samples, codes and features, by the same draws as in a run. There
+//! is no lag charge from the frame before, and automatic exposure stays at its initial value.
 
 use super::expose::{ExposurePlace, RenderInputs};
 use super::rows::{merge_planes, row_times, spans};
@@ -63,16 +62,38 @@ impl Setup {
         camera: &Camera,
         schedule: &Schedule,
     ) -> Result<Exposure, Error> {
-        let rows = spans(schedule, |row| schedule.row_exposure_clk(place.frame, place.slot, row));
-        let (world, motion) = (&self.world, &self.motion);
         let settings = self.fidelity.render;
-        let mut exposure = RenderInputs { world, camera, motion, rows: &rows, place, settings }.expose()?;
+        let render = |inputs: &RenderInputs<'_>| inputs.expose_with(self.photon_store.as_ref());
+        let mut exposure = self.with_inputs(place, camera, schedule, render)?;
         // Photon noise is that of the sensor's own electrons, whatever the tolerance counted with.
         let (own, counted) = (self.sensor.electrons_per_photon(), settings.quantum_efficiency);
         if own.to_bits() != counted.to_bits() && counted > 0.0 {
             exposure.render_variance_ratio *= own / counted;
         }
         Ok(exposure)
+    }
+
+    /// Calls `ask` with all that reaches the photons of one slot.
+    fn with_inputs<T>(
+        &self,
+        place: ExposurePlace,
+        camera: &Camera,
+        schedule: &Schedule,
+        ask: impl FnOnce(&RenderInputs<'_>) -> T,
+    ) -> T {
+        let rows = spans(schedule, |row| schedule.row_exposure_clk(place.frame, place.slot, row));
+        let (world, motion, settings) = (&self.world, &self.motion, self.fidelity.render);
+        ask(&RenderInputs { world, camera, motion, rows: &rows, place, settings })
+    }
+
+    /// Keys in a photon store of what a camera sees in a frame, one a slot; none where its photons are not stored.
+    pub fn photon_keys(&self, place: Place) -> Vec<Option<String>> {
+        let schedule = self.schedule_at(place);
+        let of = |slot| {
+            let exposed = ExposurePlace { camera: place.camera, frame: place.frame, slot };
+            self.with_inputs(exposed, &self.windows[place.camera], &schedule, |inputs| inputs.photon_key())
+        };
+        (0..schedule.slots().len()).map(of).collect()
     }
 
     /// The chain from photons to codes at the gain of the run's start.
@@ -112,6 +133,12 @@ impl Setup {
         let schedule = self.schedule_at(place);
         let rows: Vec<RowIndex> = (0..self.sensor.size.height_px).map(RowIndex).collect();
         chain.samples_of_rows(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]), &rows)
+    }
+
+    /// Electrons of all pixels of a picture at the sense node, of the first slot and reading.
+    pub fn electrons_at(&self, chain: &Chain, place: Place, photons: &Plane<f32>) -> Plane<f32> {
+        let schedule = self.schedule_at(place);
+        chain.electrons(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]))
     }
 
     /// Features of a picture, and the events of finding them.

@@ -108,6 +108,8 @@ pub struct Session {
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
     electrons_kept: bool,
     electrons: Vec<Option<Plane<f32>>>,
+    /// Whether photons and codes enter the run's hashes.
+    pub(super) hashes_pictures: bool,
     pub(super) notes: Vec<FrameNotes>,
     pub(super) totals: Totals,
     pub(super) warnings: Warnings,
@@ -162,6 +164,7 @@ impl Session {
             row_check: None,
             electrons_kept: false,
             electrons: Vec::new(),
+            hashes_pictures: true,
             notes: Vec::new(),
             totals: Totals::default(),
             warnings,
@@ -177,6 +180,11 @@ impl Session {
     /// What the run is made of.
     pub fn setup(&self) -> &Setup {
         &self.setup
+    }
+
+    /// What the run was made of, for another run beside it.
+    pub fn into_setup(self) -> Setup {
+        self.setup
     }
 
     /// Keeps the first camera's samples of these rows when their frame comes, of its first exposure. They change nothing.
@@ -204,6 +212,11 @@ impl Session {
     /// Gives every frame from here on its electrons. They change nothing.
     pub fn keep_electrons(&mut self) {
         self.electrons_kept = true;
+    }
+
+    /// Leaves photons and codes out of the run's hashes, for runs whose figures alone are asked for: hashing takes as long as a stage.
+    pub fn leave_pictures_unhashed(&mut self) {
+        self.hashes_pictures = false;
     }
 
     /// Samples of the watched rows at the converters' inputs; empty before their frame.

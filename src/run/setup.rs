@@ -10,6 +10,7 @@ use super::exposure::ExposureControl;
 use super::facts::Known;
 use super::felt::check_readings;
 use super::motion::placed_motion;
+use super::photons::PhotonStore;
 use super::sensor::SensorSetup;
 use super::warnings::Warnings;
 use super::world::{Demand, World};
@@ -123,6 +124,8 @@ pub struct Setup {
     pub tracker: TrackerParams,
     /// What runs the Verilog, on the rung `rtl`.
     verilog: Option<Seat>,
+    /// Where photons are kept from run to run.
+    pub(super) photon_store: Option<Arc<dyn PhotonStore>>,
     /// What a user should know of this setup before its first frame.
     pub warnings: Warnings,
 }
@@ -147,7 +150,22 @@ impl Setup {
     pub fn again(&self, resolved: Resolved) -> Result<Self, Error> {
         let sensor = SensorSetup::new(&resolved)?;
         let tree = resolved.tree.clone();
-        Self::build(resolved, sensor, &NoFiles, &NoProgress, Some(self)).map_err(|error| tree.locate(error))
+        Self::build(resolved, sensor, &NoFiles, &NoProgress, Some(TakenOver { setup: self, is_compared: false }))
+            .map_err(|error| tree.locate(error))
+    }
+
+    /// Another configuration, which takes over what it has in common with this one: the motion where `[motion]`, `[rig]` and the run's
+    /// times are equal, and the scene under its light where `[scene]` and the start are, and cameras of equal
+    /// lenses and pixels. The bytes are those of `new`.
+    ///
+    /// # Errors
+    /// As `new`.
+    pub fn beside(&self, mut resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
+        resolved.read_technology(&|name| assets.read(name))?;
+        let sensor = SensorSetup::new(&resolved)?;
+        let tree = resolved.tree.clone();
+        let kept = Some(TakenOver { setup: self, is_compared: true });
+        Self::build(resolved, sensor, assets, progress, kept).map_err(|error| tree.locate(error))
     }
 
     fn build(
@@ -155,12 +173,16 @@ impl Setup {
         sensor: SensorSetup,
         assets: &dyn Assets,
         progress: &dyn Progress,
-        kept: Option<&Self>,
+        taken: Option<TakenOver<'_>>,
     ) -> Result<Self, Error> {
+        let kept = taken.as_ref().map(|taken| taken.setup);
         let scenario = &resolved.scenario;
         let (fidelity, frames) = (scenario.fidelity()?, scenario.frames()?);
         let choice = scenario.effects(&effects::names())?;
-        let (cameras, windows) = cameras(&resolved, &sensor)?;
+        let (cameras, windows) = match taken.as_ref().and_then(|taken| taken.cameras_for(scenario, &sensor)) {
+            Some(kept) => (kept.cameras.clone(), kept.windows.clone()),
+            None => cameras(&resolved, &sensor)?,
+        };
         let exposure = ExposureControl::new(&sensor, cameras.len())?;
         let tracker = scenario.tracker_params()?;
         let imu = scenario.imu()?;
@@ -172,17 +194,18 @@ impl Setup {
         let end_s = span_of_run(&sensor, cameras.len(), frames).end_s;
         check_end(&sensor, frames, end_s)?;
         check_readings(imu.as_ref(), end_s)?;
-        let (motion, motion_notes) = match kept {
+        let run_span = span_of_run(&sensor, cameras.len(), frames);
+        let (motion, motion_notes) = match taken.as_ref().and_then(|taken| taken.motion_for(scenario, run_span)) {
             Some(kept) => (kept.motion.clone(), kept.motion_notes.clone()),
-            None => placed_motion(scenario, span_of_run(&sensor, cameras.len(), frames), assets)
-                .map(|placed| (placed.motion, placed.notes))?,
+            None => placed_motion(scenario, run_span, assets).map(|placed| (placed.motion, placed.notes))?,
         };
         let start =
             motion.world_from_body(0.0).map_err(|error| error.at_key("motion.start_s", scenario.motion.start_s))?;
         let exposed_from_s = first_exposure_s(&sensor, windows.len());
         let span_of = |frames: u32| Span { start_s: exposed_from_s, ..span_of_run(&sensor, windows.len(), frames) };
         let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
-        let (world, scene_notes) = match kept {
+        let (world, scene_notes) = match taken.as_ref().and_then(|taken| taken.world_for(scenario, start.translation_m))
+        {
             Some(kept) => (kept.world.clone(), kept.scene_notes.clone()),
             None => World::new(scenario, &demand, assets, progress).map(|(world, notes)| (Arc::new(world), notes))?,
         };
@@ -209,6 +232,7 @@ impl Setup {
             chosen,
             tracker,
             verilog,
+            photon_store: kept.and_then(|kept| kept.photon_store.clone()),
             warnings: Warnings::default(),
         };
         let start = super::exposed::short_start(&setup);
@@ -271,6 +295,48 @@ impl Setup {
     /// Whether rows are exposed one after the other.
     pub fn is_rolling(&self) -> bool {
         self.sensor.schedule.shutter() == Shutter::Rolling
+    }
+}
+
+/// A setup of which another one takes parts over.
+struct TakenOver<'a> {
+    setup: &'a Setup,
+    /// Whether only what is equal is taken; else the caller knows that scene, motion and run are.
+    is_compared: bool,
+}
+
+impl<'a> TakenOver<'a> {
+    /// Cameras follow from lens, rig, the pixels that are read, and what lies between lens and photodiode.
+    fn cameras_for(&self, scenario: &Scenario, sensor: &SensorSetup) -> Option<&'a Setup> {
+        let (own, own_sensor) = (&self.setup.resolved.scenario, &self.setup.sensor);
+        let pixel_of = |scenario: &Scenario| {
+            let pixel = &scenario.sensor.pixel;
+            let infrared = pixel.electrical_crosstalk_nir.map(f64::to_bits);
+            let shared = [pixel.pitch_um, pixel.optical_crosstalk, pixel.electrical_crosstalk].map(f64::to_bits);
+            (shared, infrared, scenario.sensor.width, scenario.sensor.height)
+        };
+        let read_of = |sensor: &SensorSetup| (sensor.array, sensor.size, *sensor.schedule.geometry());
+        let is_equal = own.optics == scenario.optics
+            && own.rig == scenario.rig
+            && pixel_of(own) == pixel_of(scenario)
+            && own_sensor.mosaic == sensor.mosaic
+            && read_of(own_sensor) == read_of(sensor);
+        (self.is_compared && is_equal).then_some(self.setup)
+    }
+
+    fn motion_for(&self, scenario: &Scenario, run: Span) -> Option<&'a Setup> {
+        let own = &self.setup.resolved.scenario;
+        let own_run = span_of_run(&self.setup.sensor, self.setup.cameras.len(), self.setup.frames);
+        let is_equal = own.motion == scenario.motion && own.rig == scenario.rig && own_run == run;
+        (!self.is_compared || is_equal).then_some(self.setup)
+    }
+
+    fn world_for(&self, scenario: &Scenario, start_m: glam::DVec3) -> Option<&'a Setup> {
+        let own = &self.setup.resolved.scenario;
+        let own_start_m = self.setup.motion.world_from_body(0.0).ok()?.translation_m;
+        // Pictures from elsewhere are bound to cameras and times of the run.
+        let is_equal = own.scene == scenario.scene && scenario.scene.images.is_none() && own_start_m == start_m;
+        (!self.is_compared || is_equal).then_some(self.setup)
     }
 }
 

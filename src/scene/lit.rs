@@ -6,6 +6,7 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 mod gloss;
+mod identity;
 mod slopes;
 mod surface;
 
@@ -96,6 +97,8 @@ pub struct LitScene {
     gloss: Vec<Option<Gloss>>,
     /// Found once.
     bounds: OnceLock<ExitanceBounds>,
+    /// Hash of all that decides its radiance; found once.
+    content: OnceLock<[u8; 32]>,
 }
 
 impl Scene {
@@ -231,6 +234,7 @@ impl LitScene {
             has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
             gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
             bounds: OnceLock::new(),
+            content: OnceLock::new(),
             scene,
         }
     }
@@ -248,7 +252,7 @@ impl LitScene {
     /// Lets those of the scene's lamps flicker that it marks. Without this they shine at their mean.
     #[must_use]
     pub fn with_flicker(self, flicker: Flicker) -> Self {
-        Self { flicker: Some(flicker), bounds: OnceLock::new(), ..self }
+        Self { flicker: Some(flicker), bounds: OnceLock::new(), content: OnceLock::new(), ..self }
     }
 
     /// Exitance of the environment beyond all surfaces, towards where a ray that leaves along `direction` came from, in lux-equivalents.
@@ -263,6 +267,7 @@ impl LitScene {
     /// Lets all light of a target that is lit evenly flicker.
     #[must_use]
     pub fn all_flickering(mut self, flicker: Flicker) -> Self {
+        self.content = OnceLock::new();
         let dark = vec![[0.0; BANDS]; self.irradiance_lux.len()];
         self.flickering_lux = std::mem::replace(&mut self.irradiance_lux, dark);
         self.with_flicker(flicker)

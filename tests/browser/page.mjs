@@ -1,40 +1,274 @@
-// The page shows the sensor's picture, at desktop and phone width, and follows its controls.
-import { mkdirSync, writeFileSync } from "node:fs";
-import { open, serve, start } from "./chromium.mjs";
+// The page in Chromium: it loads fast, plays, follows every control by keyboard, shows the program's own electrons and codes, keeps its
+// state in the address, writes files that others read, stops at once, says what is wrong, and is accessible in light and dark.
+import { spawnSync } from "node:child_process";
+import { mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { inflateSync } from "node:zlib";
+import { axe, launch, open, program, root, shown } from "./browser.mjs";
+import { Checks } from "./check.mjs";
+import { serve } from "./server.mjs";
 
-const dist = new URL("../../web/dist/", import.meta.url).pathname;
-const shots = new URL("../../target/check/", import.meta.url).pathname;
+const shots = join(root, "target/check/page");
 mkdirSync(shots, { recursive: true });
-let passed = 0, failed = 0;
-const expect = (what, holds) => {
-  if (holds) passed += 1;
-  else { failed += 1; console.log(`does not hold: ${what}`); }
-};
+const folder = mkdtempSync(join(tmpdir(), "sensel-page-"));
+const checks = new Checks();
+const server = await serve(join(root, "web/dist"));
+const browser = await launch();
+const tabs = ["pixel", "rows", "features", "noise", "pose", "energy", "compare"];
 
-const site = await serve(dist);
-const browser = start();
-try {
-  for (const [name, width, height] of [["desktop", 1280, 900], ["phone", 390, 844]]) {
-    const page = await open(browser, site.address, width, height);
-    expect(`${name}: a first frame is shown`, await page.until("document.body.dataset.frame !== undefined", 20));
-    const levels = await page.evaluate(`(() => { const c = document.getElementById("picture");
-      const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data; return new Set(d).size; })()`);
-    expect(`${name}: the picture has many grey levels (${levels})`, levels > 40);
-    expect(`${name}: nothing is wider than the window`, await page.evaluate("document.documentElement.scrollWidth <= innerWidth"));
-    const hash = "[...document.querySelectorAll('dd')].map((d) => d.textContent).join()";
-    const before = await page.evaluate(hash);
-    await page.evaluate(`(() => { const bits = document.getElementById("bits"); bits.value = 4;
-      bits.dispatchEvent(new Event("input", { bubbles: true })); })()`);
-    expect(`${name}: another depth gives another frame`, await page.until(`${hash} !== ${JSON.stringify(before)}`, 20));
-    expect(`${name}: the state is in the address`, await page.evaluate("location.hash.includes('bits=4')"));
-    writeFileSync(`${shots}page-${name}.png`, await page.screenshot());
+/** Codes of a grey PNG of 16 bits, as the page writes them or as the program does. */
+function png(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  const [width, height, depth] = [view.getUint32(16), view.getUint32(20), bytes[24]], parts = [];
+  for (let at = 8; at < bytes.length;) {
+    const length = view.getUint32(at), kind = bytes.toString("latin1", at + 4, at + 8);
+    if (kind === "IDAT") parts.push(bytes.subarray(at + 8, at + 8 + length));
+    at += 12 + length;
   }
-  const errors = browser.events.filter((event) => event.method === "Runtime.exceptionThrown" ||
-    (event.method === "Log.entryAdded" && event.params.entry.level === "error" && !event.params.entry.url?.endsWith("favicon.ico")));
-  expect(`no errors on the page: ${JSON.stringify(errors).slice(0, 400)}`, errors.length === 0);
-} finally {
-  await browser.close();
-  site.close();
+  const raw = inflateSync(Buffer.concat(parts)), step = depth / 8, stride = 1 + width * step, codes = new Uint16Array(width * height);
+  const before = Buffer.alloc(stride - 1);
+  for (let y = 0; y < height; y += 1) {
+    const filter = raw[y * stride], row = raw.subarray(y * stride + 1, (y + 1) * stride);
+    for (let at = 0; at < row.length; at += 1) {
+      const [left, up, corner] = [at >= step ? row[at - step] : 0, before[at], at >= step ? before[at - step] : 0];
+      const [a, b, c] = [Math.abs(up - corner), Math.abs(left - corner), Math.abs(left + up - 2 * corner)];
+      row[at] += [0, left, up, (left + up) >> 1, a <= b && a <= c ? left : b <= c ? up : corner][filter];
+    }
+    row.copy(before);
+    for (let x = 0; x < width; x += 1) codes[y * width + x] = step === 2 ? row.readUInt16BE(2 * x) : row[x];
+  }
+  return { width, height, depth, codes };
 }
-console.log(`${passed} passed, ${failed} failed`);
-process.exit(failed === 0 ? 0 : 1);
+
+/** The first channel of an OpenEXR file, read by the judges' Python. */
+function floats(file) {
+  const script = "import sys, numpy, mitsuba; mitsuba.set_variant('scalar_rgb'); picture = numpy.array(mitsuba.Bitmap(sys.argv[1])); " +
+    "sys.stdout.buffer.write(picture.reshape(picture.shape[0] * picture.shape[1], -1)[:, 0].astype('<f4').tobytes())";
+  const python = process.env.SENSEL_JUDGE_PYTHON ?? join(root, "target/judges/bin/python");
+  const read = spawnSync(python, ["-c", script, file], { maxBuffer: 1e9 });
+  if (read.status !== 0) throw new Error(read.stderr.toString());
+  return new Float32Array(new Uint8Array(read.stdout).buffer);
+}
+
+async function download(page, what) {
+  await page.locator(".menu summary").click();
+  const [file] = await Promise.all([page.waitForEvent("download"), page.locator(`[data-save=${what}]`).click()]);
+  await page.locator(".menu summary").click();
+  const path = join(folder, file.suggestedFilename());
+  await file.saveAs(path);
+  return path;
+}
+
+await checks.part("the page loads and plays", async () => {
+  const { page, context, complaints, asked } = await open(browser, server.address);
+  await page.waitForFunction(() => document.body.dataset.frame !== undefined, undefined, { timeout: 60_000 });
+  const first = await page.evaluate(() => performance.now());
+  await shown(page, /^pixel 0 /);
+  const bytes = [...server.bytes.values()].reduce((sum, size) => sum + size, 0);
+  console.log(`first picture ${first.toFixed(0)} ms after navigation; ${(bytes / 1e6).toFixed(3)} MB in ${server.bytes.size} files`);
+  checks.that("all transfers are under 1.5 MB", bytes < 1_500_000, bytes);
+  await page.locator("#play").click();
+  await page.waitForFunction(() => Number(document.body.dataset.frame) >= 5, undefined, { timeout: 120_000 });
+  await page.locator("#play").click();
+  const paused = Number(await page.evaluate(() => document.body.dataset.frame));
+  await page.waitForTimeout(500);
+  const still = Number(await page.evaluate(() => document.body.dataset.frame));
+  checks.that("pause stops within a frame", still - paused <= 1, paused, still);
+  await page.locator("#step").click();
+  await page.waitForFunction((frame) => Number(document.body.dataset.frame) === frame + 1, still, { timeout: 60_000 });
+  const blocks = await page.evaluate(() => globalThis.blocks);
+  console.log(`main thread: ${blocks.length} blocks above 50 ms, longest ${Math.max(0, ...blocks).toFixed(0)} ms`);
+  checks.that("no request leaves the page's own origin", asked.every((url) => url.startsWith(server.address) || url.startsWith("data:")
+    || url.startsWith("blob:")), asked);
+  checks.that("the console has no complaint", complaints.length === 0, complaints);
+  // Progress is shown, and cancelling answers at once: a slow frame of many rays.
+  await page.goto(`${server.address}#rays=64&size=640`);
+  await page.reload();
+  await page.locator("#cancel").waitFor({ state: "visible", timeout: 60_000 });
+  await page.waitForTimeout(600);
+  const took = await page.evaluate(async () => {
+    const started = performance.now();
+    document.getElementById("cancel").click();
+    while (!document.getElementById("cancel").hidden) await new Promise((done) => setTimeout(done, 1));
+    return performance.now() - started;
+  });
+  console.log(`cancel: ${took.toFixed(0)} ms`);
+  checks.that("cancel ends the run within 100 ms", took < 100, took);
+  await context.close();
+});
+
+await checks.part("every control works by keyboard, and the address keeps it", async () => {
+  const { page, context } = await open(browser, `${server.address}#size=160&motion=spin`);
+  await shown(page);
+  const all = "#controls input[type=range], #controls select";
+  const ids = await page.evaluate((selector) => [...document.querySelectorAll(selector)].map((one) => one.id), all);
+  checks.that("there is a control for each idea", ids.length >= 19, ids);
+  for (const id of ids) {
+    const before = await page.evaluate(() => globalThis.sensel.scenario());
+    await page.locator(`#${id}`).focus();
+    const select = await page.evaluate((one) => document.getElementById(one).tagName === "SELECT", id);
+    const keys = select ? ["ArrowDown", "ArrowUp"] : ["ArrowRight", "PageUp", "ArrowLeft", "PageDown", "PageDown"];
+    let after = before;
+    for (const key of keys) {
+      if (after !== before) break;
+      await page.keyboard.press(key);
+      after = await page.evaluate(() => globalThis.sensel.scenario());
+    }
+    checks.that(`${id} changes the scenario by keyboard`, after !== before);
+    if (id === "motion") await page.locator("#motion").selectOption("spin");
+    if (id === "size") await page.locator("#size").selectOption("160");
+  }
+  await page.locator("#lux-value").fill("12,5");
+  await page.locator("#lux-value").press("Enter");
+  await page.locator("#lux-value").blur();
+  const scenario = await page.evaluate(() => globalThis.sensel.scenario());
+  checks.that("a typed value is taken", scenario.includes("illuminance_lux = 12.5"), scenario);
+  await page.locator("#lux-value").fill("much");
+  await page.locator("#lux-value").blur();
+  checks.that("a typed word is refused with the range", (await page.locator("#lux-error").textContent()).includes("0.001 to 100000"));
+  await page.locator("#tab-rows").click();
+  await page.locator("#frame").focus();
+  await page.keyboard.press("Shift+ArrowRight");
+  const address = await page.evaluate(() => location.href);
+  const again = await open(browser, address);
+  await shown(again.page, /^rows /);
+  const state = () => [globalThis.sensel.scenario(), document.body.dataset.probe, document.querySelector("[aria-selected=true]").id].join();
+  checks.that("the address gives the same design, pixel and panel", await page.evaluate(state) === await again.page.evaluate(state),
+    await page.evaluate(state), await again.page.evaluate(state));
+  await again.page.locator("#copy").click();
+  checks.that("the button copies the address", await again.page.evaluate(() => navigator.clipboard.readText()) === address);
+  await again.context.close();
+  await context.close();
+});
+
+await checks.part("the core's errors stand beside their control", async () => {
+  const { page, context } = await open(browser, `${server.address}#size=160&bits=14`);
+  await page.waitForFunction(() => document.getElementById("problem").textContent !== "", undefined, { timeout: 60_000 });
+  const words = await page.locator("#hts-error").textContent();
+  checks.that("a line that is too short names the shortest", /sensor\.readout\.hts = 928: .*\d{3,}/.test(words), words);
+  const shortest = words.match(/\b(\d{3,5})\b(?=[^\d]*$)/)?.[1];
+  await page.locator("#hts-value").fill(shortest);
+  await page.locator("#hts-value").press("Enter");
+  await shown(page);
+  checks.that("the line that it names does, and the message goes", (await page.locator("#hts-error").textContent()) === "", shortest);
+  await context.close();
+});
+
+await checks.part("probe and files say what the program says", async () => {
+  const { page, context } = await open(browser, `${server.address}#motion=spin&rate=120&shutter=rolling&bits=9&lux=80&x=31&y=77`);
+  await shown(page, /^pixel 0 31,77/);
+  const toml = await download(page, "toml"), out = join(folder, "native");
+  const run = spawnSync(program(), ["run", toml, "--quiet", "--keep", "electrons,codes", "--waves", join(folder, "native.vcd"),
+    "--wave-rows", "77", "--wave-columns", "31", "--out", out], { encoding: "utf8" });
+  checks.that("the program takes the page's scenario", run.status === 0, run.stderr);
+  const native = JSON.parse(readFileSync(join(out, "report.json"), "utf8"));
+  const ours = JSON.parse(readFileSync(await download(page, "report"), "utf8"));
+  for (const stage of ["photons", "codes", "features", "energy", "poses"]) {
+    const equal = ours.hashes[stage] === native.hashes[stage] && ours.hashes[stage].length === 64;
+    checks.that(`the page's report has the program's hash of ${stage}`, equal);
+  }
+  const kept = join(out, "codes/cam0"), codes = png(readFileSync(join(kept, readdirSync(kept).find((name) => name.endsWith(".png")))));
+  const mine = png(readFileSync(await download(page, "png")));
+  const shift = codes.codes.reduce((most, code) => Math.max(most, code), 0) / mine.codes.reduce((most, code) => Math.max(most, code), 1);
+  const alike = mine.codes.every((code, at) => code * shift === codes.codes[at]);
+  checks.that("the PNG has 16 bits and the program's codes", mine.depth === 16 && alike, shift);
+  const places = Array.from({ length: 200 }, (_, at) => [(at * 37) % 320, (at * 101) % 240]);
+  const probes = await page.evaluate((asked) => globalThis.sensel.probes(asked), places);
+  const equal = probes.filter((probe, at) => probe.code === mine.codes[places[at][1] * 320 + places[at][0]]).length;
+  checks.that("the probe has the program's code for 200 pixels", equal === 200, equal);
+  const electrons = join(out, "electrons/cam0"), values = floats(join(electrons, readdirSync(electrons)[0]));
+  const same = probes.filter((probe, at) => Math.fround(probe.electrons) === values[places[at][1] * 320 + places[at][0]]).length;
+  checks.that("the probe has the program's electrons for 200 pixels", same === 200, same, probes[0].electrons);
+  const vcd = readFileSync(await download(page, "vcd"), "utf8"), theirs = readFileSync(join(folder, "native.vcd"), "utf8");
+  const column = (text) => {
+    const id = text.match(/scope module column_31[\s\S]*?\$var \w+ \d+ (\S+) counter/)[1];
+    return text.split("\n").filter((line) => line.endsWith(` ${id}`)).join();
+  };
+  checks.that("the waveform's counter is the program's on every clock", column(vcd) === column(theirs) && column(vcd).length > 500);
+  const fst = await download(page, "fst"), told = spawnSync("fst2vcd", ["-f", fst], { encoding: "utf8", maxBuffer: 1e9 });
+  checks.that("fst2vcd reads the FST", told.status === 0 && told.stdout.includes("counter"), told.stderr);
+  const trace = JSON.parse(readFileSync(await download(page, "trace"), "utf8"));
+  const spans = trace.traceEvents.filter((event) => event.ph === "X");
+  checks.that("the trace holds complete events only, with times", spans.length > 500 && spans.every((event) => event.ts !== undefined
+    && event.dur > 0 && Number.isInteger(event.pid) && Number.isInteger(event.tid)), spans.length);
+  await context.close();
+});
+
+await checks.part("stories and the comparison work", async () => {
+  const { page, context } = await open(browser, `${server.address}#size=160`);
+  await shown(page);
+  const count = await page.locator("[data-story]").count();
+  checks.that("there are seven stories", count === 7, count);
+  for (let number = 0; number < count; number += 1) {
+    await page.locator("[data-story]").nth(number).click();
+    for (let step = 0; step < 6 && await page.locator("#story").isVisible(); step += 1) {
+      await page.waitForFunction(() => document.getElementById("play").textContent === "Play" || Number(document.body.dataset.frame) >= 1);
+      if (step === 0) await page.screenshot({ path: join(shots, `story_${number}.png`) });
+      await page.locator("#story-next").click();
+    }
+    checks.that(`story ${number} ends in the free instrument`, !(await page.locator("#story").isVisible()));
+    const problem = await page.locator("#problem").textContent();
+    checks.that(`story ${number} has no error`, problem === "", problem);
+  }
+  if (await page.locator("#play").textContent() === "Pause") await page.locator("#play").click();
+  await page.locator("#reset").click();
+  await page.locator("#size").selectOption("160");
+  await page.locator("#tab-compare").click();
+  await shown(page, /^compare /);
+  await page.locator("#bits-value").fill("2");
+  await page.locator("#bits-value").press("Enter");
+  await page.locator("#step").click();
+  await page.waitForFunction(() => /Differences: mean of 2 frames/.test(document.getElementById("compare-frames").textContent), undefined,
+    { timeout: 60_000 });
+  const text = await page.locator("#compare-text").textContent();
+  checks.that("the comparison names what differs", text.includes("Depth"), text);
+  const raw = await page.locator("#compare-rows tr", { hasText: "Raw bits" }).locator("td").allTextContents();
+  checks.that("raw bits of ten and of two bits are five to one", Number(raw[0]) / Number(raw[1]) === 5, raw);
+  await page.locator("#wiper").fill("30");
+  await page.screenshot({ path: join(shots, "compare.png") });
+  await context.close();
+});
+
+await checks.part("panels are accessible and fit, in light and dark, at three widths", async () => {
+  for (const [width, height] of [[1440, 1100], [1024, 900], [390, 844]]) {
+    for (const dark of [false, true]) {
+      const { page, context, complaints } = await open(browser, server.address, { width, height, dark });
+      await shown(page, /^pixel/);
+      for (const tab of tabs) {
+        await page.locator(`#tab-${tab}`).click();
+        await shown(page, new RegExp(`^${tab} `));
+        if (tab === "noise" && width === 1440) {
+          await page.locator("#measure").click();
+          await page.locator("#transfer-figures dd").first().waitFor({ timeout: 120_000 });
+        }
+        if (tab === "pose") for (let step = 0; step < 6; step += 1) await stepOnce(page);
+        if (tab === "features") {
+          await page.evaluate(() => document.getElementById("frame").focus());
+        }
+        await page.screenshot({ path: join(shots, `${tab}_${width}_${dark ? "dark" : "light"}.png`), fullPage: true });
+        const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+        checks.that(`${tab} at ${width} px does not scroll sideways`, wide <= 0, wide);
+        if (width === 1024) continue;
+        await page.evaluate(axe);
+        const found = await page.evaluate(() => axe.run(document, { resultTypes: ["violations"] }));
+        const serious = found.violations.filter((one) => ["serious", "critical"].includes(one.impact));
+        checks.that(`axe finds nothing serious in ${tab} at ${width} px, ${dark ? "dark" : "light"}`, serious.length === 0,
+          ...serious.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).slice(0, 3).join(" ")}`));
+      }
+      checks.that("the console has no complaint", complaints.length === 0, complaints);
+      await context.close();
+    }
+  }
+});
+
+async function stepOnce(page) {
+  const frame = Number(await page.evaluate(() => document.body.dataset.frame));
+  await page.locator("#step").click();
+  await page.waitForFunction((before) => Number(document.body.dataset.frame) > before, frame, { timeout: 60_000 });
+}
+
+await browser.close();
+server.close();
+rmSync(folder, { recursive: true });
+checks.end();

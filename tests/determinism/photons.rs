@@ -64,11 +64,22 @@ const NOT_ALONE: &str = "sensor.pixel.pitch_um sensor.pixel.cfa sensor.pixel.opt
     sensor.pixel.overflow_capacity_e sensor.adc.ramp sensor.adc.ramp_points sensor.adc.ramp_table_uv sensor.adc.pitch_um \
     sensor.adc.columns_per_adc compute.detector sensor.readout.hts";
 
-fn photons(assignments: &[&str]) -> Vec<Vec<u32>> {
+fn setup(assignments: &[&str]) -> Setup {
     let assignments: Vec<String> = assignments.iter().map(|&assignment| assignment.to_owned()).collect();
     let resolved =
         Resolved::from_layers("photons.toml", TEXT, &assignments).unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
-    let setup = Setup::new(resolved, &NoFiles, &NoProgress).unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
+    Setup::new(resolved, &NoFiles, &NoProgress).unwrap_or_else(|e| panic!("{assignments:?}: {e}"))
+}
+
+/// Keys of the photon store for the same exposures.
+fn keys(assignments: &[&str]) -> Vec<Option<String>> {
+    let setup = setup(assignments);
+    let of = |frame| setup.photon_keys(Place { frame: FrameIndex(frame), camera: 0 });
+    [of(0), of(3)].concat()
+}
+
+fn photons(assignments: &[&str]) -> Vec<Vec<u32>> {
+    let setup = setup(assignments);
     let of = |frame| {
         let seen = setup.exposures_at(Place { frame: FrameIndex(frame), camera: 0 }).unwrap();
         seen.iter().flat_map(|exposure| exposure.photons.values().iter().map(|value| value.to_bits())).collect()
@@ -108,6 +119,33 @@ fn no_key_behind_the_lens_changes_a_photon_and_every_key_before_it_does() {
         assert!(!belongs || known, "{key} is not tried");
     }
     assert!(tried.len() > 110, "{}", tried.len());
+}
+
+/// Keys that decide what a bake may cost, and none of its light.
+const LIMITS: [&str; 2] = ["scene.bake_rays_max=2e12", "scene.bake_memory_mb_max=5000.0"];
+
+#[test]
+fn keys_behind_the_lens_change_no_key_of_the_photon_store_and_keys_before_it_do() {
+    let held = keys(&HELD);
+    assert_eq!(held.len(), 2);
+    assert!(held.iter().all(Option::is_some));
+    let with = |assignment: &'static str| {
+        let mut all = HELD.to_vec();
+        all.push(assignment);
+        all.extend(beside(assignment));
+        keys(&all)
+    };
+    let mut tried = 0;
+    for assignment in BEHIND.split_whitespace().chain(LIMITS) {
+        assert_eq!(with(assignment), held, "{assignment}");
+        tried += 1;
+    }
+    let mut known = BTreeSet::from([held]);
+    for assignment in BEFORE.split_whitespace() {
+        assert!(known.insert(with(assignment)), "{assignment} changes no key, or two have one key");
+        tried += 1;
+    }
+    assert!(tried > 130, "{tried}");
 }
 
 /// What a key needs beside it so that the configuration is a whole one.

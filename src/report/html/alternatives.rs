@@ -1,37 +1,61 @@
-//! What raw pixels, features and both cost: the question that a sensor with compute is built for.
+//! What raw pixels, features and both cost, from one run: the question that a sensor with compute is built for.
 
+use crate::report::alternatives_record::{Alternative, LeftOut};
+use crate::report::html::energy::factor_of;
 use crate::report::html::section;
-use crate::report::html::text::{escaped, percent, si};
+use crate::report::html::text::{digits, digits_within, escaped, grouped, si};
 use crate::report::record::Report;
 
 pub(super) fn alternatives(report: &Report) -> String {
-    let bandwidth = &report.bandwidth;
-    let rate = |bits_per_frame: f64| si(bits_per_frame * report.timing.fps, "bit/s");
-    let features = if bandwidth.feature_bits_per_frame > 0.0 {
-        rate(bandwidth.feature_bits_per_frame)
-    } else {
-        "none were sent".to_owned()
-    };
-    let against_raw = |bits: f64| match bandwidth.container_bits_per_frame {
-        raw if raw > 0.0 => percent(bits / raw),
-        _ => "\u{2013}".to_owned(),
-    };
-    let rows = [
-        ("raw pixels", rate(bandwidth.raw_bits_per_frame), against_raw(bandwidth.raw_bits_per_frame)),
-        ("features", features, against_raw(bandwidth.feature_bits_per_frame)),
-        ("sent in this run", si(bandwidth.link_bits_per_s, "bit/s"), percent(bandwidth.link_utilisation)),
-    ];
-    let row = |(name, rate, share): &(&str, String, String)| {
+    let table = &report.alternatives;
+    if table.rows.is_empty() {
+        return String::new();
+    }
+    let factor = factor_of(report.energy.total_interval);
+    let dash = || "\u{2013}".to_owned();
+    let row = |row: &Alternative| {
+        let milliwatts = |mw: f64| digits_within(mw, factor);
+        let (class, keeps_up) = match row.keeps_up {
+            Some(true) => ("kept", "yes".to_owned()),
+            Some(false) => ("left", "no".to_owned()),
+            None => ("soft", dash()),
+        };
+        let cells = [
+            format!("<strong>{}</strong>", milliwatts(row.power_mw)),
+            milliwatts(row.analog_mw),
+            milliwatts(row.digital_mw),
+            milliwatts(row.io_mw),
+            digits(row.link_mbit_per_s),
+            si(row.latency_us * 1e-6, "s"),
+            row.pose_us.map_or_else(dash, |pose_us| si(pose_us * 1e-6, "s")),
+            row.host_mj_per_frame.map_or_else(dash, digits),
+        ];
+        let cells: String = cells.iter().map(|cell| format!("<td class=\"num\">{cell}</td>")).collect();
+        let mark = if row.is_run { " <span class=\"soft\">(this run)</span>" } else { "" };
         format!(
-            "<tr><th scope=\"row\">{name}</th><td class=\"num\">{}</td><td class=\"num\">{}</td></tr>",
-            escaped(rate),
-            escaped(share)
+            "<tr{}><th scope=\"row\">{}{mark}</th>{cells}<td class=\"{class}\">{keeps_up}</td><td class=\"num\">{}</td></tr>",
+            if row.is_run { " class=\"own\"" } else { "" },
+            escaped(&row.name),
+            row.ate_m.map_or_else(dash, |ate_m| si(ate_m, "m"))
         )
     };
-    let table = format!(
-        "<table><thead><tr><th scope=\"col\">what leaves the sensors</th><th scope=\"col\" class=\"num\">rate</th>\
-         <th scope=\"col\" class=\"num\">of the RAW container; in the last row of the link</th></tr></thead><tbody>{}</tbody></table>",
-        rows.iter().map(row).collect::<String>()
+    let heads = ["mW", "analog", "digital", "port", "Mbit/s", "last bit", "pose", "host mJ a frame"];
+    let head: String = heads.iter().map(|head| format!("<th scope=\"col\" class=\"num\">{head}</th>")).collect();
+    let left_out =
+        |LeftOut { name, reason }: &LeftOut| format!("<li>{} is not possible: {}</li>", escaped(name), escaped(reason));
+    let left_out: String = table.left_out.iter().map(left_out).collect();
+    let content = format!(
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"raw, features or both\"><table class=\"alternatives\"><thead><tr>\
+         <th scope=\"col\">what is sent</th>{head}<th scope=\"col\">keeps up</th><th scope=\"col\" class=\"num\">ATE</th></tr></thead>\
+         <tbody>{}</tbody></table></div>{}",
+        table.rows.iter().map(row).collect::<String>(),
+        if left_out.is_empty() { String::new() } else { format!("<ul class=\"note\">{left_out}</ul>") }
     );
-    section("Raw, features or both", "What the link carries for each choice of this run.", &table)
+    let lead = format!(
+        "One run\u{2019}s events under each way of sending, {} features a camera\u{2019}s frame, all sensors together. The host is {}; times \
+         count from the middle of the exposure.",
+        grouped(crate::num::f64_from_u64(table.features)),
+        table.host
+    );
+    section("Raw, features or both", &lead, &content)
 }

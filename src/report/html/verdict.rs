@@ -51,19 +51,16 @@ fn keeps_up(report: &Report) -> Line {
     let Some(clocks) = &report.timing.extractor else {
         return Line { question, answer: Answer::Open, words: "The sensor extracts nothing.".to_owned() };
     };
-    let [required, available] = [clocks.required, clocks.available].map(f64_from_u64);
-    let count = |value: f64| grouped(value);
-    if clocks.frames_over == 0 && required <= available {
-        let spare = percent(1.0 - required / greater(available, 1.0));
-        let words = format!("{} clocks of a frame\u{2019}s {}; {spare} are spare.", count(required), count(available));
+    let [required, available] = [clocks.required, clocks.available].map(|clk| grouped(f64_from_u64(clk)));
+    if clocks.keeps_up {
+        let spare = percent(1.0 - f64_from_u64(clocks.required) / greater(f64_from_u64(clocks.available), 1.0));
+        let words = format!("{required} clocks of a frame\u{2019}s {available}; {spare} are spare.");
         return Line { question, answer: Answer::Yes, words };
     }
+    let over = grouped(f64_from_u64(clocks.frames_over));
     let words = format!(
-        "{} clocks are needed of a frame\u{2019}s {}; {} frames of a camera needed more than there are. Use a faster compute.clock_hz, \
-         fewer compute.target_features, or a longer frame.",
-        count(required),
-        count(available),
-        count(f64_from_u64(clocks.frames_over))
+        "{required} clocks are needed of a frame\u{2019}s {available}; {over} frames of a camera needed more than there are. Use {}.",
+        clocks.remedy
     );
     Line { question, answer: Answer::No, words }
 }

@@ -1,0 +1,71 @@
+//! A sweep that is killed at any point and run again ends as if nothing had happened.
+
+use std::time::Duration;
+
+use rand::RngExt;
+use sensel::draw::DrawKey;
+
+use super::{Place, ended, started};
+use crate::common::names;
+
+/// Cells and kills: the full number where outside judges run, fewer for everybody's tests.
+const SIZE: (u32, u32) = if cfg!(feature = "outside") { (500, 20) } else { (60, 6) };
+
+fn sweep(cells: u32) -> String {
+    format!(
+        "scenario = \"box\"\nseeds = {}\n[set]\n\"run.frames\" = 3\n\"run.samples_per_pixel\" = 1\n\"sensor.width\" = 64\n\
+         \"sensor.height\" = 48\n\"sensor.adc.reset_counts\" = 64\n[[factor]]\nname = \"bits\"\nkey = \"sensor.adc.bits\"\n\
+         values = [1, 2, 4, 6, 8]\n",
+        cells / 5
+    )
+}
+
+#[test]
+fn a_killed_sweep_goes_on_and_its_table_is_byte_identical() {
+    let (cells, kills) = SIZE;
+    let place = Place::new("kill", &sweep(cells));
+    place.done("run", "whole", &["--quiet"]);
+    let whole = place.gathered("whole");
+    let mut stream = DrawKey::root(25).stream();
+    let mut finished = Vec::new();
+    for kill in 0..kills {
+        let mut child = started(&place, "run", "killed", &["--threads", if kill % 2 == 0 { "1" } else { "2" }]);
+        // From before the first cell to some way in; a run that has ended before is none that was killed.
+        std::thread::sleep(Duration::from_millis(stream.random_range(20..1500)));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let folder = place.scratch.path().join("killed/cells");
+        let count = |folder: &std::path::Path| -> usize {
+            let Ok(entries) = std::fs::read_dir(folder) else { return 0 };
+            let inside = entries.map(|entry| names(&entry.unwrap().path()));
+            inside.flatten().filter(|name| name.ends_with(".json")).count()
+        };
+        finished.push(count(&folder));
+        println!("kill {kill}: {} cells", finished[finished.len() - 1]);
+    }
+    assert!(finished.windows(2).all(|pair| pair[0] <= pair[1]), "a finished cell was lost: {finished:?}");
+    let last = ended(&place, "run", "killed", &["--json"]);
+    assert_eq!(last.code, 0, "{}", last.stderr);
+    assert!(!last.stderr.contains("damaged"), "no cell is torn: {}", last.stderr);
+    assert!(place.gathered("killed") == whole);
+    let left = names(&place.scratch.path().join("killed"));
+    assert!(left.iter().all(|name| !name.ends_with(".part")), "{left:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_finished_cells_and_ends_with_130() {
+    let place = Place::new("interrupt", &sweep(60));
+    let mut child = started(&place, "run", "out", &["--threads", "1"]);
+    let folder = place.scratch.path().join("out/cells");
+    // Until the first cell is there; the test's own limit ends it otherwise.
+    while std::fs::read_dir(&folder).is_ok_and(|mut entries| entries.next().is_none()) || !folder.exists() {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let id = i32::try_from(child.id()).unwrap();
+    rustix::process::kill_process(rustix::process::Pid::from_raw(id).unwrap(), rustix::process::Signal::INT).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let again = ended(&place, "run", "out", &["--json"]).json();
+    let run = again["run"].as_u64().unwrap();
+    assert!(run < 60, "{run} of 60 ran again");
+}

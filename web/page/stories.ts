@@ -1,0 +1,74 @@
+//! Seven stories of one idea each. A step sets the design and the panel, says what to look at, and leaves the page free to use.
+import type { Design } from "./design.js";
+
+export interface Step { text: string; design?: Design; tab: string; play?: boolean }
+export interface Story { id: string; title: string; steps: Step[] }
+
+const bright: Design = { lux: "500", scene: "box", motion: "still", shutter: "global", exposure: "6", bits: "10", cds: "digital" };
+
+export const stories: Story[] = [
+  { id: "photons", title: "Why counting photons is noisy", steps: [
+    { text: "In good light a pixel gathers thousands of electrons. The picture is clean. Watch the electrons of the probed pixel.",
+      design: bright, tab: "pixel" },
+    { text: "Now the light falls to 2 lux. The scene has not changed, but each pixel gathers a few dozen electrons, and their number " +
+      "is a matter of chance. Step through some frames: the same pixel counts differently each time.",
+      design: { ...bright, lux: "2" }, tab: "pixel", play: true },
+    { text: "Taken apart: shot noise has most of the variance. It is no fault of the sensor. Its standard deviation is the square root " +
+      "of the count, so four times the light makes it half as large relative to the signal.", tab: "noise" },
+    { text: "The photon-transfer curve says the same: variance grows in proportion to the signal. The slope is the system gain. " +
+      "Change the light, the exposure or the read noise and measure again.", tab: "noise" },
+  ] },
+  { id: "ramp", title: "What a ramp does", steps: [
+    { text: "A column has one comparator and one counter. A ramp rises; the counter runs until the ramp passes the pixel's voltage. " +
+      "Run the conversion, or drag the time by hand.", design: bright, tab: "pixel" },
+    { text: "Four bits: the ramp has 15 steps only. The conversion is short, and the code is coarse.",
+      design: { ...bright, bits: "4" }, tab: "pixel" },
+    { text: "Twelve bits: 4,095 steps. The ramp takes 8.5 µs of the line, and the line has to be long enough for it.",
+      design: { ...bright, bits: "12", hts: "1200" }, tab: "rows" },
+    { text: "A ramp that rises slowly at first spends its steps where eyes and corners need them. Try gain and ramp shape.",
+      design: { ...bright, bits: "8", ramp: "piecewise" }, tab: "pixel" },
+  ] },
+  { id: "leans", title: "Why the picture leans", steps: [
+    { text: "The camera turns at 400° a second behind a global shutter. All rows see the same moment; upright edges stay upright.",
+      design: { ...bright, motion: "spin", rate: "400", exposure: "0.5", lux: "5000" }, tab: "rows", play: true },
+    { text: "A rolling shutter exposes each row one line later than the row above. The camera has turned meanwhile: edges lean.",
+      design: { ...bright, motion: "spin", rate: "400", exposure: "0.5", lux: "5000", shutter: "rolling" }, tab: "rows", play: true },
+    { text: "A line of three times the length makes the lean three times as large. Look at the bars and at the picture together.",
+      design: { ...bright, motion: "spin", rate: "400", exposure: "0.5", lux: "5000", shutter: "rolling", hts: "2800" }, tab: "rows",
+      play: true },
+    { text: "Exposure does not change the lean. It blurs. Drag line length and exposure and compare.",
+      design: { ...bright, motion: "spin", rate: "400", exposure: "6", shutter: "rolling" }, tab: "rows", play: true },
+  ] },
+  { id: "cds", title: "What double sampling removes", steps: [
+    { text: "Resetting a pixel leaves a random voltage. With digital double sampling it is converted first, counted down, and then the " +
+      "signal is counted up: what both share cancels.", design: { ...bright, lux: "20" }, tab: "pixel" },
+    { text: "Without double sampling the reset noise stays, 469 µV or 47 electrons of it, and each column adds its own offset: stripes.",
+      design: { ...bright, lux: "20", cds: "none" }, tab: "noise" },
+    { text: "The list shows what came in: ktc noise and column offset. Switch them off one by one and on again.",
+      design: { ...bright, lux: "20", cds: "none" }, tab: "noise" },
+  ] },
+  { id: "two-bits", title: "Two bits are enough until dark", steps: [
+    { text: "Ten bits in good light. The extractor finds its corners; each circle is one.", design: { ...bright, motion: "sway" },
+      tab: "features", play: true },
+    { text: "Two bits: four grey values. Most corners are still there, and the raw picture takes a fifth of the bits.",
+      design: { ...bright, motion: "sway", bits: "2" }, tab: "features", play: true },
+    { text: "In the dark the few steps hide everything. Raise the gain or the bits, and watch when corners come back.",
+      design: { ...bright, motion: "sway", bits: "2", lux: "10" }, tab: "features", play: true },
+  ] },
+  { id: "leaves", title: "What leaves the chip", steps: [
+    { text: "Rows and features share the link. Each bar is a packet on the lanes: rows are teal, features orange.",
+      design: { ...bright, motion: "sway" }, tab: "features", play: true },
+    { text: "Features only: the link is silent for most of the frame.", design: { ...bright, motion: "sway", link: "features" },
+      tab: "features", play: true },
+    { text: "A higher threshold keeps fewer corners and sends fewer bits. The tracker lives on what is left: see the pose.",
+      design: { ...bright, motion: "sway", link: "features", threshold: "40", rig: "65.0" }, tab: "pose", play: true },
+  ] },
+  { id: "milliwatts", title: "Where the milliwatts go", steps: [
+    { text: "Every block counts its events and its time. The bars are energy a frame of this very sensor.",
+      design: { ...bright, motion: "sway" }, tab: "energy", play: true },
+    { text: "Twelve bits: ramps run four times as long, and counters toggle more.",
+      design: { ...bright, motion: "sway", bits: "12", hts: "1200" }, tab: "energy", play: true },
+    { text: "Features only: the link falls silent, and the extractor does the work. Set it against ten bits of raw rows with A / B.",
+      design: { ...bright, motion: "sway", link: "features" }, tab: "energy", play: true },
+  ] },
+];

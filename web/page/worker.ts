@@ -1,0 +1,101 @@
+//! Runs the simulator off the page's thread: one message in, one answer out.
+import init, { Session } from "./sensel_web.js";
+
+type Request = { id: number; operation: string; args: unknown[] };
+
+const scope = self as unknown as DedicatedWorkerGlobalScope & { senselProgress: (what: string, share: number) => void };
+let session: Session | undefined;
+let ready: Promise<unknown> | undefined;
+let began = 0, told = 0;
+
+// Progress is said of what takes longer than a fifth of a second, ten times a second at most.
+scope.senselProgress = (what, share) => {
+  const now = performance.now();
+  if (now - began < 200 || now - told < 100) return;
+  told = now;
+  scope.postMessage({ what, share });
+};
+
+const running = (): Session => {
+  if (!session) throw new Error("no scenario was started");
+  return session;
+};
+
+function step(): unknown {
+  const started = performance.now(), run = running();
+  run.step();
+  const milliseconds = performance.now() - started;
+  return { width: run.width, height: run.height, pixels: run.pixels(), codes: run.codes(), features: run.features(),
+    summary: JSON.parse(run.summary()), milliseconds };
+}
+
+/** One frame of each setting, and its codes' distance from those of the last, which is the best. */
+function accuracy(settings: [string, string][]): unknown {
+  const taken = settings.map(([name, scenario], place) => {
+    scope.senselProgress(name, place / settings.length);
+    const one = new Session(scenario);
+    const started = performance.now();
+    one.step();
+    const ms = performance.now() - started, codes = one.codes();
+    const { render_variance_ratio } = JSON.parse(one.summary()) as { render_variance_ratio: number | null };
+    one.free();
+    return { name, ms, codes, render_variance_ratio };
+  });
+  const best = taken[taken.length - 1]!.codes;
+  return taken.map(({ codes, ...row }) => {
+    let [sum, max_dn] = [0, 0];
+    codes.forEach((code, at) => {
+      const distance = Math.abs(code - best[at]!);
+      sum += distance * distance;
+      if (distance > max_dn) max_dn = distance;
+    });
+    return { ...row, rms_dn: Math.sqrt(sum / codes.length), max_dn };
+  });
+}
+
+const operations: Record<string, (...args: never[]) => unknown> = {
+  start: (scenario: string) => {
+    const next = new Session(scenario);
+    session?.free();
+    session = next;
+    return step();
+  },
+  step,
+  probe: (x: number, y: number) => JSON.parse(running().probe(x, y)),
+  probes: (places: [number, number][]) => places.map(([x, y]) => JSON.parse(running().probe(x, y))),
+  conversion: (x: number, y: number) => running().conversion(x, y),
+  rows: () => running().rows(),
+  packets: () => running().packets(),
+  corner: (number: number) => JSON.parse(running().corner(number)),
+  noise: () => JSON.parse(running().noise()),
+  noisePicture: (number: number) => running().noise_picture(number),
+  accuracy,
+  transfer: () => JSON.parse(running().transfer()),
+  trajectory: () => running().trajectory(),
+  truth: () => running().truth(),
+  report: () => running().report(),
+  waveform: (x: number, y: number, format: string) => running().waveform(x, y, format),
+  scenario: () => running().scenario(),
+};
+
+/** The buffers of an answer, which move instead of being copied. */
+function buffers(value: unknown): ArrayBuffer[] {
+  if (ArrayBuffer.isView(value)) return [value.buffer as ArrayBuffer];
+  if (value === null || typeof value !== "object") return [];
+  return Object.values(value).filter(ArrayBuffer.isView).map((view) => view.buffer as ArrayBuffer);
+}
+
+scope.onmessage = async ({ data }: MessageEvent<Request | { module: WebAssembly.Module }>) => {
+  if ("module" in data) {
+    ready = init({ module_or_path: data.module });
+    return;
+  }
+  try {
+    await ready;
+    began = performance.now();
+    const value = operations[data.operation]!(...(data.args as never[]));
+    scope.postMessage({ id: data.id, value }, [...new Set(buffers(value))]);
+  } catch (error) {
+    scope.postMessage({ id: data.id, error: String((error as Error).message ?? error) });
+  }
+};
