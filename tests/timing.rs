@@ -328,7 +328,7 @@ fn impossible_timing_is_refused_with_what_would_do() {
         (&["lanes=4", "lane_clock_hz=60000000"], "the readout of its lanes of 26.667 us; use hts = 1280"),
         (
             &["exposure_lines=1705"],
-            "exposure_lines = 1705: longer than the frame less its margin; at most 1704, vts = 1725",
+            "exposure_lines = 1705: longer than the frame less its margin; use at most 1704, vts = 1725",
         ),
         (&["exposure_lines=0"], "use 1"),
         (&["exposure_us=5.0", "exposure_lines=3"], "one of the two would do"),
@@ -340,7 +340,7 @@ fn impossible_timing_is_refused_with_what_would_do() {
         (&["trigger_period_us=40000.0"], "trigger = external would do"),
         (&["trigger_delay_clk=4"], "trigger = external would do"),
         (&["window=[0, 0, 640, 482]"], "up to 480 together"),
-        (&["window=[1, 0, 320, 240]"], "off the steps of 2 px; 0 with a width of 320"),
+        (&["window=[1, 0, 320, 240]"], "off the steps of 2 px; use 0 with a width of 320"),
         (&["binning=3"], "1, 2 or 4"),
         (&["binning_mode=sum"], "charge, average, skip"),
         (&["row_order=random"], "top_to_bottom"),
