@@ -3,7 +3,7 @@
 
 use crate::effects::{self, Parameters};
 
-/// Figures that something touches.
+/// Figures that an effect or setting changes.
 #[derive(Clone, Copy, Debug)]
 pub enum Touched {
     /// Every one.
@@ -58,7 +58,7 @@ const EFFECTS: [(&str, Touched, &str); 9] = [
     ("supply_ripple", Touched::All, "ripple bands rows by the time of their readout"),
 ];
 
-/// Effects of which the model knows all but the die's own draw, which moves these figures.
+/// Effects that the model covers except for the die's draw, which moves these figures.
 const DIE_OFFSET: (&str, Touched, &str) =
     ("die_offset", SATURATION, "the die's own black level is a draw, and moves the code at which the converter ends");
 

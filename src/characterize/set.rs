@@ -29,7 +29,7 @@ impl Default for Options {
     }
 }
 
-/// Region measured unless asked otherwise.
+/// Region measured by default.
 const SIZE: Size = Size { width_px: 320, height_px: 240 };
 
 /// Longest side of a region: the spectrograms' time grows with its cube.

@@ -61,7 +61,7 @@ pub struct Truth {
     pub wants: Ordered<Want>,
     /// Why a figure is not measurable on this sensor with this set.
     pub not_measurable: Ordered<String>,
-    /// Why nothing is expected of a figure that can be measured.
+    /// Why a measurable figure has no expected value.
     pub not_expected: Ordered<String>,
 }
 

@@ -48,7 +48,7 @@ pub enum Smoothing {
     Auto,
     /// Never.
     Off,
-    /// By the 7x7 binomial kernel, whatever the codes.
+    /// By the 7x7 binomial kernel, for codes of any depth.
     Binomial,
 }
 

@@ -60,7 +60,7 @@ pub struct Chain {
     seed: u64,
     /// Seed of the die.
     die_seed: u64,
-    /// Electrons from which on a pixel ends at its full well whatever is drawn; infinite where no effect clips there.
+    /// Electrons from which on a pixel ends at its full well for every draw; infinite where no effect clips there.
     full_from_e: f32,
 }
 

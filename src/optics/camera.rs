@@ -54,7 +54,7 @@ pub struct Camera {
     pub lens: Lens,
     /// Pixels.
     pub size: Size,
-    /// Where the camera sits on the body.
+    /// The camera's pose on the body.
     pub body_from_camera: Pose,
     /// Aperture.
     pub aperture: Aperture,
@@ -66,7 +66,7 @@ pub struct Camera {
     pub mosaic: Mosaic,
     /// Share of near infrared that passes the lens's cut filter.
     pub infrared_transmission: f64,
-    /// What bands go through on their own between lens and photodiode; none where one render says all.
+    /// Steps per band between lens and photodiode; none where one render serves all bands.
     pub(super) passes: Vec<Pass>,
     /// Share of the light behind the filters that ends in the four neighbours.
     pub(super) optical_crosstalk: f64,
@@ -77,7 +77,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Prepares a camera: asks the lens once for the bearing of every pixel corner. Inside a pixel bearings are linear between
+    /// Prepares a camera: computes once the bearing of every pixel corner. Inside a pixel bearings are linear between
     /// its corners, which is off by at most a quarter of the second derivative across a pixel: 1 / (4 f) px for a
     /// pinhole of f px, so 0.001 px at 250 px (tested).
     ///

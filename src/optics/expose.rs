@@ -144,7 +144,7 @@ pub fn expose(
     expose_by(scene.illuminant(), camera, &rendered).expect("rendering cannot fail")
 }
 
-/// The same where the light behind an ideal lens comes from elsewhere: `ideal` is asked once for each group of bands.
+/// The same where the light behind an ideal lens comes from elsewhere: `ideal` is called once for each group of bands.
 ///
 /// # Errors
 /// As `ideal`.

@@ -210,7 +210,7 @@ pub fn source_pixels(stream: &ImageStream, camera: &Camera) -> f64 {
     middle.map_or(0.0, |(quad, _)| area(&ring(&quad)))
 }
 
-/// Least and greatest mean photons of a pixel over an exposure, whatever picture counts. `outside` says whether some pixels see none.
+/// Least and greatest mean photons of a pixel over an exposure, for any of the pictures. `outside` says whether some pixels see none.
 pub fn photon_bounds(stream: &ImageStream, camera: &Camera, exposure_s: f64, outside: bool) -> [f64; 2] {
     let mut exitance = stream.exitance_bounds();
     if outside {

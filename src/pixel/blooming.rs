@@ -112,7 +112,7 @@ impl Effect for Blooming {
 /// Spills until no pixel is over by `LEAST_E`, and clips the rest.
 fn spill(charge_e: &mut Plane<f32>, well_e: f32, share: f32) {
     let (width, height) = (charge_e.width_px(), charge_e.height_px());
-    // A frame of empty pixels saves every question about edges.
+    // A border of empty pixels removes all checks for edges.
     let stride = width + 2;
     let mut excess_e = Vec::new();
     let (mut first, mut last) = (height, 0);

@@ -1,7 +1,7 @@
 //! Cache of rows of the die. Computes a row at its first use and returns the same row for the same key afterwards.
 //!
-//! What is kept is a pure function of its key and width, so keeping it changes no bit; it saves the making in every frame but the first.
-//! Every row of every frame asks here, so a kept row is found without a lock: a row that was once kept stays.
+//! A kept row is a pure function of its key and width, so keeping it changes no bit; it saves its computation in all later frames.
+//! Every row of every frame is looked up here, so a look-up of a kept row takes no lock: kept rows are never removed.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;

@@ -39,7 +39,7 @@ impl Shutter {
     }
 }
 
-/// How the exposure is asked for.
+/// How the exposure is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
     /// In us, 0 to 1e9; rounded to whole lines (half to even), at least the shortest exposure.
@@ -48,7 +48,7 @@ pub enum Exposure {
     Lines(u32),
 }
 
-/// How the length of a frame is asked for.
+/// How the length of a frame is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FrameLength {
     /// VTS: lines of a frame, blanking included, 1 to 2^24. Datasheet or driver.

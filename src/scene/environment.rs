@@ -4,7 +4,7 @@
 //! The middle column of the picture lies towards -z, columns go to the right as seen from inside (the right edge of the middle's half
 //! is +x), the top row is +y. For the bake the light is split at a few times its mean: what is brighter (the sun, lamps, windows) is
 //! aimed at, with the same directions from every sample and the same power in each, so one bright texel makes no bright speck;
-//! the rest is bounded, and is found by rays that leave for it by chance.
+//! the rest is bounded, and is sampled by random rays.
 
 #![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
 

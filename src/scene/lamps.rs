@@ -106,7 +106,7 @@ impl Lamps {
         Self { groups, bulbs, aimed }
     }
 
-    /// Whether rays are aimed at the lamps of a material, so that those that meet them by chance do not count.
+    /// Whether rays are aimed at the lamps of a material, so that random rays that hit them do not count.
     #[inline]
     pub fn are_aimed_at(&self, material: u32) -> bool {
         self.aimed[index(material)]

@@ -130,7 +130,7 @@ impl Scene {
     }
 
     /// Takes a bake as it is: radiances of the scene are cd/m^2, so that lamps' lumens give lux. `at_m` is where the illuminance is
-    /// measured that `LitScene::illuminance_lux` tells.
+    /// measured that `LitScene::illuminance_lux` returns.
     ///
     /// # Errors
     /// A bake of another scene.

@@ -64,7 +64,7 @@ pub enum MotionError {
 }
 
 impl MotionError {
-    /// The library's error, once the caller knows which key of the scenario asked for this motion.
+    /// The library's error, once the caller knows the scenario's key for this motion.
     pub fn at_key(&self, key: &str, value: impl std::fmt::Display) -> crate::error::Error {
         crate::error::Error::key(key, value, self.to_string())
     }
@@ -164,7 +164,7 @@ impl PlacedSpline {
         Span { start_s: self.own_s(run.start_s), end_s: self.own_s(run.end_s) }
     }
 
-    /// Errors speak of the run's clock and name where it starts in the trajectory's.
+    /// Errors use the run's clock and name where it starts in the trajectory's.
     fn in_run_time(&self, error: MotionError) -> MotionError {
         match error {
             MotionError::OutsideSpan { t_s, start_s, end_s } => MotionError::OutsideSpan {

@@ -25,7 +25,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A host before the first byte. One that wants no pictures looks at features only.
+    /// A host before the first byte. One without pictures decodes features only.
     pub fn new(wants_pictures: bool) -> Self {
         let (held, counts) = (Vec::new(), LinkCounts::default());
         Self { wants_pictures, held, open: None, counts, wanted_bytes: REACH_BYTES }

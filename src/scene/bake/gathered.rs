@@ -15,7 +15,7 @@ pub struct Gathered {
     pub samples: Vec<u32>,
     /// Light of lamps, sky and glowing surfaces on each side, by group; a group without any light in the scene is empty.
     pub direct: [Vec<Bands>; GROUPS],
-    /// What rays by chance brought to it, and the sum of squares of what each brought.
+    /// Sum over the random rays of the light that each brought, and the sum of squares.
     by_chance: [Vec<[Bands; 2]>; GROUPS],
     /// Whether a side lies within something closed, as a floor does under a box that stands on it.
     pub buried: Vec<bool>,

@@ -1,4 +1,4 @@
-//! The rays of one sample: its direct light, and what its rays by chance met.
+//! The rays of one sample: its direct light, and the hits of its random rays.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
@@ -27,12 +27,12 @@ const FLICKERING: usize = 1;
 /// One number a group and band.
 pub type ByGroup<T> = [[T; BANDS]; GROUPS];
 
-/// What the rays of one side of a sample brought.
+/// The light that one side of a sample receives.
 #[derive(Clone, Debug)]
 pub struct SideLight {
     /// Light of lamps, sky and glowing surfaces, by group.
     pub direct: ByGroup<f64>,
-    /// What rays by chance met.
+    /// Hits of the random rays.
     pub bounced: Bounced,
     /// Whether the side is lit at all: the back of what has none is not.
     pub is_lit: bool,
@@ -67,7 +67,7 @@ impl Mirrored {
 /// Number of the bounces' draws: the seed of their key.
 const BOUNCE_DRAWS: u64 = 0x626F_756E;
 
-/// Traces all rays of a sample. Of what is only seen from its front, nothing is asked behind it.
+/// Traces all rays of a sample. The back of a one-sided surface is not traced.
 pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
     let sample = &scene.layout.samples[number];
     let aimed = aimed_light(scene, sample.position_m, sample.normal, sample.sides(), aims);
@@ -90,7 +90,7 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
     })
 }
 
-/// What the rays by chance of one side brought.
+/// Light of the random rays of one side.
 #[derive(Clone, Debug, Default)]
 pub struct Bounced {
     /// Light that shines by itself: sky, glowing surfaces where lamps are not aimed at, lamps in mirrors.
@@ -259,7 +259,7 @@ struct Mirror {
 }
 
 impl Mirror {
-    /// The rest of a ray that comes over this surface; its diffuse part is noted. None where nothing goes on.
+    /// The reflected ray at this surface; its diffuse part is recorded. None where nothing is reflected.
     fn reflected(&self, scene: &Scene, path: &Path, t: f32, place: u32, bounced: &mut Bounced) -> Option<Path> {
         let weight: Bands = std::array::from_fn(|band| path.weight[band] * self.reflectance[band]);
         if scene.layout.samples[index(place) / 2].albedo.iter().any(|&band| band > 0.0) {
@@ -318,7 +318,7 @@ impl Scene {
         if self.flickers(material) { FLICKERING } else { STEADY }
     }
 
-    /// Whether rays that leave by chance find light that no ray is aimed at.
+    /// Whether random rays can find light that no shadow ray samples.
     pub(super) fn glows_beyond_aims(&self) -> bool {
         let sky = self.environment.is_some() || self.sky.iter().any(|&band| band > 0.0);
         let is_left = |(number, material): (u32, &Material)| material.is_emissive() && !self.lamps.are_aimed_at(number);

@@ -28,7 +28,7 @@ pub struct Container<'a> {
     pub ignored: Vec<String>,
 }
 
-/// The parts of the JSON that the `gltf` crate does not hand out.
+/// The parts of the JSON that the `gltf` crate does not expose.
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
 struct Outline {
