@@ -1,12 +1,12 @@
 //! The fixed-point feature extractor on the sensor. Converts the codes of a frame to features, with their clocks and counted events.
 //!
-//! The way of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved;
+//! Processing of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved;
 //! FAST-9/16 scores every pixel behind seven
 //! rows, strict non-maximum suppression keeps the peaks, and each cell of a grid keeps its best. Rows of cells go through a
-//! queue to a few engines, which read a corner's patch of the smoothed picture and give it a sub-pixel place, an orientation
-//! and a rotated BRIEF descriptor. Integers only. Pictures are worked on as a whole; `stream` says what happens when, and
-//! what is lost. On the rung `clocked` the hardware's twin does the same instead, by clocks. `docs/extractor.md` is the specification,
-//! and this its example:
+//! queue to a few engines, which read a corner's patch of the smoothed picture and compute its sub-pixel place, orientation
+//! and rotated BRIEF descriptor. Integers only. Pictures are processed as a whole; `stream` computes the times and the losses.
+//! On the rung `clocked` the hardware's twin does the same clock by clock. `docs/extractor.md` is the specification. Its
+//! example:
 //!
 //! ```
 //! use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams};

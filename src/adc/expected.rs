@@ -188,7 +188,7 @@ mod tests {
     }
 
     /// 5 standard errors of mean and variance; beside an end a code is nearly two-valued, so the draws' own fourth moment tells the
-    /// variance's. No level stands on an edge, which f32 cannot say. 240 checks: a false alarm in 7,000 runs.
+    /// variance's. No level is on an edge, which f32 cannot represent. 240 checks: a false alarm in 7,000 runs.
     #[test]
     fn the_moments_are_those_of_converted_draws_on_every_side_of_their_seams() {
         let lsb_uv = paper_adc().lsb_uv();

@@ -37,7 +37,7 @@ pub(super) struct FastLine {
 }
 
 impl FastLine {
-    /// Prepares checked parameters, of which the pedestal stands at `pedestal_nv`. None for depths that f32 cannot hold apart.
+    /// Prepares checked parameters, with the pedestal at `pedestal_nv`. None for depths that f32 cannot resolve.
     ///
     /// The count of level s (nV, an integer) is ((s + 1/2) 2^b - 1/2) / span rounded down (`LinearKernel::count`), and that less a half
     /// rounded to the nearest. A product and a sum, each of which rounds besides its constant, are off by 4 * 2^-24 of at most 2^b;

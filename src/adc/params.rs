@@ -369,7 +369,7 @@ impl AdcParams {
     }
 
     /// Edges of the ramp that stand below a column without signal: the level at which the reset conversion finds it. A converted
-    /// difference stands at the black level; where both samples are converted, in the middle of the reset ramp, or lower where the
+    /// difference is at the black level; where both samples are converted, in the middle of the reset ramp, or lower where the
     /// black level is lower, so that the signal's ramp ends beyond the greatest code.
     pub fn pedestal_lsb(&self) -> u32 {
         match self.cds {

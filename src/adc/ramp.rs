@@ -47,7 +47,7 @@ impl RampEdges {
         }
     }
 
-    /// How many of the edges 1 to `most` stand at or below a level.
+    /// How many of the edges 1 to `most` are at or below a level.
     pub fn count(&self, level_nv: i64, most: u32) -> u32 {
         if most == 0 || level_nv < self.edge_nv(1) {
             return 0;

@@ -13,7 +13,7 @@ pub enum Touched {
 }
 
 impl Touched {
-    /// Whether a figure is among them. A name that ends in a full stop stands for that figure alone.
+    /// Whether a figure is among them. A name that ends in a full stop means that figure alone.
     pub fn has(self, name: &str) -> bool {
         let is = |start: &&str| start.strip_suffix('.').map_or(name.starts_with(start), |whole| name == whole);
         match self {

@@ -1,7 +1,7 @@
 //! The expected result of each figure: a value with a tolerance, or the reason why the standard cannot measure it.
 //!
 //! A value is the figure of `analysis` taken from the model's expected points: what endlessly many frames would give, with quantisation,
-//! clipping and the place of the points. Beside it stands the plain value of the configuration, by its formula. A tolerance is 4.5
+//! clipping and the place of the points. The plain value of the configuration, by its formula, is listed beside it. A tolerance is 4.5
 //! standard errors of `uncertainty` (one false alarm in 150,000), no more; where a die's own pattern moves a figure, its chance is added.
 
 use serde::Serialize;

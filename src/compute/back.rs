@@ -1,8 +1,8 @@
 //! From cells to records in time: dumps of cell rows, the queue of candidates, the engines. Computes every feature's clock, the waits and
 //! the losses.
 //!
-//! It is the clock rules of `rtl_models/verilog/fx_back.sv` over events: clocks in which nothing can change are skipped. A value
-//! that stands in clock t is what was registered at the edge that ends t - 1.
+//! It applies the clock rules of `rtl_models/verilog/fx_back.sv` to events: clocks in which nothing can change are skipped. A value
+//! of clock t was registered at the edge that ends t - 1.
 
 use std::collections::VecDeque;
 

@@ -78,7 +78,7 @@ pub struct Capture<'a> {
 }
 
 impl Capture<'static> {
-    /// The only exposure of a frame that nothing stands before.
+    /// The only exposure of a frame without a previous one.
     pub fn single(camera: CameraIndex, frame: FrameIndex) -> Self {
         Self { camera, frame, slot: 0, before_e: None }
     }
@@ -124,7 +124,7 @@ struct Shot<'a> {
 }
 
 impl Chain {
-    /// A sensor with these effects, which must stand in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
+    /// A sensor with these effects, which must be in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
     pub fn new(parameters: Parameters, mut effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
         assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects stand in physical order");
         let sensed = effects.partition_point(|effect| effect.domain() < Domain::SensedElectrons);

@@ -48,7 +48,7 @@ impl Mode {
 pub enum WhenFull {
     /// It never happens: a configuration in which it could is refused with the line length that is accepted.
     Refuse,
-    /// The readout stands still, all its registers held, until the oldest row has left.
+    /// The readout stalls, all its registers held, until the oldest row has left.
     Stall,
 }
 

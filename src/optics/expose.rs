@@ -20,7 +20,7 @@ use crate::scene::light::{BANDS, INFRARED};
 use crate::scene::{Illuminant, LitScene};
 use crate::units::Span;
 
-/// Wavelengths that stand for the bands in diffraction, their middles: red, green, blue, near infrared.
+/// Wavelengths that represent the bands in diffraction, their middles: red, green, blue, near infrared.
 pub const WAVELENGTHS_UM: [f64; FILTER_BANDS] = [0.65, 0.55, 0.45, 0.85];
 
 /// What lies between an ideal mapping and the photodiode.

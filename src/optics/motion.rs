@@ -214,7 +214,7 @@ pub struct Timeline {
     pub pieces: Vec<Parabolas>,
     /// The first piece of each row.
     first: Vec<Parabola>,
-    /// Whether the camera stands still over all of it.
+    /// Whether the camera is static over all of it.
     pub is_still: bool,
 }
 

@@ -4,7 +4,7 @@
 //! The corners of a pixel's area go through the sensor's lens to bearings and through the pictures' camera to a quadrilateral of the
 //! picture, whose light is averaged exactly by area, so nothing aliases. Neighbours share their corners: no light is lost or counted twice.
 //! A quadrilateral narrower than a pixel of the picture is widened to one, and the mean over a square of one pixel is bilinear
-//! interpolation; so both ways meet without a seam. Every row merges the pictures of its span by the seconds that each counts.
+//! interpolation; so both methods agree at the limit. Every row merges the pictures of its span by the seconds that each counts.
 //!
 //! Corners are exact and edges between them straight, which is off by what a camera states for its bearings; within a quadrilateral the
 //! light counts evenly, though the mapping's stretch changes by some thousandths across a pixel.

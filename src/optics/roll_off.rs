@@ -85,7 +85,7 @@ impl Shading {
     }
 
     /// The same lens with its pupil clipped by a stop: light falls from whole at `start_rad` off the axis to none at `end_rad`,
-    /// as the part of a disc that a straight edge leaves while it moves across evenly. The edge stands for the rim of a stop much
+    /// as the part of a disc that a straight edge leaves while it moves across evenly. The edge represents the rim of a stop much
     /// larger than the pupil.
     #[must_use]
     pub fn vignetted(self, start_rad: f64, end_rad: f64) -> Self {

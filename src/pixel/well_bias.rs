@@ -73,7 +73,7 @@ impl WellBias {
     fn below_e(&self, facts: &Facts, pattern_e2: f64) -> f64 {
         let (beyond_e, variance_e2) = (facts.signal_e_min - self.capacity_e, facts.signal_e_max + pattern_e2);
         if self.blooms || beyond_e <= 0.0 {
-            return f64::INFINITY; // Neighbours may stand at the well.
+            return f64::INFINITY; // Neighbours may be at the well.
         }
         libm::exp(-0.5 * beyond_e * beyond_e / variance_e2 - 1.0) * variance_e2 / beyond_e
     }

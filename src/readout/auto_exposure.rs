@@ -2,7 +2,7 @@
 //!
 //! The controller knows which exposure and gain were in effect in the frame that it looks at (its registers' history), so it takes
 //! the scene's light from them and not from what it wrote last: light = signal / (exposure gain). Then exposure times gain = target
-//! over light. Dead time therefore cannot make it oscillate: with a scene that stands still, all frames until a write acts give the
+//! over light. Dead time therefore cannot make it oscillate: with a static scene, all frames until a write acts give the
 //! same answer. A step is at most a factor of 8, so that a saturated frame (which hides how bright it is) or one near black (which is
 //! mostly noise) is followed by better ones; a saturated frame gives too low a light, so exposure falls without overshoot. Inside the
 //! dead band nothing is written: it is wider than what rounding to lines and to gain steps leaves.

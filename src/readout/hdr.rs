@@ -3,10 +3,10 @@
 //!
 //! A reading is a separate exposure (multi-exposure) or the same charge at another conversion gain (dual gain, lateral overflow).
 //! Each is scaled by its sensitivity to the units of the most sensitive one; where a reading comes near its end, the next takes
-//! over in a straight blend, so that no step stands in the picture (as published for companding and DOL sensors; Darmont,
+//! over in a linear blend, so that the picture has no step (as published for companding and DOL sensors; Darmont,
 //! "High Dynamic Range Imaging", SPIE Press, 2012, on merging). Companding is piecewise linear with slopes that halve: half of the
 //! output's codes keep the linear code's own step, and every octave above them shares the other half alike, as the PWL output of
-//! automotive sensors does. Integers only: this stands on the sensor.
+//! automotive sensors does. Integers only: this runs on the sensor.
 
 use crate::error::Error;
 

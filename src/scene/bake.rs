@@ -1,6 +1,6 @@
-//! Irradiance on both sides of every sample, in the scene's own units: direct and after all bounces. Light that flickers is kept apart.
+//! Irradiance on both sides of every sample, in the scene's units: direct and after all bounces. Flickering light is kept separately.
 //!
-//! Lamps are aimed at, at the same points from every sample. Sky and bounces come from cosine-weighted rays whose hits are kept as a sparse
+//! Every sample traces shadow rays to the same points on lamps. Sky and bounces come from cosine-weighted rays whose hits form a sparse
 //! matrix; bounces are iterated on that matrix until the light settles. Every sample looks along the same directions around its normal, so
 //! the result does not depend on threads. On large triangles only some samples are traced (`refine`): the light of the rest is
 //! interpolated.

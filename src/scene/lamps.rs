@@ -1,6 +1,6 @@
 //! Emissive surfaces. Places the points on emissive triangles that shadow rays are aimed at.
 //!
-//! All samples of a bake aim at the same points. So neighbours differ by what they see, not by what they drew: light without
+//! All samples of a bake aim at the same points. So neighbours differ only by visibility, not by random draws: light without
 //! shadows is smooth, and a penumbra has as many steps as its lamp has points.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
@@ -39,7 +39,7 @@ pub struct LampPoint {
     pub normal: [f32; 3],
     /// In the scene's own units.
     pub radiance: Bands,
-    /// Area that it stands for.
+    /// Area that it represents.
     pub area_m2: f64,
     /// What shines there.
     pub material: u32,

@@ -163,7 +163,7 @@ impl Illuminant {
     }
 
     /// What one lux of a black body is in this illuminant's lux-equivalents: the ratio of their photons in each band. A band in
-    /// which this illuminant has next to nothing (near infrared of LEDs) becomes a large number that stands for the right photons.
+    /// which this illuminant has next to nothing (near infrared of LEDs) becomes a large number that gives the right photons.
     pub fn lux_equivalents_of_blackbody(self, kelvin: f64) -> [f64; BANDS] {
         let (own, other) = (self.photons_by_band(), Self::Blackbody(kelvin).photons_by_band());
         std::array::from_fn(|band| other[band] / own[band])

@@ -316,7 +316,7 @@ impl LitScene {
     }
 
     /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band, as if all of it were reflected diffusely (what
-    /// keeps an image: `facet`). `u` and `v` weigh the second and third corner; `footprint` is what the ray stands for on the texture;
+    /// keeps an image: `facet`). `u` and `v` weigh the second and third corner; `footprint` is the ray's area on the texture;
     /// `direction` has unit length; `lamp_level` is that of the lamps that flicker over the ray's stratum of time.
     #[inline(always)]
     pub fn exitance_lux(

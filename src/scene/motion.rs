@@ -219,7 +219,7 @@ impl Motion {
         }
     }
 
-    /// Run times at which the motion is defined; infinite for a rig that stands still.
+    /// Run times at which the motion is defined; infinite for a static rig.
     pub fn span(&self) -> Span {
         match self {
             Self::Still(_) => Span { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY },

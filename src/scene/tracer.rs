@@ -4,7 +4,7 @@
 //! plane across the ray, each by itself, so neighbours see the same corners; there an edge function's sign is never wrong, only zero, and
 //! zero belongs to both sides. Boxes are padded by more than the shear's rounding, and a hit lies within its triangle's box as the
 //! ray's own slabs see it, so the traversal may skip whatever they rule out. Of equal distances the triangle of lowest index wins.
-//! So the answer is a function of the triangles and the ray alone: no other ray of the packet, no order and no tree changes it.
+//! So a hit is a function of the triangles and the ray alone: other rays of the packet, the order and the tree do not change it.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 

@@ -8,7 +8,7 @@ use super::frame::Open;
 use super::{Decoded, Host, LinkCounts, Received};
 use crate::link::packet::{CRC_BYTES, HEADER_BYTES};
 
-/// Bytes that decide what stands at a place: a line start, and the longest packet behind it.
+/// Bytes that decide what is at a place: a line start, and the longest packet behind it.
 const REACH_BYTES: usize = 2 * HEADER_BYTES + 65_535 + CRC_BYTES;
 
 /// A host that listens.

@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::scene::lanes::LANES;
 use crate::scene::tracer::{MISS, Stack, closest_through};
 
-/// What becomes of a pixel's point in the other view. The numbers are those of kept pictures.
+/// Visibility of a pixel's point in the other view. The numbers are those of kept pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Visibility {
@@ -20,11 +20,11 @@ pub enum Visibility {
     Nothing = 0,
     /// It is seen.
     Visible = 1,
-    /// Something stands before it.
+    /// Another surface is in front of it.
     Occluded = 2,
     /// It lies outside the other picture, or where its lens has no place for it.
     Outside = 3,
-    /// The other picture's rows pass it by: it moves over them as fast as they are exposed, so no time of one row is its own.
+    /// It moves over the other picture's rows as fast as they are exposed, so no single row gives its time.
     Unsettled = 4,
 }
 

@@ -191,7 +191,7 @@ pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack
     (0..LANES).fold(above, |seen, lane| if shadowed[lane] { seen & !(1 << lane) } else { seen })
 }
 
-/// Form factor of a small disc of the area a ray stands for: cos cos A / (pi d^2 + A). It never exceeds 1, so a lamp that
+/// Form factor of a small disc of the area that a ray represents: cos cos A / (pi d^2 + A). It never exceeds 1, so a lamp that
 /// touches a sample does not give it infinite light; far away its error against a point's is A / (pi d^2).
 fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2: f64) -> f64 {
     let distance2 = f64::from(dot(toward, toward));

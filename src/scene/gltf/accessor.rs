@@ -8,7 +8,7 @@ use super::buffers::Buffers;
 use super::node::TRIANGLES_MAX;
 use crate::num::index;
 
-/// Elements of one accessor that no bytes of the file stand for, at most: as many vertices as a scene may have.
+/// Greatest number of elements of one accessor without bytes in the file: as many vertices as a scene may have.
 const ELEMENTS_MAX: usize = 3 * TRIANGLES_MAX;
 
 /// Bytes of one number.

@@ -31,7 +31,7 @@ impl Placing {
     }
 }
 
-/// What the file says of a material besides the material itself.
+/// Properties of a material in the file beyond the material itself.
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialMapping {
     /// Light passes: its triangles are left out.

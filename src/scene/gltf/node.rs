@@ -117,7 +117,7 @@ impl<'a> Reader<'a> {
         if length > 1e-12 { turn / length } else { DQuat::IDENTITY }
     }
 
-    /// Where a node's mesh stands in the node: once, or as often as EXT_mesh_gpu_instancing says.
+    /// Transforms of a node's mesh within the node: one, or as many as EXT_mesh_gpu_instancing lists.
     fn instances(&mut self, node: &Node<'_>, mesh: &gltf::Mesh<'_>) -> Result<Vec<DMat4>, String> {
         let Some(attributes) = self.container.instancing.get(node.index()).and_then(Option::as_ref) else {
             self.judge(mesh, 1)?;
