@@ -79,7 +79,7 @@ impl RampEdges {
             return Ok(());
         }
         let reason = format!(
-            "the ramp stands still after edge {pedestal}, where a column without signal lies; use a level on a rising part"
+            "the ramp is flat after edge {pedestal}, the level of a column without signal; use a level on a rising part"
         );
         Err(Error::key("sensor.adc.black_level_dn", params.black_level_dn, reason))
     }

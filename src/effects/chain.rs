@@ -126,7 +126,7 @@ struct Shot<'a> {
 impl Chain {
     /// A sensor with these effects, which must be in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
     pub fn new(parameters: Parameters, mut effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
-        assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects stand in physical order");
+        assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects are in physical order");
         let sensed = effects.partition_point(|effect| effect.domain() < Domain::SensedElectrons);
         let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0, effects.len())];
         let black = BlackRows::default();

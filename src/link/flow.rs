@@ -224,7 +224,7 @@ impl Readout {
         // Rows before this one that were in the FIFO and have all been sent by now are as many as there are entries.
         let mut read = due;
         while self.free_at.len() >= self.places || self.free_at.front().is_some_and(|&free| free <= due) {
-            read = read.max(self.free_at.pop_front().expect("asked above"));
+            read = read.max(self.free_at.pop_front().expect("checked above"));
         }
         self.flow.stalled.0 += read - due;
         self.flow.rows_stalled += u32::from(read > due);

@@ -85,7 +85,7 @@ impl Geometry {
         if params.binning > 1 && !is_whole {
             let down = |side_px: u32| side_px / group_px * group_px;
             let reason = format!(
-                "{} x {} pixels are no whole groups of {group_px}; use a window of {} x {}",
+                "{} x {} pixels are not multiples of {group_px}; use a window of {} x {}",
                 window.width_px,
                 window.height_px,
                 down(window.width_px),

@@ -131,7 +131,7 @@ fn scales(sensitivities: &[f64]) -> Vec<i64> {
     let one = f64::from(1_u32 << SCALE_BITS);
     let scale = |share: &f64| crate::num::i64_half_even(sensitivities[0] / share * one);
     let scales: Vec<i64> = sensitivities.iter().map(scale).collect();
-    assert!(scales.is_sorted(), "the most sensitive reading stands first");
+    assert!(scales.is_sorted(), "the most sensitive reading comes first");
     scales
 }
 

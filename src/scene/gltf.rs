@@ -75,7 +75,7 @@ impl Scene {
     /// As `from_glb`.
     pub fn from_glb_in(name: &str, bytes: &[u8], surroundings: &Surroundings) -> Result<Self, Error> {
         Self::from_gltf_in(name, bytes, surroundings, &|file| {
-            let reason = "lies outside the file; use a .glb with everything embedded".to_owned();
+            let reason = "is outside the file; use a .glb with everything embedded".to_owned();
             Err(Error::Content { file: file.to_owned(), reason })
         })
     }

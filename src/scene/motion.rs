@@ -38,7 +38,7 @@ pub const Y_UP_FROM_Z_UP: DQuat =
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs)] // The messages name every field.
 pub enum MotionError {
-    #[error("{t_s:.6} s lies outside the trajectory, which covers {start_s:.6} s to {end_s:.6} s")]
+    #[error("{t_s:.6} s is outside the trajectory, which covers {start_s:.6} s to {end_s:.6} s")]
     OutsideSpan { t_s: f64, start_s: f64, end_s: f64 },
     #[error(
         "the trajectory has a gap of {length_s:.3} s at {at_s:.3} s; up to {GAP_S_MAX} s is bridged unasked: \

@@ -112,7 +112,7 @@ impl<'a> Reader<'a> {
             return turn;
         }
         if (length - 1.0).abs() > 1e-3 {
-            self.notes.add(format!("{}: its rotation is no unit quaternion and is made one", whose()));
+            self.notes.add(format!("{}: its rotation is not a unit quaternion and is normalised", whose()));
         }
         if length > 1e-12 { turn / length } else { DQuat::IDENTITY }
     }

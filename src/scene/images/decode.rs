@@ -243,7 +243,7 @@ fn widened(codes: Vec<u8>) -> Vec<u16> {
 /// A PNG file whose size was judged before it was decoded.
 fn png(name: &str, bytes: &[u8]) -> Result<DynamicImage, Error> {
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    let damaged = |error: image::ImageError| refused(name, format!("is no whole PNG file: {error}"));
+    let damaged = |error: image::ImageError| refused(name, format!("is not a complete PNG file: {error}"));
     let (width_px, height_px) = reader().into_dimensions().map_err(damaged)?;
     checked_size(name, width_px.into(), height_px.into())?;
     reader().decode().map_err(damaged)
@@ -253,7 +253,7 @@ fn png(name: &str, bytes: &[u8]) -> Result<DynamicImage, Error> {
 #[cfg(feature = "exr")]
 fn exr_channels(name: &str, bytes: &[u8]) -> Result<Vec<crate::picture::Channel>, Error> {
     let header = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false)
-        .map_err(|error| refused(name, format!("is no whole OpenEXR file: {error}")))?;
+        .map_err(|error| refused(name, format!("is not a complete OpenEXR file: {error}")))?;
     for layer in &header.headers {
         let of = |side: usize| crate::num::u64_from(side);
         checked_size(name, of(layer.layer_size.width()), of(layer.layer_size.height()))?;
@@ -270,7 +270,7 @@ pub fn depth_m(name: &str, bytes: &[u8], steps_per_m: f64) -> Result<Plane<f32>,
     match PictureFormat::of(name, bytes)? {
         PictureFormat::Png => {
             let DynamicImage::ImageLuma16(picture) = png(name, bytes)? else {
-                return Err(refused(name, "is no depth; use a grey 16-bit PNG"));
+                return Err(refused(name, "is not a depth picture; use a grey 16-bit PNG"));
             };
             let size = Size { width_px: picture.width(), height_px: picture.height() };
             let metres = |code: u16| if code == 0 { f32::INFINITY } else { f32_nearest(f64::from(code) / steps_per_m) };
@@ -297,7 +297,7 @@ fn exr_depth(name: &str, _: &[u8]) -> Result<Plane<f32>, Error> {
 #[cfg(feature = "exr")]
 fn depth_checked(name: &str, plane: &Plane<f32>) -> Result<Plane<f32>, Error> {
     if plane.values().iter().any(|depth_m| depth_m.is_nan()) {
-        return Err(refused(name, "holds a depth that is no number; use metres, or infinity where nothing is seen"));
+        return Err(refused(name, "holds a depth that is not a number; use metres, or infinity where nothing is seen"));
     }
     Ok(plane.map(|depth_m| if depth_m > 0.0 { depth_m } else { f32::INFINITY }))
 }
