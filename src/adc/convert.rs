@@ -93,7 +93,7 @@ impl Converter {
         Self { is_clocked: matches!(rung, Rung::Clocked | Rung::Rtl), ..self }
     }
 
-    /// The same with its columns' counters in Verilog where it goes clock by clock.
+    /// The same with the columns' counters in Verilog where conversions run clock by clock.
     #[must_use]
     pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
         Self { verilog, ..self }

@@ -5,7 +5,7 @@
 //! `SMOOTH_LSB` and both ends are further than that, the sums are level / LSB - 1/2 and sigma^2 / LSB^2 + 1/12: what quantisation adds to
 //! them has the Fourier coefficients exp(-2 pi^2 sigma^2 / LSB^2) (Widrow and Kollar, "Quantization Noise", 2008), below 1e-19 there.
 //! The difference of two counts is summed over both counts where it can meet an end; where that takes more than `PAIRS_MAX` pairs (sigmas
-//! of some 18 LSB) it is clipped as a normal instead. Only ramps of equal steps whose comparators are alike: others have no such sums.
+//! of some 18 LSB) it is clipped as a normal instead. This holds only for ramps of equal steps with equal comparators.
 
 use super::convert::Converter;
 use super::{Cds, Sample};

@@ -124,7 +124,7 @@ impl Spot {
     }
 }
 
-/// Standard deviations within which a clip is taken to be met: 3e-6 of a normal lie beyond, of a noise of a few DN.
+/// Distance in standard deviations within which a clip has an effect: 3e-6 of a normal lie beyond, of a noise of a few DN.
 const CLIP_SIGMAS: f64 = 4.5;
 
 impl Model {

@@ -2,7 +2,7 @@
 //!
 //! A value is the figure of `analysis` taken from the model's expected points: what endlessly many frames would give, with quantisation,
 //! clipping and the place of the points. The plain value of the configuration, by its formula, is listed beside it. A tolerance is 4.5
-//! standard errors of `uncertainty` (one false alarm in 150,000), no more; where a die's own pattern moves a figure, its chance is added.
+//! standard errors of `uncertainty` (one false alarm in 150,000); where a die's pattern moves a figure, its standard error is added.
 
 use serde::Serialize;
 
@@ -25,7 +25,7 @@ pub const DARK_SIGMA_MIN_DN: f64 = 0.3;
 /// Share of dark codes that may clip (release 4.0, section 6: black level).
 pub const DARK_CLIPPED_MAX: f64 = 0.005;
 
-/// Share of saturation that dark charge may fill before nothing is left to measure light with.
+/// Share of saturation that dark charge may fill before light is not measurable.
 const DARK_FILL_MAX: f64 = 0.3;
 
 /// Charge below which counts are too few for means and variances that a normal describes.

@@ -63,7 +63,7 @@ impl Records for ByteRate {
 /// A candidate that an engine took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Served {
-    /// What it is of.
+    /// What it belongs to.
     pub candidate: Candidate,
     /// Its frame, from 0.
     pub frame: u64,
@@ -247,7 +247,7 @@ impl Back {
         }
     }
 
-    /// Runs until nothing is left to do but what the next row brings; gives back the first clock after it.
+    /// Runs until all work before the next row is done; returns the first clock after it.
     pub fn finish(&mut self, records: &mut dyn Records) -> u64 {
         while let Some(next) = self.next_event() {
             self.advance(next + 1, records);

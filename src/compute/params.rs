@@ -59,7 +59,7 @@ const SMOOTHED_BITS: u32 = 4;
 /// What happens when a candidate leaves its cell and the queue of the engines is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Overflow {
-    /// Candidates wait in their cells, and at last rows wait.
+    /// Candidates wait in their cells, and finally rows wait.
     Stall,
     /// The candidate is lost.
     DropNewest,
@@ -106,7 +106,7 @@ pub struct ExtractorParams {
 
 impl ExtractorParams {
     /// One octave of 8 bits, a threshold that rises where a frame has more than some 500 corners, up to four corners for 16 x 16
-    /// pixels, whole descriptors: what a scenario has that says nothing else.
+    /// pixels, whole descriptors: the defaults of a scenario.
     pub const USUAL: Self = Self {
         threshold: 20,
         target_features: 500,

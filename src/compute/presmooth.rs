@@ -81,7 +81,7 @@ fn weigh([a, b, c, d, e, f, g]: [u32; 7]) -> u32 {
 }
 
 /// When smoothed words are there: the last code that one is made of is three rows below and three columns to the right. Beyond the
-/// last row the kernel goes on by itself.
+/// last row the kernel continues without input.
 pub(super) struct Behind<'a> {
     pub pixels: &'a mut dyn Pixels,
     pub height_px: usize,

@@ -62,7 +62,7 @@ impl Kept {
     }
 }
 
-/// An effect's name as it is spoken.
+/// An effect's name in words.
 fn spoken(name: &str) -> String {
     name.replace('_', " ")
 }

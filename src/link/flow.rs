@@ -4,7 +4,7 @@
 //! Clock 0 is the start of the frame-start packet's burst. That and the embedded line leave before the first row is read, so that the
 //! link is free for it: row i is read at `lead + i rows apart` if nothing stalls. A row takes a place of the FIFO when it is read and
 //! frees it with the last byte of its payload and checksum; a row that finds no free place stalls the readout and all later
-//! rows. Packets are sent in their order, each as soon as it is there and the lanes are in LP-11 again.
+//! rows. Packets are sent in their order, each as soon as it is complete and the lanes are back in LP-11.
 
 use std::collections::VecDeque;
 

@@ -82,7 +82,7 @@ pub fn pack_frame(frame: &FrameOut, params: &LinkParams, events: &mut Events) ->
     Ok(bytes)
 }
 
-/// What packets of a frame are written from.
+/// The data of a frame's packets.
 struct Writer<'a> {
     frame: &'a FrameOut<'a>,
     kind: RawKind,

@@ -62,7 +62,7 @@ impl Blooming {
 }
 
 /// The most that a pixel's charge can grow with a charge that all pixels gain: 1 where none can be over the well, else the spills
-/// of spills, 1 + s + s^2 + ... Of a change in one pixel the others receive no more in all.
+/// of spills, 1 + s + s^2 + ... The other pixels together receive no more than that of a change in one pixel.
 pub fn spill_slope_max(params: &PixelParams, frame_e_max: f64, times_s: [f64; 2], dies: DieSpread) -> f64 {
     if params.blooming == 0.0 || Blooming::new(params).rare_excess(frame_e_max, times_s, dies).is_some() {
         return 1.0;

@@ -61,7 +61,7 @@ impl HdrMerge {
         Ok(Self { linear_bits: merged_bits, bits, black_level_dn: black, blend_dn, scales })
     }
 
-    /// The same merging, companded to so many bits; as it is where the merged code fits them.
+    /// The same merging, companded to a number of bits; unchanged where the merged code fits them.
     #[must_use]
     pub fn companded(&self, bits: u32) -> Self {
         assert!((8..=MERGED_BITS_MAX).contains(&bits), "a companded code has 8 to 16 bits");

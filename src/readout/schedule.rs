@@ -2,7 +2,7 @@
 //!
 //! A frame of VTS lines starts at clock `start`. Every row's exposure ends with the frame (global shutter), or with the line in
 //! which the row is read (rolling shutter); row i is read in line `n i + offset` after the frame's end, where n is the number of
-//! exposures a frame (`slots`). So the readout of a frame runs beside the exposure of the next.
+//! exposures a frame (`slots`). So a frame is read while the next one is exposed.
 
 use super::budget::{self, LineDemand};
 use super::clock::{ClockSpan, FrameClock};

@@ -5,7 +5,7 @@
 //! or JPEG pictures from the file, from `data:` URIs or from its folder, holes (alpha), emission, sidedness, point and spot lights,
 //! cameras. Left out, and why it does no harm: metallic and roughness act as diffuse (see `scene`); transparent materials (alpha
 //! below a half, or marked dielectric) are dropped, so light passes; animation, skins, morph targets, points and lines are ignored.
-//! A file may be hostile: every offset, count and index is checked before it is used, and nothing is made that is larger than a
+//! A file may be hostile: every offset, count and index is checked before it is used, and no allocation is larger than a
 //! scene may be.
 
 mod accessor;
@@ -61,7 +61,7 @@ pub(super) struct Content {
 }
 
 impl Scene {
-    /// Reads a binary glTF file that needs no others, as it is: no sky, lamps as strong as it says. `name` is what the user calls it.
+    /// Reads a binary glTF file that needs no others, unchanged: no sky, lamps as strong as the file states. `name` is its name in messages.
     ///
     /// # Errors
     /// `Error::Content` with the file's name, what is wrong with it and where.

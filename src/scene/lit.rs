@@ -129,7 +129,7 @@ impl Scene {
         Ok(lit)
     }
 
-    /// Takes a bake as it is: radiances of the scene are cd/m^2, so that lamps' lumens give lux. `at_m` is where the illuminance is
+    /// Takes a bake without scaling: radiances of the scene are cd/m^2, so that lamps' lumens give lux. `at_m` is where the illuminance is
     /// measured that `LitScene::illuminance_lux` returns.
     ///
     /// # Errors

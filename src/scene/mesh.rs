@@ -7,7 +7,7 @@ use super::texture::Texture;
 use super::tracer::Holes;
 use crate::num::{f32_nearest, index, u32_from};
 
-/// Greatest albedo that a bake's bounces take: base colour times texture beyond it is brought down to it, since light in a closed room
+/// Greatest albedo that a bake's bounces take: base colour times texture above it is clamped to it, since light in a closed room
 /// of albedo 1 has no finite level. What a ray sees of a surface is not: glTF's white reflects all.
 pub const ALBEDO_MAX: f32 = 0.99;
 

@@ -205,7 +205,7 @@ impl Chain {
         }
     }
 
-    /// What is not drawn acts on two points, a sigma above and below the mean.
+    /// Effects without draws act on two points, a sigma above and below the mean.
     fn through(&self, effect: &dyn Effect, at: super::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
         let reset_uv = row.reset_uv.clone();
         let mut ends: [Vec<f32>; 2] = Default::default();

@@ -15,7 +15,7 @@ const REACH_BYTES: usize = 2 * HEADER_BYTES + 65_535 + CRC_BYTES;
 #[derive(Clone, Debug)]
 pub struct Decoder {
     wants_pictures: bool,
-    /// What is not decided.
+    /// Bytes that are not yet decoded.
     held: Vec<u8>,
     /// Channel and number of the frame whose start was read before these.
     open: Option<(u8, u16)>,
@@ -57,7 +57,7 @@ impl Decoder {
         self.counts.merge(&counts);
         self.open = open;
         self.held.drain(..read_bytes);
-        // What was read in vain is read again when it is twice as long, so that a piece costs no more the longer the frame.
+        // Bytes that were decoded in vain are tried again once there are twice as many: the cost of a piece stays independent of the frame.
         self.wanted_bytes = if read_bytes > 0 { REACH_BYTES } else { 2 * self.held.len() };
         frames
     }

@@ -113,7 +113,7 @@ struct Aimed {
     t_max: f32,
     side: usize,
     group: usize,
-    /// Light that comes along it where nothing is in the way.
+    /// Unoccluded light along it.
     sent: [f64; BANDS],
 }
 

@@ -1,4 +1,4 @@
-//! What the rays of neighbouring samples brought, close together: their direct light, and the places that each of their sides looks at.
+//! Results of the rays of neighbouring samples, close together in memory: their direct light, and the places that each of their sides sees.
 
 #![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
 

@@ -95,7 +95,7 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
 pub struct Bounced {
     /// Light that shines by itself: sky, glowing surfaces where lamps are not aimed at, lamps in mirrors.
     pub seen: ByGroup<f64>,
-    /// Sum of the squares of what each ray brought to it.
+    /// Sum of the squares of the light of each ray.
     pub squares: ByGroup<f64>,
     /// Twice the sample plus its side, of each ray that ended at one.
     pub met: Vec<u32>,

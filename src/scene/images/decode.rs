@@ -293,7 +293,7 @@ fn exr_depth(name: &str, _: &[u8]) -> Result<Plane<f32>, Error> {
     Err(refused(name, "is OpenEXR, which this build does not read; use a grey 16-bit PNG"))
 }
 
-/// Depths of 0 and below, and endless ones, are where nothing is seen; NaN is refused.
+/// Depths of 0 and below, and infinite ones, mean that nothing is seen; NaN is refused.
 #[cfg(feature = "exr")]
 fn depth_checked(name: &str, plane: &Plane<f32>) -> Result<Plane<f32>, Error> {
     if plane.values().iter().any(|depth_m| depth_m.is_nan()) {

@@ -1,6 +1,6 @@
 //! Texture look-ups of rays that met one triangle: linear colours, lane by lane equal to those of `Texture::over` in every bit.
 //!
-//! Picture, level and places in a row are those of all lanes, so that only the fetching of texels goes lane by lane.
+//! Picture, level and places in a row are those of all lanes, so that only the fetching of texels runs lane by lane.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
