@@ -61,7 +61,7 @@ pub(super) struct Content {
 }
 
 impl Scene {
-    /// Reads a binary glTF file that needs no others, unchanged: no sky, lamps as strong as the file states. `name` is its name in messages.
+    /// Reads a binary glTF file that needs no others, unchanged: no sky, lamps as strong as stated. `name` is its name in messages.
     ///
     /// # Errors
     /// `Error::Content` with the file's name, what is wrong with it and where.
