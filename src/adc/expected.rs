@@ -33,7 +33,7 @@ pub struct Moments {
 const REACH: f64 = 7.0;
 /// Sigma in LSB from which on quantisation adds its variance and nothing else: exp(-2 pi^2 1.5^2) is 5e-20.
 const SMOOTH_LSB: f64 = 1.5;
-/// Pairs of counts that a difference beside an end is summed over at most: some 0.1 ms.
+/// Greatest number of pairs of counts that a difference beside an end is summed over. It limits the time.
 const PAIRS_MAX: usize = 65_536;
 
 impl Converter {

@@ -2,7 +2,7 @@
 //! lies too close to an edge for f32 to decide.
 //!
 //! A count is a straight line of the sample, rounded down. In f32 that line is off by a known part of a code, so only samples that
-//! close to an edge need the exact count of `LinearKernel`, the slow twin: about one in 2,000 at 10 bits, one in 130 at 14 bits.
+//! close to an edge need the exact count of `LinearKernel`, the slow twin.
 
 use super::AdcParams;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_i64, low_u16};
