@@ -43,7 +43,11 @@ impl Channel {
             Some(letter) if mosaic.letters().any(|known| known == letter) => letter,
             Some(letter) => {
                 let known: Vec<String> = mosaic.letters().map(String::from).collect();
-                return Err(Error::key("channel", letter, format!("is not a filter of this sensor; use {}", known.join(", "))));
+                return Err(Error::key(
+                    "channel",
+                    letter,
+                    format!("is not a filter of this sensor; use {}", known.join(", ")),
+                ));
             }
             None => mosaic
                 .letters()

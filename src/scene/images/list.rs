@@ -56,7 +56,8 @@ pub fn parse(file: &str, text: &str, unit: Unit) -> Result<Listed, Error> {
             }
             continue;
         }
-        let time_ns = nanoseconds(first, unit).ok_or_else(|| refused(file, number, format!("'{first}' is not a time")))?;
+        let time_ns =
+            nanoseconds(first, unit).ok_or_else(|| refused(file, number, format!("'{first}' is not a time")))?;
         let name = fields.next().map(str::to_owned);
         match rows.last() {
             Some((last_ns, _)) if *last_ns == time_ns => repeated += 1,
