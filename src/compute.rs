@@ -93,7 +93,7 @@ use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::num::u64_from;
 use crate::plane::Plane;
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 use crate::units::Size;
 use crate::words::{EdgeDistancePx, PlacePx, Turns, rounded};
 
@@ -186,7 +186,7 @@ pub struct Extractor {
     /// None before the first frame.
     threshold: Option<u16>,
     rung: Rung,
-    verilog: Option<Seat>,
+    verilog: Option<SharedRtlSimulator>,
     /// Candidates in its queue at once, at most; the hardware's twins do not count them.
     queue_most: Option<u32>,
 }
@@ -206,7 +206,7 @@ impl Extractor {
 
     /// The same extractor in Verilog, where its rung is that.
     #[must_use]
-    pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
+    pub fn in_verilog(self, verilog: Option<SharedRtlSimulator>) -> Self {
         Self { verilog, ..self }
     }
 
@@ -274,7 +274,7 @@ impl Extractor {
             Rung::Clocked => clocked::frame(params, threshold, &picture, io)?,
             Rung::Rtl => {
                 let verilog = self.verilog.as_ref().expect("who chose this rung gave the Verilog");
-                clocked::frame_in(verilog.silicon(), params, threshold, &picture, io)?
+                clocked::frame_in(verilog.rtl_simulator(), params, threshold, &picture, io)?
             }
         };
         self.threshold = Some(next);

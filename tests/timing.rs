@@ -287,7 +287,7 @@ fn check_spans(schedule: &Schedule, case: u32) {
 #[test]
 fn pictures_of_the_presets_are_up_to_date() {
     let folder = Scratch::new("timing-pictures");
-    let names = presets::names(presets::Kind::Sensor);
+    let names = presets::names(presets::PresetKind::Sensor);
     assert!(!names.is_empty());
     for name in names {
         let file = folder.join(&format!("{name}.svg"));
@@ -331,14 +331,14 @@ fn impossible_timing_is_refused_with_what_would_do() {
             "exposure_lines = 1705: longer than the frame less its margin; use at most 1704, vts = 1725",
         ),
         (&["exposure_lines=0"], "use 1"),
-        (&["exposure_us=5.0", "exposure_lines=3"], "one of the two would do"),
-        (&["vts=900", "frame_rate_hz=30.0"], "one of the two would do"),
+        (&["exposure_us=5.0", "exposure_lines=3"], "use one of the two"),
+        (&["vts=900", "frame_rate_hz=30.0"], "use one of the two"),
         (&["frame_rate_hz=200.0"], "which need 480; use 107.75862068965517 or less"),
         (&["exposure_fine_clk=928"], "0 to 927"),
         (&["trigger=external"], "trigger_period_us"),
         (&["trigger=external", "trigger_period_us=33330.0"], "use 33330.667"),
-        (&["trigger_period_us=40000.0"], "trigger = external would do"),
-        (&["trigger_delay_clk=4"], "trigger = external would do"),
+        (&["trigger_period_us=40000.0"], "use trigger = external"),
+        (&["trigger_delay_clk=4"], "use trigger = external"),
         (&["window=[0, 0, 640, 482]"], "up to 480 together"),
         (&["window=[1, 0, 320, 240]"], "off the steps of 2 px; use 0 with a width of 320"),
         (&["binning=3"], "1, 2 or 4"),
@@ -354,9 +354,9 @@ fn impossible_timing_is_refused_with_what_would_do() {
         (&["clock_ppm=[0.0, 2000.0]"], "-1000 to 1000"),
         (&["register_latency_frames=9"], "0 to 8"),
         (&["target_mean=0.0"], "use 0.001 to 0.99"),
-        (&["target_mean=0.3"], "sensor.readout.exposure = \"auto\", or leaving it out, would do"),
+        (&["target_mean=0.3"], "use sensor.readout.exposure = \"auto\", or leave it out"),
         (&["hdr_bits=12"], "an hdr other than none"),
-        (&["binning_mode=average"], "sensor.readout.binning = 2, or leaving it out"),
+        (&["binning_mode=average"], "sensor.readout.binning = 2, or leave it out"),
         (&["exposure=auto", "exposure_lines_max=1705"], "use 1 to 1704"),
         (&["exposure=auto", "gain_max=0.5"], "use 1 or more"),
         (&["exposure=auto", "target_mean=0.01"], "not above the black level"),

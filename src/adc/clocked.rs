@@ -14,7 +14,7 @@ use super::kickback::{Kickback, Shift};
 use super::ramp::RampEdges;
 use super::{Cds, Columns, Converter, Counter, Counting, RowWork, Sample};
 use crate::num::{index, u64_from};
-use crate::silicon::RowAsked;
+use crate::rtl_simulator::RowRequest;
 
 /// The columns under one ramp during one conversion.
 #[derive(Clone, Debug)]
@@ -238,7 +238,7 @@ impl Columns<'_> {
                 let (reset_clk, signal_clk) = (&reset_clk[..], &signal_clk[..]);
                 let steps = |sample| self.converter.steps(sample);
                 let (reset_steps, signal_steps) = (steps(Sample::Reset), steps(Sample::Signal));
-                verilog.row(&RowAsked { cds: params.column(), signal_steps, reset_steps, reset_clk, signal_clk })
+                verilog.row(&RowRequest { cds: params.column(), signal_steps, reset_steps, reset_clk, signal_clk })
             });
             for (place, &column) in chosen.iter().enumerate() {
                 codes[column] = match &in_verilog {

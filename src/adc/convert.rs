@@ -14,7 +14,7 @@ use super::{AdcParams, Cds, column_delay};
 use crate::draw::DrawKey;
 use crate::fidelity::Rung;
 use crate::num::{f32_nearest, low_u16};
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 
 /// Which of a row's conversions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub struct Converter {
     is_plain: bool,
     is_clocked: bool,
     /// What converts in place of the clocked rung's own counters.
-    pub(super) verilog: Option<Seat>,
+    pub(super) verilog: Option<SharedRtlSimulator>,
 }
 
 /// The converters of one camera's die: each column with its own comparator.
@@ -95,7 +95,7 @@ impl Converter {
 
     /// The same with the columns' counters in Verilog where conversions run clock by clock.
     #[must_use]
-    pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
+    pub fn in_verilog(self, verilog: Option<SharedRtlSimulator>) -> Self {
         Self { verilog, ..self }
     }
 

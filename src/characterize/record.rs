@@ -15,7 +15,7 @@ use crate::adc::density::{Density, Linearity, linearity, ramp_histogram};
 use crate::adc::{AdcParams, Converter};
 use crate::config::Resolved;
 use crate::config::inherited::Inherited;
-use crate::config::presets::Kind;
+use crate::config::presets::PresetKind;
 use crate::num::f64_from_u64;
 use crate::report::Ordered;
 
@@ -132,7 +132,7 @@ impl Characterization {
             name: name.to_owned(),
             config: resolved.recorded(),
             config_hash: resolved.hash(),
-            sensor: resolved.label(Kind::Sensor),
+            sensor: resolved.label(PresetKind::Sensor),
             efficiency: efficiency(resolved),
             inherited: resolved.inherited("sensor"),
             warnings: resolved.inheritance_warnings(),

@@ -239,7 +239,7 @@ impl Switch {
         match self {
             Self::Set(on) => Ok(*on),
             Self::Word(word) if word == "auto" => Ok(auto),
-            Self::Word(word) => Err(Error::key(key, word, "true, false or \"auto\" would do")),
+            Self::Word(word) => Err(Error::key(key, word, "use true, false or \"auto\"")),
         }
     }
 }
@@ -265,7 +265,7 @@ impl PerCamera {
             Self::Step(step) => Ok((0..cameras).map(|camera| f64_from_usize(camera) * step).collect()),
             Self::Each(numbers) if numbers.len() == cameras => Ok(numbers.clone()),
             Self::Each(numbers) => {
-                let reason = format!("one for each camera, {cameras} numbers, would do");
+                let reason = format!("use one for each camera, {cameras} numbers");
                 Err(Error::key(key, format!("{numbers:?}"), reason))
             }
         }

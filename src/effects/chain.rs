@@ -26,7 +26,7 @@ use crate::num::{u32_from, u64_from};
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
 use crate::readout::{Geometry, HdrMerge};
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Size};
 
 /// Rows that one task takes. Fixed, so that work is cut the same way on any number of threads.
@@ -206,7 +206,7 @@ impl Chain {
 
     /// The same sensor with its columns' counters in Verilog where they go clock by clock.
     #[must_use]
-    pub fn in_verilog(mut self, verilog: Option<&Seat>) -> Self {
+    pub fn in_verilog(mut self, verilog: Option<&SharedRtlSimulator>) -> Self {
         self.readings = self.readings.into_iter().map(|reading| reading.in_verilog(verilog.cloned())).collect();
         self
     }

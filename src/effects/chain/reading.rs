@@ -10,7 +10,7 @@ use crate::effect::{Domain, Effect};
 use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::pixel;
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 
 /// A conversion gain with everything behind it.
 pub(super) struct Reading {
@@ -73,7 +73,7 @@ impl Reading {
     }
 
     /// The same with its columns' counters in Verilog where they go clock by clock.
-    pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
+    pub fn in_verilog(self, verilog: Option<SharedRtlSimulator>) -> Self {
         Self { converter: self.converter.in_verilog(verilog), ..self }
     }
 
