@@ -1,7 +1,7 @@
 //! Render variance over photon variance in the furnished room, for docs/sampling.md: `cargo bench --bench sampling`.
 //!
-//! Enters: the default scenario at VGA, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-.
-//! Leaves: a Markdown table, and with `--svg FILE` its picture. Truth is two renders of 2,048 samples with keys of their own, whose own
+//! Renders the default scenario at VGA, 10 ms of exposure, rolling rows, 1,000 e- in the mean of the pixels below 10,000 e-.
+//! Prints a Markdown table; `--svg FILE` draws it. Truth is two renders of 2,048 samples with different keys, whose own
 //! noise is taken out of every error (`case`). "error" is over all pixels below saturation; "sensor" is what is left of it where no pixel
 //! shows more than saturation; "off lamps" is over pixels without a saturated one beside them. "seeds" is half the mean square
 //! difference of two renders with different keys, which has no part of the bias (as "sensor"); "bias" is what two of them have in

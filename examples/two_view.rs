@@ -1,6 +1,6 @@
-//! Two-view rotation error over neighbouring frames of a real recording. Enters: FEATURES (a folder with one `sensel
-//! features --json` answer a picture, in the order of their names), TRAJECTORY (TUM, camera poses, one a picture) and
-//! FX FY CX CY in pixels. Leaves: degrees, on stdout.
+//! Prints the two-view rotation error, in degrees, over neighbouring frames of a real recording. Arguments: FEATURES (a folder with one
+//! `sensel features --json` answer a picture, in the order of their names), TRAJECTORY (TUM, camera poses, one a picture) and FX FY CX CY
+//! in pixels.
 //!
 //! `for f in images/*.png; do sensel features "$f" --json --quiet > "features/$(basename "$f" .png).json"; done`
 //! `cargo run --release --example two_view -- features groundtruth.tum 495.57 495.48 269.50 169.19`

@@ -1,5 +1,5 @@
-//! What a user writes, layer by layer, until stages can use it. Enters: TOML text and assignments. Leaves: a `Resolved`
-//! scenario whose every value knows its file and line, and its canonical text and hash. It reads no file.
+//! Configuration: merges TOML layers and assignments into a `Resolved` scenario. Every value knows its file and line; the whole has a
+//! canonical text and a hash. Reads no file.
 
 pub mod check;
 mod compute;

@@ -1,5 +1,5 @@
-//! What accuracy costs in time. Enters: a scenario under its light, and clocks. Leaves: error beside time of every rung and knob, the
-//! front of their combinations, and the cheapest setting that an accuracy or a time allows.
+//! Accuracy against cost: measures error and time of every rung and knob, the Pareto front of their combinations, and the cheapest
+//! setting that meets an accuracy or a time goal.
 //!
 //! Errors are functions of the configuration alone: all loops end by counts, never by a clock. Times are processor time (all threads) and
 //! wall time, the least of repetitions that take turns over the settings, so that a busy minute does not fall on one of them. The

@@ -1,4 +1,4 @@
-//! Pictures of numbers as OpenEXR bytes. Enters: named planes of `f32`. Leaves: a file's bytes, and back. It touches no disk.
+//! Encodes and decodes named planes of `f32` as OpenEXR bytes. Touches no disk.
 //!
 //! Written losslessly (ZIP, 32-bit floats), read from any lossless layout (16- or 32-bit floats, scan lines or tiles).
 

@@ -1,5 +1,4 @@
-//! One run, frame by frame, from photons to pose. Enters: a resolved scenario and the bytes of its files. Leaves: every stage's
-//! output of each frame, then the report. It touches no disk and reads no clock: both come through `assets`.
+//! One run, frame by frame, from photons to pose and report. Touches no disk and reads no clock: both come through `assets`.
 
 mod alternatives;
 mod alone;

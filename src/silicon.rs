@@ -1,5 +1,5 @@
-//! The sensor's Verilog, run by somebody else: what the rung `rtl` asks of it. Enters: crossings of a row's comparators, or words of a
-//! picture. Leaves: codes; records, counts and clocks. Files know how to build and run it; the core only knows these questions.
+//! Interface to an RTL simulation of the sensor's Verilog, for the rung `rtl`. Rows of comparator crossings become codes; words of a
+//! picture become feature records, counts and clocks. `files` builds and runs the simulator; this module only declares the calls.
 
 use std::fmt;
 use std::sync::{Arc, Mutex};

@@ -1,5 +1,5 @@
-//! The host's tracker. Enters: decoded features of every camera, and calibration. Leaves: a pose a frame and a map. It never
-//! sees the simulation.
+//! The host's tracker: visual-inertial SLAM from decoded features and calibration to a pose a frame and a map. It never sees the
+//! simulation.
 //!
 //! Stereo odometry with a lasting map: landmarks are searched where constant velocity predicts them, the pose is the robust
 //! least-squares fit to the places where they are found, and at keyframes new landmarks come in and a window of keyframes is

@@ -1,5 +1,4 @@
-//! Waveforms of the sensor for chosen rows and columns. Enters: a sensor's setup and the samples of the chosen rows. Leaves: the signals
-//! and their changes at instants in whole picoseconds, ready for a file. Writes nothing.
+//! Waveforms of the sensor for selected rows and columns: signals and their changes at instants in whole picoseconds. Writes no file.
 //!
 //! Time 0 is the first clock of the frame; its rows are exposed before one frame length has passed, or soon after, and read from then on.
 //! Pins of the converters are unknown outside the lines that are shown; real signals hold there.

@@ -1,4 +1,4 @@
-//! Two tracers' answers to the same rays. Enters: triangles (metres), rays, our hits, Embree's. Leaves: how many agree, and which do not.
+//! Compares two tracers' answers to the same rays: how many agree, and which do not.
 
 use glam::DVec3;
 use sensel::scene::lanes::LANES;

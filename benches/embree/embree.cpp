@@ -2,8 +2,8 @@
 //
 //     embree TRIANGLES RAYS ANSWERS PASSES [QUALITY] [robust]
 //
-// Enters: TRIANGLES, nine floats each (metres); RAYS, blocks of sixteen: origin x, y, z, direction x, y, z, least and greatest distance,
-// sixteen floats each. Leaves: ANSWERS, per block sixteen distances and sixteen triangles (all bits set: none); on the standard output one
+// Inputs: TRIANGLES, nine floats each (metres); RAYS, blocks of sixteen: origin x, y, z, direction x, y, z, least and greatest distance,
+// sixteen floats each. Outputs: ANSWERS, per block sixteen distances and sixteen triangles (all bits set: none); on the standard output one
 // line of JSON with the best pass' seconds. PASSES counts the timed ones, after one that is not. QUALITY is medium (default) or high.
 
 #include <embree3/rtcore.h>

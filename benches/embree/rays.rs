@@ -1,6 +1,5 @@
-//! Embree as the tracer's peer: rays for both sides, the files that its program reads, the program itself. Enters: a scene. Leaves:
-//! packets of
-//! rays (metres), what Embree says about them.
+//! Embree as the tracer's peer: makes packets of rays (metres) for both sides, writes the files of Embree's program, builds it and reads
+//! its answers.
 
 // The bench and the test each use their part.
 #![allow(dead_code)]

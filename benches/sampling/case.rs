@@ -1,4 +1,4 @@
-//! One motion through the furnished room under its light. Enters: how to sample it. Leaves: errors as render variance over photon variance.
+//! Runs one motion through the furnished room under its light and measures its error as render variance over photon variance.
 //!
 //! A truth is two renders A and B with keys of their own: the mean of (S - A)(S - B) over a render S is its error without theirs, and a
 //! quarter of (A - B)^2 is the noise of their mean. What a render and a truth have in common (a bias of the code that made both) shows

@@ -1,4 +1,4 @@
-//! The curves as a picture. Enters: error against rays, by name. Leaves: SVG.
+//! Draws error against rays, by name, as SVG.
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,5 @@
-// Plays one frame to the whole extractor and times it. Enters: a file of 32-bit words: width, height, threshold, clocks, then the pixels; a pixel
-// stands in every clock until the frame's end, and every record is taken at once. Leaves, on stdout: the nanoseconds of the run and,
+// Plays one frame to the whole extractor and times it. Inputs: a file of 32-bit words: width, height, threshold, clocks, then the pixels; a pixel
+// stands in every clock until the frame's end, and every record is taken at once. Output on stdout: the nanoseconds of the run and,
 // where the second argument is 1, the hash of every record with the clock in which it left.
 #include <chrono>
 #include <cstdint>

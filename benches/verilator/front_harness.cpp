@@ -1,5 +1,5 @@
-// Plays one frame to the extractor's front and times it. Enters: a file of 32-bit words: width, height, threshold, clocks, then the pixels; a
-// pixel stands in every clock and every row may start. Leaves, on stdout: the nanoseconds of the run and, where the second argument is 1,
+// Plays one frame to the extractor's front and times it. Inputs: a file of 32-bit words: width, height, threshold, clocks, then the pixels; a
+// pixel stands in every clock and every row may start. Output on stdout: the nanoseconds of the run and, where the second argument is 1,
 // the hash of every pin of every clock.
 #include <chrono>
 #include <cstdint>

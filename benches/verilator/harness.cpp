@@ -1,5 +1,5 @@
-// Plays one frame to one style of the core and times it. Enters: a file with the pins of the configuration (32 bits each, in the order
-// of CONFIG), the clocks to run, the columns, and one crossing a column for each ramp in the order in which ramps start. Leaves, on
+// Plays one frame to one style of the core and times it. Inputs: a file with the pins of the configuration (32 bits each, in the order
+// of CONFIG), the clocks to run, the columns, and one crossing a column for each ramp in the order in which ramps start. Output on
 // stdout: the nanoseconds of the run and, where the second argument is 1, the hash of every pin of every clock.
 //
 // The comparators' bits of every step are worked out before the timer starts.

@@ -1,6 +1,6 @@
-//! Holds `run --accuracy` against a search by brute force: five scenes, two accuracies. Enters: scene names (default: all five) and
-//! `KEY=VALUE` assignments for all of them. Leaves: a table of the pilot's choice and of the best point of the grid, both judged on
-//! frames that the pilot did not see.
+//! Compares `run --accuracy` with a brute-force search over five scenes and two accuracies. Arguments: scene names (default: all five)
+//! and `KEY=VALUE` assignments for all of them. Prints the pilot's choice and the grid's best point, both judged on frames that the pilot
+//! did not see.
 //!
 //! `cargo run --release --example ladder_search [SCENE ...] [KEY=VALUE ...]`. Times are processor time of all threads (Linux); each setting
 //! is timed in turns with all others, and the least of the turns counts.

@@ -1,4 +1,4 @@
-//! OpenCV's ORB through `tests/judges/orb_features.py`. Enters: codes, numbers of features. Leaves: features.
+//! Features of OpenCV's ORB, by `tests/judges/orb_features.py`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

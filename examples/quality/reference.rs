@@ -1,4 +1,4 @@
-//! The same method in floating point: what no word length could better. Enters: codes. Leaves: features.
+//! The same method in floating point, an upper bound on the quality of every word length.
 //!
 //! FAST, suppression and the choice by cells are as in the fixed-point extractor, on values that keep all bits of the codes. The
 //! picture is smoothed by a Gaussian of the triangle's width, angles are exact, and the pattern's points are turned exactly and

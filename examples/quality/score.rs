@@ -1,4 +1,4 @@
-//! Repeatability and matching score. Enters: features of both pictures and the view between them. Leaves: shares of features.
+//! Repeatability and matching score of the features of two pictures with a known view between them.
 
 use sensel::num::{f64_from_usize, lesser};
 use sensel::units::Size;

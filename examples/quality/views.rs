@@ -1,4 +1,4 @@
-//! Second pictures: homographies, blur, noise, depth. Enters: a picture and a view. Leaves: codes as a sensor would give them.
+//! Makes second pictures: homographies, blur, noise, bit depth. Codes are as a sensor gives them.
 
 use sensel::num::{f64_from_usize, index, low_u16, low_u32, u64_half_even};
 use sensel::plane::Plane;

@@ -1,5 +1,5 @@
-//! Column counter with digital correlated double sampling, twin of `verilog/cds.sv`. Enters: the comparator's bit clock by clock, or the
-//! crossings of a row. Leaves: codes in LSB, clip(black - n_reset + n_signal); bits flipped, for energy.
+//! Column counter with digital correlated double sampling, twin of `verilog/cds.sv`. Converts comparator bits, clock by clock or as the
+//! crossings of a row, to codes in LSB: clip(black - n_reset + n_signal). Counts flipped bits for the energy model.
 
 use crate::ramp_counter::{binary_from_gray, gray_from_binary};
 use crate::{bits_set, flips, steps_below};

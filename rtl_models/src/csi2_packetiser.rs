@@ -1,5 +1,5 @@
-//! CSI-2 packetiser, twin of `verilog/csi2_packetiser.sv`. Enters: a request, and beats of the payload's pixels or bytes. Leaves: header
-//! with its ECC, payload and CRC as words of a byte a lane; bits flipped on the lanes, for energy.
+//! CSI-2 packetiser, twin of `verilog/csi2_packetiser.sv`. Packs the payload's pixels or bytes into words of one byte a lane: header with
+//! ECC, payload, CRC. Counts flipped lane bits for the energy model.
 //!
 //! A word leaves in every clock in which the receiver is ready, where a beat of four pixels holds as many bytes as there are lanes: on
 //! one and two lanes always, on four lanes from RAW8 on.

@@ -1,6 +1,5 @@
-//! The digital half of the sensor without its idle clocks, equal to `sensor_core` in all that it gives. Enters: crossings of the rows
-//! to be converted. Leaves: each clock at which a control pin changes, the rows' codes with the clock of their latch, bit planes of the
-//! lanes' pins, and bits flipped.
+//! Event-driven form of `sensor_core`: skips idle clocks and has the same outputs. For given row crossings it reports each clock at which
+//! a control pin changes, the rows' codes with their latch clock, bit planes of the lane pins, and flipped bits.
 //!
 //! Clock t is the state of the pins after the t-th rising edge from reset, counted from 0; stalled edges are not counted.
 //! The ramp's pins follow from the changes: with `ramp_start` in clock t, step k of that ramp stands in clock t + 1 + k and `done` in the

@@ -1,5 +1,5 @@
-//! The feature extractor on the sensor, clock by clock, twin of `verilog/extractor_core.sv`: `fx_front` and `fx_back`. Enters:
-//! pixels of one picture after the other, in DN. Leaves: records of features.
+//! Clocked feature extractor, twin of `verilog/extractor_core.sv`: `fx_front` and `fx_back`. Converts pixels of successive pictures (DN)
+//! to feature records.
 
 use crate::fx_back::{Corner, FxBack, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxSettings, Row};
 use crate::fx_front::{FrontToggles, FxFront, FxFrontConfig, FxFrontIn, FxFrontMemory, FxFrontOut, Request};

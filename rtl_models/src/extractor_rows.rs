@@ -1,5 +1,5 @@
-//! The feature extractor a row at a time: what `ExtractorCore` gives, without the clocks in which nothing but descriptors changes.
-//! Enters: pictures, the clocks in which pixels are offered and records taken. Leaves: records with their clocks, counts.
+//! Feature extractor, one row at a time: same outputs as `ExtractorCore`, without the clocks in which only descriptors change. The caller
+//! says in which clocks pixels are offered and records are taken.
 //!
 //! The front's rows are [`FrontRows`]'; the back is [`FxBack`] itself, whose clocks run one by one while a list is walked, a corner
 //! loaded or a record taken, and are skipped otherwise. A row's pixels and corners enter when it starts: until it ends, the rule

@@ -1,5 +1,5 @@
-//! Corners and smoothed pixels in, features out: the back half of the extractor, twin of `verilog/fx_back.sv`. Enters: the
-//! front's pins. Leaves: records in the order in which their engines started, whether a row may start, the threshold, counts.
+//! Back half of the extractor, twin of `verilog/fx_back.sv`. Converts corners and smoothed pixels to feature records, in the order in
+//! which their engines started. It also drives row permission, the threshold and the counters.
 //!
 //! Places are pixels of an octave, codes DN of the pipeline. The clock rules (docs/rtl.md) follow from the constants here.
 

@@ -1,5 +1,4 @@
-//! The back without the clocks in which nothing but descriptors changes, and with a row's pixels and corners at once. Enters: what
-//! the front gives for a row. Leaves: how many clocks may be skipped.
+//! Event-driven form of the back half: takes a row's pixels and corners at once and skips clocks in which only descriptors change.
 
 use super::{Corner, FxBack, Policy};
 

@@ -1,5 +1,5 @@
-//! Lists of the best corners of each cell, twin of `verilog/fx_cells.sv`. Enters: corners with a full patch, and which bank to
-//! walk. Leaves: a bank's corners by cells from left to right, best first.
+//! Lists of the best corners of each cell, twin of `verilog/fx_cells.sv`. Stores corners that have a full patch; reads a bank out by
+//! cells from left to right, best corner first.
 
 use crate::fx_back::FxBackConfig;
 

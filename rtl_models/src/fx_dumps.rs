@@ -1,5 +1,5 @@
-//! Row numbers, the queue of lists to dump and which rows of the picture may come, twin of `verilog/fx_dumps.sv`. Enters: ends of
-//! rows and loads. Leaves: walks of the lists, and whether a row may start.
+//! Row counters and the queue of lists to read out, twin of `verilog/fx_dumps.sv`. Decides from row ends and loads which list is read
+//! next and whether a row may start.
 
 use crate::fx_back::FxBackConfig;
 use crate::fx_cells::Walk;

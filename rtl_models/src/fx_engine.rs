@@ -1,5 +1,5 @@
-//! One descriptor engine, twin of `verilog/fx_engine.sv` with its `fx_brief`. Enters: the patch's columns, then the record's
-//! other words. Leaves: the record, `desc_bits` + 4 clocks later.
+//! Descriptor engine, twin of `verilog/fx_engine.sv` with its `fx_brief`. Takes the patch's columns and the other words of the record;
+//! the record is complete `desc_bits` + 4 clocks later.
 
 use crate::flips;
 use crate::fx_pattern::points;

@@ -1,5 +1,5 @@
-//! FAST-9/16, twin of `verilog/fx_fast.sv`. Enters: circle and centre. Leaves, three enabled clocks later: the greatest, over all
-//! arcs of nine, of the least difference to the centre, in DN.
+//! FAST-9/16 score, twin of `verilog/fx_fast.sv`: maximum over all nine-pixel arcs of the arc's minimum difference to the centre, in DN.
+//! Latency: three enabled clocks.
 
 use crate::{flips, flips_of_words};
 

@@ -1,5 +1,4 @@
-//! Queue of chosen corners before the engines, twin of `verilog/fx_fifo.sv`. Enters: candidates. Leaves: the oldest, and what the
-//! policy gave up.
+//! Queue of selected corners before the engines, twin of `verilog/fx_fifo.sv`. Reports what the overflow policy dropped.
 
 use crate::fx_cells::Corner;
 

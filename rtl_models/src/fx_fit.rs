@@ -1,5 +1,5 @@
-//! Sub-pixel place of a corner, twin of `verilog/fx_fit.sv`. Enters: nine arc differences. Leaves, 13 clocks later: 2.5 times their
-//! centroid under the weights (1 2 1) both ways, in pixels, -1 to 15/16.
+//! Sub-pixel position of a corner, twin of `verilog/fx_fit.sv`: 2.5 times the centroid of nine arc differences, with weights (1 2 1) in
+//! both directions, in pixels from -1 to 15/16. Latency: 13 clocks.
 
 use crate::words::ShiftPx;
 

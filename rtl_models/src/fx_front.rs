@@ -1,5 +1,5 @@
-//! The extractor's front, clock by clock, twin of `verilog/fx_front.sv`. Enters: pixels of octave 0 in raster order, in DN. Leaves:
-//! corners with score and rank, smoothed pixels, and the ends of rows, of all octaves; places in pixels of their octave.
+//! Front half of the extractor, clock by clock, twin of `verilog/fx_front.sv`. Converts pixels of octave 0 in raster order (DN) to
+//! corners with score and rank, smoothed pixels and row ends of all octaves. Positions are pixels of their octave.
 //!
 //! Everything leaves [`FRONT_LATENCY`] enabled clocks after its position was taken, for one clock. `FrontRows` is the form that
 //! takes a row at a time.

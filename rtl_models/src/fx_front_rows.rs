@@ -1,6 +1,5 @@
-//! The front a row at a time: what `FxFront` gives where nothing stalls, without its clocks in between. Enters: rows of octave 0, in
-//! DN. Leaves: for each row of each octave, in the arbiter's order, its smoothed pixels and corners, with the number of the position
-//! that completes them.
+//! Front half of the extractor, one row at a time: same results as `FxFront` without stalls. For each row of each octave, in the
+//! arbiter's order, it gives smoothed pixels and corners with the index of the position that completes them.
 //!
 //! A position's number counts enabled clocks, so with stalls the results are the same and only their clocks move. Loops are over
 //! fixed blocks of pixels, so that they become vectors; every function is inlined into the caller's instruction set.

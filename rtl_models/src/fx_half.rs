@@ -1,5 +1,5 @@
-//! Half-scale pixels and their row buffer, twin of `verilog/fx_half.sv`. Enters: 2x2 pixels of an octave. Leaves: pixels of the next
-//! octave's row, (a + b + c + d + 2) >> 2.
+//! Half-scale pixels and their row buffer, twin of `verilog/fx_half.sv`. Averages 2x2 pixels of an octave to one pixel of the next: (a +
+//! b + c + d + 2) >> 2.
 
 use crate::words::{HalfScaleMean, rounded};
 

@@ -1,5 +1,5 @@
-//! Harris rank, twin of `verilog/fx_harris.sv`. Enters: the window's three newest columns. Leaves, from a line buffer a row later:
-//! the 16-bit rank of r = det - trace^2 / 16, as 6 bits of exponent and 10 of mantissa.
+//! Harris rank, twin of `verilog/fx_harris.sv`: the response r = det - trace^2 / 16 as a 16-bit float with 6 bits of exponent and 10 of
+//! mantissa. Takes the window's three newest columns; a line buffer delays the result by one row.
 
 use crate::words::{Significand, TraceShare};
 use crate::{flips, flips_wide};

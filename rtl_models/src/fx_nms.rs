@@ -1,5 +1,5 @@
-//! Strict 3x3 non-maximum suppression, twin of `verilog/fx_nms.sv`. Enters: differences, with two rows of them in line buffers.
-//! Leaves, two enabled clocks later: a corner's score in DN and the nine differences around it.
+//! Strict 3x3 non-maximum suppression, twin of `verilog/fx_nms.sv`. Keeps two rows of differences in line buffers; outputs a corner's
+//! score (DN) and its nine differences. Latency: two enabled clocks.
 
 use crate::{flips, flips_of_words};
 

@@ -1,5 +1,5 @@
-//! Direction of a corner by the intensity centroid of a disc, twin of `verilog/fx_orient.sv`. Enters: 27 columns of the smoothed
-//! patch. Leaves, ten clocks after the last: the angle in turns, from +x towards +y.
+//! Orientation of a corner by the intensity centroid of a disc, twin of `verilog/fx_orient.sv`. Takes 27 columns of the smoothed patch;
+//! the angle, in turns from +x towards +y, follows ten clocks after the last.
 
 use crate::flips;
 use crate::fx_ring::{Column, SIDE};

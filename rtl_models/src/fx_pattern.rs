@@ -1,5 +1,4 @@
-//! The descriptor's pairs of points, twin of `verilog/fx_pattern.sv`. Enters: a pair's number. Leaves: its two points, in pixels
-//! from the corner.
+//! Pairs of points of the descriptor, twin of `verilog/fx_pattern.sv`. Maps a pair's index to its two points, in pixels from the corner.
 //!
 //! The tables follow from the integer rule of the published pattern, which stands outside of this crate; a test compares them
 //! with it.

@@ -1,5 +1,4 @@
-//! Ring of smoothed rows, twin of `verilog/fx_ring.sv`. Enters: pixels, and which column to read. Leaves, two clocks later: 27
-//! pixels of that column.
+//! Ring buffer of smoothed rows, twin of `verilog/fx_ring.sv`. Reads 27 pixels of one column, two clocks after the request.
 
 use crate::flips;
 use crate::fx_back::FxBackConfig;

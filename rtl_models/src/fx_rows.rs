@@ -1,5 +1,5 @@
-//! Row arbiter, twin of `verilog/fx_rows.sv`. Enters: whether a pixel stands and whether a row may start. Leaves: the position that
-//! is taken in this clock, of which octave, and what it completes; columns and rows in pixels of its octave.
+//! Row arbiter, twin of `verilog/fx_rows.sv`. Chooses the octave that advances in this clock, and reports the position taken and what it
+//! completes. Columns and rows are pixels of their octave.
 
 use crate::flips;
 use crate::fx_front::FxFrontConfig;

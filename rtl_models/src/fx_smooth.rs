@@ -1,4 +1,4 @@
-//! The 7x7 triangle (1 2 3 4 3 2 1)^2 / 256, twin of `verilog/fx_smooth.sv`. Enters: columns of seven pixels. Leaves: smoothed
+//! Smoothing by the 7x7 triangle (1 2 3 4 3 2 1)^2 / 256, twin of `verilog/fx_smooth.sv`. Converts columns of seven pixels to smoothed
 //! pixels in DN, rounded half up.
 
 use crate::words::{TriangleMean, rounded};

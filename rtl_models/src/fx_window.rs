@@ -1,5 +1,5 @@
-//! Six line buffers and the 7x7 window over them, twin of `verilog/fx_window.sv`. Enters: pixels of one octave's row after the
-//! other. Leaves: the circle of radius 3, its centre, a column and 2x2 pixels.
+//! Six line buffers and their 7x7 window, twin of `verilog/fx_window.sv`. Converts an octave's pixels in raster order to the circle of
+//! radius 3, its centre, one column and 2x2 pixels.
 
 use crate::flips_of_words;
 

@@ -1,5 +1,5 @@
-//! The lanes' pins over many clocks, one bit a clock, and a row's bits written at once. Enters: a row's codes and the clock of its first
-//! bit. Leaves: bit planes in borrowed words; bits flipped on the lanes, for energy.
+//! Lane pins over many clocks as bit planes, one bit a clock. Writes a whole row's bits at once into borrowed words and counts flipped
+//! bits for the energy model.
 //!
 //! Clock t is bit 63 - t % 64 of word t / 64, so time runs from the most significant bit, as the words on the lanes do.
 

@@ -1,5 +1,5 @@
-//! Column latches to serial lanes, bit by bit, twin of `verilog/lane_shift.sv`. Enters: a row's codes and `latch`. Leaves: the lanes'
-//! pins; word w of lane l is column w * lanes + l, most significant bit first.
+//! Serialiser from column latches to lanes, bit by bit, twin of `verilog/lane_shift.sv`. Word w of lane l is column w * lanes + l, most
+//! significant bit first.
 
 /// Run-time parameters of the shifter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Single-slope column ADC, clock by clock. Enters: each column's level in nV. Leaves: codes, latched when the ramp passes.
+//! Single-slope column ADC, clock by clock. Converts each column's level in nV to the code at which the ramp passes it.
 //!
 //! One accumulator serves all columns: it adds the span each clock, so that after k clocks the ramp stands at
 //! round(k span / 2^b) nV, halves up, with no error that grows. A column counts while the ramp stands at or below its level.

@@ -1,5 +1,5 @@
-//! Shared ramp step counter, twin of `verilog/ramp_counter.sv`. Enters: start, steps, stall. Leaves: the ramp's code, the count that the
-//! columns latch (one step behind the ramp, binary or Gray), and the strobes `step` and `done`; bits flipped, for energy.
+//! Shared ramp step counter, twin of `verilog/ramp_counter.sv`. Drives the ramp code, the count that the columns latch (one step behind
+//! the ramp, binary or Gray), and the strobes `step` and `done`. Counts flipped bits for the energy model.
 
 use crate::flips;
 

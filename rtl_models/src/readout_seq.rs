@@ -1,5 +1,5 @@
-//! Row sequencer, twin of `verilog/readout_seq.sv`. Enters: enable, stall and the line's lengths in clocks of `adc_clk`. Leaves: the
-//! control pins of array, ramp, columns and lanes, and the electronic shutter's pointer.
+//! Row sequencer, twin of `verilog/readout_seq.sv`. Drives the control pins of array, ramp, columns and lanes and the electronic
+//! shutter's pointer. Line lengths are clocks of `adc_clk`.
 
 /// Run-time parameters of the sequencer. Clocks are 20 bits wide in hardware, lines and rows 16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,5 @@
-//! The digital half of the sensor, clock by clock, twin of `verilog/sensor_core.sv`. Enters: one comparator bit a column. Leaves: control
-//! pins, ramp code, and rows of codes on serial lanes; row n converts while row n-1 shifts out.
+//! Digital half of the sensor, clock by clock, twin of `verilog/sensor_core.sv`. Converts one comparator bit a column to rows of codes on
+//! serial lanes, and drives the control pins and the ramp code. Row n converts while row n-1 shifts out.
 
 use crate::cds::{Cds, CdsConfig, CdsIn};
 use crate::lane_shift::{LaneConfig, LaneIn, LaneOut, LaneShift};

@@ -1,7 +1,7 @@
 // Pictures through extractor_core, each after a reset. DESCRIPTOR_BYTES stands in block.h.
 //
-// Enters, on stdin: seven 32-bit words (width, height, threshold, policy, target, angle bits, and the threshold to begin with), then the pixels,
-// 16 bits each. Leaves, on stdout, letters with what follows them; clock 0 is the first after reset:
+// Input on stdin: seven 32-bit words (width, height, threshold, policy, target, angle bits, and the threshold to begin with), then the pixels,
+// 16 bits each. Output on stdout: letters with what follows them; clock 0 is the first after reset:
 //   P x y clk   from which clock on are the pixels from column x of row y offered, each not before the one before it? Answered by as many clocks.
 //   R clk       when is the record taken that stands since clk? Answered by a clock.
 //   O clk x y score angle octave descriptor   it is taken.

@@ -1,8 +1,8 @@
 // Rows of conversions through sensor_core, one after the other. COLUMNS, in block.h, is its parameter.
 //
-// Enters, on stdin, for each row: six 32-bit words (columns, steps of the reset ramp, steps of the signal ramp, black level, bits, and flags:
+// Input on stdin, for each row: six 32-bit words (columns, steps of the reset ramp, steps of the signal ramp, black level, bits, and flags:
 // 1 latch, 2 Gray), then of each column the first step of the reset ramp at which its comparator is high, if there are steps, then the
-// same of the signal ramp. Leaves, on stdout: each column's code, 16 bits, as it stands on the pins in the clock of `latch`.
+// same of the signal ramp. Output on stdout: each column's code, 16 bits, as it stands on the pins in the clock of `latch`.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>

@@ -1,7 +1,7 @@
 // One column's counter with digital correlated double sampling.
 //
-// Enters: the comparator's bit, looked at while step is high; clear (preload the black level), arm (a ramp begins), done (the ramp is
-// over), down (the ramp is the reset ramp), count (shared, one step behind the ramp). Leaves: code = clip(black - n_reset + n_signal),
+// Inputs: the comparator's bit, looked at while step is high; clear (preload the black level), arm (a ramp begins), done (the ramp is
+// over), down (the ramp is the reset ramp), count (shared, one step behind the ramp). Outputs: code = clip(black - n_reset + n_signal),
 // n being the number of steps before the comparator rose. Two ways, chosen by latch_mode, give the same code after done:
 //   0  the counter itself counts down in the reset ramp and up in the signal ramp until the comparator rises;
 //   1  the shared count (Gray or binary) is latched when the comparator rises, or at done, and at done decoded and added or taken away.

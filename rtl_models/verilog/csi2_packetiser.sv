@@ -1,8 +1,8 @@
 // CSI-2 packetiser: a request and the payload's pixels or bytes become header, payload and checksum, one word of lane bytes a clock.
 //
-// Enters: a request (channel, data type, word count; of a short packet its data field) while req_ready; for long packets (data types from
+// Inputs: a request (channel, data type, word count; of a short packet its data field) while req_ready; for long packets (data types from
 // 0x10) beats of in_data while in_ready: four pixels of 16 bits each for RAW6 to RAW16 (0x28 to 0x2E), four bytes in the lower half for
-// all other types. What a last beat holds beyond the word count is dropped. Leaves: words of a byte a lane (lanes_log2 0, 1, 2: 1, 2, 4
+// all other types. What a last beat holds beyond the word count is dropped. Outputs: words of a byte a lane (lanes_log2 0, 1, 2: 1, 2, 4
 // lanes; byte i of the packet on lane i mod lanes), of which word_keep says which lanes carry one; word_first and word_last are the
 // burst's ends. A word stands until word_ready. All outputs are registers or decoded from registers. Reset is synchronous; lanes_log2
 // holds still.

@@ -1,6 +1,6 @@
 // Corners and smoothed pixels in, features out: the back half of the extractor.
 //
-// Enters: the front's pins (out_octave and out_row serve all three valids), width, height and settings, which hold still while pictures run. Leaves: records in
+// Inputs: the front's pins (out_octave and out_row serve all three valids), width, height and settings, which hold still while pictures run. Outputs: records in
 // the order in which their engines started, each until out_valid && out_ready; row_ok; the threshold; 32-bit counts since reset, which wrap.
 // policy: 0 stall, 1 drop newest, 2 drop weakest. target 0: threshold_now is the port threshold; else threshold_now begins there in reset and moves at frame_end,
 // by an eighth up or a sixteenth down, when the frame's corners with a patch leave target by more than an eighth; never below threshold.

@@ -1,6 +1,6 @@
 // The extractor's front: pixels in, corners and smoothed pixels of all octaves out.
 //
-// Enters: pixels of octave 0 in raster order, frame after frame; a row of any octave starts when row_ok answers req. Leaves: the smoothed pixel and the corner that
+// Inputs: pixels of octave 0 in raster order, frame after frame; a row of any octave starts when row_ok answers req. Outputs: the smoothed pixel and the corner that
 // a position (x, y) completes, at (x-3, y-3) and (x-4, y-4), and row_end with a row's last position: FRONT_LATENCY = 6 enabled clocks after the position was
 // taken, for one clock. The whole pipeline has one enable. corner_resp holds the nine differences by rows, the upper left one lowest; corner_rank is the score,
 // or the Harris rank. width is 7 .. MAX_WIDTH, height at least 7; threshold holds still within a frame. Reset is synchronous.

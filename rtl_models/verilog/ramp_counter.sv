@@ -1,6 +1,6 @@
 // Shared ramp step counter: drives the ramp DAC and distributes the count to the columns.
 //
-// Enters: start (one clock), steps (1 .. 2^16; 0 acts as 1), gray. Leaves, all from registers: ramp_code, the step at which the ramp
+// Inputs: start (one clock), steps (1 .. 2^16; 0 acts as 1), gray. Outputs, all from registers: ramp_code, the step at which the ramp
 // stands; step, high in each clock in which ramp_code is fresh and the comparators are to be looked at; count, the code one step
 // behind the ramp (so that a column that sees its comparator rise latches the number of edges at or below its level), binary or Gray;
 // done, one clock after the last step, when count holds all steps. A start during running or step is not heard. Reset is synchronous.

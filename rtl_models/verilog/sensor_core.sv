@@ -1,6 +1,6 @@
 // The digital half of the sensor: sequencer, shared ramp counter, one counter a column, and the lanes' shifter.
 //
-// Enters: each column's comparator bit, looked at while ramp_step is high. Leaves: the array's control pins, the ramp's code, and the rows'
+// Inputs: each column's comparator bit, looked at while ramp_step is high. Outputs: the array's control pins, the ramp's code, and the rows'
 // codes on serial lanes; row n converts while row n-1 shifts out. All blocks' outputs are registers or decoded from registers, so between blocks
 // a signal is seen one clock later. overrun rises when a row is latched while the row before still shifts. Reset is synchronous; stall holds everything.
 module sensor_core #(

@@ -1,4 +1,4 @@
-//! From `[compute]` to what the extractor takes. Enters: names and numbers. Leaves: checked parameters.
+//! Checks `[compute]` and converts it to the extractor's parameters.
 
 use super::check::{one_of, within};
 use super::scenario::Scenario;

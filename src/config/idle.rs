@@ -1,5 +1,4 @@
-//! Keys that say something about a mode that is off. Enters: a resolved scenario. Leaves: an error for the first of them that the
-//! user changed, because a value without effect is a misunderstanding.
+//! Refuses keys that the user changed although their mode is off. A value without effect is a misunderstanding.
 
 use super::Resolved;
 use crate::error::Error;

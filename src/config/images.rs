@@ -1,4 +1,4 @@
-//! Keys of pictures that nothing reads. Enters: a resolved scenario. Leaves: an error for the first of them that the user changed.
+//! Refuses keys of image sources that the user changed and nothing reads.
 
 use super::Resolved;
 use crate::error::Error;

@@ -1,5 +1,4 @@
-//! From the motion's keys to what moves the rig. Enters: a scenario. Leaves: one checked source of motion; keys that the
-//! chosen source does not read are refused.
+//! Converts the motion keys of a scenario to one checked source of motion. Refuses keys that the chosen source does not read.
 
 use glam::{DQuat, DVec3};
 

@@ -1,4 +1,4 @@
-//! From the keys of a target to what makes it. Enters: `[scene]`. Leaves: a wish whose values the target itself checks.
+//! Converts the target keys of `[scene]` to a target request. The target itself checks the values.
 
 use super::scenario::Scene;
 use crate::error::Error;

@@ -1,5 +1,5 @@
-//! The folder that EMVA 1288 judges read. Enters: frames in the set's order. Leaves: `frames/*.raw` (row-major, u16 little-endian above 8
-//! bits, else u8, black level not removed), the descriptor `emva1288.txt`, `truth.json`.
+//! Writes the folder that EMVA 1288 tools read: `frames/*.raw` (row-major, u16 little-endian above 8 bits, else u8, black level not
+//! removed), the descriptor `emva1288.txt`, and `truth.json`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

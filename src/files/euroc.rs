@@ -1,5 +1,5 @@
-//! EuRoC's ASL folder: `mav0/{cam0,cam1,...,imu0,state_groundtruth_estimate0}`, each with `data.csv` and `sensor.yaml`.
-//! Enters and leaves: pictures, calibrations, inertial readings and ground truth, with time stamps in nanoseconds.
+//! Reads and writes EuRoC's ASL folder: `mav0/{cam0,cam1,...,imu0,state_groundtruth_estimate0}`, each with `data.csv` and `sensor.yaml`.
+//! Time stamps are nanoseconds.
 
 mod lens;
 mod reader;

@@ -1,5 +1,4 @@
-//! Grey codes of a picture of any kind for the extractor alone. Enters: a PNG, JPEG or OpenEXR file. Leaves: codes, their depth,
-//! and how they were made.
+//! Reads a PNG, JPEG or OpenEXR file as grey codes for the extractor, with their bit depth and a note on the conversion.
 
 use std::path::Path;
 

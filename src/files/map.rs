@@ -1,5 +1,4 @@
-//! The tracker's map as a cloud of points. Enters: landmarks, in metres or the map's own unit. Leaves: PLY text, which viewers of
-//! point clouds open (Turk, "The PLY Polygon File Format", 1994).
+//! Writes the tracker's landmarks (metres, or the map's own unit) as a PLY point cloud (Turk, "The PLY Polygon File Format", 1994).
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,5 @@
-//! Ground truth and stages' outputs beside a run. Enters: which were asked for, and frame by frame a run. Leaves: one folder a kind, one
-//! folder a camera, one file a frame named by its time in nanoseconds; `ground_truth.json` says what each number means.
+//! Writes ground truth and stage outputs beside a run: one folder a kind, one folder a camera, one file a frame, named by its time in
+//! nanoseconds. `ground_truth.json` says what each number means.
 //!
 //! Frames are written as they come, so memory does not grow with the run. docs/ground_truth.md describes every file.
 

@@ -1,5 +1,5 @@
-//! Folders of one camera as the TUM RGB-D benchmark lays them out, and plainer ones. Enters: a path. Leaves: picture paths with times in
-//! nanoseconds, the lens, and the true path where there is one.
+//! Reads single-camera folders in the TUM RGB-D layout, and plainer ones: picture paths with times in nanoseconds, the lens, and the true
+//! path if there is one.
 //!
 //! Pictures are listed by `rgb.txt` (`timestamp filename` a line). Without it, those of `images` or `rgb` are taken in the order of their
 //! names, one to each line of the ground truth. `K.txt` holds the 3 x 3 matrix of a lens without distortion. Ground truth is

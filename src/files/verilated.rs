@@ -1,5 +1,5 @@
-//! The sensor's Verilog under Verilator, as the rung `rtl` runs it. Enters: crossings of rows, pictures. Leaves: codes, records. An answer
-//! comes from a process that plays every clock; rows that are converted side by side have one each.
+//! Runs the sensor's Verilog under Verilator for the rung `rtl`: row crossings or pictures to codes or feature records. A child process
+//! simulates every clock; parallel rows have one process each.
 
 use std::collections::BTreeMap;
 use std::io::{BufReader, BufWriter, Read, Write};

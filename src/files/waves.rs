@@ -1,4 +1,4 @@
-//! Waveform files. Enters: signals and their changes. Leaves: an FST or VCD file, by its extension, that GTKWave and Surfer read.
+//! Writes signals and their changes as an FST or VCD file, by its extension, for GTKWave and Surfer.
 //!
 //! Both hold the same: one tick is a picosecond, and only changes are written. No date stands in them: the same waves give the same bytes.
 

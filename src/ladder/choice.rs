@@ -1,5 +1,5 @@
-//! The cheapest setting that an accuracy or a time allows, from a pilot on a few frames of this very scenario. Enters: a bench and a goal.
-//! Leaves: a setting as assignments, with what was measured of it.
+//! Chooses the cheapest setting that meets an accuracy or time goal, by a pilot on a few frames of the scenario itself. Gives it as
+//! configuration assignments, with its measured figures.
 //!
 //! Error falls and time grows along each family of settings (a tolerance, a fixed number of rays; with more, with fewer and without
 //! reflections). `search` goes along each until the place is found where the goal is just met. What is measured may be off on frames

@@ -1,4 +1,4 @@
-//! Time of a piece of work. Enters: two clocks from outside. Leaves: processor time and wall time in milliseconds.
+//! Times a piece of work by two external clocks: processor time and wall time, in milliseconds.
 
 use crate::num::lesser;
 use crate::run::Stopwatch;

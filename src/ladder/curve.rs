@@ -1,5 +1,4 @@
-//! A figure along a knob, from a few points that were measured. Enters: places on the knob, each with a figure. Leaves: where the figure
-//! reaches a bound, and what it is between.
+//! Interpolates a figure along a knob from a few measured points, and finds where it reaches a bound.
 //!
 //! Errors and times are nearly powers of a tolerance over short ways, so everything is straight in logarithms. Luck of
 //! single pixels may turn two neighbours round; they then share their mean.

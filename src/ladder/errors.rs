@@ -1,5 +1,4 @@
-//! What two pictures differ by. Enters: planes of the same size, lists of features. Leaves: sums of squares, extremes, F1. All sums run
-//! in the order of the pixels.
+//! Differences between two pictures or feature lists: sums of squares, extremes, F1. All sums run in pixel order.
 
 use crate::compute::Feature;
 use crate::num::{f64_from_u64, f64_from_usize, greater, lesser, u64_from};

@@ -1,4 +1,4 @@
-//! The Pareto front. Enters: points of time and error. Leaves: those that no other point beats in both, as far as times can be told apart.
+//! Pareto front of points of time and error: keeps those that no other point beats in both, within the resolution of the timings.
 
 use crate::num::lesser;
 

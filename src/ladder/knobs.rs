@@ -1,5 +1,5 @@
-//! The knobs that trade accuracy for time, as one setting. Enters: a scenario, or a place in a grid. Leaves: assignments that make a
-//! configuration of it, so that a setting is exactly what a person could write.
+//! A setting: one value for each knob that trades accuracy for time. Converts to and from configuration assignments, so a user can write
+//! every setting.
 
 use crate::config::Scenario;
 use crate::fidelity::Rung;

@@ -1,5 +1,4 @@
-//! What a few frames may hide of all. Enters: squares of errors of single frames, the pictures of the run. Leaves: what to add to
-//! their mean.
+//! Safety margin for a mean error that was measured on a few frames of a run, from the spread of their squared errors.
 //!
 //! Frames stand evenly in the run, and what a camera sees changes slowly along its way. So the mean's error is told by what neighbours
 //! differ by (J. von Neumann et al., "The mean square successive difference", 1941), as for any systematic sample: a trend that all

@@ -1,5 +1,5 @@
-//! A scenario under its light, ready to be measured. Enters: a setup, clocks, how much to look at. Leaves: setups of other settings, and
-//! the pictures that are judged.
+//! Measurement bench: a lit scenario with clocks and a frame selection. Makes the setups of other settings and the pictures that are
+//! judged.
 
 use super::clocks::Clocks;
 use super::errors::Judge;

@@ -1,5 +1,5 @@
-//! Pictures of settings, with what they cost and how far they are from the reference. Enters: settings. Leaves: renders and chains, each
-//! measured once, however many combinations they are part of.
+//! Measures each setting's pictures: cost, and error against the reference. Renders and chains are each measured once, however many
+//! combinations share them.
 
 use super::clocks::Cost;
 use super::errors::{CodeError, Match, Squares, feature_f1};

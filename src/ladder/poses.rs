@@ -1,4 +1,4 @@
-//! Poses of settings. Enters: settings that a run is made of. Leaves: position error and jitter of each, and what link and tracker cost.
+//! Measures each setting's position error and jitter, and the cost of link and tracker.
 //!
 //! Settings that see the same photons share one rendering of the run, so that a knob behind the lens costs next to nothing.
 

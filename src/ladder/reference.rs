@@ -1,6 +1,5 @@
-//! What settings are measured against: every pixel converted clock by clock, all effects, sampled until its own standard error, which two
-//! independent halves tell, is at most a third of the finest accuracy that is shown. Enters: a bench. Leaves: photons in two halves,
-//! codes, features, events.
+//! The reference for all settings: every pixel converted clock by clock with all effects. It is sampled in two independent halves until
+//! the standard error that they show is at most a third of the finest accuracy shown.
 
 use super::clocks::Cost;
 use super::errors::{Squares, Truth};

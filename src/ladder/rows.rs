@@ -1,5 +1,5 @@
-//! The ladder of a scenario: every rung, every knob alone, and the front of their combinations. Enters: a bench. Leaves: the record that
-//! tables, pictures and pages are made from.
+//! Builds the ladder of a scenario: every rung, every knob alone, and the Pareto front of their combinations. Tables, pictures and pages
+//! are made from this record.
 
 use super::clocks::Cost;
 use super::errors::CodeError;

@@ -1,5 +1,4 @@
-//! The pilot's way through the settings. Enters: a reference, chains of effects that were measured. Leaves: measured renders, closely
-//! around the places where the goal is just met.
+//! The pilot's search over settings: from measured effect chains it chooses renders to measure, most densely where the goal is just met.
 //!
 //! A knob is looked at where a curve through what was measured meets the goal, until that place itself was measured. Frames are rendered
 //! in an order that is spread over the run at every time, and no further once the rest cannot bring the setting to the goal any more.

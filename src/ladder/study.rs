@@ -1,5 +1,4 @@
-//! Single settings held against a reference, on frames that a caller names: what a search by brute force is made of. Enters: a bench,
-//! settings, frames. Leaves: error and time of each.
+//! Measures error and time of single settings on given frames. The brute-force search is made of this.
 
 use super::clocks::Cost;
 use super::errors::Squares;

@@ -1,5 +1,4 @@
-//! A part of a picture in the sensor's Verilog. Enters: a bench whose assets have a simulator, a reference. Leaves: how long the part took,
-//! and what its codes differ from those of the rung `clocked` by.
+//! Runs a part of a picture in the sensor's Verilog: its time, and the difference of its codes from the rung `clocked`.
 
 use super::clocks::Cost;
 use super::errors::CodeError;

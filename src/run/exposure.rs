@@ -1,5 +1,4 @@
-//! Exposure and gain of each frame: fixed, or written by the automatic exposure with the registers' latency. Enters: mean codes of
-//! frames. Leaves: each camera's schedule for a frame, and the gain in effect.
+//! Exposure and gain of each frame: fixed, or set by automatic exposure from mean codes, with the latency of the registers.
 
 use super::sensor::SensorSetup;
 use crate::error::Error;

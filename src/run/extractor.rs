@@ -1,4 +1,4 @@
-//! What the extractors did over a run. Enters: each camera's frame. Leaves: sums, and the greatest delays.
+//! Sums the extractors' counts and greatest delays over a run.
 
 use super::sensor::SensorSetup;
 use super::warnings::Warnings;

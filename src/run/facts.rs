@@ -1,5 +1,4 @@
-//! What is known of a scenario before anything is rendered. Enters: the world under its light, cameras, motion, the sensor's times.
-//! Leaves: facts, each an interval that holds the truth of every frame, with how it was found.
+//! Facts about a scenario before anything is rendered. Each is an interval that holds for every frame, with a note on how it was found.
 
 use glam::{DVec2, DVec3};
 

@@ -1,5 +1,4 @@
-//! What the rig's inertial unit tells the host. Enters: the motion and the unit. Leaves: readings with their truth, and each frame's share
-//! of them for the tracker.
+//! IMU readings of a run: simulates them with their truth from the motion, and gives each frame its share for the tracker.
 
 use super::setup::Setup;
 use crate::draw::DrawKey;

@@ -1,5 +1,4 @@
-//! A frame on its way through the link, in time. Enters: a sensor's setup, the features of a frame. Leaves: packets on the lanes clock
-//! by clock, how the readout has to wait for them, and the refusal of what does not pass.
+//! Timing of a frame on the link, clock by clock: packets on the lanes, waits of the readout, and an error if the frame does not fit.
 
 use super::sensor::SensorSetup;
 use crate::compute::{ExtractorParams, FrameClocks, RowByRow, RowSpacing, even_frame};

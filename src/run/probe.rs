@@ -1,6 +1,5 @@
-//! Single frames out of their order: what a study of accuracy looks at. Enters: a run's setup, a frame and a camera. Leaves: photons,
-//! samples, codes, features, each by the same draws as in a run. The frame before leaves no charge, and an automatic exposure
-//! stands where it starts.
+//! Simulates single frames in any order for accuracy studies: photons, samples, codes and features, by the same draws as in a run. There
+//! is no lag charge from the frame before, and automatic exposure stays at its initial value.
 
 use super::expose::{ExposurePlace, RenderInputs};
 use super::rows::{merge_planes, row_times, spans};

@@ -1,6 +1,5 @@
-//! The running check: every so many rows are converted once more on the rung above: clock by clock, or in Verilog. Enters: codes of
-//! a picture, and what they were made from. Leaves: nothing, or the first difference in words. Effects draw by names, so both rungs
-//! convert the same samples.
+//! Running check: converts every Nth row again on the next rung, clock by clock or in Verilog, and reports the first difference. Draws
+//! are keyed by name, so both rungs convert the same samples.
 
 use super::assets::Assets;
 use super::setup::Setup;

@@ -1,4 +1,4 @@
-//! Rows of a window: their times, and the codes that several readings make together. Enters: a schedule. Leaves: a span a row.
+//! Row times of a window, and the merged codes of several readings.
 
 use crate::effects::chain::RowTimes;
 use crate::plane::Plane;

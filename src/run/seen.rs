@@ -1,5 +1,4 @@
-//! What a camera saw in an exposure, shared by whoever looks at it. Enters: exposures. Leaves: the same photons for every frame that sees
-//! the same light, without a copy.
+//! Shares rendered exposures between frames that see the same light, without a copy.
 
 use std::sync::Arc;
 

@@ -1,5 +1,4 @@
-//! A sensor's parameters and times, checked, without any scene: enough for `timing` and `characterize`. Enters: a resolved scenario.
-//! Leaves: what every stage between light and link is set to.
+//! Checks a sensor's parameters and times without a scene. `timing` and `characterize` need only this.
 
 use super::on_link::packet_demand_s;
 use crate::adc::AdcParams;

@@ -1,5 +1,4 @@
-//! Where the time of a line and of a frame goes. Enters: a sensor's setup. Leaves: the report's record, and the same as a diagram
-//! of the line-time budget.
+//! Line-time and frame-time budget of a sensor, as a record for the report and as a diagram.
 //!
 //! While row n converts, row n - 1 leaves the columns' memory over the serial lanes, where there are any, and the packet of the row
 //! before it is on the link: with lanes a line memory stands between them, so a row's packet follows its conversion by one line

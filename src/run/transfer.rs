@@ -1,5 +1,5 @@
-//! From the sensor to the host over the link. Enters: codes and features of a frame. Leaves: the bytes as they arrive, and what the host
-//! may believe of them. Everything that the host does here it knows from bytes, configuration and its own clock.
+//! Transfers a frame's codes and features over the link to the host. The host uses only the received bytes, the configuration and its own
+//! clock.
 
 use super::host::HostFrame;
 use super::on_link::rows_in;

@@ -1,5 +1,4 @@
-//! Ground truth of a run's frames. Enters: a run after one of its frames. Leaves: views of that frame and of the next, and the full colour
-//! beside a mosaic.
+//! Ground truth of a run's frames: views of the current and the next frame, and full colour beside a mosaic.
 
 use super::expose::ExposurePlace;
 use super::session::Session;

@@ -1,5 +1,4 @@
-//! What a run looks at: a scene with geometry, or pictures from elsewhere. Enters: a scenario, its files. Leaves: photons, bounds on
-//! them, and depth, whichever it is.
+//! The world of a run, a scene with geometry or external pictures: photons, bounds on them, and depth.
 
 mod pictures;
 

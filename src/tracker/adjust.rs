@@ -2,8 +2,7 @@
 //! under Student's t. The points are
 //! eliminated first (block Schur complement), the poses follow from one dense Cholesky.
 //!
-//! Enters: poses, points and observations of a window. Leaves: the same, refined, in metres. Summation order is the order of
-//! the observations, so equal input gives equal bytes.
+//! Observations are summed in their order, so equal input gives equal bytes. Lengths are metres.
 
 use std::ops::Range;
 

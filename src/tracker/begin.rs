@@ -1,5 +1,4 @@
-//! The tracker's beginning: a map from one frame of cameras that see the same, or from two frames. Enters: frames without a map. Leaves: a
-//! map, in which the first frame's body is the origin.
+//! Initialises the map, from one frame of cameras with overlapping views or from two frames. The first frame's body is the origin.
 
 use super::extend::{self, Growth, adjust_window};
 use super::map::Map;

@@ -1,5 +1,5 @@
-//! Closing loops: a keyframe that sees a place again of which the map has drifted away. Enters: a keyframe's views and the map. Leaves: the
-//! map bent so that both visits agree, its doubled landmarks one.
+//! Loop closing: recognises a place that the map has drifted away from, corrects the poses between both visits, and merges duplicate
+//! landmarks.
 //!
 //! Landmarks that were not found for long are recognised by descriptors, a pose must agree with them by geometry (P3P, refinement, a second
 //! search around their places), the next keyframe must see the same offset, and a pose graph over the keyframes shares it out. The

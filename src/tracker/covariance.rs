@@ -1,5 +1,4 @@
-//! How sure a pose is. Enters: an adjusted window, or one frame's observations. Leaves: 6 x 6 covariances in the body's
-//! frame (m^2, m rad, rad^2; linear part first), and the covariance of a frame's pose.
+//! Pose covariance from an adjusted window or one frame's observations: 6 x 6 in the body's frame (m^2, m rad, rad^2; linear part first).
 //!
 //! The covariance is of the left twist d of `exp(d) body_from_world`, so its linear part is the body's place in its own
 //! axes. Landmarks are unknowns: their uncertainty is carried into the poses through the Schur complement. Observations

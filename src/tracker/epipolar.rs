@@ -1,5 +1,4 @@
-//! Two views of one scene: matching along epipolar lines of any lens, and triangulation. Enters: sights of two cameras at
-//! known poses. Leaves: points in metres.
+//! Matching along epipolar curves of any lens between two cameras at known poses, and triangulation. Points are metres.
 
 use glam::{DMat3, DVec2, DVec3};
 

@@ -1,6 +1,6 @@
 //! Growth of the map at a keyframe: new landmarks from stereo pairs and from the last keyframe, then adjustment and culling.
 //!
-//! Enters: a located frame. Leaves: a larger, refined map.
+//! Positions are metres in the map's frame.
 
 use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};

@@ -1,6 +1,5 @@
-//! Where a second picture was taken relative to a first: the start of a mono map. Enters: pairs of bearings of any
-//! lens. Leaves: the motion up to scale, the model that explains the pairs, and points in units of the baseline; or why
-//! no map can start.
+//! Two-view geometry for the start of a mono map: relative motion up to scale from pairs of bearings, the model that explains them, and
+//! points in units of the baseline; or the reason why no map can start.
 //!
 //! Three models compete: general motion (five points), a plane (four), turning on the spot (two). Each is searched by
 //! keyed RANSAC, refined, and judged by Torr's geometric information criterion (1998, "An assessment of information

@@ -1,5 +1,4 @@
-//! What a frame is worth: whether its prediction is sure, its pose sound, and whether it becomes a keyframe. Enters: a located frame.
-//! Leaves: judgements and counts; poses stay as they are.
+//! Checks the prediction and the pose of a located frame, and decides whether it becomes a keyframe. Changes no pose.
 
 use super::locate::{Found, Located, MEDIAN_SIGMAS2, NARROW_PX};
 use super::preintegrate::filter::Foreseen;

@@ -1,5 +1,5 @@
-//! Where the body is, given the map: search of landmarks around their predicted places, refinement, and the way back after
-//! loss by descriptors alone. Enters: views of one frame and a prediction. Leaves: a pose with the landmarks that support it.
+//! Localises a frame in the map: searches landmarks around their predicted positions and refines the pose. After loss it relocalises by
+//! descriptors alone.
 
 use glam::{DMat3, DVec3};
 use nalgebra::Matrix6;

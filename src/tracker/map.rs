@@ -1,5 +1,5 @@
-//! The map: landmarks, keyframes and which saw which. Enters: poses, points and sightings in metres and pixels. Leaves: windows
-//! for the adjustment, and the map itself for pictures. Its memory is bounded.
+//! The map: landmarks, keyframes and their observations, in metres and pixels. Selects the windows for bundle adjustment. Its memory is
+//! bounded.
 
 use glam::{DVec2, DVec3};
 

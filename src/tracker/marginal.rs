@@ -1,5 +1,4 @@
-//! What poses and landmarks that leave a window still say about those that stay: the marginalisation prior. Enters: a
-//! window and what leaves. Leaves: a prior on poses, in sigmas, by metres and radians.
+//! Marginalisation: turns poses and landmarks that leave a window into a prior on the remaining poses, in sigmas by metres and radians.
 //!
 //! Observations of leaving landmarks are linearised once; landmarks, then poses, are eliminated by the Schur
 //! complement, and its square root is kept. Directions that nothing measured (the gauge above all) are found by

@@ -1,4 +1,4 @@
-//! Descriptor matching. Enters: 256-bit descriptors and candidate lists. Leaves: pairs with ties broken by the lower number.
+//! Matches 256-bit descriptors within candidate lists. Ties go to the lower index.
 
 use crate::simd::{Kernel, dispatch};
 

@@ -1,4 +1,4 @@
-//! Knobs of the tracker, with their ranges. Enters: numbers. Leaves: the same, checked, or the key that is wrong.
+//! Parameters of the tracker with their ranges. A bad value gives an error that names its key.
 
 use crate::error::Error;
 

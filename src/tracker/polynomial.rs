@@ -1,4 +1,4 @@
-//! Real roots of polynomials. Enters: coefficients, constant term first. Leaves: roots in rising order.
+//! Real roots of polynomials, in ascending order. Coefficients start with the constant term.
 //!
 //! Roots are isolated between the roots of the derivative, so that no complex arithmetic, cube root or cosine is needed, and
 //! the bits are those of + - * / sqrt.

@@ -1,7 +1,6 @@
-//! What an IMU says between two frames, gathered once: preintegration on SO(3) (Forster et al. 2017, "On-manifold
-//! preintegration for real-time visual-inertial odometry"). Enters: readings (rad/s, m/s^2, s) and a guess of their
-//! biases. Leaves: rotation, velocity and position steps with covariance and first-order dependence on the biases,
-//! residuals and their derivatives for an adjustment.
+//! IMU preintegration between two frames on SO(3) (Forster et al. 2017, "On-manifold preintegration for real-time visual-inertial
+//! odometry"). Converts readings (rad/s, m/s^2, s) to rotation, velocity and position steps with covariance and first-order bias
+//! dependence, and to residuals with Jacobians.
 //!
 //! Each interval between readings takes their mean and turns forces by the rotation at its middle, so the error falls
 //! with the square of the interval. All frames are the IMU's own; `world_from_imu = world_from_body * body_from_imu`

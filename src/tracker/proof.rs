@@ -1,5 +1,5 @@
-//! Whether two views' motion is the true one: the views between them must follow from it, and two halves of the points must tell it alike.
-//! Enters: corners followed through several views of one camera. Leaves: poses, points and the noise of places, or nothing yet.
+//! Verifies a two-view motion: the views between must agree with it, and two halves of the points must give the same motion. Gives poses,
+//! points and the keypoint noise, or nothing yet.
 //!
 //! Two views alone fit many false motions: a few pairs that agree by chance, a plane's other motion, a turn taken for a step. A path
 //! through all views is fitted to each candidate under Student's t; the cheapest one counts, if it costs clearly less than any

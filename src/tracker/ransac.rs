@@ -1,5 +1,4 @@
-//! Pose from matches of which many are wrong: keyed RANSAC over P3P samples. Enters: measurements with bearings. Leaves: the
-//! pose that most of them agree on, equal for equal keys.
+//! Keyed RANSAC over P3P samples: the pose that most measurements agree on. Equal keys give equal poses.
 
 use glam::DVec3;
 use rand::seq::IndexedRandom;

@@ -1,5 +1,5 @@
-//! Pose of the body from known points and their places on the pictures of all cameras: Levenberg-Marquardt under Student's t.
-//! Enters: a first guess. Leaves: the refined pose and each measurement's squared error in sigmas.
+//! Refines the body's pose from known points and their pixels in all cameras, by Levenberg-Marquardt under Student's t. Gives each
+//! measurement's squared error in sigmas too.
 //!
 //! Where rows have their own times, the rate of motion is refined with the pose, held by what earlier frames say of it.
 

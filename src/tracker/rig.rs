@@ -1,4 +1,4 @@
-//! The calibrated rig and what it saw. Enters: calibration and decoded features. Leaves: bearings, places and projections.
+//! Calibrated rig and its observations. Converts decoded features to keypoints with bearings, and projects points.
 //!
 //! Places are pixels, points metres in the named frame, bearings unit vectors of a camera's frame.
 

@@ -1,5 +1,5 @@
-//! How far a prediction is turned away from the picture: a vote. Enters: a frame, its predicted pose, the landmarks of the frame before.
-//! Leaves: the prediction, turned so that most of them lie where they are seen.
+//! Corrects the rotation of a predicted pose by a vote: the rotation under which most landmarks of the previous frame meet a matching
+//! keypoint.
 //!
 //! A prediction's error is mostly one of rotation, which shifts a whole picture alike. Texture that repeats offers a landmark
 //! several equal partners: the true ones agree on the shift, the false ones do not, since a period in the scene is many periods on the

@@ -1,5 +1,5 @@
-//! How a map starts without depth from one instant: two pictures of a moving body. Enters: the views of frame after frame. Leaves: a map of
-//! two keyframes, or nothing yet.
+//! Starts a mono map from two pictures of a moving body. Takes one frame after the other until the motion between two of them is
+//! verified.
 //!
 //! A frame is held against an opening one: pairs by descriptors alone, the motion by [`two_view`]. One camera knows no metre: the
 //! unit of its map is such that the median depth of the first points is [`MONO_DEPTH_M`]. Of several cameras without common sights the

@@ -1,5 +1,4 @@
-//! Rows have times of their own: how the body moves while a frame is exposed. Enters: the rows' clock, a pose and its rate. Leaves: the
-//! pose at a row's time.
+//! Rolling-shutter motion model: gives the pose at each row's own time, from the frame's pose and its rate.
 //!
 //! Within a frame the twist is constant (Hedborg et al., "Rolling shutter bundle adjustment", CVPR 2012; Schubert et al., "Direct sparse
 //! odometry with rolling shutter", ECCV 2018). It acts from the left on `body_from_world`. Metres, radians, seconds.

@@ -1,5 +1,4 @@
-//! Corners of an opening frame followed from picture to picture. Enters: neighbouring views and the turn between them. Leaves: which sight
-//! of the present view is which of the opening's.
+//! Follows corners of an initial frame from picture to picture, given the rotation between neighbours.
 //!
 //! Two views far apart that are matched by descriptors alone share 44 to 82 % of false pairs in a room of wallpaper after half a second, as
 //! many as can agree on a false motion. From one picture to the next a corner moves a few pixels once the turn is taken off,

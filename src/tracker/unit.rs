@@ -1,5 +1,4 @@
-//! The unit of length of a map that one camera made. Enters: an adjustment whose unit nothing holds. Leaves: the adjustment solved, its
-//! unit as it was.
+//! Solves a bundle adjustment of a mono map while its scale stays fixed.
 //!
 //! One camera's pictures are the same at any size of the world, so an adjustment that holds a single pose leaves one direction unmeasured.
 //! Steps along it cost nothing and add up: with few-bit pictures the first adjustments shrank maps to a twentieth, and then the

@@ -1,5 +1,4 @@
-//! The analog side of a row's conversions, clock by clock. Enters: samples of all columns. Leaves: what stands at the converters' inputs,
-//! the ramp, and a comparator bit a column.
+//! Analog side of a row's conversions, clock by clock: converter inputs, the ramp, and one comparator bit a column.
 //!
 //! Ramp and comparators are those of the clocked rung (`adc::Comparators`); all columns take part, since comparators that flip disturb the
 //! ramp that they share. Before a ramp's first step comparators are held low, as their auto-zero does.

@@ -1,4 +1,4 @@
-//! From clocks to picoseconds. Enters: whole clocks of two domains. Leaves: the instant in whole picoseconds, rounded once.
+//! Converts clocks of two domains to whole picoseconds, rounded once.
 //!
 //! Every edge is a line's start, counted in `pix_clk` from the frame's first clock, and half clocks of one more domain, counted from
 //! there: converters, lanes and link begin anew with each line. The instant is the exact rational sum; nothing is accumulated.

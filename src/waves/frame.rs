@@ -1,5 +1,4 @@
-//! What the schedule knows of the frame. Enters: the lines of the chosen rows. Leaves: frame number and start, `frame_valid`, the number of
-//! the line that is read, and the exposure of each chosen row.
+//! Frame signals from the schedule: frame number and start, `frame_valid`, the line being read, and the exposure of each selected row.
 
 use super::WavePlan;
 use super::clocks::instant_ps;

@@ -1,4 +1,4 @@
-//! A row on its way out. Enters: its codes. Leaves: the serial lanes' pins on every clock of theirs, and the packet on the link.
+//! Output of a row: lane pins on every lane clock, and the packet on the link.
 //!
 //! The serial lanes are `rtl_models::lane_shift`, by their own clock: they take the codes at their first edge after the clock in which
 //! `latch` is high. The link shows what D-PHY's transmitter is asked for and sends (names as in its PHY-protocol interface): the

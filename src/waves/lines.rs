@@ -1,5 +1,4 @@
-//! When the lines of chosen rows come. Enters: the schedule. Leaves: their starts in `pix_clk` from the frame's first clock, and which of
-//! them follow each other without a line between.
+//! Start times of the selected rows' lines, in `pix_clk` from the frame's first clock, grouped into runs of consecutive lines.
 
 use super::clocks::Frequency;
 use crate::readout::Schedule;

@@ -1,5 +1,5 @@
-//! Rows through the clocked core. Enters: samples of rows that are read line after line. Leaves: the core's pins, the ramp, and comparator,
-//! counter and latch of the chosen columns, on every clock of `adc_clk`.
+//! Runs selected rows through the clocked core: its pins, the ramp, and comparator, counter and latch of the selected columns, on every
+//! clock of `adc_clk`.
 //!
 //! The digital side is `rtl_models::sensor_core`, whose twin in SystemVerilog has the same pins on every clock; the comparators' bits come
 //! from the analog side (`Analog`). Nothing is drawn: a pin is shown where its twin has it.

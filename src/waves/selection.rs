@@ -1,4 +1,4 @@
-//! Which rows and columns of which frame are shown. Enters: what a user asked for. Leaves: the same, checked against the picture.
+//! Checks the frame, rows and columns that the user asked for against the picture.
 
 use crate::error::Error;
 use crate::num::index;

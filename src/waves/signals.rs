@@ -1,5 +1,4 @@
-//! Signals and their changes. Enters: values at instants, in any order over the signals. Leaves: the changes in the order of time, each of
-//! which is one: a value that stays is not repeated.
+//! Records values at instants, and gives the changes of each signal in time order. Repeated values are dropped.
 
 /// How a signal's value is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! glTF files made by tests. Enters: edits. Leaves: bytes, sound but for what the test changed.
+//! glTF files made by tests: valid except for what the test changes.
 
 use std::collections::BTreeMap;
 

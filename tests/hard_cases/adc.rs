@@ -1,4 +1,4 @@
-//! Hard cases of the converters, against integers of 128 bits. Enters: microvolts in f32. Leaves: codes and levels in nanovolts.
+//! Hard cases of the converters, against 128-bit integers. Levels are microvolts in f32 and nanovolts as integers.
 
 use sensel::adc::{AdcParams, Cds, Converter, Ramp};
 use sensel::config::Resolved;

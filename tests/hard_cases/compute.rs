@@ -1,5 +1,4 @@
-//! Hard cases of the extractor's integers: angles at seams, moments at their greatest, fits of equal or no values, plateaus. Enters:
-//! integers.
+//! Hard cases of the extractor's integers: angles at seams, extreme moments, fits of equal or no values, plateaus.
 
 use sensel::compute::blocks::{Patch, RADIUS_PX, arc_difference, fitted_shift, moments};
 use sensel::compute::{Corner, angle_of, fast9};

@@ -1,4 +1,4 @@
-//! Double-double numbers: a reference of 106 bits for what the product computes in 53 or 24. Enters and leaves: pairs of f64.
+//! Double-double numbers, pairs of f64: a reference of 106 bits for what the product computes in 53 or 24.
 //!
 //! A number is the unevaluated sum of two f64 that do not overlap (Dekker, "A floating-point technique for extending the available
 //! precision", Numerische Mathematik 18, 1971; Hida, Li and Bailey, "Algorithms for quad-double precision floating point arithmetic",

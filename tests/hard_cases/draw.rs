@@ -1,4 +1,4 @@
-//! Hard cases of the Poisson quantile, against the distribution function in double-double. Enters: means in electrons, 32-bit uniforms.
+//! Hard cases of the Poisson quantile, against the distribution function in double-double. Means are electrons.
 
 use sensel::draw::{fill_uniforms, normal_quantile, normals, poisson, poisson_of_one_mean};
 use sensel::num::f64_from_u64;

@@ -1,5 +1,5 @@
-//! Hard cases that stand beside their own stage, because they need its insides, a peer's answers or a whole run. Enters: names of tests.
-//! Leaves: the page's list, once every one of them has been found in its file.
+//! Hard cases that are tested beside their stage because they need its private parts, a peer's answers or a whole run. Checks that every
+//! listed test exists in its file.
 
 use std::fmt::Write as _;
 use std::path::Path;

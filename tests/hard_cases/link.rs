@@ -1,4 +1,4 @@
-//! Hard cases of the link's checks and of energy sums. Enters: bytes, counts of events. Leaves: codes, attojoules.
+//! Hard cases of the link's checks and of energy sums in attojoules.
 
 use sensel::config::Resolved;
 use sensel::energy::{Amount, EnergyAccount, Technology};

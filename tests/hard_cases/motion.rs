@@ -1,4 +1,4 @@
-//! Hard cases of rotations and of the trajectory's spline, against quaternions in double-double. Enters: rotation vectors, control poses.
+//! Hard cases of rotations and of the trajectory's spline, against quaternions in double-double.
 
 use glam::{DMat3, DQuat, DVec3};
 use sensel::num::{f64_from_usize, greater};

@@ -1,4 +1,4 @@
-//! Hard cases of lenses, roll-off and point spread, against their published formulas in double-double. Enters: bearings, pixels.
+//! Hard cases of lenses, roll-off and point spread, against their published formulas in double-double.
 
 use glam::{DVec2, DVec3};
 use sensel::num::{f64_from_usize, greater};

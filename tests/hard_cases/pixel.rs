@@ -1,5 +1,5 @@
-//! Hard cases of the pixel: binomial thinning, dark current, full well, reset noise, blooming, lag, telegraph noise. Enters: electrons,
-//! microvolts. Each effect is run as the chain runs it.
+//! Hard cases of the pixel: binomial thinning, dark current, full well, reset noise, blooming, lag, telegraph noise. Effects run as the
+//! chain runs them.
 
 use sensel::config::Resolved;
 use sensel::draw::{DrawKey, RowPlace, fill_uniforms};

@@ -1,4 +1,4 @@
-//! Hard cases of time and of merged exposures, against integers of 128 bits. Enters: rates, exposures, codes. Leaves: clocks, lines, codes.
+//! Hard cases of times and merged exposures, against 128-bit integers.
 
 use sensel::adc::{AdcParams, Cds};
 use sensel::config::Resolved;

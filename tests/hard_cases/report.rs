@@ -1,4 +1,4 @@
-//! Hard cases of the figures: alignments that are not determined, offsets that swallow digits, moments of almost nothing. Enters: poses.
+//! Hard cases of the figures: undetermined alignments, offsets that swallow digits, moments of nearly constant values.
 
 use glam::{DQuat, DVec3};
 use sensel::num::{f64_from_usize, greater};

@@ -1,4 +1,4 @@
-//! Hard cases of the tracer and of the sky, against rays and triangles in double-double. Enters: triangles and rays of f32.
+//! Hard cases of the tracer and the sky, against double-double arithmetic on rays and triangles of f32.
 
 use sensel::num::{f32_nearest, f64_from_usize, index, lesser};
 use sensel::scene::Environment;

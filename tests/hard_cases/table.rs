@@ -1,5 +1,5 @@
-//! The table of the hard cases. Enters: errors beside their bounds, case by case and side by side. Leaves: lines for a person, the lines
-//! of docs/hard_cases.md, and a failure where a bound does not hold or a side was never tried.
+//! Table of the hard cases: prints errors beside their bounds, writes the lines of docs/hard_cases.md, and fails where a bound does not
+//! hold or a side was never tried.
 
 use std::fmt::Write as _;
 use std::io::Write as _;

@@ -1,5 +1,4 @@
-//! Hard cases of the tracker's algebra: flat triangles, close roots, nearly singular systems, far points. Enters: numbers with known
-//! answers.
+//! Hard cases of the tracker's algebra with known answers: flat triangles, close roots, nearly singular systems, far points.
 
 use glam::{DQuat, DVec3};
 use nalgebra::Matrix6;

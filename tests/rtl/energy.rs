@@ -1,5 +1,5 @@
-//! Area, leakage and switching energy of every block in the library that SENSEL_LIBERTY names (`./check --liberty FILE`). Enters:
-//! the mapped netlists and the twins' toggles. Leaves: the table of docs/rtl.md, printed and written to target/rtl/liberty.md.
+//! Area, leakage and switching energy of every block in the library that SENSEL_LIBERTY names (`./check --liberty FILE`), from the mapped
+//! netlists and the twins' toggles. Prints the table of docs/rtl.md and writes it to target/rtl/liberty.md.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -1,5 +1,5 @@
-//! The extractor's forms in Rust tell the same story of a case: functions over whole pictures, the twin by rows, the twin tick by
-//! tick. Enters: a case and its pictures. Leaves: features with their clocks, losses, waits, the last threshold.
+//! All Rust forms of the extractor agree on a case: functions over whole pictures, the twin by rows, the twin by clocks. Compared are
+//! features with their clocks, losses, waits and the last threshold.
 
 use super::cases::Random;
 use super::extractor_play::{Case, Times, play};

@@ -1,5 +1,4 @@
-//! Plays pictures to the extractor's twin with gaps, stalls and resets. Enters: a case. Leaves: the pins of every clock, to
-//! whoever looks on.
+//! Plays pictures to the extractor's twin with gaps, stalls and resets, and passes the pins of every clock to an observer.
 
 use super::cases::Random;
 use rtl_models::extractor_core::{ExtractorCore, ExtractorIn, ExtractorOut, back_pins, front_config};

@@ -1,6 +1,5 @@
-//! What the front must give, worked out from the definitions, picture by picture: the order of positions, half-scale pictures,
-//! differences of the 16 arcs, suppression, smoothing, Harris ranks. Enters: config and picture, in DN. Leaves: events with the
-//! number of their position.
+//! Reference for the extractor's front, computed picture by picture from the definitions: order of positions, half-scale pictures,
+//! differences of the 16 arcs, suppression, smoothing, Harris ranks. Events carry the index of their position.
 
 use rtl_models::fx_front::{FxFrontConfig, FxFrontMemory, FxFrontOut, line_words};
 

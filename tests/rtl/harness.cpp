@@ -1,5 +1,5 @@
-// Plays pins to one Verilog block, clock by clock. Enters, on stdin, batches: a 32-bit count, then as many records of the input pins, each
-// pin in whole bytes, least significant first. Leaves, on stdout: one record of the output pins after each rising edge.
+// Plays pins to one Verilog block, clock by clock. Input on stdin: batches of a 32-bit count and then as many records of the input pins, each
+// pin in whole bytes, least significant first. Output on stdout: one record of the output pins after each rising edge.
 // block.h is written by the test: INPUTS and OUTPUTS list the ports as PIN(name, bytes).
 #include <cstdint>
 #include <cstdio>

@@ -1,5 +1,5 @@
-//! One Verilog block in its own process, held against its twin. Enters: batches of input pins with the twin's output pins. Leaves: nothing,
-//! or a panic that names the first clock and pin that differ.
+//! Runs one Verilog block in its own process and compares its pins with its twin's, batch by batch. Panics with the first clock and pin
+//! that differ.
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};

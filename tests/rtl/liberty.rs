@@ -1,5 +1,5 @@
-//! A cell library in Liberty format, as far as area and power need it. Enters: the file's text. Leaves: each cell's area (in the
-//! library's unit), leakage in nW, input capacitance in pF and internal energy of a switch in pJ.
+//! Reads a cell library in Liberty format: each cell's area (in the library's unit), leakage in nW, input capacitance in pF, and internal
+//! energy of a switch in pJ.
 //!
 //! Synopsys' Liberty User Guide: a file is nested groups `name (arguments) { ... }` with attributes `name : value;` and `name
 //! (values);`.

@@ -1,4 +1,4 @@
-//! Photographs of scikit-image for the extractor, by the judges' Python. Leaves: parts of them as pixels of 8 bits.
+//! Photographs of scikit-image, loaded by the judges' Python and cut to 8-bit pictures for the extractor.
 
 use std::path::Path;
 use std::process::Command;

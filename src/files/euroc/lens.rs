@@ -1,6 +1,6 @@
-//! Lenses in `sensor.yaml`, by the names and orders of Kalibr: pinhole with radtan ("radial-tangential" in EuRoC's own files), equidistant
-//! or none; ds and eucm, whose intrinsics begin with their own two numbers. A measured table has a name of this program's own.
-//! Enters and leaves: text and mappings.
+//! Reads and writes the lens of a `sensor.yaml`, by the names and orders of Kalibr: pinhole with radtan ("radial-tangential" in EuRoC's
+//! own files), equidistant or none; ds and eucm, whose intrinsics begin with two parameters of the model. A measured table has a name
+//! that only this program knows.
 
 use super::yaml::{Document, Refusal, shortened};
 use crate::optics::lens::{DoubleSphere, Eucm, Intrinsics, Kb4, Lens, Mapping, Radtan, Table};

@@ -1,5 +1,5 @@
-//! Reads an ASL folder, real or ours. Enters: a path. Leaves: calibrations, frame lists, ground truth; pictures when asked
-//! for. Whatever does not hold is an error with file and line.
+//! Reads calibrations, frame lists and ground truth of an ASL folder, real or ours, and its pictures on request. Errors name file and
+//! line.
 
 use std::path::{Path, PathBuf};
 

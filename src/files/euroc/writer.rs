@@ -1,4 +1,4 @@
-//! Writes an ASL folder. Enters: calibrations, codes, readings, poses. Leaves: `mav0/` as EuRoC's readers expect it.
+//! Writes calibrations, codes, readings and poses as an ASL folder, `mav0/`.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};

@@ -1,5 +1,5 @@
-//! The corner of YAML that `sensor.yaml` files use: nested keys, scalars, and lists in brackets over any number of lines,
-//! with comments. Enters: text. Leaves: values by dotted key with their lines. Anything else is refused by line.
+//! Parses the subset of YAML that `sensor.yaml` files use: nested keys, scalars, lists in brackets over any number of lines, comments.
+//! Maps dotted keys to values with their lines; refuses anything else, naming the line.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Pictures and tables of ground truth. Enters: planes in metres and pixels, poses. Leaves: PNG files in the benchmarks' own steps, CSV.
+//! Encodes ground-truth planes (metres, pixels) and poses as PNG in the benchmarks' units, and as CSV.
 
 use std::fmt::Write as _;
 use std::path::Path;

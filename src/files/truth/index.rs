@@ -1,5 +1,4 @@
-//! `ground_truth.json`: what is kept beside a run, and what its numbers mean, for programs. Enters: what is kept, a run's parts.
-//! Leaves: text.
+//! Writes `ground_truth.json`, a machine-readable list of what is kept beside a run and what its numbers mean.
 
 use serde_json::{Map, Value, json};
 

@@ -1,4 +1,4 @@
-//! What a run keeps beside its report. Enters: the words of `--keep`. Leaves: kinds, and the folders that they fill.
+//! Parses the words of `--keep` and maps them to kinds of output and their folders.
 
 use crate::error::Error;
 

@@ -1,5 +1,5 @@
-//! A folder as the TUM RGB-D benchmark's (Sturm et al., IROS 2012): `rgb/`, `depth/`, their lists, `groundtruth.txt`, `accelerometer.txt`.
-//! Enters: pictures, depth, poses and readings of the first camera. Leaves: what evo, ORB-SLAM's RGB-D mode and the benchmark's tools read.
+//! Writes the first camera's pictures, depth, poses and readings in the layout of the TUM RGB-D benchmark (Sturm et al., IROS 2012):
+//! `rgb/`, `depth/`, their lists, `groundtruth.txt`, `accelerometer.txt`. evo, ORB-SLAM's RGB-D mode and the benchmark's tools read it.
 //!
 //! Times are seconds with nine decimals, the same for a picture, its depth and its pose, so that any association is exact.
 

@@ -7,7 +7,10 @@ use crate::report::html::text::{digits, digits_within, escaped, grouped, si};
 use crate::report::record::Report;
 
 pub(super) fn alternatives(report: &Report) -> String {
-    let Some(table) = report.alternatives.as_ref().filter(|table| !table.rows.is_empty()) else { return String::new() };
+    let table = &report.alternatives;
+    if table.rows.is_empty() {
+        return String::new();
+    }
     let factor = factor_of(report.energy.total_interval);
     let dash = || "\u{2013}".to_owned();
     let row = |row: &Alternative| {

@@ -1,6 +1,5 @@
-//! Essential matrices from five pairs of bearings (Nistér 2004, "An efficient solution to the five-point relative pose
-//! problem"; the tenth-degree polynomial by elimination as there, its roots by bracketing). Enters: unit vectors of two
-//! cameras. Leaves: up to ten matrices E with `second . E first = 0`.
+//! Essential matrices from five pairs of unit bearings (Nistér 2004, "An efficient solution to the five-point relative pose problem"; the
+//! tenth-degree polynomial by elimination as there, its roots by bracketing). Up to ten matrices E with `second . E first = 0`.
 
 use glam::{DMat3, DVec3};
 

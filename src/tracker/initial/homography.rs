@@ -1,5 +1,4 @@
-//! Homographies between bearings of two cameras, `second ~ H first`. Enters: pairs of unit vectors. Leaves: H, and the
-//! motions that explain it.
+//! Homography `second ~ H first` between unit bearings of two cameras, and its decomposition into motions.
 
 use glam::{DMat3, DQuat, DVec3};
 

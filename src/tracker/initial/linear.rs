@@ -1,5 +1,4 @@
-//! Small linear algebra of two views. Enters: rows. Leaves: null spaces and eigenvectors. Plain loops in one order:
-//! bits do not depend on the target.
+//! Null spaces and eigenvectors of small matrices. Plain loops in a fixed order: bits do not depend on the target.
 
 use glam::{DMat3, DVec3};
 

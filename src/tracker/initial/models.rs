@@ -1,6 +1,5 @@
-//! The three ways two views can hang together, and how far a pair of bearings is from each: general motion (essential
-//! matrix), a plane (homography), and turning on the spot. Enters: unit vectors. Leaves: squared distances in rad^2,
-//! refined models.
+//! Two-view models with squared residuals in rad^2 and refinement: general motion (essential matrix), a plane (homography), and pure
+//! rotation.
 
 use glam::{DMat3, DQuat, DVec3};
 

@@ -1,4 +1,4 @@
-//! The scalar functions of an angle that all Jacobians are made of. Enters: the squared angle in rad^2. Leaves: numbers.
+//! Scalar coefficients of the Jacobians of rotations, as functions of the squared angle in rad^2.
 //!
 //! Below [`SERIES_ANGLE_RAD_MAX`] they are Taylor series, whose first dropped term is under 2^-53 of the first; above
 //! it the closed forms, which cancel least where the angle is greatest.

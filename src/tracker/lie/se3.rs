@@ -1,4 +1,4 @@
-//! Rigid motions: exp, log, adjoint and Jacobians of SE(3). Enters: twists in metres and radians, poses. Leaves: the same.
+//! Rigid motions SE(3): exp, log, adjoint and Jacobians. Twists are metres and radians.
 //!
 //! A twist acts from the left, `exp(twist).then(&pose)`. Matrices are 6 x 6, linear part first.
 

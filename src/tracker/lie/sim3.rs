@@ -1,5 +1,5 @@
-//! Similarities `x -> s R x + t`: exp, log, adjoint and Jacobians of Sim(3), for maps whose scale drifts. Enters:
-//! tangents in metres, radians and the logarithm of scale. Leaves: the same.
+//! Similarities `x -> s R x + t`, Sim(3), for maps whose scale drifts: exp, log, adjoint and Jacobians. Tangents are metres, radians and
+//! the logarithm of scale.
 //!
 //! With `z = sigma + i angle`, translation and linear tangent are linked by `V = (exp z - 1) / z` of the matrix
 //! (Strasdat 2012, "Local accuracy and global consistency", equations 3.15 to 3.17; his coefficients cancel near 0,

@@ -1,4 +1,4 @@
-//! Rotations: exp, log and Jacobians of SO(3). Enters: rotation vectors in radians, unit quaternions. Leaves: the same.
+//! Rotations SO(3): exp, log and Jacobians. Rotation vectors are radians.
 
 use glam::{DMat3, DQuat, DVec3};
 

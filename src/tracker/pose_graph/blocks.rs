@@ -1,5 +1,4 @@
-//! A sparse symmetric system of 7 x 7 blocks and its Cholesky factor. Enters: which nodes are coupled, then blocks and
-//! right sides. Leaves: the steps of all nodes.
+//! Cholesky factorisation and solution of a sparse symmetric system of 7 x 7 blocks.
 //!
 //! Nodes are eliminated by least degree (ties: the lower number), so a chain with few loops fills with few blocks. A
 //! node that stands still takes no part.

@@ -1,5 +1,4 @@
-//! Gravity, scale, velocities and the gyroscope's bias of a mono map from preintegrated readings. Enters: poses whose
-//! lengths are in an unknown unit. Leaves: the unit in metres, and where down is.
+//! Aligns a mono map of unknown scale with preintegrated readings: gravity, scale in metres, velocities, and gyroscope bias.
 //!
 //! Linear least squares as Qin, Li and Shen (2018, "VINS-Mono", section V-B) have it: the bias from rotations, then
 //! velocities, gravity and scale together, then again with gravity's length known. The accelerometer's bias is left

@@ -1,5 +1,5 @@
-//! What an inertial unit says of the keyframes of a window: preintegrated steps from one to the next. Enters: the keyframes' poses and the
-//! filter's knowledge of biases, gravity and unit of length. Leaves: a prior on the poses, the velocities taken out.
+//! IMU factors between the keyframes of a window: preintegrated steps, with velocities eliminated, as a prior on the poses. The filter
+//! supplies biases, gravity and scale.
 //!
 //! The steps bind neighbours (Forster et al. 2017, section VI), not the window to the world: what the map has wrong since long the window
 //! may still mend. Biases, gravity and unit are shared by the window and known as the filter knows them.

@@ -1,7 +1,6 @@
-//! An inertial unit beside the pictures, from frame to frame: an error-state Kalman filter over the body's place, turn, the unit's
-//! velocity, both biases, gravity, and for a map without a metre its unit (Sola 2017, "Quaternion kinematics for the error-state Kalman
-//! filter"). Enters: readings, and the pose that each picture gives with its information. Leaves: where the body will be at the next
-//! frame, how sure, and how fast it moves.
+//! Error-state Kalman filter of the IMU (Sola 2017, "Quaternion kinematics for the error-state Kalman filter"). States: position,
+//! rotation, velocity, both biases, gravity, and the scale of a map without metres. Predicts the next frame's pose and velocity with
+//! covariance; each picture's pose corrects it.
 //!
 //! Gravity and unit start unknown and need no motion of their own to begin with: everything is linear in velocity, gravity and unit once
 //! the turn is known, which pictures say to a milliradian. So there is no separate initialisation; until both are known, the filter says so
