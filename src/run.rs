@@ -51,5 +51,5 @@ pub use setup::Setup;
 pub use shared_exposure::SharedExposure;
 pub use timing::{burst_utilisation, timing_diagram, timing_record};
 pub use warnings::Warnings;
-pub use waterfall::{PacketTime, least_slack_us, waterfall_reasons};
+pub use waterfall::{PacketTime, waterfall_reasons};
 pub use world::World;

@@ -107,7 +107,7 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("sensor.adc.cds", "twice", "none, analog, digital"),
     ("sensor.readout.shutter", "iris", "global, rolling"),
     ("sensor.readout.exposure", "sometimes", "fixed, auto"),
-    ("sensor.readout.hts", "100", "hts = 665 would do"),
+    ("sensor.readout.hts", "100", "use hts = 665"),
     ("sensor.readout.vts", "100", "vts = 480"),
     ("sensor.readout.pixel_rate_hz", "0", "1 kHz to 100 GHz"),
     // VTS 1724 less a margin of 20 lines of 19.333 us.
@@ -203,7 +203,7 @@ fn broken_scenarios() -> Vec<(String, &'static str, Vec<u8>, usize, &'static str
         ("\n[scen]\ngenerator = 3\n".to_owned(), "a", vec![], 2, "did you mean 'scene'?"),
         ("seed = 1\nbits = = 3\n".to_owned(), "a", vec![], 2, "expected"),
         ("seed = 1\nseed = 2\n".to_owned(), "a", vec![], 2, "duplicate key"),
-        ("seed = 1\n[sensor.adc]\nclock_hz = 1000000\n".to_owned(), "a", vec![], 0, "hts = 55536 would do"),
+        ("seed = 1\n[sensor.adc]\nclock_hz = 1000000\n".to_owned(), "a", vec![], 0, "use hts = 55536"),
         (format!("{glb}target = \"flat\"\n"), "a", vec![], 3, "exactly one of scene.file, scene.generator"),
         (glb.clone(), "a", vec![], 2, "is not there"),
         (glb.clone(), "room.glb", b"solid room\nendsolid\n".to_vec(), 2, "not a glTF file"),

@@ -55,7 +55,7 @@ fn every_number_of_a_sensor_preset_names_its_source() {
     let mut numbers = 0;
     for preset in presets::ALL.iter().filter(|preset| preset.kind == PresetKind::Sensor) {
         assert!(preset.text.starts_with("# "), "{} does not say what it is", preset.name);
-        assert!(!preset.text.contains("://"), "{} cites an address; a document's name would do", preset.name);
+        assert!(!preset.text.contains("://"), "{} cites an address; use a document's name", preset.name);
         for line in preset.text.lines().filter(|line| !line.starts_with(['#', ' ', '['])) {
             let Some((key, rest)) = line.split_once(" = ") else { continue };
             numbers += 1;
@@ -378,8 +378,8 @@ fn a_line_that_no_hts_can_hold_gets_no_hts_as_a_hint() {
         [("sensor.adc.clock_hz", "1000"), ("sensor.adc.clock_hz", "50000"), ("link.frequency_hz", "40000000")]
     {
         let said = sensel(&["timing", "box", "--set", &format!("{key}={value}")]).stderr;
-        match said.rsplit_once("hts = ").and_then(|(_, rest)| rest.split_once(" would do")) {
-            Some((hts, _)) => {
+        match said.rsplit_once("use hts = ").and_then(|(_, rest)| rest.split_whitespace().next()) {
+            Some(hts) => {
                 assert!(hts.parse::<u32>().unwrap() <= 1 << 24, "{said}");
                 seen[0] += 1;
             }

@@ -1,10 +1,10 @@
 //! Conversions clock by clock. Computes, from levels in nV and delays, the ramp, each comparator's bit and each counter on every `adc_clk`.
 //!
-//! Two parts with one border, the comparators' bits: `Comparators` is the analog side in integers, `Counters` the digital one. A
+//! Two parts with one interface, the comparators' bits: `Comparators` is the analog side in integers, `Counters` the digital one. A
 //! clock of `Comparators`: the ramp steps; every column that has not been crossed compares; a crossed column's bit goes high its
-//! delay later and stays; bits that go high shift the ramp from the next clock on (`Kickback`). A clock of `Counters`: a column
-//! counts while its bit is low. All columns see one ramp, so those that wait are kept in the order of their levels: a clock costs
-//! the columns whose bits change, and where nothing changes the ramp alone.
+//! delay later and stays high; bits that go high shift the ramp from the next clock on (`Kickback`). A clock of `Counters`: a column
+//! counts while its bit is low. All columns see one ramp, so waiting columns are kept in the order of their levels: the work of a
+//! clock grows with the columns whose bits change, and without changes is that of the ramp alone.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -49,7 +49,8 @@ pub struct Shared {
     /// Prints data as JSON on stdout, and errors, warnings and progress as one JSON object a line on stderr.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Ends with exit code 1 where the extractor needs more clocks than a frame has (run, timing, power). The result is written all the same.
+    /// Ends with exit code 1 where the extractor needs more clocks than a frame has (run, timing, power). The result is written all the
+    /// same.
     #[arg(long, global = true)]
     pub strict: bool,
     /// No progress and no summary.

@@ -42,7 +42,7 @@ fn hardware(params: &ExtractorParams, size: Size) -> FxBackConfig {
 
 fn settings(params: &ExtractorParams) -> Result<FxSettings, Error> {
     let target = u16::try_from(params.target_features).map_err(|_| {
-        let reason = format!("the clocked extractor's register has 16 bits; {} at most would do", u16::MAX);
+        let reason = format!("the clocked extractor's register has 16 bits; use at most {}", u16::MAX);
         Error::key("compute.target_features", params.target_features, reason)
     })?;
     let policy = match params.overflow {

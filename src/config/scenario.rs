@@ -73,7 +73,7 @@ sections! {
         sampling: String,
         /// Still pictures an exposure with sampling = "subframes", 1 to 4096.
         subframes: u32,
-        /// Reflections that a ray follows, 0 to 4; 0: every surface is dull.
+        /// Reflections that a ray follows, 0 to 4; 0: every surface is diffuse.
         reflections: u32,
         /// Where: "mirrors": at metals of roughness up to 0.1, exactly. "all": at gloss and glaze too, by chance; noisy under bare
         /// lamps.

@@ -71,13 +71,11 @@ impl ExtractorTotals {
     pub fn warn(&self, sensor: &SensorSetup, warnings: &mut Warnings) {
         let Some(clocks) = self.clocks(sensor).filter(|clocks| !clocks.keeps_up) else { return };
         let ExtractorClocks { required, available, frames_over, remedy, .. } = clocks;
-        {
-            let frames = self.frames;
-            warnings.add(format!(
-                "the extractor needed up to {required} clocks of the {available} that a frame has, too many in {frames_over} of {frames} \
-                 frames of a camera: a sensor would lose or delay features that this run has; use {remedy}"
-            ));
-        }
+        let frames = self.frames;
+        warnings.add(format!(
+            "the extractor needed up to {required} clocks of the {available} that a frame has, too many in {frames_over} of {frames} \
+             frames of a camera: a sensor would lose or delay features that this run has; use {remedy}"
+        ));
     }
 
     /// Means a frame and camera, for the report.

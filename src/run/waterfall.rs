@@ -6,7 +6,7 @@ use super::sensor::SensorSetup;
 use super::timing::memory_s;
 use crate::error::Error;
 use crate::link::{FeatureReady, Flow, Packet, Sent};
-use crate::num::{f64_from_u64, f64_from_usize, greater, index, lesser};
+use crate::num::{f64_from_u64, f64_from_usize, greater, index};
 use crate::readout::Schedule;
 use crate::report::latency_record::{LatencyStep, Waterfall};
 use crate::units::{Clocks, FrameIndex, RowIndex};
@@ -195,9 +195,4 @@ pub fn waterfall_reasons(waterfall: &Waterfall, prefix: &str) -> BTreeMap<String
     put(waterfall.pose_us.is_none(), "pose_us", "host.model is none");
     put(waterfall.measured_host_us.is_none(), "measured_host_us", "no time was measured");
     reasons
-}
-
-/// The least slack of all steps, in us; none where no step has one.
-pub fn least_slack_us(waterfall: &Waterfall) -> Option<f64> {
-    waterfall.frame.iter().filter_map(|step| step.slack_us).reduce(lesser)
 }

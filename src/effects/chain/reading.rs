@@ -1,6 +1,6 @@
 //! One reading of a pixel's charge: converts the electrons of a row to samples, codes and events.
 //!
-//! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with noise of its own.
+//! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with independent noise.
 
 use super::row::apply_all;
 use super::{Parameters, RowAt, RowBuffers};
