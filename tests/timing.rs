@@ -338,7 +338,7 @@ fn impossible_timing_is_refused_with_what_would_do() {
         (&["trigger=external"], "trigger_period_us"),
         (&["trigger=external", "trigger_period_us=33330.0"], "use 33330.667"),
         (&["trigger_period_us=40000.0"], "use trigger = external"),
-        (&["trigger_delay_clk=4"], "use trigger = external"),
+        (&["trigger_delay_clk=4"], "trigger = external"),
         (&["window=[0, 0, 640, 482]"], "up to 480 together"),
         (&["window=[1, 0, 320, 240]"], "off the steps of 2 px; use 0 with a width of 320"),
         (&["binning=3"], "1, 2 or 4"),

@@ -180,7 +180,7 @@ mod tests {
             ("RG/B", &[R, G, B], "equal length"),
             ("", &[], "no pattern"),
             ("RGGBR", &[R, G, B], "up to 4 x 4"),
-            ("RGGB", &[R, G], "use qe_by_filter.B"),
+            ("RGGB", &[R, G], "qe_by_filter.B"),
             ("RGGR", &[R, G, B], "leaving out qe_by_filter.B"),
         ] {
             match Mosaic::parse(pattern, filters) {

@@ -257,7 +257,7 @@ mod tests {
     #[test]
     fn windows_that_do_not_fit_are_refused_with_one_that_would_do() {
         let cases = [
-            (window(0, 0, 63, 48), 2, 1, "use a width of 62"),
+            (window(0, 0, 63, 48), 2, 1, "a width of 62"),
             (window(1, 0, 32, 32), 2, 1, "off the steps of 2 px; use 0 with a width of 32"),
             (window(40, 0, 32, 32), 2, 1, "up to 64 together"),
             (window(0, u32::MAX - 1, 32, 32), 1, 1, "up to 48 together"),

@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(bits(12, 16.0).unwrap().bits(), 16);
         assert_eq!(bits(12, 64.0).unwrap().bits(), 16);
         let message = bits(12, 16_384.0).unwrap_err().to_string();
-        assert!(message.contains("26 bits") && message.contains("use up to 4096 apart"), "{message}");
+        assert!(message.contains("26 bits") && message.contains("up to 4096 apart"), "{message}");
     }
 
     #[test]

@@ -160,7 +160,7 @@ fn a_frame_rate_gives_the_nearest_vts_and_names_the_fastest_that_would_do() {
     assert_eq!((vga(&at(30.0, 103)).vts(), vga(&at(60.0, 103)).vts()), (1724, 862));
     for (lines, needed) in [(103, 480), (500, 520)] {
         let message = refused(&at(120.0, lines));
-        let fastest = message.split("; ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
+        let fastest = message.split("; use ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
         assert_eq!(vga(&at(fastest, lines)).vts(), needed, "{message}");
         let shorter = 48e6 / (928.0 * (f64::from(u32::try_from(needed).unwrap()) - 1.0));
         assert!(refused(&at(shorter, lines)).contains("frame_rate_hz"));
