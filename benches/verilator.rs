@@ -23,7 +23,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use sensel::files::verilator::{Build, version};
-use workload::{CONFIG_PINS, Kind, OUTPUT_PINS, Twin, Workload};
+use workload::{CONFIG_PINS, LevelPattern, OUTPUT_PINS, Twin, Workload};
 
 const STYLES: [&str; 3] = ["packed_vectors", "column_loops", "rising_edges"];
 
@@ -98,13 +98,13 @@ fn pins_equal(workload: &Workload, program: &Path) -> bool {
 fn compare(verilator: &str, latch_mode: bool) {
     let mode = if latch_mode { "latched Gray count" } else { "up/down counters" };
     let programs = STYLES.map(|style| build(verilator, style));
-    for kind in [Kind::Ramp, Kind::Random, Kind::Never] {
+    for kind in [LevelPattern::Ramp, LevelPattern::Random, LevelPattern::Never] {
         let workload = Workload::new(kind, latch_mode, 24);
         for (style, program) in STYLES.iter().zip(&programs) {
             assert!(pins_equal(&workload, program), "{style}, {mode}, {kind:?}: pins differ");
         }
     }
-    let workload = Workload::new(Kind::Random, latch_mode, 480);
+    let workload = Workload::new(LevelPattern::Random, latch_mode, 480);
     let file = stimulus_file(&workload, "timed");
     let mut twin = Twin::new(&workload);
     twin.run();

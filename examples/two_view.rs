@@ -10,7 +10,7 @@ use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, u64_from};
 use sensel::optics::lens::{Intrinsics, Lens, Mapping};
 use sensel::pose::parse_tum;
-use sensel::tracker::initial::{Model, Pair, Search, two_view};
+use sensel::tracker::initial::{Model, Pair, TwoViewSettings, two_view};
 use sensel::tracker::matching::{Best, Descriptor, Rule};
 
 /// Standard deviation of a place per axis, in pixels: the tracker's own figure for a full-size corner.
@@ -78,7 +78,7 @@ fn main() -> Result<(), Failure> {
     let frames: Vec<Vec<Corner>> =
         names.iter().map(|name| corners(&std::fs::read_to_string(name)?)).collect::<Result<_, _>>()?;
     let poses = parse_tum(&std::fs::read_to_string(trajectory)?)?;
-    let search = Search { sigma_rad: PLACE_SIGMA_PX / lens.focal_px(), samples_max: 500, confidence: 0.999 };
+    let search = TwoViewSettings { sigma_rad: PLACE_SIGMA_PX / lens.focal_px(), samples_max: 500, confidence: 0.999 };
     let (mut errors_deg, mut models, mut none) = (Vec::new(), [0_u32; 3], 0);
     for (n, (pair, truth)) in frames.windows(2).zip(poses.windows(2)).enumerate() {
         let truth = truth[1].world_from_body.inverse().then(&truth[0].world_from_body);

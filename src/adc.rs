@@ -1,7 +1,7 @@
 //! Column converters. Convert microvolts to codes in LSB and count the events that the conversions take.
 //!
 //! The conversion itself always runs (`Converter`): ramp, comparators with their delays and kickback, counters. Offsets, gains,
-//! noises and settling of the columns are effects. docs/adc.md tells the whole of it.
+//! noises and settling of the columns are effects. docs/adc.md has the details.
 
 mod clocked;
 mod column_delay;

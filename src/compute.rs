@@ -1,12 +1,12 @@
 //! The fixed-point feature extractor on the sensor. Converts the codes of a frame to features, with their clocks and counted events.
 //!
-//! The way of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved;
+//! Processing of a frame: codes are shifted to the pipeline's words, and smoothed where they have few bits; octaves are halved;
 //! FAST-9/16 scores every pixel behind seven
 //! rows, strict non-maximum suppression keeps the peaks, and each cell of a grid keeps its best. Rows of cells go through a
-//! queue to a few engines, which read a corner's patch of the smoothed picture and give it a sub-pixel place, an orientation
-//! and a rotated BRIEF descriptor. Integers only. Pictures are worked on as a whole; `stream` says what happens when, and
-//! what is lost. On the rung `clocked` the hardware's twin does the same instead, by clocks. `docs/extractor.md` is the specification,
-//! and this its example:
+//! queue to a few engines, which read a corner's patch of the smoothed picture and compute its sub-pixel place, orientation
+//! and rotated BRIEF descriptor. Integers only. Pictures are processed as a whole; `stream` computes the times and the losses.
+//! On the rung `clocked` the hardware's twin does the same clock by clock. `docs/extractor.md` is the specification. Its
+//! example:
 //!
 //! ```
 //! use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams};
@@ -93,7 +93,7 @@ use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::num::u64_from;
 use crate::plane::Plane;
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 use crate::units::Size;
 use crate::words::{EdgeDistancePx, PlacePx, Turns, rounded};
 
@@ -186,7 +186,7 @@ pub struct Extractor {
     /// None before the first frame.
     threshold: Option<u16>,
     rung: Rung,
-    verilog: Option<Seat>,
+    verilog: Option<SharedRtlSimulator>,
     /// Candidates in its queue at once, at most; the hardware's twins do not count them.
     queue_most: Option<u32>,
 }
@@ -206,7 +206,7 @@ impl Extractor {
 
     /// The same extractor in Verilog, where its rung is that.
     #[must_use]
-    pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
+    pub fn in_verilog(self, verilog: Option<SharedRtlSimulator>) -> Self {
         Self { verilog, ..self }
     }
 
@@ -274,7 +274,7 @@ impl Extractor {
             Rung::Clocked => clocked::frame(params, threshold, &picture, io)?,
             Rung::Rtl => {
                 let verilog = self.verilog.as_ref().expect("who chose this rung gave the Verilog");
-                clocked::frame_in(verilog.silicon(), params, threshold, &picture, io)?
+                clocked::frame_in(verilog.rtl_simulator(), params, threshold, &picture, io)?
             }
         };
         self.threshold = Some(next);
@@ -336,14 +336,14 @@ pub fn to_8_bits(codes: &Plane<u16>, bits: u32) -> Plane<u8> {
 /// Whether codes are of this depth, 1 to 16 bits.
 fn check_codes(codes: &Plane<u16>, bits: u32) -> Result<(), Error> {
     if !(1..=16).contains(&bits) {
-        return Err(Error::Run(format!("codes of {bits} bits cannot be extracted from; 1 to 16 would do")));
+        return Err(Error::Run(format!("codes of {bits} bits cannot be extracted from; use 1 to 16")));
     }
     let all = codes.values().iter().fold(0, |all, &code| all | code);
     if u32::from(all) >> bits == 0 {
         return Ok(());
     }
     let most = codes.values().iter().max().expect("some code has a bit that is set");
-    Err(Error::Run(format!("a code of {most} is none of {bits} bits; {} bits would do", 16 - most.leading_zeros())))
+    Err(Error::Run(format!("a code of {most} is none of {bits} bits; use {} bits", 16 - most.leading_zeros())))
 }
 
 /// Features of one frame whose pixels are all there and whose records are taken at once.

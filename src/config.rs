@@ -83,9 +83,11 @@ impl Resolved {
         user.merge_exclusive(assigned, EXCLUSIVE);
         let mut preview = chosen.clone();
         preview.merge_exclusive(user.clone(), EXCLUSIVE);
-        for (key, kind) in [("sensor.preset", presets::Kind::Sensor), ("optics.preset", presets::Kind::Lens)] {
+        for (key, kind) in
+            [("sensor.preset", presets::PresetKind::Sensor), ("optics.preset", presets::PresetKind::Lens)]
+        {
             let Some(named) = preview.get(key).and_then(toml::Value::as_str) else { continue };
-            if kind == presets::Kind::Sensor && sensor_file::is_file(named) {
+            if kind == presets::PresetKind::Sensor && sensor_file::is_file(named) {
                 let [base, own] =
                     sensor_file::layers(named, read).map_err(|error| preview.locate(error.named_by(key, named)))?;
                 chosen.merge_exclusive(base, EXCLUSIVE);

@@ -58,8 +58,8 @@ impl DrawKey {
         crate::num::f64_from_u64(self.0 >> 11) / 9_007_199_254_740_992.0
     }
 
-    /// The key of one effect's draws in one exposure of one camera, whatever the row: worked out once a frame it saves each row ten
-    /// mixings in series.
+    /// The key of one effect's draws in one exposure of one camera, for any row. It is computed once a frame, which saves mixing
+    /// steps in every row.
     pub fn of_exposure(effect: EffectNumber, place: RowPlace) -> Self {
         Self::root(place.seed)
             .with(effect.0)

@@ -48,7 +48,7 @@ pub enum Domain {
     Microvolts,
 }
 
-/// One row on its way from light to codes.
+/// One row between light and codes.
 pub struct RowPass<'a> {
     /// Where the row belongs; `place.seed` is the run's seed.
     pub place: RowPlace,

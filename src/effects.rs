@@ -73,7 +73,7 @@ pub const ALL: &[Entry] = &[
     },
     Entry {
         name: "hot_pixels",
-        summary: "pixels of the die with a dark current of their own",
+        summary: "pixels of the die with additional dark current",
         build: |parameters| pixel::HotPixels::from_params(&parameters.pixel),
     },
     Entry {
@@ -211,7 +211,7 @@ mod tests {
     fn names_are_unique_and_stand_in_physical_order() {
         let names = names();
         for (index, name) in names.iter().enumerate() {
-            assert!(!names[..index].contains(name), "{name} stands twice");
+            assert!(!names[..index].contains(name), "{name} is listed twice");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The one error of the library: what, where, and which values would do.
+//! The library's error type: what is wrong, where, and which values are accepted.
 
 use crate::text::{PATH_CHARS, VALUE_CHARS, sentence_shown, shown};
 
@@ -17,7 +17,7 @@ pub enum Error {
         key: String,
         /// As it was written.
         value: String,
-        /// What is wrong and what would do.
+        /// What is wrong, and an accepted value.
         reason: String,
     },
     /// A file's content is not what its name promises.
@@ -25,7 +25,7 @@ pub enum Error {
     Content {
         /// As the user named it.
         file: String,
-        /// What is wrong, where, and what would do.
+        /// What is wrong, where, and an accepted value.
         reason: String,
     },
     /// A named thing does not exist; `known` lists what does.

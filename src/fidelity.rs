@@ -51,7 +51,7 @@ pub struct RenderSettings {
     pub tolerance: f64,
     /// Still pictures that an exposure is the mean of; 0: every ray has its own instant.
     pub subframes: u32,
-    /// Reflections that a ray follows; 0: every surface is dull.
+    /// Reflections that a ray follows; 0: every surface is diffuse.
     pub reflections: u32,
     /// Whether it follows them at gloss and glaze too, and not only at mirrors. Highlights of lamps in gloss are noisy.
     pub follows_gloss: bool,

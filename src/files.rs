@@ -59,7 +59,7 @@ pub(crate) mod scratch {
     use std::path::{Path, PathBuf};
     use std::sync::atomic::{AtomicU32, Ordering};
 
-    /// A folder of its own for one test, removed when dropped.
+    /// A temporary folder for one test, removed when dropped.
     pub struct Scratch(PathBuf);
 
     static COUNT: AtomicU32 = AtomicU32::new(0);

@@ -42,7 +42,7 @@ pub mod draw;
 pub mod events;
 pub mod facts;
 pub mod fidelity;
-pub mod silicon;
+pub mod rtl_simulator;
 pub mod effect;
 
 pub mod scene;

@@ -2,7 +2,7 @@
 //!
 //! A frame is a frame-start packet, one line of embedded data (counter, times, gain, shape), one long packet a row of codes, user
 //! packets with features between and after the rows, and a frame-end packet. The sensor's side is `pack_frame`; `LinkParams::flow`
-//! says when each packet is on the lanes; the host's side is `decode`, which trusts nothing it was not able to check.
+//! says when each packet is on the lanes; the host's side is `decode`, which accepts only what it can check.
 
 mod channel;
 mod checks;

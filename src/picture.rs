@@ -68,7 +68,7 @@ pub fn from_exr(name: &str, bytes: &[u8]) -> Result<Vec<Channel>, Error> {
     let mut channels = Vec::new();
     for channel in layer.channel_data.list {
         if channel.sampling != exr::math::Vec2(1, 1) {
-            return Err(refused(format!("channel {} is subsampled; one value a pixel would do", channel.name)));
+            return Err(refused(format!("channel {} is subsampled; use one value a pixel", channel.name)));
         }
         let mut plane = Plane::filled(size, 0.0_f32);
         for (to, from) in plane.values_mut().iter_mut().zip(channel.sample_data.values_as_f32()) {
@@ -89,11 +89,11 @@ fn check_header(bytes: &[u8]) -> Result<(), String> {
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
         if width == 0 || height == 0 || width > EDGE_PX_MAX || height > EDGE_PX_MAX {
-            return Err(format!("{width} x {height} px; up to {EDGE_PX_MAX} an edge would do"));
+            return Err(format!("{width} x {height} px; use up to {EDGE_PX_MAX} an edge"));
         }
         let channels = header.channels.list.len();
         if width * height > SAMPLES_MAX / channels.max(1) {
-            return Err(format!("{width} x {height} px in {channels} channels; up to {SAMPLES_MAX} numbers would do"));
+            return Err(format!("{width} x {height} px in {channels} channels; use up to {SAMPLES_MAX} numbers"));
         }
         // Every block has at least its place in the file's table.
         if header.chunk_count > bytes.len() / 8 {
@@ -129,7 +129,7 @@ mod tests {
         let mut tried = 0;
         // 65,535 is beyond the edge; 16,384 in four channels are 2^30 numbers; 8,000 lie within both, in 500 blocks that 400 bytes
         // cannot name.
-        for (side_px, words) in [(65_535, "up to 16384 an edge"), (16_384, "numbers would do"), (8_000, "cut off")] {
+        for (side_px, words) in [(65_535, "up to 16384 an edge"), (16_384, "numbers"), (8_000, "cut off")] {
             let error = from_exr("sky.exr", &claiming(&bytes, side_px - 1)).unwrap_err().to_string();
             assert!(error.contains("sky.exr") && error.contains(words), "{side_px}: {error}");
             tried += 1;

@@ -182,7 +182,7 @@ mod tests {
             assert!((found.0 - mean).abs() <= 5.0 * (variance / 4e4_f64).sqrt(), "{name}: mean {} for {mean}", found.0);
             assert!((found.1 - variance).abs() <= 0.036 * variance, "{name}: variance {} for {variance}", found.1);
         }
-        assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects stand in physical order");
+        assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects are in physical order");
     }
 
     #[test]

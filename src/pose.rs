@@ -69,7 +69,7 @@ pub struct TimedPose {
 pub struct LineError {
     /// Counted from 1.
     pub line: usize,
-    /// What is wrong with it, and what would do.
+    /// What is wrong with it, and an accepted value.
     pub reason: String,
 }
 
@@ -113,7 +113,7 @@ pub fn norm_error(rotation: DQuat) -> Result<f64, String> {
     if error <= QUATERNION_NORM_TOLERANCE {
         return Ok(error);
     }
-    Err(format!("a quaternion of norm {norm:.4}; 1 to within {QUATERNION_NORM_TOLERANCE} would do"))
+    Err(format!("a quaternion of norm {norm:.4}; use 1 to within {QUATERNION_NORM_TOLERANCE}"))
 }
 
 /// Reads `t tx ty tz qx qy qz qw` lines; `#` starts a comment. Quaternions are renormalised; of repeated time stamps the
@@ -141,7 +141,7 @@ pub fn read_tum(text: &str) -> Result<(Vec<TimedPose>, Repairs), LineError> {
         let (pose, norm_error) = parse_tum_line(line).map_err(refused)?;
         match poses.last() {
             Some(last) if pose.t_s < last.t_s => {
-                let reason = format!("time goes back from {} to {}; rising times would do", last.t_s, pose.t_s);
+                let reason = format!("time goes back from {} to {}; use rising times", last.t_s, pose.t_s);
                 return Err(refused(reason));
             }
             Some(last) if pose.t_s == last.t_s => repairs.repeated += 1,

@@ -2,7 +2,7 @@
 //! ground-truth poses and depth. It knows no lens and no pixel, and touches no disk.
 //!
 //! A `Scene` is geometry with materials in its own light units; a `Bake` is its irradiance; a `LitScene` is both, scaled so that a
-//! horizontal plane at a given point has a given illuminance, or taken as lamps and sky state it. Light is baked over dull surfaces, and
+//! horizontal plane at a given point has a given illuminance, or taken as lamps and sky state it. Light is baked over diffuse surfaces, and
 //! over glossy metals as over mirrors. Glass that the file marks as such is left out.
 
 pub mod bake;
@@ -65,7 +65,7 @@ pub struct Scene {
     pub layout: Layout,
     /// Emissive surfaces.
     pub lamps: Lamps,
-    /// Radiance of what lies beyond all surfaces, in the scene's own units, the same in every direction.
+    /// Radiance of the environment beyond all surfaces, in the scene's own units, the same in every direction.
     pub sky: Bands,
     /// Radiance by direction, instead of `sky`.
     pub environment: Option<Environment>,
@@ -133,7 +133,7 @@ impl Scene {
         self.flickering.get(crate::num::index(material)).copied().unwrap_or(false)
     }
 
-    /// Radiance of what lies beyond all surfaces.
+    /// Radiance of the environment beyond all surfaces.
     pub fn sky_radiance(&self, direction: [f32; 3]) -> Bands {
         self.environment.as_ref().map_or(self.sky, |environment| environment.radiance(direction))
     }

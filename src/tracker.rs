@@ -1,11 +1,11 @@
 //! The host's tracker: visual-inertial SLAM from decoded features and calibration to a pose a frame and a map. It never sees the
 //! simulation.
 //!
-//! Stereo odometry with a lasting map: landmarks are searched where constant velocity predicts them, the pose is the robust
-//! least-squares fit to the places where they are found, and at keyframes new landmarks come in and a window of keyframes is
-//! adjusted. Every place counts at its row's own time. After loss the map is searched by descriptors alone; a place seen again far from
-//! where the map has it closes a loop. The world is the body's frame at the first frame.
-//! Poses are metres and unit quaternions, places pixels, times seconds. Equal input gives equal bytes.
+//! Each frame: constant velocity or the IMU predicts the pose, landmarks are matched near their predicted positions, and the
+//! pose is the robust least-squares fit to the matches. Each keyframe: new landmarks are triangulated and a window of keyframes
+//! is adjusted. Every keypoint counts at its row's time. After loss the map is searched by descriptors alone; a revisited place
+//! closes a loop. The world frame is the body's frame at the first frame. Poses are metres and unit quaternions, image
+//! positions pixels, times seconds. Equal input gives equal bytes.
 
 pub mod adjust;
 mod answer;
@@ -45,32 +45,32 @@ use crate::num::index;
 use crate::pose::{Pose, TimedPose};
 
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
-use close::Suspicion;
-use extend::{Growth, Waiting, adjust_window};
+use close::LoopCandidate;
+use extend::{Growth, PendingKeypoints, adjust_window};
 use lie::Twist;
-use locate::{Frame, Located};
+use locate::{Frame, LocalisedPose};
 pub use map::Landmark;
 use map::Map;
 pub use params::TrackerParams;
-use preintegrate::filter::Foreseen;
-pub use preintegrate::filter::{ImuCalibration, Inertia};
+use preintegrate::filter::ImuPrediction;
+pub use preintegrate::filter::{ImuCalibration, ImuFilter};
 pub use preintegrate::{Noise, Reading};
 pub use rig::CameraCalibration;
 use rig::{RigCamera, View};
-use start::Opening;
+use start::MonoInitialiser;
 pub use sweep::RowClock;
 use sweep::{Motion, Moving, ahead_of, between};
 
 /// The published number of the tracker's draws.
 const DRAWS: u64 = 0x7472_6163_6b65_7231;
 
-/// A map that one camera started and lost for so many frames is given up while it has fewer keyframes than this, or held for no longer than
-/// this: its start was false. A false map of few bits makes a keyframe of every other frame.
+/// A monocular map that has been lost for this many frames is discarded if it is young: fewer keyframes than YOUNG_KEYFRAMES,
+/// or tracked for fewer frames than YOUNG_FRAMES. Its initialisation was false.
 const GIVEN_UP_FRAMES: u64 = 15;
 const YOUNG_KEYFRAMES: usize = 6;
 const YOUNG_FRAMES: u64 = 30;
 
-/// After so many places in a row that are known badly, each of which hangs on the one before, the next one counts as lost.
+/// Maximum number of consecutive frames with an uncertain position; the next one counts as lost.
 const WEAK_FRAMES_MAX: u32 = 3;
 
 /// The last keyframe, as far as the next one depends on it.
@@ -78,7 +78,7 @@ const WEAK_FRAMES_MAX: u32 = 3;
 struct LastKeyframe {
     frame: u64,
     world_from_body: Pose,
-    /// Landmarks that a frame at its place would find.
+    /// Landmarks that a frame at this pose can match.
     landmarks: u32,
 }
 
@@ -88,30 +88,30 @@ pub struct Tracker {
     cameras: Vec<RigCamera>,
     params: TrackerParams,
     map: Map,
-    waiting: Waiting,
-    opening: Opening,
+    pending: PendingKeypoints,
+    mono_initialiser: MonoInitialiser,
     motion: Option<Motion>,
     last_keyframe: Option<LastKeyframe>,
     lost: bool,
     last_located_frame: Option<u64>,
     started_frame: u64,
-    /// Sights that supported the last pose.
+    /// Keypoints that supported the last pose.
     inliers_before: u32,
     frame: u64,
     /// The first frame, where its rows were taken as simultaneous.
     unswept_frame: Option<u64>,
-    suspicion: Option<Suspicion>,
+    loop_candidate: Option<LoopCandidate>,
     last_t_s: f64,
-    inertia: Option<Inertia>,
-    /// Mean of the last places' bounds.
+    imu_filter: Option<ImuFilter>,
+    /// Running mean of the position sigma of recent frames.
     usual_sigma_m: f64,
-    /// Places in a row that were known badly.
+    /// Consecutive frames with an uncertain position.
     weak_frames: u32,
-    /// Least standard deviation of a place: the one given. The parameters hold what the residuals show.
+    /// Lower bound on the keypoint noise: the configured sigma. `params` holds the current estimate.
     place_sigma_px_min: f64,
-    /// The greatest that residuals are believed to show.
+    /// Upper bound on the keypoint noise estimated from residuals.
     place_sigma_px_max: f64,
-    /// From the body to the only camera, which the tracker takes for the body's place.
+    /// From the body to the only camera, whose position stands for the body's.
     arm_m: DVec3,
 }
 
@@ -126,13 +126,14 @@ impl Tracker {
         let place_m = |camera: &CameraCalibration| camera.body_from_camera.translation_m;
         match &mut calibrations[..] {
             [] => return Err(Error::key("rig.cameras", 0, "the tracker needs a camera")),
-            // In a map without a metre, an arm from the body to the camera has no length: the camera's place is the body's.
+            // A monocular map has no metric scale, so an arm from body to camera has no length in it: the camera's position
+            // stands for the body's.
             [only] => arm_m = std::mem::take(&mut only.body_from_camera.translation_m),
             [first, rest @ ..] => {
                 let apart_m = rest.iter().map(|other| (place_m(first) - place_m(other)).length());
                 let baseline_m = apart_m.fold(0.0, crate::num::greater);
                 if !(baseline_m > 1e-3 && baseline_m.is_finite()) {
-                    let reason = "too short for depth; above 1 would do";
+                    let reason = "too short for depth; use more than 1";
                     return Err(Error::key("rig.baseline_mm", 1e3 * baseline_m, reason));
                 }
             }
@@ -142,8 +143,8 @@ impl Tracker {
             cameras,
             params,
             map: Map::default(),
-            waiting: Waiting::new(1),
-            opening: Opening::default(),
+            pending: PendingKeypoints::new(1),
+            mono_initialiser: MonoInitialiser::default(),
             motion: None,
             last_keyframe: None,
             lost: false,
@@ -152,9 +153,9 @@ impl Tracker {
             inliers_before: 0,
             frame: 0,
             unswept_frame: None,
-            suspicion: None,
+            loop_candidate: None,
             last_t_s: f64::NEG_INFINITY,
-            inertia: None,
+            imu_filter: None,
             arm_m,
             usual_sigma_m: 0.0,
             weak_frames: 0,
@@ -167,14 +168,14 @@ impl Tracker {
     #[must_use]
     pub fn with_imu(mut self, mut calibration: ImuCalibration) -> Self {
         calibration.body_from_imu.translation_m -= self.arm_m;
-        self.inertia = Some(Inertia::new(calibration, self.cameras.len() > 1));
+        self.imu_filter = Some(ImuFilter::new(calibration, self.cameras.len() > 1));
         self
     }
 
-    /// Takes the unit's readings, in rising time, up to the first after the next frame's time. Without a unit they are left out.
-    pub fn feel(&mut self, readings: &[Reading]) {
-        if let Some(inertia) = &mut self.inertia {
-            inertia.feel(readings);
+    /// Adds IMU readings in ascending time, up to the first one after the next frame. Ignored without an IMU.
+    pub fn add_imu_readings(&mut self, readings: &[Reading]) {
+        if let Some(imu_filter) = &mut self.imu_filter {
+            imu_filter.add_imu_readings(readings);
         }
     }
 
@@ -205,7 +206,7 @@ impl Tracker {
         answer
     }
 
-    /// Standard deviation of a full-size corner's place as the residuals have shown it of late, in pixels, at least the given one.
+    /// Current estimate of the keypoint noise at octave 0, in pixels; at least the configured sigma.
     pub fn place_sigma_px(&self) -> f64 {
         self.params.place_sigma_px
     }
@@ -224,23 +225,23 @@ impl Tracker {
         self.map.keyframes.iter().map(timed).collect()
     }
 
-    /// What the inertial unit has told so far; `None` without one.
-    pub fn inertia(&self) -> Option<&Inertia> {
-        self.inertia.as_ref()
+    /// The IMU filter; `None` without an IMU.
+    pub fn imu_filter(&self) -> Option<&ImuFilter> {
+        self.imu_filter.as_ref()
     }
 
     fn follow(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
         let mut work = Work::default();
-        let foreseen = self.inertia.as_mut().and_then(|inertia| inertia.advance(t_s));
+        let imu_prediction = self.imu_filter.as_mut().and_then(|imu_filter| imu_filter.advance(t_s));
         let by_motion = self.motion.map(|motion| motion.predict(t_s));
-        let predicted = foreseen.map(|foreseen| foreseen.moving).or(by_motion.filter(|_| !self.lost));
-        let has_velocity = foreseen.is_some() || self.motion.is_some_and(|motion| motion.step.is_some());
+        let predicted = imu_prediction.map(|imu_prediction| imu_prediction.moving).or(by_motion.filter(|_| !self.lost));
+        let has_velocity = imu_prediction.is_some() || self.motion.is_some_and(|motion| motion.step.is_some());
         let predicted_position_m =
             predicted.filter(|_| has_velocity).map(|state| state.body_from_world.inverse().translation_m);
-        let found = self.locate((t_s, views), (predicted, foreseen), &mut work);
+        let found = self.locate((t_s, views), (predicted, imu_prediction), &mut work);
         let found = found.map(|(located, status)| (self.with_swept_start((t_s, views), located, &mut work), status));
-        let is_felt = foreseen.is_some_and(|foreseen| self.is_sure(&foreseen));
-        let judged = found.map(|(located, status)| (self.judge(&located, is_felt), located, status));
+        let imu_is_sure = imu_prediction.is_some_and(|imu_prediction| self.is_sure(&imu_prediction));
+        let judged = found.map(|(located, status)| (self.judge(&located, imu_is_sure), located, status));
         let Some((judgement, located, status)) = judged.filter(|(judgement, _, status)| {
             judgement.is_sound || (*status == Status::Tracked && self.weak_frames < WEAK_FRAMES_MAX)
         }) else {
@@ -256,17 +257,17 @@ impl Tracker {
         let single_picture_sigma_m = judgement.single_picture_sigma_m;
         let keyframe =
             judgement.is_sound && self.keyframe_is_due(&located.state.body_from_world.inverse(), tracked_features);
-        // The step that leads here is measured before the adjustment: both ends then hang on the same map.
+        // The step to this pose is measured before the adjustment, so that both ends refer to the same map.
         let body_from_world = located.state.body_from_world;
         let step = self.motion.and_then(|motion| motion.then(t_s, body_from_world).step);
         if views.iter().any(View::sweeps) {
             self.correct_last_rate(step);
         }
-        if let Some(inertia) = &mut self.inertia {
+        if let Some(imu_filter) = &mut self.imu_filter {
             if status == Status::Relocalised {
-                inertia.forget();
+                imu_filter.reset();
             }
-            inertia.see(t_s, &body_from_world, &located.information);
+            imu_filter.correct(t_s, &body_from_world, &located.information);
         }
         self.motion = Some(Motion { t_s, body_from_world, step, sigma_m: single_picture_sigma_m.unwrap_or(0.0) });
         let mut loop_closed = false;
@@ -290,10 +291,14 @@ impl Tracker {
         }
     }
 
-    /// The first frame's rows were taken as simultaneous, which bends the map that the second one is held against: the step between the two
-    /// says how the first one moved, in turns with the map. An error of the step comes back by the share of the readout in it, a quarter at
-    /// 16 ms and 30 Hz.
-    fn with_swept_start(&mut self, (t_s, views): (f64, &[View]), mut located: Located, work: &mut Work) -> Located {
+    /// Corrects the first frame's rolling shutter. Its rows were taken as simultaneous, which distorts the initial map; the
+    /// step to the second frame gives the first frame's rate. Rate and map are refined in turns.
+    fn with_swept_start(
+        &mut self,
+        (t_s, views): (f64, &[View]),
+        mut located: LocalisedPose,
+        work: &mut Work,
+    ) -> LocalisedPose {
         if self.unswept_frame.is_none_or(|first| self.frame != first + 1) || !views.iter().any(View::sweeps) {
             return located;
         }
@@ -309,7 +314,8 @@ impl Tracker {
         located
     }
 
-    /// The step after a keyframe says how it moved better than the steps before it. The first two steps tell the first keyframe's rate.
+    /// The step after a keyframe measures its rate better than the steps before it. The first two steps give the first
+    /// keyframe's rate.
     fn correct_last_rate(&mut self, step: Option<(Twist, f64)>) {
         let (Some(after), Some(last)) = (step, self.last_keyframe) else { return };
         let before = self.motion.and_then(|motion| motion.step);
@@ -326,7 +332,7 @@ impl Tracker {
     fn add_keyframe(
         &mut self,
         (t_s, views): (f64, &[View]),
-        located: &Located,
+        located: &LocalisedPose,
         (tracked, status): (u32, Status),
         work: &mut Work,
     ) {
@@ -340,30 +346,31 @@ impl Tracker {
         };
         let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
         let at = (t_s, located.state);
-        let made = growth.add_keyframe(&mut self.map, at, &located.inliers, &mut self.waiting, work);
-        if let (Some(inertia), [.., before, last]) = (&mut self.inertia, &self.map.keyframes[..]) {
-            inertia.link((before.id, before.t_s), (last.id, last.t_s));
+        let made = growth.add_keyframe(&mut self.map, at, &located.inliers, &mut self.pending, work);
+        if let (Some(imu_filter), [.., before, last]) = (&mut self.imu_filter, &self.map.keyframes[..]) {
+            imu_filter.link((before.id, before.t_s), (last.id, last.t_s));
         }
-        if self.hangs_on_motion() {
+        if self.depends_on_motion() {
             let near = (self.params.keyframe_distance_m, self.params.keyframe_angle_rad);
             self.map.thin(index(self.params.window), near);
-            self.waiting.keep(&self.map.keyframes);
+            self.pending.keep(&self.map.keyframes);
         }
         let mut state = located.state;
-        if let Some(adjusted) = adjust_window(&mut self.map, (&self.cameras, &self.params), self.inertia.as_ref(), work)
+        if let Some(adjusted) =
+            adjust_window(&mut self.map, (&self.cameras, &self.params), self.imu_filter.as_ref(), work)
         {
             state = adjusted;
         }
-        match &mut self.inertia {
-            // What is felt stays where it is, so that a pose does not jump with the map: the pictures to come say how the map has moved.
-            Some(inertia) if status == Status::Tracked => {
+        match &mut self.imu_filter {
+            // The filter keeps its state, so that a pose does not jump with the map: the pictures to come say how the map has moved.
+            Some(imu_filter) if status == Status::Tracked => {
                 let moved = located.state.body_from_world.then(&state.body_from_world.inverse());
-                inertia.loosen(moved.translation_m.length(), moved.angle_rad());
+                imu_filter.loosen(moved.translation_m.length(), moved.angle_rad());
             }
             _ => self.stand_at(&state.body_from_world, 1.0),
         }
         let world_from_body = state.body_from_world.inverse();
-        let expected = if self.hangs_on_motion() { 0 } else { made };
+        let expected = if self.depends_on_motion() { 0 } else { made };
         self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: tracked + expected });
     }
 
@@ -379,7 +386,7 @@ impl Tracker {
             t_s,
             motion: None,
             prior: None,
-            felt: None,
+            imu_rate: None,
             least_px: self.least_px(),
             sure: false,
             number: self.frame,
@@ -388,16 +395,16 @@ impl Tracker {
         let key = DrawKey::root(params.seed).with(DRAWS).with(self.frame).with(2);
         let found = close::recognise(&frame, self.frame, &last.state, key, work);
         let Some(found) = found else { return false };
-        let before = self.suspicion.replace(found.suspicion(last.id));
+        let before = self.loop_candidate.replace(found.loop_candidate(last.id));
         let confirmed = before.is_some_and(|before| found.confirms(last.id, &before));
         let params = self.params;
         if !confirmed {
             return false;
         }
-        let has_scale = self.cameras.len() > 1 || self.inertia.as_ref().is_some_and(Inertia::knows_unit);
+        let has_scale = self.cameras.len() > 1 || self.imu_filter.as_ref().is_some_and(ImuFilter::knows_unit);
         let by_sigma = |scale| params.inverse_sigma(scale);
         let Some(scale) = found.close(&mut self.map, views, (has_scale, by_sigma)) else { return false };
-        self.suspicion = None;
+        self.loop_candidate = None;
         adjust_window(&mut self.map, (&self.cameras, &self.params), None, work);
         if let Some(state) = self.map.keyframes.last().map(|last| last.state) {
             self.stand_at(&state.body_from_world, scale);
@@ -410,8 +417,8 @@ impl Tracker {
     /// The map has moved, and the body with it; lengths are multiplied.
     fn stand_at(&mut self, body_from_world: &Pose, scale: f64) {
         let Some(motion) = self.motion.as_mut() else { return };
-        if let Some(inertia) = &mut self.inertia {
-            inertia.moved(&motion.body_from_world, body_from_world, scale);
+        if let Some(imu_filter) = &mut self.imu_filter {
+            imu_filter.moved(&motion.body_from_world, body_from_world, scale);
         }
         motion.body_from_world = *body_from_world;
         motion.step = motion.step.map(|(step, span_s)| (Twist { linear_m: step.linear_m * scale, ..step }, span_s));
@@ -421,22 +428,22 @@ impl Tracker {
     fn locate(
         &self,
         (t_s, views): (f64, &[View]),
-        (predicted, foreseen): (Option<Moving>, Option<Foreseen>),
+        (predicted, imu_prediction): (Option<Moving>, Option<ImuPrediction>),
         work: &mut Work,
-    ) -> Option<(Located, Status)> {
+    ) -> Option<(LocalisedPose, Status)> {
         let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
         let (number, inliers_before) = (self.frame, self.inliers_before);
         // A map without a metre does not know what a hand's accelerations are in it.
         let has_metre = self.cameras.len() > 1;
         let by_motion =
             || self.motion.filter(|_| predicted.is_some() && has_metre).and_then(|motion| motion.pose_prior(t_s));
-        let prior = foreseen.map(|foreseen| foreseen.prior).or_else(by_motion);
-        let felt = self.inertia.as_ref().and_then(Inertia::rate_prior);
-        let sure = foreseen.is_some_and(|foreseen| self.is_sure(&foreseen));
+        let prior = imu_prediction.map(|imu_prediction| imu_prediction.prior).or_else(by_motion);
+        let imu_rate = self.imu_filter.as_ref().and_then(ImuFilter::rate_prior);
+        let sure = imu_prediction.is_some_and(|imu_prediction| self.is_sure(&imu_prediction));
         let motion = self.motion;
         let least_px = self.least_px();
         let frame =
-            Frame { cameras, views, map, params, t_s, motion, prior, felt, least_px, sure, number, inliers_before };
+            Frame { cameras, views, map, params, t_s, motion, prior, imu_rate, least_px, sure, number, inliers_before };
         if let Some(located) = predicted.and_then(|predicted| frame.near(&predicted, work)) {
             return Some((located, Status::Tracked));
         }

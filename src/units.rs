@@ -1,6 +1,6 @@
 //! Units and places that every stage shares.
 //!
-//! Floats carry their unit at the end of their name; integers that must never be mixed are types of their own.
+//! Floats carry their unit at the end of their name; integers that must never be mixed are newtypes.
 
 /// A count of clocks of one named domain (`pix_clk`, `adc_clk` or `byte_clk`; the name of the variable says which).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

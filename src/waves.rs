@@ -16,7 +16,7 @@ mod selection;
 mod signals;
 
 pub use selection::{Asked, Selection};
-pub use signals::{Change, Kind, Signal, SignalId, Value, Waves};
+pub use signals::{Change, Signal, SignalId, SignalKind, Value, Waves};
 
 use crate::adc::{Cds, Columns, Converter};
 use crate::effects::chain::RowSamples;
@@ -196,7 +196,7 @@ impl<'a> WavePlan<'a> {
 /// Refuses readouts in which a row of the picture is not one line of conversions, or whose exposure only the run knows.
 fn check_readout(sensor: &SensorSetup) -> Result<(), Error> {
     let (geometry, readout) = (sensor.schedule.geometry(), sensor.schedule.params());
-    let refuse_key = |key: &str, would_do: &str| Err(Error::key(key, "", format!("has no waves; {would_do} would do")));
+    let refuse_key = |key: &str, would_do: &str| Err(Error::key(key, "", format!("has no waves; use {would_do}")));
     let refuse = |key: &str, would_do: &str| refuse_key(&format!("sensor.readout.{key}"), would_do);
     // Each row's packet follows its line here, in every frame and at once.
     let link = &sensor.link;

@@ -313,12 +313,9 @@ fn a_converter_wider_than_its_columns_is_refused_with_the_sharing_that_would_do(
     // The pixel pitch is 3 um.
     assert!(of(0.0, 1, 1).is_ok() && of(3.0, 1, 1).is_ok() && of(6.0, 1, 2).is_ok() && of(6.0, 2, 1).is_ok());
     let message = of(6.1, 1, 1).unwrap_err();
-    assert!(
-        message.contains("sensor.adc.pitch_um = 6.1") && message.contains("columns_per_adc = 3 would do"),
-        "{message}"
-    );
-    assert!(of(13.0, 1, 2).unwrap_err().contains("columns_per_adc = 3 would do"));
-    assert!(of(1000.0, 64, 1).unwrap_err().contains("192 um; less would do"));
+    assert!(message.contains("sensor.adc.pitch_um = 6.1") && message.contains("use columns_per_adc = 3"), "{message}");
+    assert!(of(13.0, 1, 2).unwrap_err().contains("use columns_per_adc = 3"));
+    assert!(of(1000.0, 64, 1).unwrap_err().contains("192 um; use fewer"));
     let error = sensel::run::SensorSetup::new(&resolved(&["sensor.adc.pitch_um=9.0"])).err().unwrap().to_string();
     assert!(error.contains("--set") && error.contains("columns_per_adc = 3"), "{error}");
 }
@@ -334,5 +331,5 @@ fn shared_converters_take_a_line_of_as_many_conversions() {
     let assignments = ["sensor.adc.columns_per_adc=3"];
     let error = sensel::run::SensorSetup::new(&resolved(&assignments)).err().unwrap().to_string();
     // 3 (5 us + 1152 / 480 MHz) are 22.2 us: 1065.6 clocks at 48 MHz; the preset's line has 928.
-    assert!(error.contains("sensor.readout.hts") && error.contains("hts = 1066 would do"), "{error}");
+    assert!(error.contains("sensor.readout.hts") && error.contains("use hts = 1066"), "{error}");
 }

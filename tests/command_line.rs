@@ -36,7 +36,7 @@ fn check_refusal(outcome: &Outcome, folder: &Scratch, case: &str) {
     assert!(folder.names().iter().all(|name| !name.contains("out")), "{case} left {:?}", folder.names());
 }
 
-/// Key, value as a user writes it, and words of what would do.
+/// Key, value as a user writes it, and words that name an accepted value.
 const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("seed", "-1", "a whole number from 0"),
     ("scene.illuminance_lux", "nan", "1e-6 to 200,000"),
@@ -52,7 +52,7 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("motion.offset_m", "[0.0, nan, 0.0]", "-1000000 to 1000000"),
     ("motion.offset_m", "[1e308, 0.0, 0.0]", "-1000000 to 1000000"),
     ("motion.offset_m", "[1.0, 2.0]", "an array of length 3"),
-    ("motion.world_from_motion", "[0.0, 0.0, 0.0, 0.0]", "norm 1 would do"),
+    ("motion.world_from_motion", "[0.0, 0.0, 0.0, 0.0]", "use norm 1"),
     ("run.frames", "0", "1 to 1,000,000"),
     ("run.rung", "gates", "expected, sampled, clocked, rtl"),
     ("run.effects", "prnu", "auto, all, none"),
@@ -63,7 +63,7 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("run.threads", "-1", "a whole number from 0"),
     ("rig.baseline_mm", "-65.0", "0 to 10,000"),
     ("rig.imu", "brick", "mems_phone, adis16448, ideal, none"),
-    ("rig.body_from_rig", "[1.0, 1.0, 0.0, 0.0]", "norm 1 would do"),
+    ("rig.body_from_rig", "[1.0, 1.0, 0.0, 0.0]", "use norm 1"),
     ("optics.preset", "fisheye", "pinhole_90, radtan_90, kb4_120, kb4_190, double_sphere_195"),
     ("optics.model", "omni", "pinhole, radtan, kb4"),
     ("optics.horizontal_fov_deg", "180.0", "1 to 170"),
@@ -107,7 +107,7 @@ const OUT_OF_RANGE: &[(&str, &str, &str)] = &[
     ("sensor.adc.cds", "twice", "none, analog, digital"),
     ("sensor.readout.shutter", "iris", "global, rolling"),
     ("sensor.readout.exposure", "sometimes", "fixed, auto"),
-    ("sensor.readout.hts", "100", "hts = 665 would do"),
+    ("sensor.readout.hts", "100", "use hts = 665"),
     ("sensor.readout.vts", "100", "vts = 480"),
     ("sensor.readout.pixel_rate_hz", "0", "1 kHz to 100 GHz"),
     // VTS 1724 less a margin of 20 lines of 19.333 us.
@@ -167,7 +167,7 @@ fn the_rung_rtl_without_verilator_is_refused() {
     let scratch = Scratch::new("no-verilator");
     let outcome = sensel_alone(&["run", "box", "--rung", "rtl", "--quiet", "--out", &scratch.join("out")]);
     check_refusal(&outcome, &scratch, "no Verilator");
-    for word in ["run.rung = rtl", "needs Verilator", "clocked would do"] {
+    for word in ["run.rung = rtl", "needs Verilator", "or use clocked"] {
         assert!(outcome.stderr.contains(word), "{word}: {}", outcome.stderr);
     }
 }
@@ -203,7 +203,7 @@ fn broken_scenarios() -> Vec<(String, &'static str, Vec<u8>, usize, &'static str
         ("\n[scen]\ngenerator = 3\n".to_owned(), "a", vec![], 2, "did you mean 'scene'?"),
         ("seed = 1\nbits = = 3\n".to_owned(), "a", vec![], 2, "expected"),
         ("seed = 1\nseed = 2\n".to_owned(), "a", vec![], 2, "duplicate key"),
-        ("seed = 1\n[sensor.adc]\nclock_hz = 1000000\n".to_owned(), "a", vec![], 0, "hts = 55536 would do"),
+        ("seed = 1\n[sensor.adc]\nclock_hz = 1000000\n".to_owned(), "a", vec![], 0, "use hts = 55536"),
         (format!("{glb}target = \"flat\"\n"), "a", vec![], 3, "exactly one of scene.file, scene.generator"),
         (glb.clone(), "a", vec![], 2, "is not there"),
         (glb.clone(), "room.glb", b"solid room\nendsolid\n".to_vec(), 2, "not a glTF file"),
@@ -216,7 +216,13 @@ fn broken_scenarios() -> Vec<(String, &'static str, Vec<u8>, usize, &'static str
         (moving.to_owned(), "path.txt", b"t x y z\n".to_vec(), 4, "line 1"),
         (moving.to_owned(), "path.txt", vec![0xff, 0xfe], 4, "is not text"),
         (format!("{moving}start_s = 0.0\n"), "path.txt", short.into(), 5, "gap of 1.000 s"),
-        (format!("{moving}start_s = 0.5\n"), "path.txt", fine.clone().into(), 5, "fewer frames would do"),
+        (
+            format!("{moving}start_s = 0.5\n"),
+            "path.txt",
+            fine.clone().into(),
+            5,
+            "use an earlier start or fewer frames",
+        ),
         (format!("{moving}start_s = 90.0\n"), "path.txt", fine.into(), 5, "an earlier start or fewer frames"),
     ]
 }

@@ -338,8 +338,7 @@ fn what_cannot_be_extracted_from_is_refused_in_words() {
             assert!(message.contains("7 to 4096 pixels a side"), "{message}");
         }
     }
-    for (code, bits, part) in
-        [(256, 8, "9 bits would do"), (65_535, 8, "16 bits would do"), (1, 0, "0 bits"), (1, 17, "17 bits")]
+    for (code, bits, part) in [(256, 8, "use 9 bits"), (65_535, 8, "use 16 bits"), (1, 0, "0 bits"), (1, 17, "17 bits")]
     {
         for message in refusal(40, 40, code, bits) {
             assert!(message.contains(part), "{message}");

@@ -11,7 +11,7 @@ use common::Scratch;
 use rand::RngExt;
 use sensel::characterize::{Bench, Characterization, Options, Truth};
 use sensel::config::Resolved;
-use sensel::config::presets::{self, Kind};
+use sensel::config::presets::{self, PresetKind};
 use sensel::draw::{DrawKey, EffectNumber, fill_uniforms, normals};
 use sensel::effect::{Domain, Effect, Omission, RowPass};
 use sensel::effects::chain::Chain;
@@ -109,7 +109,8 @@ fn the_papers_sensor_passes_and_every_figure_equals_the_judges() {
 /// Every preset bare, in the channel that responds most; one colour sensor in its faintest channel as well.
 #[test]
 fn every_preset_passes() {
-    let channels = presets::names(Kind::Sensor).into_iter().map(|name| (name, None)).chain([("imx219", Some('R'))]);
+    let channels =
+        presets::names(PresetKind::Sensor).into_iter().map(|name| (name, None)).chain([("imx219", Some('R'))]);
     let mut judged = 0;
     for (name, channel) in channels {
         let resolved = Resolved::from_layers("test", &format!("[sensor]\npreset = \"{name}\"\n"), &[]).unwrap();

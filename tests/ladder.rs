@@ -95,7 +95,7 @@ impl sensel::run::Assets for WithVerilog {
         NoFiles.read(name)
     }
 
-    fn silicon(&self) -> Result<std::sync::Arc<dyn sensel::silicon::Silicon>, sensel::error::Error> {
+    fn rtl_simulator(&self) -> Result<std::sync::Arc<dyn sensel::rtl_simulator::RtlSimulator>, sensel::error::Error> {
         let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl/verilated");
         Ok(std::sync::Arc::new(sensel::files::verilated::Verilated::new(folder)?))
     }
@@ -324,7 +324,7 @@ fn a_goal_becomes_a_configuration_that_gives_the_same_bytes_again() {
     assert_eq!(first["hashes"], again["hashes"]);
     assert_eq!(first["config_hash"], again["config_hash"]);
     let slow = run(&folder.join("slow"), &["--time-budget", "0.1ms"]);
-    assert!(slow.code == 2 && slow.stderr.contains("would do"), "{slow:?}");
+    assert!(slow.code == 2 && slow.stderr.contains("ms or more"), "{slow:?}");
     for refused in [&["--accuracy", "99"][..], &["--accuracy", "1", "--time-budget", "5ms"], &["--time-budget", "5"]] {
         assert_eq!(run(&folder.join("refused"), refused).code, 2, "{refused:?}");
     }

@@ -73,5 +73,6 @@ mod tidy;
 mod timing;
 mod tracker;
 mod truth;
+mod tutorial;
 mod twins;
 mod waves;

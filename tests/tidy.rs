@@ -23,7 +23,7 @@ const ORDER: &[&str] = &[
     "events",
     "facts",
     "fidelity",
-    "silicon",
+    "rtl_simulator",
     "effect",
     "scene",
     "optics",

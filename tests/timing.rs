@@ -152,7 +152,7 @@ fn named(message: &str, before: &str) -> Option<f64> {
     rest.split([' ', ',', ';', ':']).next()?.parse().ok()
 }
 
-/// What an error names would do, as parameters that have it, and as parameters that have one less (for a rate: a line less a frame).
+/// Parameters with the value that an error names, which is accepted, and with one less (for a rate: a line less a frame).
 fn remedy(message: &str, params: &ReadoutParams) -> (&'static str, ReadoutParams, ReadoutParams) {
     let with_vts = |vts: u32| ReadoutParams { frame: FrameLength::Lines(vts), ..params.clone() };
     let with_hts = |hts: u32| ReadoutParams { hts, exposure_fine_clk: 0, ..params.clone() };
@@ -160,13 +160,13 @@ fn remedy(message: &str, params: &ReadoutParams) -> (&'static str, ReadoutParams
         let hts = u32_truncated(named(message, "hts = ").unwrap());
         return ("hts", with_hts(hts), with_hts(hts - 1));
     }
-    if message.contains("or less would do") {
+    if message.contains("or less") {
         let with = |rate_hz| ReadoutParams { frame: FrameLength::RateHz(rate_hz), ..params.clone() };
-        let (rate_hz, lines) = (named(message, "; ").unwrap(), named(message, "which need ").unwrap());
+        let (rate_hz, lines) = (named(message, "; use ").unwrap(), named(message, "which need ").unwrap());
         return ("rate", with(rate_hz), with(rate_hz * lines / (lines - 1.0)));
     }
     if message.contains("trigger_period_us") {
-        let period_ns = u64_half_even(1000.0 * named(message, "; ").unwrap());
+        let period_ns = u64_half_even(1000.0 * named(message, "; use ").unwrap());
         let with =
             |period_ns| ReadoutParams { trigger: Trigger::External { period_ns, delay_clk: 0 }, ..params.clone() };
         return ("trigger", with(period_ns), with(period_ns - 1));
@@ -179,7 +179,7 @@ fn remedy(message: &str, params: &ReadoutParams) -> (&'static str, ReadoutParams
     ("vts", with_vts(vts), with_vts(vts - 1))
 }
 
-/// Whether two errors complain of the same: for a frame by the length that would do (rows and exposure have keys of their own), else
+/// Whether two errors complain of the same: for a frame by the length that is accepted (rows and exposure have keys of their own), else
 /// by their key.
 fn same_complaint(kind: &str, one: &str, other: &str) -> bool {
     match kind {
@@ -287,7 +287,7 @@ fn check_spans(schedule: &Schedule, case: u32) {
 #[test]
 fn pictures_of_the_presets_are_up_to_date() {
     let folder = Scratch::new("timing-pictures");
-    let names = presets::names(presets::Kind::Sensor);
+    let names = presets::names(presets::PresetKind::Sensor);
     assert!(!names.is_empty());
     for name in names {
         let file = folder.join(&format!("{name}.svg"));
@@ -320,27 +320,27 @@ fn a_sensor_is_named_by_preset_by_file_or_by_scenario() {
     assert!(unknown.stderr.contains("no_such_sensor"), "{}", unknown.stderr);
 }
 
-/// What is refused, and the words that say what would do.
+/// What is refused, and the words that name an accepted value.
 #[test]
 fn impossible_timing_is_refused_with_what_would_do() {
     let cases: &[(&[&str], &str)] = &[
-        (&["hts=640"], "hts = 665 would do"),
-        (&["lanes=4", "lane_clock_hz=60000000"], "the readout of its lanes of 26.667 us; hts = 1280 would do"),
+        (&["hts=640"], "use hts = 665"),
+        (&["lanes=4", "lane_clock_hz=60000000"], "the readout of its lanes of 26.667 us; use hts = 1280"),
         (
             &["exposure_lines=1705"],
-            "exposure_lines = 1705: longer than the frame less its margin; at most 1704, vts = 1725",
+            "exposure_lines = 1705: longer than the frame less its margin; use at most 1704, vts = 1725",
         ),
-        (&["exposure_lines=0"], "1 would do"),
-        (&["exposure_us=5.0", "exposure_lines=3"], "one of the two would do"),
-        (&["vts=900", "frame_rate_hz=30.0"], "one of the two would do"),
-        (&["frame_rate_hz=200.0"], "which need 480; 107.75862068965517 or less would do"),
+        (&["exposure_lines=0"], "use 1"),
+        (&["exposure_us=5.0", "exposure_lines=3"], "use one of the two"),
+        (&["vts=900", "frame_rate_hz=30.0"], "use one of the two"),
+        (&["frame_rate_hz=200.0"], "which need 480; use 107.75862068965517 or less"),
         (&["exposure_fine_clk=928"], "0 to 927"),
         (&["trigger=external"], "trigger_period_us"),
-        (&["trigger=external", "trigger_period_us=33330.0"], "33330.667 would do"),
-        (&["trigger_period_us=40000.0"], "trigger = external would do"),
-        (&["trigger_delay_clk=4"], "trigger = external would do"),
+        (&["trigger=external", "trigger_period_us=33330.0"], "use 33330.667"),
+        (&["trigger_period_us=40000.0"], "use trigger = external"),
+        (&["trigger_delay_clk=4"], "use trigger = external"),
         (&["window=[0, 0, 640, 482]"], "up to 480 together"),
-        (&["window=[1, 0, 320, 240]"], "off the steps of 2 px; 0 with a width of 320"),
+        (&["window=[1, 0, 320, 240]"], "off the steps of 2 px; use 0 with a width of 320"),
         (&["binning=3"], "1, 2 or 4"),
         (&["binning_mode=sum"], "charge, average, skip"),
         (&["row_order=random"], "top_to_bottom"),
@@ -354,14 +354,14 @@ fn impossible_timing_is_refused_with_what_would_do() {
         (&["clock_ppm=[0.0, 2000.0]"], "-1000 to 1000"),
         (&["register_latency_frames=9"], "0 to 8"),
         (&["target_mean=0.0"], "use 0.001 to 0.99"),
-        (&["target_mean=0.3"], "sensor.readout.exposure = \"auto\", or leaving it out, would do"),
+        (&["target_mean=0.3"], "use sensor.readout.exposure = \"auto\", or leave it out"),
         (&["hdr_bits=12"], "an hdr other than none"),
-        (&["binning_mode=average"], "sensor.readout.binning = 2, or leaving it out"),
+        (&["binning_mode=average"], "sensor.readout.binning = 2, or leave it out"),
         (&["exposure=auto", "exposure_lines_max=1705"], "use 1 to 1704"),
         (&["exposure=auto", "gain_max=0.5"], "use 1 or more"),
         (&["exposure=auto", "target_mean=0.01"], "not above the black level"),
-        (&["exposure=auto", "long_exposure=extend_frame"], "refuse would do"),
-        (&["exposure_lines=20000000", "long_exposure=extend_frame"], "at most 16777216 lines would do"),
+        (&["exposure=auto", "long_exposure=extend_frame"], "use refuse"),
+        (&["exposure_lines=20000000", "long_exposure=extend_frame"], "use at most 16777216 lines"),
     ];
     for (assignments, words) in cases {
         let mut arguments = vec!["timing".to_owned(), "paper_6t_vga".to_owned()];

@@ -14,7 +14,7 @@ use reference::{Places, distorted_px, first_hit};
 use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, index};
 use sensel::optics::lens::{Intrinsics, Lens, Mapping, Radtan};
-use sensel::optics::truth::{Seen, View, matches, surfaces};
+use sensel::optics::truth::{View, Visibility, matches, surfaces};
 use sensel::optics::{Aperture, Camera, Pupil, RollOff, Sampling, render};
 use sensel::plane::Plane;
 use sensel::pose::Pose;
@@ -105,7 +105,7 @@ fn a_wall_is_as_far_along_the_axis_as_each_row_finds_it() {
     let still = |_: f64| Pose::IDENTITY;
     let (now, next) = (View::new(&camera, rolling(0), &still), View::new(&camera, rolling(1), &still));
     let found = matches(&scene, &now, &surfaces(&scene, &now), &next);
-    assert!(found.seen.values().iter().all(|&seen| seen == Seen::Visible));
+    assert!(found.seen.values().iter().all(|&seen| seen == Visibility::Visible));
     // Roundings of places up to 160 px in f64.
     assert!(found.dx_px.values().iter().chain(found.dy_px.values()).all(|shift_px| shift_px.abs() < 1e-12));
 }
@@ -176,7 +176,7 @@ fn flow_and_visibility_are_those_of_points_projected_and_looked_at_one_by_one() 
                 let shift_px = DVec2::new(found.dx_px.at(x, y).into(), found.dy_px.at(x, y).into());
                 let beyond = !(shift_px.is_finite() && inside(here_px + shift_px) > 1e-3);
                 assert!(beyond, "{name} {x} {y}: {:?} at {shift_px}", found.seen.at(x, y));
-                outside += u32::from(found.seen.at(x, y) == Seen::Outside);
+                outside += u32::from(found.seen.at(x, y) == Visibility::Outside);
                 continue;
             };
             let shift_px = DVec2::new(found.dx_px.at(x, y).into(), found.dy_px.at(x, y).into());
@@ -190,9 +190,9 @@ fn flow_and_visibility_are_those_of_points_projected_and_looked_at_one_by_one() 
             let nearer = 1.0 - met.range_m / toward_m.length();
             // What is nearer by up to a few ten-thousandths, or met at its very edge, may count either way.
             if met.margin > 1e-4 && hit.margin > 1e-5 && (nearer.abs() < 1e-6 || nearer > 1e-3) {
-                let expected = if nearer > 1e-3 { Seen::Occluded } else { Seen::Visible };
+                let expected = if nearer > 1e-3 { Visibility::Occluded } else { Visibility::Visible };
                 assert_eq!(found.seen.at(x, y), expected, "{name} {x} {y}: nearer by {nearer}");
-                hidden += u32::from(expected == Seen::Occluded);
+                hidden += u32::from(expected == Visibility::Occluded);
                 tried += 1;
             }
         }
@@ -215,7 +215,7 @@ fn rows_that_the_picture_outruns_are_unsettled_and_what_has_no_bearing_is_nothin
         let view = View::new(&camera, rolling(0), motion);
         let later = View::new(&camera, rolling(0).iter().map(|t_s| t_s + 1e-4).collect(), motion);
         let found = matches(&scene, &view, &surfaces(&scene, &view), &later);
-        found.seen.values().iter().filter(|&&seen| seen == Seen::Unsettled).count()
+        found.seen.values().iter().filter(|&&seen| seen == Visibility::Unsettled).count()
     };
     assert!(count(&spin) > 1_000, "{}", count(&spin));
     assert_eq!(count(&slow), 0);
@@ -231,7 +231,7 @@ fn rows_that_the_picture_outruns_are_unsettled_and_what_has_no_bearing_is_nothin
     for y in 0..120 {
         for x in 0..160 {
             let has = folded.unproject(DVec2::new(f64_from_usize(x), f64_from_usize(y))).is_some();
-            assert_eq!(found.seen.at(x, y) == Seen::Nothing, !has, "{x} {y}");
+            assert_eq!(found.seen.at(x, y) == Visibility::Nothing, !has, "{x} {y}");
             assert!(has == seen.range_m.at(x, y).is_finite() && has == found.dx_px.at(x, y).is_finite());
             nothing += u32::from(!has);
         }
@@ -261,9 +261,12 @@ fn what_is_infinitely_far_turns_with_the_camera_and_does_not_shift() {
             assert!((dx_px + focal_px * 0.1).abs() < 1e-6, "{dx_px}");
             plate += 1;
         } else {
-            assert!(dx_px.abs() < 1e-9 && [Seen::Visible, Seen::Occluded].contains(&state), "{dx_px} {state:?}");
+            assert!(
+                dx_px.abs() < 1e-9 && [Visibility::Visible, Visibility::Occluded].contains(&state),
+                "{dx_px} {state:?}"
+            );
             sky += 1;
-            hidden += u32::from(state == Seen::Occluded);
+            hidden += u32::from(state == Visibility::Occluded);
         }
     }
     // The plate moves by 14.6 px and is 58 px high: that strip of sky is covered.
@@ -303,7 +306,7 @@ fn the_next_frame_warped_by_the_flow_is_this_frame() {
         for (y, x) in (0..120).flat_map(|y| (0..160).map(move |x| (y, x))) {
             let x_px = f64_from_usize(x) + f64::from(found.dx_px.at(x, y)) + off_px[0];
             let y_px = f64_from_usize(y) + f64::from(found.dy_px.at(x, y)) + off_px[1];
-            let there = between(&next, x_px, y_px).filter(|_| found.seen.at(x, y) == Seen::Visible);
+            let there = between(&next, x_px, y_px).filter(|_| found.seen.at(x, y) == Visibility::Visible);
             apart.extend(there.map(|there| (there / f64::from(now.at(x, y)) - 1.0).abs()));
         }
         (apart.len(), median(&mut apart))

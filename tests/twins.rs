@@ -18,8 +18,8 @@ use sensel::error::Error;
 use sensel::fidelity::Rung;
 use sensel::files::verilated::Verilated;
 use sensel::num::{f32_nearest, index};
+use sensel::rtl_simulator::RtlSimulator;
 use sensel::run::{Assets, NoClock, NoFiles, NoProgress, Session, Setup};
-use sensel::silicon::Silicon;
 
 const SEED: u64 = 20_261_121;
 const CONFIGS: u64 = 400;
@@ -32,7 +32,7 @@ impl Assets for WithVerilog {
         NoFiles.read(name)
     }
 
-    fn silicon(&self) -> Result<Arc<dyn Silicon>, Error> {
+    fn rtl_simulator(&self) -> Result<Arc<dyn RtlSimulator>, Error> {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../rtl/verilated");
         Ok(Arc::new(Verilated::new(folder)?))
     }
@@ -160,7 +160,7 @@ fn the_closed_form_is_the_clocked_converter_in_every_column_of_random_configs() 
 fn the_verilog_is_the_clocked_converter_in_every_column_of_random_configs() {
     println!("seed {SEED}");
     let (mut columns_compared, mut clipped) = (0, 0);
-    let verilog = sensel::silicon::Seat::new(WithVerilog.silicon().unwrap());
+    let verilog = sensel::rtl_simulator::SharedRtlSimulator::new(WithVerilog.rtl_simulator().unwrap());
     for case in 0..CONFIGS / 4 {
         let mut chance = Chance::new(SEED, case);
         let params = random_params(&mut chance);

@@ -12,7 +12,7 @@ use sensel::files::waves::{fst_bytes, vcd_bytes};
 use sensel::link;
 use sensel::run::{NoClock, NoFiles, NoProgress, SensorSetup, Session, Setup};
 use sensel::units::{CameraIndex, FrameIndex, RowIndex};
-use sensel::waves::{Asked, Kind, Value, WavePlan, WaveRow, Waves};
+use sensel::waves::{Asked, SignalKind, Value, WavePlan, WaveRow, Waves};
 
 /// Values of a signal by name; at least one.
 fn of(waves: &Waves, scope: &str, name: &str) -> Vec<(u64, Value)> {
@@ -254,27 +254,27 @@ fn kinds_and_widths_are_as_documented() {
     let sensor = SensorSetup::new(&resolved(&[])).unwrap();
     let waves = wedge_of(&sensor, Asked::default());
     let kind = |scope: &str, name: &str| waves.signals[waves.find(scope, name).unwrap().0].kind;
-    assert_eq!(kind("column_0", "counter"), Kind::Signed(13));
-    assert_eq!(kind("column_0", "code"), Kind::Bits(10));
-    assert_eq!(kind("ramp", "ramp_uv"), Kind::Real);
+    assert_eq!(kind("column_0", "counter"), SignalKind::Signed(13));
+    assert_eq!(kind("column_0", "code"), SignalKind::Bits(10));
+    assert_eq!(kind("ramp", "ramp_uv"), SignalKind::Real);
     assert!(waves.find("lanes", "lane_0").is_none(), "a parallel readout has no serial lanes");
     // A reset ramp longer than the code needs a wider counter: -200 to 1 + 0.
     let long = ["sensor.adc.bits=1", "sensor.adc.black_level_dn=0", "sensor.adc.reset_counts=200"];
     let sensor = SensorSetup::new(&resolved(&long)).unwrap();
     let waves = wedge_of(&sensor, Asked::default());
-    assert_eq!(waves.signals[waves.find("column_0", "counter").unwrap().0].kind, Kind::Signed(9));
+    assert_eq!(waves.signals[waves.find("column_0", "counter").unwrap().0].kind, SignalKind::Signed(9));
 }
 
-/// Options that are refused before anything is written, with words of what would do.
+/// Options that are refused before anything is written, with words that name an accepted value.
 const REFUSED: &[(&[&str], &str)] = &[
-    (&["--waves", "w.txt"], "a name ending in .fst or .vcd would do"),
-    (&["--waves", "w"], "a name ending in .fst or .vcd would do"),
-    (&["--waves", "w.fst", "--wave-rows", "480"], "--wave-rows = 480: 480 is out of range; 0 to 479 would do"),
-    (&["--waves", "w.fst", "--wave-columns", "0,640"], "640 is out of range; 0 to 639 would do"),
+    (&["--waves", "w.txt"], "use a name ending in .fst or .vcd"),
+    (&["--waves", "w"], "use a name ending in .fst or .vcd"),
+    (&["--waves", "w.fst", "--wave-rows", "480"], "--wave-rows = 480: 480 is out of range; use 0 to 479"),
+    (&["--waves", "w.fst", "--wave-columns", "0,640"], "640 is out of range; use 0 to 639"),
     (&["--waves", "w.fst", "--wave-rows", "a"], "'a' is no number"),
     (&["--waves", "w.fst", "--set", "sensor.adc.columns_per_adc=2"], "columns_per_adc"),
     (&["--waves", "w.fst", "--set", "sensor.readout.hdr='dual_gain'"], "hdr"),
-    (&["--waves", "w.fst", "--set", "sensor.readout.exposure='auto'"], "fixed would do"),
+    (&["--waves", "w.fst", "--set", "sensor.readout.exposure='auto'"], "use fixed"),
 ];
 
 #[test]

@@ -67,7 +67,7 @@ pub const OUTPUT_PINS: &[&str] = &[
 
 /// Levels of the columns.
 #[derive(Clone, Copy, Debug)]
-pub enum Kind {
+pub enum LevelPattern {
     /// Rising from column to column and row to row.
     Ramp,
     /// Any step, one column in 64 never.
@@ -87,7 +87,7 @@ pub struct Workload {
 }
 
 impl Workload {
-    pub fn new(kind: Kind, latch_mode: bool, rows: u32) -> Self {
+    pub fn new(kind: LevelPattern, latch_mode: bool, rows: u32) -> Self {
         let seq = SeqConfig {
             global_shutter: false,
             hts: 6402,
@@ -107,10 +107,10 @@ impl Workload {
             let word = mix(cell);
             let any = 1 + u32::try_from(word >> 40).unwrap() % steps;
             match kind {
-                Kind::Ramp => 1 + (u32::try_from(cell % 640 + cell / 640).unwrap() + any % 8) % steps,
-                Kind::Random if word.is_multiple_of(64) => NEVER,
-                Kind::Random => any,
-                Kind::Never => NEVER,
+                LevelPattern::Ramp => 1 + (u32::try_from(cell % 640 + cell / 640).unwrap() + any % 8) % steps,
+                LevelPattern::Random if word.is_multiple_of(64) => NEVER,
+                LevelPattern::Random => any,
+                LevelPattern::Never => NEVER,
             }
         };
         let cells = u64::from(rows) * u64::try_from(COLUMNS).unwrap();

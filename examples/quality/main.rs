@@ -44,7 +44,7 @@ fn main() {
     let folder = match (value("--pictures"), &python) {
         (Some(folder), _) => PathBuf::from(folder),
         (None, Some(python)) => orb::pictures(python, &out, set),
-        (None, None) => panic!("--pictures DIR, or SENSEL_JUDGE_PYTHON with scikit-image, would do"),
+        (None, None) => panic!("use --pictures DIR, or SENSEL_JUDGE_PYTHON with scikit-image"),
     };
     let pictures = pictures::read(&folder);
     assert!(!pictures.is_empty(), "{} holds no PNG picture", folder.display());

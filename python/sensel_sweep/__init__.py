@@ -73,9 +73,9 @@ def submit(arguments: argparse.Namespace) -> int:
 
 def main() -> None:
     """`sensel-sweep submit`."""
-    parser = argparse.ArgumentParser(prog="sensel-sweep", description=__doc__)
+    parser = argparse.ArgumentParser(prog="sensel-sweep", description=__doc__, allow_abbrev=False)
     parts = parser.add_subparsers(dest="part", required=True)
-    part = parts.add_parser("submit", help="runs all cells of a sweep file")
+    part = parts.add_parser("submit", help="runs all cells of a sweep file", allow_abbrev=False)
     part.add_argument("file")
     part.add_argument("--out", required=True, help="folder of the sweep, seen by all workers")
     part.add_argument("--engine", choices=["dask"], default="dask")

@@ -11,8 +11,8 @@ use crate::fx_back::{Record, Row};
 use crate::fx_front::{DRAIN, FRONT_LATENCY};
 use crate::fx_front_rows::{FrontRows, FrontRowsMemory, FrontSink, RowCorner, RowDone, Word};
 
-/// What stands around the extractor, in its clocks: 0 is the first after reset.
-pub trait Surroundings {
+/// The extractor's environment: when pixels are offered and records are taken. Clock 0 is the first after reset.
+pub trait ExtractorHost {
     /// Pixels `first` to `end` of a row are taken one by one, each when it is offered, the first not before `clk`: the last one's
     /// clock.
     fn offered_run(&mut self, first: u32, end: u32, y: u32, clk: u64) -> u64;
@@ -22,14 +22,14 @@ pub trait Surroundings {
     fn leaves(&mut self, record: &Record, clk: u64);
 }
 
-/// A row whose end is on its way.
+/// A row whose end has not yet reached the back half.
 #[derive(Clone, Copy, Debug)]
 struct Ending {
     row: Row,
     frame_end: bool,
 }
 
-/// The back as it stands in a clock, and what is on its way to it.
+/// The back half's state in a clock, with pending inputs.
 #[derive(Debug)]
 struct InTime<'a> {
     back: FxBack<'a>,
@@ -76,7 +76,7 @@ impl<'a, T: Word> ExtractorRows<'a, T> {
 
     /// Lets a frame through; gives back the first clock in which the next one's first pixel could enter. Panics on another size.
     #[inline(always)]
-    pub fn frame<S: Surroundings>(&mut self, pixels: &[T], around: &mut S) -> u64 {
+    pub fn frame<S: ExtractorHost>(&mut self, pixels: &[T], around: &mut S) -> u64 {
         let width = usize::try_from(self.config.width).expect("a row's length");
         let rows = pixels.chunks_exact(width);
         assert!(rows.remainder().is_empty() && rows.len() * width == pixels.len(), "whole rows");
@@ -91,7 +91,7 @@ impl<'a, T: Word> ExtractorRows<'a, T> {
     }
 
     /// Works until nothing is left to do but what the next row brings.
-    pub fn finish<S: Surroundings>(&mut self, around: &mut S) {
+    pub fn finish<S: ExtractorHost>(&mut self, around: &mut S) {
         while !self.time.back.is_idle() {
             self.time.once(u64::MAX, None, around);
         }
@@ -127,7 +127,7 @@ struct Sink<'s, 'a, S> {
     used: usize,
 }
 
-impl<T: Word, S: Surroundings> FrontSink<T> for Sink<'_, '_, S> {
+impl<T: Word, S: ExtractorHost> FrontSink<T> for Sink<'_, '_, S> {
     fn corner(&mut self, corner: &RowCorner) {
         self.corners[self.used] = *corner;
         self.used += 1;
@@ -153,14 +153,14 @@ impl<T: Word, S: Surroundings> FrontSink<T> for Sink<'_, '_, S> {
 
 impl InTime<'_> {
     /// Until the row may start.
-    fn wait<S: Surroundings>(&mut self, row: Row, around: &mut S) {
+    fn wait<S: ExtractorHost>(&mut self, row: Row, around: &mut S) {
         while !self.back.row_ok(row, self.settings.policy) {
             self.once(u64::MAX, Some(row), around);
         }
     }
 
     /// The row's positions, from the clock that stands; the end of the row before leaves on the way, and a frame's last one behind it.
-    fn pass<S: Surroundings>(&mut self, next: Ending, width: u32, around: &mut S) {
+    fn pass<S: ExtractorHost>(&mut self, next: Ending, width: u32, around: &mut S) {
         let first_clk = self.clk;
         let (pushed_clk, last_clk) = if next.row.octave == 0 && !next.row.is_virtual {
             let pushed_clk = around.offered_run(0, FRONT_LATENCY, next.row.row, first_clk);
@@ -181,21 +181,21 @@ impl InTime<'_> {
         }
     }
 
-    fn end_row<S: Surroundings>(&mut self, ending: Ending, clk: u64, around: &mut S) {
+    fn end_row<S: ExtractorHost>(&mut self, ending: Ending, clk: u64, around: &mut S) {
         self.until(clk, around);
         let Ending { row: Row { octave, row, is_virtual }, frame_end } = ending;
         let pins = FxBackIn { octave, row, row_end: true, row_end_virtual: is_virtual, frame_end, ..self.pins(None) };
         self.step(pins, around);
     }
 
-    fn until<S: Surroundings>(&mut self, clk: u64, around: &mut S) {
+    fn until<S: ExtractorHost>(&mut self, clk: u64, around: &mut S) {
         while self.clk < clk {
             self.once(clk, None, around);
         }
     }
 
     /// Clocks up to the next one in which something happens, or that one clock. A row may wait meanwhile.
-    fn once<S: Surroundings>(&mut self, until: u64, waits: Option<Row>, around: &mut S) {
+    fn once<S: ExtractorHost>(&mut self, until: u64, waits: Option<Row>, around: &mut S) {
         let quiet = self.back.quiet_clocks(self.settings.policy);
         let taken = self.taken_clk(around).map_or(u64::MAX, |clk| clk - self.clk);
         let clocks = quiet.min(taken).min(until - self.clk);
@@ -209,7 +209,7 @@ impl InTime<'_> {
     }
 
     /// When the record that stands is taken.
-    fn taken_clk<S: Surroundings>(&mut self, around: &mut S) -> Option<u64> {
+    fn taken_clk<S: ExtractorHost>(&mut self, around: &mut S) -> Option<u64> {
         if self.taken_clk.is_none() && self.back.record().is_some() {
             self.taken_clk = Some(around.taken(self.clk));
         }
@@ -222,7 +222,7 @@ impl InTime<'_> {
     }
 
     /// One rising edge.
-    fn step<S: Surroundings>(&mut self, pins: FxBackIn, around: &mut S) {
+    fn step<S: ExtractorHost>(&mut self, pins: FxBackIn, around: &mut S) {
         let out_ready = self.taken_clk(around) == Some(self.clk);
         if let Some(record) = self.back.record().filter(|_| out_ready) {
             around.leaves(record, self.clk);

@@ -3,7 +3,7 @@
 use super::{Corner, FxBack, Policy};
 
 impl FxBack<'_> {
-    /// Whether nothing is on its way: no list is walked or waits for its dump, no corner waits, no engine runs.
+    /// Whether the back half is idle: no list is read or waits, no corner waits, no engine runs.
     pub fn is_idle(&self) -> bool {
         let engines = self.idle.iter().take(self.engines.len()).all(|&idle| idle);
         engines && self.fifo.used() == 0 && !self.cells.active() && self.dumps.load(false).is_none()

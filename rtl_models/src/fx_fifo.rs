@@ -25,7 +25,7 @@ impl Policy {
     }
 }
 
-/// A corner on its way to an engine.
+/// A corner queued for an engine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Candidate {
     /// The corner.

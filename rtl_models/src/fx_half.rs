@@ -3,7 +3,7 @@
 
 use crate::words::{HalfScaleMean, rounded};
 
-/// The row buffer and the pixel that it has read. It has no registers of its own.
+/// The row buffer and the pixel read from it. It has no other registers.
 #[derive(Debug)]
 pub(crate) struct FxHalf<'a> {
     row: &'a mut [u16],

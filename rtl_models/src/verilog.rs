@@ -1,4 +1,4 @@
-//! The SystemVerilog itself, and the harnesses that play whole rows and pictures to it, as text for whoever builds them.
+//! SystemVerilog sources and the C++ harnesses that play rows and pictures to them, as text for a build.
 
 /// A file of Verilog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,10 +1,10 @@
 //! Conversions clock by clock. Computes, from levels in nV and delays, the ramp, each comparator's bit and each counter on every `adc_clk`.
 //!
-//! Two parts with one border, the comparators' bits: `Comparators` is the analog side in integers, `Counters` the digital one. A
+//! Two parts with one interface, the comparators' bits: `Comparators` is the analog side in integers, `Counters` the digital one. A
 //! clock of `Comparators`: the ramp steps; every column that has not been crossed compares; a crossed column's bit goes high its
-//! delay later and stays; bits that go high shift the ramp from the next clock on (`Kickback`). A clock of `Counters`: a column
-//! counts while its bit is low. All columns see one ramp, so those that wait are kept in the order of their levels: a clock costs
-//! the columns whose bits change, and where nothing changes the ramp alone.
+//! delay later and stays high; bits that go high shift the ramp from the next clock on (`Kickback`). A clock of `Counters`: a column
+//! counts while its bit is low. All columns see one ramp, so waiting columns are kept in the order of their levels: the work of a
+//! clock grows with the columns whose bits change, and without changes is that of the ramp alone.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -14,7 +14,7 @@ use super::kickback::{Kickback, Shift};
 use super::ramp::RampEdges;
 use super::{Cds, Columns, Converter, Counter, Counting, RowWork, Sample};
 use crate::num::{index, u64_from};
-use crate::silicon::RowAsked;
+use crate::rtl_simulator::RowRequest;
 
 /// The columns under one ramp during one conversion.
 #[derive(Clone, Debug)]
@@ -238,7 +238,7 @@ impl Columns<'_> {
                 let (reset_clk, signal_clk) = (&reset_clk[..], &signal_clk[..]);
                 let steps = |sample| self.converter.steps(sample);
                 let (reset_steps, signal_steps) = (steps(Sample::Reset), steps(Sample::Signal));
-                verilog.row(&RowAsked { cds: params.column(), signal_steps, reset_steps, reset_clk, signal_clk })
+                verilog.row(&RowRequest { cds: params.column(), signal_steps, reset_steps, reset_clk, signal_clk })
             });
             for (place, &column) in chosen.iter().enumerate() {
                 codes[column] = match &in_verilog {

@@ -1,10 +1,10 @@
 //! A row of conversions. Converts microvolts to codes in LSB, and reports how long counters and comparators ran.
 //!
-//! A column's comparator goes high at the first clock at which the ramp stands above the sample plus pedestal, its delay later;
+//! A column's comparator goes high at the first clock at which the ramp is above the sample plus pedestal, after its delay;
 //! its count is the clocks before that, or all. One conversion: the count is the code, and the pedestal is the edge of the black
 //! level, so that no signal gives that code. Digital double sampling: black level minus the count of the reset ramp plus the count
-//! of the signal ramp, clipped to 0 .. 2^b - 1 (an up/down counter that starts at the black level). The pedestal stands on the
-//! ramp as it is. docs/adc.md has all of it.
+//! of the signal ramp, clipped to 0 .. 2^b - 1 (an up/down counter that starts at the black level). The pedestal is a level of the
+//! actual ramp. docs/adc.md has the details.
 
 use super::crossings::{NEVER, crossings};
 use super::kickback::Kickback;
@@ -14,7 +14,7 @@ use super::{AdcParams, Cds, column_delay};
 use crate::draw::DrawKey;
 use crate::fidelity::Rung;
 use crate::num::{f32_nearest, low_u16};
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 
 /// Which of a row's conversions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub struct Converter {
     is_plain: bool,
     is_clocked: bool,
     /// What converts in place of the clocked rung's own counters.
-    pub(super) verilog: Option<Seat>,
+    pub(super) verilog: Option<SharedRtlSimulator>,
 }
 
 /// The converters of one camera's die: each column with its own comparator.
@@ -93,9 +93,9 @@ impl Converter {
         Self { is_clocked: matches!(rung, Rung::Clocked | Rung::Rtl), ..self }
     }
 
-    /// The same with its columns' counters in Verilog where it goes clock by clock.
+    /// The same with the columns' counters in Verilog where conversions run clock by clock.
     #[must_use]
-    pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
+    pub fn in_verilog(self, verilog: Option<SharedRtlSimulator>) -> Self {
         Self { verilog, ..self }
     }
 

@@ -67,7 +67,7 @@ struct Coupled<'a> {
 }
 
 impl Coupled<'_> {
-    /// `waiting` stands in rising order of levels.
+    /// `waiting` is in rising order of levels.
     fn solve(mut self, columns: &Columns<'_>, waiting: &[(i64, usize)], found: &mut [u32]) {
         let mut waiting = waiting.iter().peekable();
         loop {
@@ -92,7 +92,7 @@ impl Coupled<'_> {
         self.edges.edge_nv(clock) + self.kickback.shift_nv(self.shift, clock)
     }
 
-    /// The first clock after the present one, up to `until`, at which the ramp stands above a level if nothing flips before.
+    /// The first clock after the present one, up to `until`, at which the ramp is above a level if nothing flips before.
     fn first_above(&self, level_nv: i64, until: u32) -> Option<u32> {
         let mut from = self.clock + 1;
         while from <= until {

@@ -1,11 +1,11 @@
 //! Code density of the simulated converter. Measures DNL and INL from a ramp histogram, and effective bits from a sine fit.
 //!
-//! IEEE 1241-2010, as a laboratory does it, through the converter's front door: samples in uV in, codes out. The ramp histogram takes
+//! IEEE 1241-2010, as a laboratory does it, through the converter's public interface: samples in uV in, codes out. The ramp histogram takes
 //! equally spaced samples over the whole range; the share of samples below code k places its transition `T[k]`; DNL is the width of a
 //! code over the mean width less 1, INL the distance of `T[k]` from the straight line through the first and the last
 //! transition (terminal-based). The sine fit has three parameters at a known frequency with whole periods in the record; effective bits are
-//! log2(2^bits / (rms residual sqrt 12)), so that a perfect converter has its own number of bits. Columns that share a ramp
-//! are tried one at a time: kickback between columns is not in these figures. Never: noise in the histogram.
+//! log2(2^bits / (rms residual sqrt 12)), so that a perfect converter has exactly its number of bits. Columns that share a ramp
+//! are measured one at a time: kickback between columns is not in these figures. The histogram has no noise.
 
 use super::{AdcParams, Cds, Converter};
 use crate::draw::{DrawKey, fill_uniforms, normals};

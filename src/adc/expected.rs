@@ -5,7 +5,7 @@
 //! `SMOOTH_LSB` and both ends are further than that, the sums are level / LSB - 1/2 and sigma^2 / LSB^2 + 1/12: what quantisation adds to
 //! them has the Fourier coefficients exp(-2 pi^2 sigma^2 / LSB^2) (Widrow and Kollar, "Quantization Noise", 2008), below 1e-19 there.
 //! The difference of two counts is summed over both counts where it can meet an end; where that takes more than `PAIRS_MAX` pairs (sigmas
-//! of some 18 LSB) it is clipped as a normal instead. Only ramps of equal steps whose comparators are alike: others have no such sums.
+//! of some 18 LSB) it is clipped as a normal instead. This holds only for ramps of equal steps with equal comparators.
 
 use super::convert::Converter;
 use super::{Cds, Sample};
@@ -33,7 +33,7 @@ pub struct Moments {
 const REACH: f64 = 7.0;
 /// Sigma in LSB from which on quantisation adds its variance and nothing else: exp(-2 pi^2 1.5^2) is 5e-20.
 const SMOOTH_LSB: f64 = 1.5;
-/// Pairs of counts that a difference beside an end is summed over at most: some 0.1 ms.
+/// Greatest number of pairs of counts that a difference beside an end is summed over. It limits the time.
 const PAIRS_MAX: usize = 65_536;
 
 impl Converter {
@@ -188,7 +188,7 @@ mod tests {
     }
 
     /// 5 standard errors of mean and variance; beside an end a code is nearly two-valued, so the draws' own fourth moment tells the
-    /// variance's. No level stands on an edge, which f32 cannot say. 240 checks: a false alarm in 7,000 runs.
+    /// variance's. No level is on an edge, which f32 cannot represent. 240 checks: a false alarm in 7,000 runs.
     #[test]
     fn the_moments_are_those_of_converted_draws_on_every_side_of_their_seams() {
         let lsb_uv = paper_adc().lsb_uv();

@@ -2,7 +2,7 @@
 //! lies too close to an edge for f32 to decide.
 //!
 //! A count is a straight line of the sample, rounded down. In f32 that line is off by a known part of a code, so only samples that
-//! close to an edge need the exact count of `LinearKernel`, the slow twin: about one in 2,000 at 10 bits, one in 130 at 14 bits.
+//! close to an edge need the exact count of `LinearKernel`, the slow twin.
 
 use super::AdcParams;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_i64, low_u16};
@@ -37,7 +37,7 @@ pub(super) struct FastLine {
 }
 
 impl FastLine {
-    /// Prepares checked parameters, of which the pedestal stands at `pedestal_nv`. None for depths that f32 cannot hold apart.
+    /// Prepares checked parameters, with the pedestal at `pedestal_nv`. None for depths that f32 cannot resolve.
     ///
     /// The count of level s (nV, an integer) is ((s + 1/2) 2^b - 1/2) / span rounded down (`LinearKernel::count`), and that less a half
     /// rounded to the nearest. A product and a sum, each of which rounds besides its constant, are off by 4 * 2^-24 of at most 2^b;

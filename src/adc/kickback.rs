@@ -38,7 +38,7 @@ impl Kickback {
     pub fn shift_nv(&self, shift: Shift, clock: u32) -> i64 {
         const HALF_NV: DecayShare = DecayShare::lit("0.5");
         let left = self.left.get(index(clock - shift.since_clk)).copied().unwrap_or(DecayShare::ZERO);
-        // At most 4096 steps of 1e7 nV stand in the base: below 2^36, so nothing wraps.
+        // At most 4096 steps of 1e7 nV are in the base: below 2^36, so nothing wraps.
         left.wrapping_mul_int(shift.base_nv).wrapping_add(HALF_NV).wrapping_to_num()
     }
 

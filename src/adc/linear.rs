@@ -1,7 +1,7 @@
 //! The plain linear ramp in closed form, many columns at a time. Converts microvolts of a row to codes in LSB, and reports how long
 //! counters and comparators ran.
 //!
-//! Edge k (1 .. 2^b - 1) stands at round(k span / 2^b) nV, halves up. A count is the number of edges at or below a sample plus
+//! Edge k (1 .. 2^b - 1) is at round(k span / 2^b) nV, halves up. A count is the number of edges at or below a sample plus
 //! pedestal. `Converter` takes this path where all steps are equal, no comparator lags and none disturbs the ramp; its slow twin is
 //! the general path of the same converter. Blocks of columns far enough from all edges are served in f32 (`FastLine`).
 

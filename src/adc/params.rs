@@ -206,7 +206,7 @@ pub struct AdcParams {
 }
 
 impl AdcParams {
-    /// Refuses values out of range, naming key, value and what would do.
+    /// Refuses values out of range, naming key, value and an accepted value.
     pub fn check(&self) -> Result<(), Error> {
         within("sensor.adc.bits", self.bits.into(), 1.0, 16.0)?;
         if !(1_000..=100_000_000_000).contains(&self.clock_hz) {
@@ -257,7 +257,7 @@ impl AdcParams {
     /// Whether a converter finds room above the columns that share it.
     ///
     /// # Errors
-    /// It does not; the error names the sharing that would do.
+    /// It does not; the error names the sharing that is accepted.
     pub fn check_pitch(&self, pixel: &PixelParams) -> Result<(), Error> {
         let one_um = pixel.pitch_um * f64::from(self.sides);
         let room_um = f64::from(self.columns_per_adc) * one_um;
@@ -267,11 +267,11 @@ impl AdcParams {
         let needed = (self.pitch_um / one_um).ceil();
         let reason = if needed <= 64.0 {
             format!(
-                "{} columns of {} um on {} side(s) leave {room_um} um; columns_per_adc = {needed} would do",
+                "{} columns of {} um on {} side(s) leave {room_um} um; use columns_per_adc = {needed}",
                 self.columns_per_adc, pixel.pitch_um, self.sides
             )
         } else {
-            format!("64 columns, the most that share a converter, leave {} um; less would do", 64.0 * one_um)
+            format!("64 columns, the most that share a converter, leave {} um; use fewer", 64.0 * one_um)
         };
         Err(Error::key("sensor.adc.pitch_um", self.pitch_um, reason))
     }
@@ -369,7 +369,7 @@ impl AdcParams {
     }
 
     /// Edges of the ramp that stand below a column without signal: the level at which the reset conversion finds it. A converted
-    /// difference stands at the black level; where both samples are converted, in the middle of the reset ramp, or lower where the
+    /// difference is at the black level; where both samples are converted, in the middle of the reset ramp, or lower where the
     /// black level is lower, so that the signal's ramp ends beyond the greatest code.
     pub fn pedestal_lsb(&self) -> u32 {
         match self.cds {

@@ -47,7 +47,7 @@ impl RampEdges {
         }
     }
 
-    /// How many of the edges 1 to `most` stand at or below a level.
+    /// How many of the edges 1 to `most` are at or below a level.
     pub fn count(&self, level_nv: i64, most: u32) -> u32 {
         if most == 0 || level_nv < self.edge_nv(1) {
             return 0;
@@ -79,7 +79,7 @@ impl RampEdges {
             return Ok(());
         }
         let reason = format!(
-            "the ramp stands still after edge {pedestal}, where a column without signal lies; a level on a rising part would do"
+            "the ramp is flat after edge {pedestal}, the level of a column without signal; use a level on a rising part"
         );
         Err(Error::key("sensor.adc.black_level_dn", params.black_level_dn, reason))
     }
@@ -94,17 +94,17 @@ pub(super) fn linear_edge_nv(bits: u32, span_nv: i64, k: u32) -> i64 {
 fn check_keys(params: &AdcParams) -> Result<(), Error> {
     let shape = params.ramp;
     if shape != Ramp::Piecewise && !params.ramp_points.is_empty() {
-        let reason = format!("a {} ramp has no points; [] or ramp = \"piecewise\" would do", shape.name());
+        let reason = format!("a {} ramp has no points; use [] or ramp = \"piecewise\"", shape.name());
         return Err(Error::key("sensor.adc.ramp_points", format!("{:?}", params.ramp_points), reason));
     }
     if shape != Ramp::Table && !params.ramp_table_uv.is_empty() {
-        let reason = format!("a {} ramp has no table; [] or ramp = \"table\" would do", shape.name());
+        let reason = format!("a {} ramp has no table; use [] or ramp = \"table\"", shape.name());
         let value = format!("{} levels", params.ramp_table_uv.len());
         return Err(Error::key("sensor.adc.ramp_table_uv", value, reason));
     }
     if !params.has_equal_steps() && params.reset_counts_used() > params.code_max() {
         let most = params.code_max();
-        let reason = format!("only a plain linear ramp goes on beyond its last edge; at most {most} would do");
+        let reason = format!("only a plain linear ramp goes on beyond its last edge; use at most {most}");
         return Err(Error::key("sensor.adc.reset_counts", params.reset_counts, reason));
     }
     Ok(())
@@ -119,7 +119,7 @@ fn table_nv(params: &AdcParams) -> Result<Vec<i64>, Error> {
     bow(params, &mut levels_nv);
     if let Some(k) = falls_after(&levels_nv) {
         // The shapes themselves rise, so only the bow can turn them.
-        let reason = format!("the ramp falls after edge {k}; a value nearer to 0 would do");
+        let reason = format!("the ramp falls after edge {k}; use a value nearer to 0");
         return Err(Error::key("sensor.adc.ramp_inl_lsb", params.ramp_inl_lsb, reason));
     }
     settle(params.ramp_settling_clk, &mut levels_nv);
@@ -145,13 +145,13 @@ fn piecewise_nv(params: &AdcParams) -> Result<Vec<f64>, Error> {
     let refuse = |reason: &str| Error::key("sensor.adc.ramp_points", format!("{:?}", params.ramp_points), reason);
     let points = &params.ramp_points;
     if points.is_empty() || points.len() > 64 {
-        return Err(refuse("a piecewise ramp has 1 to 64 points; [[0.5, 0.25]] would do"));
+        return Err(refuse("a piecewise ramp has 1 to 64 points; use [[0.5, 0.25]]"));
     }
     let mut knots = vec![[0.0, 0.0]];
     knots.extend(points.iter().copied());
     knots.push([1.0, 1.0]);
     if !knots.windows(2).all(|pair| pair[1][0] > pair[0][0] && pair[1][1] > pair[0][1]) {
-        return Err(refuse("shares of counts and of span must rise from above 0 to below 1; [[0.5, 0.25]] would do"));
+        return Err(refuse("shares of counts and of span must rise from above 0 to below 1; use [[0.5, 0.25]]"));
     }
     let span_nv = f64_from_i64(params.span_nv());
     let mut piece = 0;
@@ -171,7 +171,7 @@ fn given_nv(params: &AdcParams) -> Result<Vec<f64>, Error> {
     let refuse = |value: String, reason: String| Error::key("sensor.adc.ramp_table_uv", value, reason);
     let edges = index(params.code_max());
     if table_uv.len() != edges {
-        let reason = format!("a ramp of {} bits has {edges} edges; as many levels would do", params.bits);
+        let reason = format!("a ramp of {} bits has {edges} edges; use as many levels", params.bits);
         return Err(refuse(format!("{} levels", table_uv.len()), reason));
     }
     let mut before_uv = 0.0;

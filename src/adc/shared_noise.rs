@@ -1,7 +1,7 @@
 //! Noise that many pixels share. Adds one draw in microvolts to all pixels of a row or column.
 //!
 //! Models, each a normal draw: `row_noise` (reference and supply noise sampled once a row), `row_offset` (a pattern of the die),
-//! `column_noise` (a column's bias and reference, low-frequency, once a frame) stand on the difference and so on the signal sample.
+//! `column_noise` (a column's bias and reference, low-frequency, once a frame) act on the difference and so on the signal sample.
 //! `ramp_noise` is the noise of the ramp's start in each conversion: all columns that are converted together share it, reset and signal
 //! each have their own (EMVA 1288 release 4.0 splits row, column and pixel variances in the same way).
 

@@ -3,7 +3,7 @@
 
 use crate::effects::{self, Parameters};
 
-/// Figures that something touches.
+/// Figures that an effect or setting changes.
 #[derive(Clone, Copy, Debug)]
 pub enum Touched {
     /// Every one.
@@ -13,7 +13,7 @@ pub enum Touched {
 }
 
 impl Touched {
-    /// Whether a figure is among them. A name that ends in a full stop stands for that figure alone.
+    /// Whether a figure is among them. A name that ends in a full stop means that figure alone.
     pub fn has(self, name: &str) -> bool {
         let is = |start: &&str| start.strip_suffix('.').map_or(name.starts_with(start), |whole| name == whole);
         match self {
@@ -58,7 +58,7 @@ const EFFECTS: [(&str, Touched, &str); 9] = [
     ("supply_ripple", Touched::All, "ripple bands rows by the time of their readout"),
 ];
 
-/// Effects of which the model knows all but the die's own draw, which moves these figures.
+/// Effects that the model covers except for the die's draw, which moves these figures.
 const DIE_OFFSET: (&str, Touched, &str) =
     ("die_offset", SATURATION, "the die's own black level is a draw, and moves the code at which the converter ends");
 

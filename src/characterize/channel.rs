@@ -43,7 +43,11 @@ impl Channel {
             Some(letter) if mosaic.letters().any(|known| known == letter) => letter,
             Some(letter) => {
                 let known: Vec<String> = mosaic.letters().map(String::from).collect();
-                return Err(Error::key("channel", letter, format!("is no filter; {} would do", known.join(", "))));
+                return Err(Error::key(
+                    "channel",
+                    letter,
+                    format!("is not a filter of this sensor; use {}", known.join(", ")),
+                ));
             }
             None => mosaic
                 .letters()
@@ -147,7 +151,7 @@ mod tests {
             }
         }
         assert_eq!(Channel::choose(&mosaic, None).unwrap().name(), "G, 500-600 nm");
-        assert!(Channel::choose(&mosaic, Some('X')).unwrap_err().to_string().contains("B, G, R would do"));
+        assert!(Channel::choose(&mosaic, Some('X')).unwrap_err().to_string().contains("use B, G, R"));
         assert_eq!(Channel::choose(&Mosaic::mono(), None).unwrap().name(), "all");
     }
 }

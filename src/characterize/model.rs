@@ -3,7 +3,7 @@
 //!
 //! Charge is taken as normal about its mean with a Poisson's variance, which is enough for two moments; patterns are averaged over by
 //! quadrature. Where reset and signal are converted apart, each has its own noise and its own quantiser on the ramp, and an offset of
-//! the column that both carry moves both. Effects that are not modelled here stand in `beyond` with the figures that they touch.
+//! the column that both carry moves both. Effects that are not modelled here are listed in `beyond` with the figures that they change.
 
 use super::dither::{Dither, pattern_variance, variance_amplitude_dn2};
 use super::measure::{Point, Transfer};
@@ -124,7 +124,7 @@ impl Spot {
     }
 }
 
-/// Standard deviations within which a clip is taken to be met: 3e-6 of a normal lie beyond, of a noise of a few DN.
+/// Distance in standard deviations within which a clip has an effect: 3e-6 of a normal lie beyond, of a noise of a few DN.
 const CLIP_SIGMAS: f64 = 4.5;
 
 impl Model {

@@ -135,7 +135,7 @@ impl Difference {
 /// Nodes and weights that average over a standard normal: the trapezoid rule from -5 to 5 sigma, whose error for smooth
 /// functions falls faster than any power of the step. The weights sum to 1.
 pub fn normal_nodes(count: u32) -> Vec<(f64, f64)> {
-    assert!(count % 2 == 1, "a node stands at the mean");
+    assert!(count % 2 == 1, "a node is at the mean");
     let half = f64::from(count / 2);
     let place = |index: u32| 5.0 * (f64::from(index) - half) / greater(1.0, half);
     let total: f64 = (0..count).map(|index| normal_pdf(place(index))).sum();

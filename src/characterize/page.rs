@@ -344,7 +344,7 @@ fn meaning(name: &str) -> &'static str {
     }
 }
 
-/// Why nothing is expected of some figures, each reason once.
+/// Why some figures have no expected value, each reason once.
 fn reasons(record: &Characterization) -> String {
     let mut reasons: Vec<&String> =
         record.figures.iter().filter_map(|(_, figure)| figure.not_expected.as_ref()).collect();

@@ -15,7 +15,7 @@ use crate::adc::density::{Density, Linearity, linearity, ramp_histogram};
 use crate::adc::{AdcParams, Converter};
 use crate::config::Resolved;
 use crate::config::inherited::Inherited;
-use crate::config::presets::Kind;
+use crate::config::presets::PresetKind;
 use crate::num::f64_from_u64;
 use crate::report::Ordered;
 
@@ -132,7 +132,7 @@ impl Characterization {
             name: name.to_owned(),
             config: resolved.recorded(),
             config_hash: resolved.hash(),
-            sensor: resolved.label(Kind::Sensor),
+            sensor: resolved.label(PresetKind::Sensor),
             efficiency: efficiency(resolved),
             inherited: resolved.inherited("sensor"),
             warnings: resolved.inheritance_warnings(),
@@ -243,7 +243,7 @@ impl Characterization {
     }
 }
 
-/// The converter by code density, in millionths of an LSB: what lies below is rounding of the method.
+/// The converter by code density, in millionths of an LSB: smaller values are rounding of the method.
 fn converter(adc: &AdcParams) -> (Linearity, Density) {
     // Adding 0 turns a negative zero into zero.
     let rounded = |value: f64| (1e6 * value).round_ties_even() / 1e6 + 0.0;
@@ -269,7 +269,7 @@ fn efficiency(resolved: &Resolved) -> String {
     format!("{first} times {}", with_place("fill_factor", &pixel.fill_factor))
 }
 
-/// The standard knows sensors of one reading a pixel.
+/// The standard covers sensors of one reading a pixel.
 fn reading(bench: &Bench) -> Option<&'static str> {
     let sensor = bench.sensor();
     if sensor.second.is_some() {
@@ -305,7 +305,7 @@ struct Record<'a> {
 }
 
 impl Truth {
-    /// `truth.json`: the wants of all figures that the judge knows (it computes neither `u_e_min` nor `SNR_max_dB`).
+    /// `truth.json`: the expected values of all figures that the judge computes (it computes neither `u_e_min` nor `SNR_max_dB`).
     pub fn to_json(&self) -> String {
         let judged = self.wants.iter().filter(|(name, _)| !["u_e_min", "SNR_max_dB"].contains(name));
         let judged: Ordered<Want> = judged.map(|(name, want)| (name, want.clone())).collect();

@@ -29,7 +29,7 @@ impl Default for Options {
     }
 }
 
-/// Region measured unless asked otherwise.
+/// Region measured by default.
 const SIZE: Size = Size { width_px: 320, height_px: 240 };
 
 /// Longest side of a region: the spectrograms' time grows with its cube.
@@ -107,7 +107,7 @@ impl Set {
         let (pixel, adc) = (&sensor.parameters.pixel, &sensor.parameters.adc);
         let efficiency = pixel.quantum_efficiency * pixel.fill_factor * channel.transmission();
         if !(efficiency > 0.0) {
-            let reason = "a pixel without response cannot be measured; above 0 would do";
+            let reason = "a pixel without response cannot be measured; use above 0";
             return Err(Error::key("sensor.pixel.quantum_efficiency", pixel.quantum_efficiency, reason));
         }
         let range_e = adc.saturation_uv() / pixel.conversion_gain_uv_per_e;
@@ -204,12 +204,12 @@ fn region(array: Size, options: &Options) -> Result<Size, Error> {
         return Ok(asked);
     }
     let value = format!("{}x{}", asked.width_px, asked.height_px);
-    Err(Error::key("size", value, format!("out of range; 16x16 to {width_max}x{height_max} would do")))
+    Err(Error::key("size", value, format!("out of range; use 16x16 to {width_max}x{height_max}")))
 }
 
 fn count(key: &str, value: u32, least: u32, most: u32) -> Result<(), Error> {
     if (least..=most).contains(&value) {
         return Ok(());
     }
-    Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
+    Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
 }

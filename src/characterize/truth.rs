@@ -1,8 +1,8 @@
 //! The expected result of each figure: a value with a tolerance, or the reason why the standard cannot measure it.
 //!
 //! A value is the figure of `analysis` taken from the model's expected points: what endlessly many frames would give, with quantisation,
-//! clipping and the place of the points. Beside it stands the plain value of the configuration, by its formula. A tolerance is 4.5
-//! standard errors of `uncertainty` (one false alarm in 150,000), no more; where a die's own pattern moves a figure, its chance is added.
+//! clipping and the place of the points. The plain value of the configuration, by its formula, is listed beside it. A tolerance is 4.5
+//! standard errors of `uncertainty` (one false alarm in 150,000); where a die's pattern moves a figure, its standard error is added.
 
 use serde::Serialize;
 
@@ -25,7 +25,7 @@ pub const DARK_SIGMA_MIN_DN: f64 = 0.3;
 /// Share of dark codes that may clip (release 4.0, section 6: black level).
 pub const DARK_CLIPPED_MAX: f64 = 0.005;
 
-/// Share of saturation that dark charge may fill before nothing is left to measure light with.
+/// Share of saturation that dark charge may fill before light is not measurable.
 const DARK_FILL_MAX: f64 = 0.3;
 
 /// Charge below which counts are too few for means and variances that a normal describes.
@@ -61,7 +61,7 @@ pub struct Truth {
     pub wants: Ordered<Want>,
     /// Why a figure is not measurable on this sensor with this set.
     pub not_measurable: Ordered<String>,
-    /// Why nothing is expected of a figure that can be measured.
+    /// Why a measurable figure has no expected value.
     pub not_expected: Ordered<String>,
 }
 
@@ -113,13 +113,13 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectatio
     let (_, dark_e) = model.charge_e(&set.half, false);
     if dark_e > DARK_FILL_MAX * set.saturation_e {
         return Some(format!(
-            "dark charge of {dark_e:.3e} e- fills {:.0} % of saturation before any light; a cooler die would do",
+            "dark charge of {dark_e:.3e} e- fills {:.0} % of saturation before any light; use a cooler die",
             100.0 * dark_e / set.saturation_e
         ));
     }
     if set.saturation_e < SATURATION_MIN_E {
         return Some(format!(
-            "saturation at {:.1} e- leaves no photon transfer to fit; {SATURATION_MIN_E} e- or more would do",
+            "saturation at {:.1} e- leaves no photon transfer to fit; use {SATURATION_MIN_E} e- or more",
             set.saturation_e
         ));
     }
@@ -127,7 +127,7 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectatio
     if libm::hypot(bright_dn, model.dark_sigma_dn()) < DARK_SIGMA_MIN_DN {
         return Some(format!(
             "noise of {bright_dn:.3} DN at half saturation is below {DARK_SIGMA_MIN_DN} DN: quantisation hides even shot noise; \
-             more bits would do"
+             use more bits"
         ));
     }
     if expectation.dark_clipped > DARK_CLIPPED_MAX {
@@ -135,12 +135,12 @@ fn nothing_measurable(sensor: &SensorSetup, set: &Set, model: &Model, expectatio
         let spread_dn =
             libm::hypot(expectation.dark.stack_variance_dn2.sqrt(), greater(0.0, expectation.dark.total_dn2).sqrt());
         // 0.5 % of a normal lies 2.58 sigma below its mean; code 0 is what may not be met.
-        let would_do = libm::ceil(1.0 + 2.7 * greater(spread_dn, DARK_SIGMA_MIN_DN)) + 1.0;
+        let enough_dn = libm::ceil(1.0 + 2.7 * greater(spread_dn, DARK_SIGMA_MIN_DN)) + 1.0;
         return Some(format!(
             "{:.1} % of the dark codes clip at 0, the standard allows 0.5 %: black level {black} DN is too low for the noise; \
-             sensor.adc.black_level_dn = {} would do",
+             use sensor.adc.black_level_dn = {}",
             100.0 * expectation.dark_clipped,
-            greater(would_do, f64::from(black) + 1.0)
+            greater(enough_dn, f64::from(black) + 1.0)
         ));
     }
     None
@@ -183,7 +183,7 @@ fn want(
     let sigma_dn = model.dark_sigma_dn();
     if sigma_dn < DARK_SIGMA_MIN_DN && NEEDS_DARK_NOISE.contains(&name) {
         return Err(format!(
-            "dark noise of {sigma_dn:.3} DN is below {DARK_SIGMA_MIN_DN} DN: quantisation hides it; more gain or more bits would do"
+            "dark noise of {sigma_dn:.3} DN is below {DARK_SIGMA_MIN_DN} DN: quantisation hides it; use more gain or more bits"
         ));
     }
     // The place of the peak is the model's; noise may put it at any point of the range.
@@ -210,7 +210,7 @@ fn want(
         "x_k3_ratio" if tolerance >= THIRD_TOLERANCE_MAX => {
             let more = tolerance / THIRD_TOLERANCE_MAX;
             let frames = u64_half_even(libm::ceil(1.05 * f64::from(set.stack) * more * more));
-            Err(format!("4.5 standard errors are {tolerance:.2}; a stack of {frames} frames, or more pixels, would do"))
+            Err(format!("4.5 standard errors are {tolerance:.2}; use a stack of {frames} frames, or more pixels"))
         }
         "x_k3_ratio" => plain(value, tolerance),
         _ => measured(name, value, error, model, set),

@@ -16,7 +16,7 @@ use super::model::Shared;
 use super::spatial::Parts;
 use crate::num::{f64_from_usize, greater};
 
-/// What adds to the noise of independent pixels: the die's columns, whose offsets meet quantisers at phases of their own (one standard
+/// Noise beyond that of independent pixels: the die's columns, whose offsets meet quantisers at different phases (one standard
 /// deviation of the mean over all columns, in the dark; points share it, so it does not average out over them), and noise that
 /// lines share, of which there are only as many draws as lines.
 #[derive(Clone, Copy, Debug, PartialEq)]

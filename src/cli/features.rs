@@ -8,8 +8,8 @@ use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::fidelity::Rung;
 use sensel::files::grey::{self, Grey};
+use sensel::rtl_simulator::SharedRtlSimulator;
 use sensel::run::Assets;
-use sensel::silicon::Seat;
 use serde_json::json;
 
 use super::args::{FeaturesArguments, Shared};
@@ -39,8 +39,8 @@ pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error>
     let picture = grey::read(&arguments.image)?;
     let mut extractor = Extractor::new(&params).on_rung(rung);
     if rung == Rung::Rtl {
-        let silicon = FolderAssets::new(Path::new("."), shared).silicon().map_err(located)?;
-        extractor = extractor.in_verilog(Some(Seat::new(silicon)));
+        let silicon = FolderAssets::new(Path::new("."), shared).rtl_simulator().map_err(located)?;
+        extractor = extractor.in_verilog(Some(SharedRtlSimulator::new(silicon)));
     }
     let outputs =
         [("--out", shared.out.as_ref()), ("--csv", arguments.csv.as_ref()), ("--draw", arguments.draw.as_ref())];

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sensel::config::Resolved;
-use sensel::config::presets::{self, Kind, Preset};
+use sensel::config::presets::{self, Preset, PresetKind};
 use sensel::config::scenario::Scenario;
 use sensel::error::Error;
 use sensel::run::Setup;
@@ -15,7 +15,7 @@ use super::{place, run, words};
 /// `sensel presets`.
 pub fn presets(shared: &Shared) -> Result<(), Error> {
     check_assignments(shared)?;
-    let list = |kind: Kind| -> Vec<serde_json::Value> {
+    let list = |kind: PresetKind| -> Vec<serde_json::Value> {
         let of_kind = presets::ALL.iter().filter(|preset| preset.kind == kind);
         let values = |text: &str| text.parse::<toml::Table>().expect("presets are tested to be TOML");
         let object = |preset: &Preset| {
@@ -28,14 +28,14 @@ pub fn presets(shared: &Shared) -> Result<(), Error> {
     let scenes = place::known_scenes(shared);
     if shared.json {
         print_json(&json!({
-            "sensors": list(Kind::Sensor),
-            "lenses": list(Kind::Lens),
+            "sensors": list(PresetKind::Sensor),
+            "lenses": list(PresetKind::Lens),
             "technologies": technologies.iter().map(|name| json!({"name": name})).collect::<Vec<_>>(),
             "scenes": scenes.iter().map(|name| json!({"name": name})).collect::<Vec<_>>(),
         }));
         return Ok(());
     }
-    for (title, kind) in [("sensors", Kind::Sensor), ("lenses", Kind::Lens)] {
+    for (title, kind) in [("sensors", PresetKind::Sensor), ("lenses", PresetKind::Lens)] {
         outln!("{title}");
         for preset in presets::ALL.iter().filter(|preset| preset.kind == kind) {
             outln!("  {:<16} {}", preset.name, preset.summary);
@@ -48,7 +48,7 @@ pub fn presets(shared: &Shared) -> Result<(), Error> {
 
 /// `sensel presets show NAME`: every value of a preset or of a sensor file, with where it comes from.
 pub fn preset(name: &str, shared: &Shared) -> Result<(), Error> {
-    let kind = if presets::find(Kind::Lens, name).is_ok() { Kind::Lens } else { Kind::Sensor };
+    let kind = if presets::find(PresetKind::Lens, name).is_ok() { PresetKind::Lens } else { PresetKind::Sensor };
     let section = kind.section();
     // A file is read from its own folder.
     let path = Path::new(name);
@@ -113,7 +113,7 @@ pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error>
         let config = toml::Table::try_from(&resolved.scenario).expect("every field has a TOML form");
         print_json(&json!({
             "config": config, "config_hash": resolved.hash(), "inherited": inherited,
-            "sensor": resolved.label(Kind::Sensor), "optics": resolved.label(Kind::Lens),
+            "sensor": resolved.label(PresetKind::Sensor), "optics": resolved.label(PresetKind::Lens),
         }));
         return Ok(());
     }

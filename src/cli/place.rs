@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use sensel::config::Resolved;
-use sensel::config::presets::{self, Kind};
+use sensel::config::presets::{self, PresetKind};
 use sensel::error::Error;
 use sensel::files::folder::{OutputFolder, check_file, replace_file};
 use sensel::files::input::InputFolders;
@@ -73,13 +73,13 @@ fn read_technology(resolved: &mut Resolved, folder: &Path) -> Result<(), Error> 
 /// As `locate`, where a sensor alone will do: a sensor preset's name stands for a scenario that has only this sensor, unless a
 /// file or folder has the same name.
 pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, Error> {
-    let preset = sensor.filter(|name| presets::find(Kind::Sensor, name).is_ok() && !Path::new(name).exists());
+    let preset = sensor.filter(|name| presets::find(PresetKind::Sensor, name).is_ok() && !Path::new(name).exists());
     let Some(name) = preset else {
         return locate(sensor, shared, &[]).map_err(|error| match error {
             Error::Unknown { what: "scenario", name, known } => Error::Unknown {
                 what: "sensor preset or scenario",
                 name,
-                known: format!("{}; scenarios: {known}", presets::names(Kind::Sensor).join(", ")),
+                known: format!("{}; scenarios: {known}", presets::names(PresetKind::Sensor).join(", ")),
             },
             other => other,
         });
@@ -93,7 +93,7 @@ pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, E
 /// Adds to the word on an unknown scenario what a sensor preset's name can be used for.
 fn unknown_scenario(asked: &str, shared: &Shared) -> Error {
     let mut known = known_scenes(shared).join(", ");
-    if presets::find(Kind::Sensor, asked).is_ok() {
+    if presets::find(PresetKind::Sensor, asked).is_ok() {
         known = format!("{known} ({asked} is a sensor preset: add --set sensor.preset={asked} to one of these)");
     }
     Error::Unknown { what: "scenario", name: asked.to_owned(), known }

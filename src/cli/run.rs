@@ -13,9 +13,9 @@ use sensel::files::photons::{PhotonFiles, gib};
 use sensel::files::truth::{Keep, Kept};
 use sensel::files::verilated::Verilated;
 use sensel::report::Report;
+use sensel::rtl_simulator::RtlSimulator;
 use sensel::run::{Assets, Session, Setup, Stopwatch};
 use sensel::scene::images::PictureBytes;
-use sensel::silicon::Silicon;
 
 use super::args::{RunArguments, RunVerbArguments, Shared};
 use super::clocks::Wall;
@@ -72,7 +72,7 @@ impl Assets for FolderAssets {
         Some(self.folders.clone())
     }
 
-    fn silicon(&self) -> Result<Arc<dyn Silicon>, Error> {
+    fn rtl_simulator(&self) -> Result<Arc<dyn RtlSimulator>, Error> {
         // Not the folder of earlier versions, which others may have been able to write.
         Ok(Arc::new(Verilated::new(self.cache.as_ref().map(|cache| cache.folder().join("programs")))?))
     }

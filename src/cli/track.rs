@@ -67,7 +67,7 @@ impl Course {
             let origin_ns = *origin_ns.get_or_insert(timestamp_ns);
             self.features += features.iter().map(Vec::len).sum::<usize>();
             let t_s = f64_from_u64(timestamp_ns - origin_ns) * 1e-9;
-            tracker.feel(&felt(&mut readings, (origin_ns, timestamp_ns)));
+            tracker.add_imu_readings(&felt(&mut readings, (origin_ns, timestamp_ns)));
             let tracked = tracker.track(&FrameInput { t_s, features, clocks });
             self.add(f64_from_u64(timestamp_ns) * 1e-9, &tracked);
             bar.inc();

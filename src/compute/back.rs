@@ -1,8 +1,8 @@
 //! From cells to records in time: dumps of cell rows, the queue of candidates, the engines. Computes every feature's clock, the waits and
 //! the losses.
 //!
-//! It is the clock rules of `rtl_models/verilog/fx_back.sv` over events: clocks in which nothing can change are skipped. A value
-//! that stands in clock t is what was registered at the edge that ends t - 1.
+//! It applies the clock rules of `rtl_models/verilog/fx_back.sv` to events: clocks in which nothing can change are skipped. A value
+//! of clock t was registered at the edge that ends t - 1.
 
 use std::collections::VecDeque;
 
@@ -63,7 +63,7 @@ impl Records for ByteRate {
 /// A candidate that an engine took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Served {
-    /// What it is of.
+    /// What it belongs to.
     pub candidate: Candidate,
     /// Its frame, from 0.
     pub frame: u64,
@@ -247,7 +247,7 @@ impl Back {
         }
     }
 
-    /// Runs until nothing is left to do but what the next row brings; gives back the first clock after it.
+    /// Runs until all work before the next row is done; returns the first clock after it.
     pub fn finish(&mut self, records: &mut dyn Records) -> u64 {
         while let Some(next) = self.next_event() {
             self.advance(next + 1, records);

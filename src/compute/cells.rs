@@ -10,7 +10,7 @@ use crate::units::Size;
 pub struct Candidate {
     /// Where it is in its octave, and its score.
     pub corner: Corner,
-    /// What the choice goes by.
+    /// The criterion of the selection.
     pub rank: u16,
     /// Its octave.
     pub octave: u8,

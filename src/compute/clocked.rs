@@ -2,7 +2,7 @@
 //! Its features equal those of the functional form.
 
 use rtl_models::extractor_core::front_config;
-use rtl_models::extractor_rows::{ExtractorRows, Surroundings, row_corners};
+use rtl_models::extractor_rows::{ExtractorHost, ExtractorRows, row_corners};
 use rtl_models::fx_back::{self, Candidate, CellList, Engine, FxBackConfig, FxBackMemory, FxSettings, Policy};
 use rtl_models::fx_front_rows::{FrontRows, FrontRowsMemory, RowCorner, Word};
 
@@ -13,7 +13,7 @@ use super::{Counts, Extracted, Feature};
 use crate::error::Error;
 use crate::num::{index, low_u16};
 use crate::plane::Plane;
-use crate::silicon::{FrameAsked, FrameGiven, Silicon};
+use crate::rtl_simulator::{FrameRequest, FrameResult, RtlSimulator};
 use crate::simd::{Kernel, dispatch};
 use crate::units::Size;
 
@@ -42,7 +42,7 @@ fn hardware(params: &ExtractorParams, size: Size) -> FxBackConfig {
 
 fn settings(params: &ExtractorParams) -> Result<FxSettings, Error> {
     let target = u16::try_from(params.target_features).map_err(|_| {
-        let reason = format!("the clocked extractor's register has 16 bits; {} at most would do", u16::MAX);
+        let reason = format!("the clocked extractor's register has 16 bits; use at most {}", u16::MAX);
         Error::key("compute.target_features", params.target_features, reason)
     })?;
     let policy = match params.overflow {
@@ -62,7 +62,7 @@ struct Around<'a> {
 }
 
 impl Around<'_> {
-    fn extracted(self, given: &FrameGiven, threshold: u16) -> Extracted {
+    fn extracted(self, given: &FrameResult, threshold: u16) -> Extracted {
         let found = &given.counts;
         let counts = Counts {
             corners: found.corners.wrapping_sub(found.without_patch).into(),
@@ -77,7 +77,7 @@ impl Around<'_> {
     }
 }
 
-impl Surroundings for Around<'_> {
+impl ExtractorHost for Around<'_> {
     fn offered_run(&mut self, first: u32, end: u32, y: u32, clk: u64) -> u64 {
         self.pixels.offered_run(first, end, y, clk)
     }
@@ -136,7 +136,7 @@ pub(super) fn frame<T: Word>(
     let end_clk = dispatch(WholeFrame { core: &mut core, pixels: picture.values(), around: &mut around });
     let not_ready_clk = core.not_ready();
     core.finish(&mut around);
-    let given = FrameGiven { counts: *core.counts(), not_ready_clk, threshold: core.threshold(), end_clk };
+    let given = FrameResult { counts: *core.counts(), not_ready_clk, threshold: core.threshold(), end_clk };
     Ok((around.extracted(&given, threshold), given.threshold))
 }
 
@@ -145,7 +145,7 @@ pub(super) fn frame<T: Word>(
 /// # Errors
 /// As `frame`, and those of the simulator.
 pub(super) fn frame_in<T: super::Word>(
-    silicon: &dyn Silicon,
+    silicon: &dyn RtlSimulator,
     params: &ExtractorParams,
     threshold: u16,
     picture: &Plane<T>,
@@ -154,6 +154,6 @@ pub(super) fn frame_in<T: super::Word>(
     let (hardware, settings) = (hardware(params, picture.size()), settings(params)?);
     let words = picture.map(|word| low_u16(word.into()));
     let mut around = Around { pixels, records, features: Vec::new(), out_clk: Vec::new() };
-    let given = silicon.frame(&FrameAsked { hardware, settings, threshold, pixels: words.values() }, &mut around)?;
+    let given = silicon.frame(&FrameRequest { hardware, settings, threshold, pixels: words.values() }, &mut around)?;
     Ok((around.extracted(&given, threshold), given.threshold))
 }

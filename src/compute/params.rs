@@ -48,18 +48,18 @@ pub enum Smoothing {
     Auto,
     /// Never.
     Off,
-    /// By the 7x7 binomial kernel, whatever the codes.
+    /// By the 7x7 binomial kernel, for codes of any depth.
     Binomial,
 }
 
-/// Codes of so many bits or fewer are smoothed before corners are looked for, if nobody says otherwise: measured with one camera in a
+/// Codes of so many bits or fewer are smoothed before corners are looked for, by default: measured with one camera in a
 /// textured box, where 2 bits do not start without, and 4 bits go wrong from one starting frame of four (docs/tracker_figures.md).
 const SMOOTHED_BITS: u32 = 4;
 
 /// What happens when a candidate leaves its cell and the queue of the engines is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Overflow {
-    /// Candidates wait in their cells, and at last rows wait.
+    /// Candidates wait in their cells, and finally rows wait.
     Stall,
     /// The candidate is lost.
     DropNewest,
@@ -106,7 +106,7 @@ pub struct ExtractorParams {
 
 impl ExtractorParams {
     /// One octave of 8 bits, a threshold that rises where a frame has more than some 500 corners, up to four corners for 16 x 16
-    /// pixels, whole descriptors: what a scenario has that says nothing else.
+    /// pixels, whole descriptors: the defaults of a scenario.
     pub const USUAL: Self = Self {
         threshold: 20,
         target_features: 500,
@@ -144,14 +144,14 @@ impl ExtractorParams {
         for (key, value, least, most) in ranges {
             if !(least..=most).contains(&value) {
                 let unit = if key == "compute.threshold" { " (DN of the pipeline)" } else { "" };
-                return Err(Error::key(key, value, format!("{least} to {most} would do{unit}")));
+                return Err(Error::key(key, value, format!("use {least} to {most}{unit}")));
             }
         }
         if ![16, 32, 64].contains(&self.cell_px) {
-            return Err(Error::key("compute.cell_px", self.cell_px, "16, 32 or 64 would do"));
+            return Err(Error::key("compute.cell_px", self.cell_px, "use 16, 32 or 64"));
         }
         if ![64, 128, 192, 256].contains(&self.descriptor_bits) {
-            return Err(Error::key("compute.descriptor_bits", self.descriptor_bits, "64, 128, 192 or 256 would do"));
+            return Err(Error::key("compute.descriptor_bits", self.descriptor_bits, "use 64, 128, 192 or 256"));
         }
         Ok(self)
     }

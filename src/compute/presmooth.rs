@@ -3,8 +3,8 @@
 //! Codes of two bits are four plateaus: FAST's differences take three values, so a threshold has nothing between all corners and none;
 //! single pixels of noise at a plateau's edge are corners, and what an edge's place was within a pixel is lost. A mean of many pixels
 //! brings back levels between the four, and an edge's place with them, because noise and the shape of the edge let neighbours change at
-//! different places. In hardware: six row memories before the extractor's own, shifts and adds. It stands before every form of the
-//! extractor and has no twin of its own, as the grey of a mosaic has none.
+//! different places. In hardware: six row memories before the extractor's own, shifts and adds. It runs before every form of the
+//! extractor and has no hardware twin; nor has the grey of a mosaic.
 
 use super::rows::Pixels;
 use super::word::Word;
@@ -81,7 +81,7 @@ fn weigh([a, b, c, d, e, f, g]: [u32; 7]) -> u32 {
 }
 
 /// When smoothed words are there: the last code that one is made of is three rows below and three columns to the right. Beyond the
-/// last row the kernel goes on by itself.
+/// last row the kernel continues without input.
 pub(super) struct Behind<'a> {
     pub pixels: &'a mut dyn Pixels,
     pub height_px: usize,

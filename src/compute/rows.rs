@@ -8,7 +8,7 @@ use crate::units::Size;
 
 /// Clocks in which a position is taken, from a position to what it gives: corner, smoothed pixel or end of a row.
 pub const FRONT_LATENCY_CLK: u64 = 6;
-/// Positions of nothing after a frame, so that its last row ends before the next frame asks for its first.
+/// Positions of nothing after a frame, so that its last row ends before the next frame's first row starts.
 pub const DRAIN_CLK: u64 = FRONT_LATENCY_CLK + 1;
 
 /// A row of positions.
@@ -59,7 +59,7 @@ pub trait Pixels {
     }
 }
 
-/// Every pixel is there when it is asked for.
+/// Every pixel is there when it is needed.
 pub struct AtOnce;
 
 impl Pixels for AtOnce {

@@ -1,6 +1,6 @@
 //! The threshold of the first frame: chosen from that frame's own corner count, so that a run has no warm-up.
 //!
-//! It stands for what a host does at bring-up: one frame is counted and not sent, and the threshold register is written. Nothing of it
+//! It models what a host does at bring-up: one frame is counted and not sent, and the threshold register is written. Nothing of it
 //! is in a run's events, packets or clocks. All rungs start from the same register value.
 
 use super::cells::has_patch;

@@ -41,7 +41,7 @@ fn filter_efficiencies(letter: &str, bands: &[f64]) -> Result<(char, [f64; FILTE
         return Err(Error::key(&key, format!("{bands:?}"), "a filter is one letter of the pattern"));
     };
     if !(3..=FILTER_BANDS).contains(&bands.len()) {
-        let reason = "[red, green, blue] or [red, green, blue, near infrared] would do";
+        let reason = "use [red, green, blue] or [red, green, blue, near infrared]";
         return Err(Error::key(&key, format!("{bands:?}"), reason));
     }
     let mut efficiencies = [0.0; FILTER_BANDS];
@@ -161,7 +161,7 @@ impl Scenario {
         let rows = within("sensor.optical_black_rows", self.sensor.optical_black_rows, 0..=64, "0 to 64")?;
         let clamp = one_of("sensor.black_clamp", &self.sensor.black_clamp, &[("none", false), ("frame", true)])?;
         if clamp && rows == 0 {
-            let reason = "a clamp needs optical_black_rows; 1 or more of these, or black_clamp = none, would do";
+            let reason = "a clamp needs optical_black_rows; use 1 or more of these, or black_clamp = none";
             return Err(Error::key("sensor.black_clamp", &self.sensor.black_clamp, reason));
         }
         Ok(BlackRows { rows, first_row: self.sensor.height, clamp })
@@ -177,7 +177,7 @@ impl Scenario {
         let mut efficiencies = Vec::new();
         if let Some(one) = pixel.quantum_efficiency {
             if pixel.cfa != "mono" || pixel.qe_by_filter.is_some() {
-                return Err(Error::key(key, one, "filters have their own; qe_by_filter alone would do"));
+                return Err(Error::key(key, one, "qe_by_filter is written too; use one of the two"));
             }
             efficiencies.push(('M', [within(key, one, 0.0..=1.0, "0 to 1")?; FILTER_BANDS]));
         }
@@ -185,7 +185,7 @@ impl Scenario {
             efficiencies.push(filter_efficiencies(letter, bands)?);
         }
         if efficiencies.is_empty() {
-            return Err(Error::key(key, "", "is missing; this, or qe_by_filter for each filter, would do"));
+            return Err(Error::key(key, "", "is missing; give this, or qe_by_filter for each filter"));
         }
         Mosaic::parse(&pixel.cfa, &efficiencies)
     }
@@ -322,7 +322,7 @@ impl Scenario {
             return Err(Error::key(
                 "tracker.imu",
                 "on",
-                "there is no inertial unit to take readings from; auto or off would do",
+                "there is no inertial unit to take readings from; use auto or off",
             ));
         }
         Ok(choice.unwrap_or(has_unit))
@@ -336,5 +336,5 @@ pub fn unit_quaternion(key: &str, xyzw: [f64; 4]) -> Result<DQuat, Error> {
     if (norm - 1.0).abs() <= crate::pose::QUATERNION_NORM_TOLERANCE {
         return Ok(rotation.normalize());
     }
-    Err(Error::key(key, format!("{xyzw:?}"), format!("a quaternion x y z w of norm {norm:.4}; norm 1 would do")))
+    Err(Error::key(key, format!("{xyzw:?}"), format!("a quaternion x y z w of norm {norm:.4}; use norm 1")))
 }

@@ -45,11 +45,7 @@ pub fn check(resolved: &Resolved) -> Result<(), Error> {
     for (section, (is_off, would_do, keys)) in all {
         for key in keys.iter().map(|key| format!("{section}.{key}")) {
             if is_off && resolved.is_changed(&key) {
-                return Err(Error::key(
-                    &key,
-                    "",
-                    format!("has no effect here; {would_do}, or leaving it out, would do"),
-                ));
+                return Err(Error::key(&key, "", format!("has no effect here; use {would_do}, or leave it out")));
             }
         }
     }

@@ -4,7 +4,7 @@ use serde::Serialize;
 use toml::{Table, Value};
 
 use super::Resolved;
-use super::presets::{Kind, NO_PRESET};
+use super::presets::{NO_PRESET, PresetKind};
 
 /// Changed keys that a label names.
 const NAMED_MOST: usize = 3;
@@ -52,7 +52,7 @@ impl Resolved {
 
     /// What to call the sensor or the lens: the preset that the scenario names and what it changes. A scenario that names none is not
     /// called after the one whose values it takes over.
-    pub fn label(&self, kind: Kind) -> String {
+    pub fn label(&self, kind: PresetKind) -> String {
         let section = kind.section();
         let named = self.tree.get(&format!("{section}.preset")).and_then(Value::as_str).unwrap_or(NO_PRESET);
         let changed = self.changed(section);
@@ -136,13 +136,13 @@ mod tests {
         ];
         for (text, expected) in cases {
             let first = resolved(text);
-            assert_eq!(first.label(Kind::Sensor), expected, "{text}");
+            assert_eq!(first.label(PresetKind::Sensor), expected, "{text}");
             // The configuration that a run writes has the same label, and the same hash.
             let again = resolved(&first.recorded_text());
-            assert_eq!((again.label(Kind::Sensor), again.hash()), (expected.to_owned(), first.hash()), "{text}");
+            assert_eq!((again.label(PresetKind::Sensor), again.hash()), (expected.to_owned(), first.hash()), "{text}");
         }
-        assert_eq!(resolved("").label(Kind::Lens), "no preset (values of pinhole_90)");
-        assert_eq!(resolved("[optics]\npreset = \"kb4_120\"\n").label(Kind::Lens), "kb4_120");
+        assert_eq!(resolved("").label(PresetKind::Lens), "no preset (values of pinhole_90)");
+        assert_eq!(resolved("[optics]\npreset = \"kb4_120\"\n").label(PresetKind::Lens), "kb4_120");
     }
 
     #[test]

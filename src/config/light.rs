@@ -76,11 +76,11 @@ impl Scenario {
                 Illuminant::Blackbody(within("scene.blackbody_k", kelvin, range, "1000 to 20000")?)
             }
             (Some(name), Some(_)) => {
-                let reason = "stands beside scene.blackbody_k; exactly one of the two would do";
+                let reason = "stands beside scene.blackbody_k; use exactly one of the two";
                 return Err(Error::key("scene.illuminant", name, reason));
             }
             (None, None) => {
-                let reason = "a name, such as \"D65\", or scene.blackbody_k would do";
+                let reason = "use a name, such as \"D65\", or scene.blackbody_k";
                 return Err(Error::key("scene.illuminant", "nothing", reason));
             }
         };

@@ -69,7 +69,7 @@ impl Scenario {
             }
             (Some(file), Some("spline")) => Ok(Source::ControlFile(file)),
             (Some(_), Some(kind)) => {
-                let reason = "does not go with a file; leaving one of the two out, or spline, would do";
+                let reason = "does not go with a file; leave one of the two out, or use spline";
                 Err(Error::key("motion.kind", kind, reason))
             }
             (None, None | Some("still")) => self.still(),
@@ -83,7 +83,7 @@ impl Scenario {
                 Ok(Source::Spin { rate_deg_per_s })
             }
             (None, Some(kind)) => {
-                let reason = "not known; still or sway, walk, run, spin or spline would do";
+                let reason = "not known; use still or sway, walk, run, spin or spline";
                 Err(Error::key("motion.kind", kind, reason))
             }
         }
@@ -134,7 +134,7 @@ impl Scenario {
 fn control_poses(section: &Motion) -> Result<Vec<TimedPose>, Error> {
     let poses = section.pose.as_deref().unwrap_or_default();
     if poses.len() < 4 {
-        let reason = "too few control poses; 4 or more of [[motion.pose]], or a file of them, would do";
+        let reason = "too few control poses; use 4 or more of [[motion.pose]], or a file of them";
         return Err(Error::key("motion.pose", format!("{} poses", poses.len()), reason));
     }
     poses.iter().enumerate().map(|(number, pose)| control_pose(number, pose)).collect()
@@ -145,7 +145,7 @@ fn control_pose(number: usize, pose: &MotionPose) -> Result<TimedPose, Error> {
     within(&key("t_s"), pose.t_s, -1e10..=1e10, "finite seconds")?;
     let position_m = DVec3::from_array(pose.position_m);
     if !position_m.is_finite() {
-        return Err(Error::key(&key("position_m"), format!("{position_m}"), "finite metres would do"));
+        return Err(Error::key(&key("position_m"), format!("{position_m}"), "use finite metres"));
     }
     let key = key("orientation");
     let turned = match pose.orientation {
@@ -179,7 +179,7 @@ pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
     ];
     for (is_on, would_do, keys) in groups {
         if let Some(key) = keys.iter().find(|key| !is_on && resolved.is_changed(key)) {
-            let reason = format!("has no effect here; {would_do}, or leaving it out, would do");
+            let reason = format!("has no effect here; use {would_do}, or leave it out");
             return Err(Error::key(key, "", reason));
         }
     }

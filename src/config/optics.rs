@@ -37,7 +37,7 @@ const KEYS: [(&str, &[&str]); 14] = [
 pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
     let optics = &resolved.scenario.optics;
     let refused = |key: &str, would_do: &str| {
-        let reason = format!("has no effect here; {would_do}, or leaving it out, would do");
+        let reason = format!("has no effect here; use {would_do}, or leave it out");
         Err(Error::key(key, "", reason))
     };
     for (key, models) in KEYS {
@@ -69,11 +69,11 @@ impl Scenario {
                 Lens { intrinsics: Intrinsics { fx_px, fy_px, ..middle(size) }, mapping }
             }
             (Some(fov_deg), ..) => {
-                return Err(Error::key("optics.horizontal_fov_deg", fov_deg, "this, or fx_px and fy_px, would do"));
+                return Err(Error::key("optics.horizontal_fov_deg", fov_deg, "use either this, or fx_px and fy_px"));
             }
             (None, fx_px, _) => {
                 let key = if fx_px.is_none() { "optics.fx_px" } else { "optics.fy_px" };
-                return Err(Error::key(key, "", "is missing; horizontal_fov_deg, or fx_px and fy_px, would do"));
+                return Err(Error::key(key, "", "is missing; give horizontal_fov_deg, or fx_px and fy_px"));
             }
         };
         for (key, written, side_px, place_px) in [
@@ -155,7 +155,7 @@ impl Scenario {
         if let Some([start_deg, end_deg]) = optics.vignetting_deg {
             if !(start_deg >= 0.0 && end_deg > start_deg && end_deg <= 180.0) {
                 let value = format!("[{start_deg}, {end_deg}]");
-                let reason = "two rising angles from 0 to 180 degrees would do";
+                let reason = "use two rising angles from 0 to 180 degrees";
                 return Err(Error::key("optics.vignetting_deg", value, reason));
             }
             shading = shading.vignetted(start_deg.to_radians(), end_deg.to_radians());
@@ -164,7 +164,7 @@ impl Scenario {
         let camera = camera.with_shading(shading);
         if roll_off == RollOff::Cos4 && dark_deg > 90.0 && camera.cosine_min() <= 0.0 {
             let reason =
-                "a flat pupil sees nothing from 90 degrees on, and this picture does; solid_angle or table would do";
+                "a flat pupil sees nothing from 90 degrees on, and this picture does; use solid_angle or table";
             return Err(Error::key("optics.roll_off", &optics.roll_off, reason));
         }
         camera.with_image_path(&self.image_path()?)
@@ -180,7 +180,7 @@ impl Scenario {
                 magnification = [1.0 + 1e-3 * red, 1.0, 1.0 + 1e-3 * blue, 1.0 + 1e-3 * infrared];
             }
             _ => {
-                let reason = "[red, blue], [red, blue, near infrared] or [] would do";
+                let reason = "use [red, blue], [red, blue, near infrared] or []";
                 return Err(Error::key("optics.lateral_ca", format!("{:?}", optics.lateral_ca), reason));
             }
         }
@@ -239,7 +239,7 @@ fn check_corners(optics: &Optics, size: Size, lens: &Lens) -> Result<(), Error> 
         let terms = [("k1", optics.k1), ("k2", optics.k2), ("p1", optics.p1), ("p2", optics.p2), ("k3", optics.k3)];
         let (name, value) =
             terms.into_iter().fold(("k1", 0.0_f64), |most, term| if term.1.abs() > most.1.abs() { term } else { most });
-        let reason = "the distortion folds over inside the picture; a value nearer to 0 would do";
+        let reason = "the distortion folds over inside the picture; use a value nearer to 0";
         return Err(Error::key(&format!("optics.{name}"), value, reason));
     }
     Ok(())

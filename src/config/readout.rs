@@ -73,9 +73,9 @@ fn frame_length(readout: &Readout) -> Result<FrameLength, Error> {
         (Some(vts), None) => Ok(FrameLength::Lines(vts)),
         (None, Some(rate_hz)) => Ok(FrameLength::RateHz(rate_hz)),
         (Some(_), Some(rate_hz)) => {
-            Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, "vts is written too; one of the two would do"))
+            Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, "vts is written too; use one of the two"))
         }
-        (None, None) => Err(Error::key("sensor.readout.vts", "", "is missing; it or frame_rate_hz would do")),
+        (None, None) => Err(Error::key("sensor.readout.vts", "", "is missing; give it or frame_rate_hz")),
     }
 }
 
@@ -84,10 +84,10 @@ fn exposure(readout: &Readout) -> Result<Exposure, Error> {
         (Some(exposure_us), None) => Ok(Exposure::Us(exposure_us)),
         (None, Some(lines)) => Ok(Exposure::Lines(lines)),
         (Some(_), Some(lines)) => {
-            let reason = "exposure_us is written too; one of the two would do";
+            let reason = "exposure_us is written too; use one of the two";
             Err(Error::key("sensor.readout.exposure_lines", lines, reason))
         }
-        (None, None) => Err(Error::key("sensor.readout.exposure_us", "", "is missing; it or exposure_lines would do")),
+        (None, None) => Err(Error::key("sensor.readout.exposure_us", "", "is missing; give it or exposure_lines")),
     }
 }
 
@@ -121,15 +121,15 @@ fn trigger(readout: &Readout) -> Result<Trigger, Error> {
             Ok(Trigger::External { period_ns, delay_clk: readout.trigger_delay_clk })
         }
         (true, None) => {
-            let reason = "is missing; the time from pulse to pulse would do";
+            let reason = "is missing; give the time from pulse to pulse";
             Err(Error::key("sensor.readout.trigger_period_us", "", reason))
         }
         (false, Some(period_us)) => {
-            let reason = "a free camera has no trigger; leaving it out, or trigger = external would do";
+            let reason = "a free camera has no trigger; leave it out, or use trigger = external";
             Err(Error::key("sensor.readout.trigger_period_us", period_us, reason))
         }
         (false, None) if readout.trigger_delay_clk > 0 => {
-            let reason = "a free camera has no trigger; 0, or trigger = external would do";
+            let reason = "a free camera has no trigger; use 0, or trigger = external";
             Err(Error::key("sensor.readout.trigger_delay_clk", readout.trigger_delay_clk, reason))
         }
         (false, None) => Ok(Trigger::Free),

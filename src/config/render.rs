@@ -68,7 +68,7 @@ impl Scenario {
             tolerance.map(|tolerance| within("run.render_tolerance", tolerance, 0.001..=1000.0, range)).transpose()?;
         match (samples, tolerance) {
             (Some(samples), Some(_)) => {
-                let reason = "says how many rays where run.render_tolerance says how good; either one alone would do";
+                let reason = "says how many rays where run.render_tolerance says how good; use either one alone";
                 Err(Error::key("run.samples_per_pixel", samples, reason))
             }
             (samples, tolerance) => Ok((samples.unwrap_or(1), if merges { 0.0 } else { tolerance.unwrap_or(0.0) })),

@@ -27,10 +27,10 @@ impl Scenario {
             (Some(baseline_mm), None) => return along_baseline(rotation, baseline_mm),
             (None, Some(cameras)) => cameras,
             (Some(baseline_mm), Some(_)) => {
-                let reason = "the rig has cameras of its own; either these or a baseline would do";
+                let reason = "rig.camera is written too; use either these or a baseline";
                 return Err(Error::key("rig.baseline_mm", baseline_mm, reason));
             }
-            (None, None) => return Err(Error::key("rig.baseline_mm", "", "is missing; this, or cameras, would do")),
+            (None, None) => return Err(Error::key("rig.baseline_mm", "", "is missing; give this, or cameras")),
         };
         let would_do = format!("1 to {CAMERAS_MAX} of [[rig.camera]]");
         within("rig.camera", cameras.len(), 1..=CAMERAS_MAX, &would_do)?;
@@ -74,7 +74,7 @@ fn place_m(key: &str, place_mm: [f64; 3]) -> Result<DVec3, Error> {
     if place_mm.iter().all(|axis_mm| axis_mm.abs() <= PLACE_MM_MAX) {
         return Ok(DVec3::from_array(place_mm) * 1e-3);
     }
-    Err(Error::key(key, format!("{place_mm:?}"), format!("out of range; -{PLACE_MM_MAX} to {PLACE_MM_MAX} would do")))
+    Err(Error::key(key, format!("{place_mm:?}"), format!("out of range; use -{PLACE_MM_MAX} to {PLACE_MM_MAX}")))
 }
 
 /// An orientation from its quaternion x y z w, or from angles that turn x right, y down, z forward: to the right about y, then nose up
@@ -91,13 +91,13 @@ pub(super) fn orientation(
         (None, None) => Ok(None),
         (Some(xyzw), None) => unit_quaternion(key, xyzw).map(Some),
         (Some(xyzw), Some(_)) => {
-            let reason = "stands beside yaw_pitch_roll_deg; one of the two would do";
+            let reason = "stands beside yaw_pitch_roll_deg; use one of the two";
             Err(Error::key(key, format!("{xyzw:?}"), reason))
         }
         (None, Some(degrees)) => {
             if !degrees.iter().all(|degrees| degrees.abs() <= 360.0) {
                 let key = key.replace("orientation", "yaw_pitch_roll_deg");
-                return Err(Error::key(&key, format!("{degrees:?}"), "angles of -360 to 360 would do"));
+                return Err(Error::key(&key, format!("{degrees:?}"), "use angles of -360 to 360"));
             }
             let [yaw, pitch, roll] = degrees.map(f64::to_radians);
             let turn = so3::exp(DVec3::Y * yaw) * so3::exp(DVec3::X * pitch) * so3::exp(DVec3::Z * roll);

@@ -73,7 +73,7 @@ sections! {
         sampling: String,
         /// Still pictures an exposure with sampling = "subframes", 1 to 4096.
         subframes: u32,
-        /// Reflections that a ray follows, 0 to 4; 0: every surface is dull.
+        /// Reflections that a ray follows, 0 to 4; 0: every surface is diffuse.
         reflections: u32,
         /// Where: "mirrors": at metals of roughness up to 0.1, exactly. "all": at gloss and glaze too, by chance; noisy under bare
         /// lamps.
@@ -239,7 +239,7 @@ impl Switch {
         match self {
             Self::Set(on) => Ok(*on),
             Self::Word(word) if word == "auto" => Ok(auto),
-            Self::Word(word) => Err(Error::key(key, word, "true, false or \"auto\" would do")),
+            Self::Word(word) => Err(Error::key(key, word, "use true, false or \"auto\"")),
         }
     }
 }
@@ -265,7 +265,7 @@ impl PerCamera {
             Self::Step(step) => Ok((0..cameras).map(|camera| f64_from_usize(camera) * step).collect()),
             Self::Each(numbers) if numbers.len() == cameras => Ok(numbers.clone()),
             Self::Each(numbers) => {
-                let reason = format!("one for each camera, {cameras} numbers, would do");
+                let reason = format!("use one for each camera, {cameras} numbers");
                 Err(Error::key(key, format!("{numbers:?}"), reason))
             }
         }

@@ -2,7 +2,7 @@
 
 use toml::Value;
 
-use super::presets::{self, Kind, NO_PRESET};
+use super::presets::{self, NO_PRESET, PresetKind};
 use super::tree::Tree;
 use crate::error::Error;
 
@@ -35,14 +35,14 @@ pub(super) fn layers(name: &str, read: &dyn Fn(&str) -> Result<Vec<u8>, Error>) 
         return Err(Error::Content { file: name.to_owned(), reason });
     }
     let base = match own.get("sensor.preset").and_then(Value::as_str) {
-        Some(NO_PRESET) | None => Kind::Sensor.base(),
+        Some(NO_PRESET) | None => PresetKind::Sensor.base(),
         Some(named) if is_file(named) => {
-            let reason = format!("names another file; use one of {}", presets::names(Kind::Sensor).join(", "));
+            let reason = format!("names another file; use one of {}", presets::names(PresetKind::Sensor).join(", "));
             return Err(own.locate(Error::key("sensor.preset", "", reason)));
         }
         Some(named) => named,
     };
-    let preset = presets::find(Kind::Sensor, base)
+    let preset = presets::find(PresetKind::Sensor, base)
         .map_err(|error| own.locate(Error::key("sensor.preset", "", error.to_string())))?;
     Ok([Tree::parse(&format!("preset {base}"), preset.text)?, own])
 }
@@ -72,7 +72,7 @@ mod tests {
         assert_eq!(layer("sensor.width"), "./mine.toml");
         assert_eq!(layer("sensor.pixel.pitch_um"), "preset ov7251");
         assert_eq!(layer("sensor.adc.bits"), "scene.toml");
-        assert_eq!(mine.label(Kind::Sensor), "./mine.toml, changed: adc.bits");
+        assert_eq!(mine.label(PresetKind::Sensor), "./mine.toml, changed: adc.bits");
         // The record has every value, and needs no file.
         let again = Resolved::from_layers("config.toml", &mine.recorded_text(), &[]).unwrap();
         assert_eq!((again.hash(), again.scenario.sensor.width), (mine.hash(), 320));

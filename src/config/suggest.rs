@@ -1,4 +1,4 @@
-//! Turns serde's word on a wrong key or type into one that names file, line, key, value and what would do.
+//! Converts serde's message about a wrong key or type to one with file, line, key, value and an accepted value.
 
 use super::tree::Tree;
 use crate::error::Error;
@@ -33,7 +33,7 @@ fn in_words(message: &str) -> String {
         _ if expected.starts_with("struct ") => "a table of keys",
         _ => expected,
     };
-    format!("{found}{would_do} would do")
+    format!("{found}use {would_do}")
 }
 
 fn child_path(path: &str, key: &str) -> String {

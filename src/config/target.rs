@@ -33,7 +33,7 @@ impl Scene {
         let given = self.target_sizes().into_iter().find_map(|(key, value)| Some((key, value?)));
         match given.filter(|_| self.target.is_none()) {
             Some((key, value)) => {
-                let reason = "has no effect here; a scene.target, or leaving it out, would do";
+                let reason = "has no effect here; use a scene.target, or leave it out";
                 Err(Error::key(&format!("scene.{key}"), value, reason))
             }
             None => Ok(()),

@@ -1,7 +1,7 @@
 //! Poisson counts of a row: the exact Poisson quantile of each uniform, for means in electrons.
 //!
 //! One uniform a draw, no rejection, so a count never falls when its mean grows. Bright columns go by the normal quantile's
-//! asymptotic series, dim ones by summing the distribution function. Either says where its error might change the count;
+//! asymptotic series, dim ones by summing the distribution function. Each reports where its error might change the count;
 //! those columns, a few in a thousand, go to `poisson_quantile` in f64, the slow twin. So the bits of the result do not
 //! depend on how either is computed, as long as their error bounds hold.
 

@@ -26,7 +26,7 @@ use crate::num::{u32_from, u64_from};
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
 use crate::readout::{Geometry, HdrMerge};
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Size};
 
 /// Rows that one task takes. Fixed, so that work is cut the same way on any number of threads.
@@ -60,7 +60,7 @@ pub struct Chain {
     seed: u64,
     /// Seed of the die.
     die_seed: u64,
-    /// Electrons from which on a pixel ends at its full well whatever is drawn; infinite where no effect clips there.
+    /// Electrons from which on a pixel ends at its full well for every draw; infinite where no effect clips there.
     full_from_e: f32,
 }
 
@@ -78,7 +78,7 @@ pub struct Capture<'a> {
 }
 
 impl Capture<'static> {
-    /// The only exposure of a frame that nothing stands before.
+    /// The only exposure of a frame without a previous one.
     pub fn single(camera: CameraIndex, frame: FrameIndex) -> Self {
         Self { camera, frame, slot: 0, before_e: None }
     }
@@ -124,9 +124,9 @@ struct Shot<'a> {
 }
 
 impl Chain {
-    /// A sensor with these effects, which must stand in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
+    /// A sensor with these effects, which must be in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
     pub fn new(parameters: Parameters, mut effects: Vec<Box<dyn Effect>>, seed: u64, die_seed: u64) -> Self {
-        assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects stand in physical order");
+        assert!(effects.is_sorted_by_key(|effect| effect.domain()), "effects are in physical order");
         let sensed = effects.partition_point(|effect| effect.domain() < Domain::SensedElectrons);
         let readings = vec![Reading::new(parameters.clone(), effects.split_off(sensed), 0, effects.len())];
         let black = BlackRows::default();
@@ -206,7 +206,7 @@ impl Chain {
 
     /// The same sensor with its columns' counters in Verilog where they go clock by clock.
     #[must_use]
-    pub fn in_verilog(mut self, verilog: Option<&Seat>) -> Self {
+    pub fn in_verilog(mut self, verilog: Option<&SharedRtlSimulator>) -> Self {
         self.readings = self.readings.into_iter().map(|reading| reading.in_verilog(verilog.cloned())).collect();
         self
     }

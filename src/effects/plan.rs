@@ -29,7 +29,7 @@ pub struct Omitted {
     /// Its part of the budget, where all that is left out takes most of it: biases add absolutely, so its part of the mean square error is
     /// its bias times the sum of all biases, plus its variance. 0 with a budget of 0.
     pub budget_share: f64,
-    /// What leaving it out saves, predicted.
+    /// Predicted time that leaving it out saves.
     pub cost_ns_per_px: f64,
     /// For a person.
     pub reason: String,
@@ -62,7 +62,7 @@ impl Kept {
     }
 }
 
-/// An effect's name as it is spoken.
+/// An effect's name in words.
 fn spoken(name: &str) -> String {
     name.replace('_', " ")
 }
@@ -92,9 +92,9 @@ pub struct Plan {
 pub enum Choice {
     /// The planner decides.
     Auto {
-        /// Stay whatever their bound.
+        /// Kept regardless of their bound.
         added: Vec<String>,
-        /// Go whatever their bound; the plan still states it.
+        /// Left out regardless of their bound; the plan still states it.
         removed: Vec<String>,
     },
     /// Every effect whose parameters are not zero.

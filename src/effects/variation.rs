@@ -3,7 +3,7 @@
 //!
 //! A corner names how fast NMOS and PMOS are: typical, fast or slow each. No foundry publishes its tables, so every factor here is
 //! assumed: of the size that public 180 nm to 65 nm models spread over, with the direction that physics gives it. A supply other
-//! than the nominal one scales what is referred to it. Temperature is a parameter of its own.
+//! than the nominal one scales what is referred to it. Temperature is a separate parameter.
 
 use super::Parameters;
 use crate::error::Error;
@@ -100,7 +100,7 @@ impl Variation {
     /// Refuses a supply that the factors say nothing about.
     ///
     /// # Errors
-    /// More than a fifth away from the nominal one; the error names the range that would do.
+    /// More than a fifth away from the nominal one; the error names the accepted range.
     pub fn checked(self) -> Result<Self, Error> {
         let ratio = self.supply_v / self.supply_nominal_v;
         // A billionth is forgiven, as decimal fractions are rounded.

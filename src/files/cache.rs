@@ -1,7 +1,7 @@
 //! The user's cache: bytes under a key (a hash in hexadecimal of all that made them).
 //!
-//! Entries are written by rename and carry a checksum. The least recently used go when the cache outgrows its size. An entry that is
-//! damaged is told apart from one that is absent; neither gives bytes.
+//! Entries are written by rename and carry a checksum. The least recently used go when the cache outgrows its size. Damaged and
+//! absent entries give different errors; neither gives bytes.
 
 use std::fs;
 use std::path::{Path, PathBuf};

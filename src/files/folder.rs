@@ -35,7 +35,7 @@ pub struct OutputFolder {
     is_done: bool,
     /// Where files of others stand now that stood in what a killed process left.
     kept: Vec<PathBuf>,
-    way: Way,
+    mode: WriteMode,
     /// Lies beside the folder; none where nothing may be written there.
     _lock: Option<Lock>,
     // Declared last: they go once the lock in them is gone.
@@ -44,7 +44,7 @@ pub struct OutputFolder {
 
 /// How the result gets to its place.
 #[derive(Debug)]
-enum Way {
+enum WriteMode {
     /// The folder is renamed.
     Beside { parent: PathBuf },
     /// What the folder holds is replaced.
@@ -87,20 +87,20 @@ impl OutputFolder {
         };
         let may_clear = lock.as_ref().is_some_and(|lock| lock.is_exclusive);
         let mut kept = if may_clear { work::clear_stale(&parent, &target, &name) } else { Vec::new() };
-        let (way, root) = if must_stay || lock.is_none() {
+        let (mode, root) = if must_stay || lock.is_none() {
             let mut inside = Inside::take(&target)?;
             kept.append(&mut inside.kept);
             State::of(&target, Care::Quick)?;
             let root = inside.build()?;
-            (Way::Inside(inside), root)
+            (WriteMode::Inside(inside), root)
         } else {
             kept.extend(Inside::settle(&target)?);
             State::of(&target, Care::Quick)?;
             let root = work::fresh(&parent, &name)?;
-            (Way::Beside { parent }, root)
+            (WriteMode::Beside { parent }, root)
         };
-        let folder = Self { target, root, is_done: false, kept, way, _lock: lock, parents };
-        if matches!(folder.way, Way::Beside { .. }) {
+        let folder = Self { target, root, is_done: false, kept, mode, _lock: lock, parents };
+        if matches!(folder.mode, WriteMode::Beside { .. }) {
             folder.copy_ownership()?;
         }
         Ok(folder)
@@ -143,8 +143,8 @@ impl OutputFolder {
     fn put(&mut self, manifest: &Manifest, exchange: fn(&Path, &Path) -> io::Result<()>) -> Result<(), Error> {
         let state = State::of(&self.target, Care::Full)?;
         let failed = |source| io_error(&self.target)(source);
-        let parent = match &mut self.way {
-            Way::Inside(inside) => {
+        let parent = match &mut self.mode {
+            WriteMode::Inside(inside) => {
                 let (old, survey) = match &state {
                     State::Ours(old, survey) => (Some(old), Some(survey)),
                     State::Free => (None, None),
@@ -153,7 +153,7 @@ impl OutputFolder {
                 self.kept.append(&mut inside.kept);
                 return Ok(());
             }
-            Way::Beside { parent } => parent,
+            WriteMode::Beside { parent } => parent,
         };
         if let Ok(metadata) = std::fs::metadata(&self.target) {
             disk::copy_ownership(&metadata, &self.root).map_err(failed)?;
@@ -188,11 +188,11 @@ impl OutputFolder {
 
     /// A finished result is not thrown away because its place is taken.
     fn keep_finished(&mut self, error: Error) -> Error {
-        let beside = match &self.way {
-            Way::Beside { .. } => self.target.clone(),
-            Way::Inside(_) => self.target.join(self.target.file_name().unwrap_or_default()),
+        let beside = match &self.mode {
+            WriteMode::Beside { .. } => self.target.clone(),
+            WriteMode::Inside(_) => self.target.join(self.target.file_name().unwrap_or_default()),
         };
-        let is_swapping = matches!(&self.way, Way::Inside(inside) if inside.is_swapping());
+        let is_swapping = matches!(&self.mode, WriteMode::Inside(inside) if inside.is_swapping());
         let note = if is_swapping {
             "; the finished result is half in its place, and the next run to it moves the rest".to_owned()
         } else {
@@ -225,7 +225,7 @@ impl OutputFolder {
 
 impl Drop for OutputFolder {
     fn drop(&mut self) {
-        if !self.is_done && matches!(self.way, Way::Beside { .. }) {
+        if !self.is_done && matches!(self.mode, WriteMode::Beside { .. }) {
             // Nobody is left to tell; a leftover is hidden, and the next run to the same place clears it.
             let _ = work::remove_marked(&self.root);
         }

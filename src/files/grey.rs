@@ -59,7 +59,7 @@ fn from_linear(channels: &[Channel]) -> Result<Grey, String> {
     let sum = |i: usize| weighed.iter().fold(0.0, |sum, (plane, weight)| sum + weight * f64::from(plane.values()[i]));
     let linear: Vec<f64> = (0..size.pixel_count()).map(sum).collect();
     if let Some(bad) = linear.iter().find(|value| !(0.0..=f64::MAX).contains(*value)) {
-        return Err(format!("has a value of {bad}; finite values from 0 would do"));
+        return Err(format!("has a value of {bad}; use finite values from 0"));
     }
     let brightest = linear.iter().fold(0.0, |most, &value| greater(most, value));
     if brightest == 0.0 {

@@ -25,7 +25,7 @@ impl InputFolders {
     fn find(&self, name: &str, is_there: impl Fn(&Path) -> bool) -> Result<PathBuf, Error> {
         let relative = Path::new(name);
         if !relative.components().all(|part| matches!(part, Component::Normal(_))) {
-            let reason = "leads out of the scenario's folder; a name within it would do".to_owned();
+            let reason = "leads out of the scenario's folder; use a name within it".to_owned();
             return Err(Error::Content { file: name.to_owned(), reason });
         }
         let Some(folder) = self.0.iter().find(|folder| is_there(&folder.join(relative))) else {

@@ -12,8 +12,7 @@ use std::sync::Mutex;
 use super::{content_error, io_error};
 use crate::error::Error;
 
-/// What tells one file of the machine from all others: device, number, and where it is known the time of its making, because a new file may
-/// get the number of one that was removed.
+/// Identity of a file: device, number and, if known, creation time, because a new file may reuse the number of a removed one.
 #[cfg(unix)]
 type FileId = (u64, u64, Option<std::time::SystemTime>);
 #[cfg(not(unix))]

@@ -1,4 +1,4 @@
-//! The photon store on the disk: each exposure's mean photons, compressed without loss, in a cache of its own.
+//! Photon store on disk: each exposure's mean photons, losslessly compressed, in a separate cache.
 //!
 //! An entry is a header and the planes' bits. Each pixel is predicted by its left and upper neighbours; what the prediction misses is
 //! coded by `pco`. A damaged entry is said once and counts as absent, so that the exposure is rendered and stored again.

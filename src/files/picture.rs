@@ -49,7 +49,7 @@ pub(super) fn read_grey_of(stream: File, file: &Path) -> Result<(Plane<u16>, u32
         open()?.into_dimensions().map_err(|error| refused(format!("is no picture: {error}")))?;
     let pixels = u64::from(width_px) * u64::from(height_px);
     if width_px > SIDE_PX_MAX || height_px > SIDE_PX_MAX || pixels > PIXELS_MAX || pixels == 0 {
-        return Err(refused(format!("has {width_px} x {height_px} pixels; up to {PIXELS_MAX} would do")));
+        return Err(refused(format!("has {width_px} x {height_px} pixels; use {PIXELS_MAX} or fewer")));
     }
     let picture = open()?.decode().map_err(|error| refused(format!("is damaged: {error}")))?;
     let size = Size { width_px, height_px };

@@ -149,11 +149,14 @@ impl SweepFolder {
 
 /// Refuses a folder with files that are no sweep's.
 fn refuse_others(path: &Path) -> Result<(), Error> {
-    let mut entries = std::fs::read_dir(path).map_err(io_error(path))?;
-    let Some(entry) = entries.next() else { return Ok(()) };
-    let name = entry.map_err(io_error(path))?.file_name();
-    let reason = format!("holds '{}' and no sweep; name an empty folder with --out", name.to_string_lossy());
-    Err(content_error(path, reason))
+    for entry in std::fs::read_dir(path).map_err(io_error(path))? {
+        let name = entry.map_err(io_error(path))?.file_name().to_string_lossy().into_owned();
+        // Another part of the same sweep may be writing the mark, or have written it since.
+        if !name.starts_with(MARK) && !path.join(MARK).is_file() {
+            return Err(content_error(path, format!("holds '{name}' and no sweep; name an empty folder with --out")));
+        }
+    }
+    Ok(())
 }
 
 /// Writes beside the place, syncs, renames.
@@ -214,8 +217,11 @@ mod tests {
         let theirs = scratch.path().join("theirs");
         std::fs::create_dir(&theirs).unwrap();
         std::fs::write(theirs.join("diary.txt"), "x").unwrap();
+        std::fs::write(theirs.join(".sensel-sweep.77-0.part"), "x").unwrap();
         let said = SweepFolder::take(&theirs, false).unwrap_err().to_string();
         assert!(said.contains("diary.txt") && said.contains("--out"), "{said}");
         assert!(SweepFolder::read(&theirs).is_err());
+        std::fs::remove_file(theirs.join("diary.txt")).unwrap();
+        assert!(SweepFolder::take(&theirs, true).is_ok(), "another part is writing the mark");
     }
 }

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use super::io_error;
 use crate::error::Error;
 use crate::num::u64_half_even;
-use crate::optics::truth::{Matches, Seen, Surfaces, View, matches, surfaces};
+use crate::optics::truth::{Matches, Surfaces, View, Visibility, matches, surfaces};
 use crate::picture::{Channel, to_exr};
 use crate::plane::Plane;
 use crate::run::{CameraFrame, Frame, Session, Setup};
@@ -208,13 +208,13 @@ impl TruthWriter {
     }
 }
 
-fn codes_of(seen: &Plane<Seen>) -> Plane<u8> {
+fn codes_of(seen: &Plane<Visibility>) -> Plane<u8> {
     seen.map(|seen| match seen {
-        Seen::Nothing => 0,
-        Seen::Visible => 1,
-        Seen::Occluded => 2,
-        Seen::Outside => 3,
-        Seen::Unsettled => 4,
+        Visibility::Nothing => 0,
+        Visibility::Visible => 1,
+        Visibility::Occluded => 2,
+        Visibility::Outside => 3,
+        Visibility::Unsettled => 4,
     })
 }
 

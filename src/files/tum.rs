@@ -100,10 +100,7 @@ fn pictures_folder(dir: &Path) -> Option<PathBuf> {
 
 fn by_truth(dir: &Path, truth: Option<&str>) -> Result<Vec<FrameEntry>, Error> {
     let (Some(folder), Some(truth)) = (pictures_folder(dir), truth) else {
-        return Err(content_error(
-            dir,
-            "has no rgb.txt; this, or pictures and a ground truth of as many lines, would do",
-        ));
+        return Err(content_error(dir, "has no rgb.txt; add it, or pictures and a ground truth of as many lines"));
     };
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(&folder).map_err(io_error(&folder))? {
@@ -116,8 +113,7 @@ fn by_truth(dir: &Path, truth: Option<&str>) -> Result<Vec<FrameEntry>, Error> {
     paths.sort();
     let times: Vec<u64> = lines(truth).filter_map(|(_, fields)| nanoseconds(fields[0])).collect();
     if times.len() != paths.len() {
-        let reason =
-            format!("holds {} pictures for {} lines of ground truth; rgb.txt would do", paths.len(), times.len());
+        let reason = format!("holds {} pictures for {} lines of ground truth; add rgb.txt", paths.len(), times.len());
         return Err(content_error(&folder, reason));
     }
     Ok(times.into_iter().zip(paths).map(|(timestamp_ns, path)| FrameEntry { timestamp_ns, path }).collect())
@@ -125,7 +121,7 @@ fn by_truth(dir: &Path, truth: Option<&str>) -> Result<Vec<FrameEntry>, Error> {
 
 fn lens(file: &Path) -> Result<Lens, Error> {
     if !is_there(file) {
-        return Err(content_error(file, "is missing; three lines 'fx 0 cx', '0 fy cy', '0 0 1' in pixels would do"));
+        return Err(content_error(file, "is missing; write three lines 'fx 0 cx', '0 fy cy', '0 0 1' in pixels"));
     }
     let text = read_text(file, TEXT_BYTES_MAX)?;
     let fields = lines(&text).flat_map(|(_, fields)| fields);

@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Mutex;
 
-use rtl_models::extractor_rows::Surroundings;
+use rtl_models::extractor_rows::ExtractorHost;
 use rtl_models::fx_back::{FxBackConfig, FxCounts, Record};
 use rtl_models::verilog::{FRAMES_HARNESS, ROWS_HARNESS};
 
 use super::verilator::{self, Build, sources};
 use crate::error::Error;
 use crate::num::{low_u16, u32_from};
-use crate::silicon::{FrameAsked, FrameGiven, RowAsked, Silicon};
+use crate::rtl_simulator::{FrameRequest, FrameResult, RowRequest, RtlSimulator};
 use crate::words::{PlacePx, Turns};
 
 /// Bytes of a whole descriptor in a record.
@@ -71,7 +71,7 @@ impl Player {
         self.get().map(u64::from_le_bytes)
     }
 
-    fn row(&mut self, asked: &RowAsked<'_>) -> Result<Vec<u16>, Error> {
+    fn row(&mut self, asked: &RowRequest<'_>) -> Result<Vec<u16>, Error> {
         let flags = u32::from(asked.cds.latch_mode) | u32::from(asked.cds.gray) << 1;
         let columns = u32_from(asked.signal_clk.len());
         let black = u32::from(asked.cds.black);
@@ -84,8 +84,8 @@ impl Player {
         asked.signal_clk.iter().map(|_| self.get16()).collect()
     }
 
-    fn frame(&mut self, asked: &FrameAsked<'_>, around: &mut dyn Surroundings) -> Result<FrameGiven, Error> {
-        let FrameAsked { hardware, settings, threshold, pixels } = *asked;
+    fn frame(&mut self, asked: &FrameRequest<'_>, around: &mut dyn ExtractorHost) -> Result<FrameResult, Error> {
+        let FrameRequest { hardware, settings, threshold, pixels } = *asked;
         let policy = settings.policy.code().into();
         let registers = [settings.threshold.into(), policy, settings.target.into(), settings.angle_bits];
         self.put32([hardware.width, hardware.height].into_iter().chain(registers).chain([threshold.into()]))?;
@@ -129,7 +129,7 @@ impl Player {
         Ok(Record { x_q4, y_q4, score, angle: Turns::from_bits(angle), octave, frame: false, descriptor })
     }
 
-    fn given(&mut self) -> Result<FrameGiven, Error> {
+    fn given(&mut self) -> Result<FrameResult, Error> {
         let end_clk = self.get64()?;
         let mut next = || self.get32();
         let counts = FxCounts {
@@ -142,7 +142,7 @@ impl Player {
             ..FxCounts::default()
         };
         let (not_ready, threshold) = (next()?, next()?);
-        Ok(FrameGiven { counts, not_ready_clk: not_ready.into(), threshold: low_u16(threshold), end_clk })
+        Ok(FrameResult { counts, not_ready_clk: not_ready.into(), threshold: low_u16(threshold), end_clk })
     }
 }
 
@@ -238,8 +238,8 @@ impl Verilated {
     }
 }
 
-impl Silicon for Verilated {
-    fn row(&self, asked: &RowAsked<'_>) -> Result<Vec<u16>, Error> {
+impl RtlSimulator for Verilated {
+    fn row(&self, asked: &RowRequest<'_>) -> Result<Vec<u16>, Error> {
         const NAME: &str = "sensor_core";
         let build = || {
             let header = format!("#define COLUMNS {COLUMNS}\n");
@@ -249,13 +249,13 @@ impl Silicon for Verilated {
         let mut codes = Vec::with_capacity(asked.signal_clk.len());
         for (part, signal_clk) in asked.signal_clk.chunks(COLUMNS).enumerate() {
             let reset_clk = asked.reset_clk.chunks(COLUMNS).nth(part).unwrap_or_default();
-            codes.extend(player.row(&RowAsked { reset_clk, signal_clk, ..*asked })?);
+            codes.extend(player.row(&RowRequest { reset_clk, signal_clk, ..*asked })?);
         }
         self.players.put(NAME, player);
         Ok(codes)
     }
 
-    fn frame(&self, asked: &FrameAsked<'_>, around: &mut dyn Surroundings) -> Result<FrameGiven, Error> {
+    fn frame(&self, asked: &FrameRequest<'_>, around: &mut dyn ExtractorHost) -> Result<FrameResult, Error> {
         let parameters = extractor_parameters(&asked.hardware);
         let name = parameters.join(" ");
         let build = || {

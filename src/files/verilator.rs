@@ -64,7 +64,7 @@ pub fn sources(top: &str) -> Vec<Source<'static>> {
 pub fn version(verilator: &str) -> Result<String, Error> {
     let absent = |why: &dyn std::fmt::Display| {
         let reason = format!(
-            "needs Verilator, and `{verilator} --version` failed ({why}); installing it (Debian: verilator) or clocked would do"
+            "needs Verilator, and `{verilator} --version` failed ({why}); install it (Debian: verilator) or use clocked"
         );
         Error::key("run.rung", "rtl", reason)
     };
@@ -88,7 +88,7 @@ impl Build<'_> {
         hasher.finalize().to_hex()[..32].to_owned()
     }
 
-    /// The program, in a folder of its own under `base`; built unless it stands there, whole, from an earlier time.
+    /// The program, in its folder under `base`; built unless a complete one exists.
     ///
     /// # Errors
     /// Verilator is not there or refuses, other users can write `base`, or the disk says no.

@@ -39,7 +39,7 @@ impl WaveFile {
                 return Err(Error::key(
                     "--waves",
                     path.display(),
-                    "is no waveform file; a name ending in .fst or .vcd would do",
+                    "is no waveform file; use a name ending in .fst or .vcd",
                 ));
             }
         };

@@ -1,10 +1,9 @@
 //! Chooses the cheapest setting that meets an accuracy or time goal, by a pilot on a few frames of the scenario itself. Gives it as
 //! configuration assignments, with its measured figures.
 //!
-//! Error falls and time grows along each family of settings (a tolerance, a fixed number of rays; with more, with fewer and without
-//! reflections). `search` goes along each until the place is found where the goal is just met. What is measured may be off on frames
-//! that were not looked at: what the mean of these few may lie below the mean of all (`margin`), and a twentieth, are added before it
-//! is held against the goal. What is nearly as fast as the fastest is then timed again.
+//! Error falls and time grows along each family of settings (tolerances or fixed numbers of rays, by number of reflections).
+//! `search` finds where each family just meets the goal. Two margins are added to a measured error: the sampling error of the
+//! few frames (`margin`) and a twentieth. The fastest candidates are timed again.
 
 use serde::{Deserialize, Serialize};
 
@@ -46,7 +45,7 @@ pub struct Choice {
     pub ms_per_frame: f64,
     /// Settings that were tried.
     pub tried: usize,
-    /// Finest accuracy that the pilot could tell apart.
+    /// Finest accuracy that the pilot can distinguish.
     pub finest: f64,
     /// Pictures that it looked at.
     pub pictures: usize,
@@ -58,9 +57,9 @@ pub const PILOT_FRAMES: u32 = 12;
 const NEARLY: f64 = 1.1;
 /// How often.
 const TIMED_AGAIN: u32 = 1;
-/// Added to what was measured, for frames that were not looked at.
+/// Factor on a measured error, for frames that were not measured.
 const MARGIN: f64 = 1.05;
-/// With a time as goal, errors below this are not told apart.
+/// Finest error that is distinguished when the goal is a time.
 const FINEST_FOR_TIME: f64 = 0.5;
 /// Tolerances of effects beside the scenario's own.
 const EFFECT_TOLERANCES: [f64; 7] = [0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0];
@@ -87,7 +86,7 @@ pub(super) struct Pilot<'a> {
 /// Finds the cheapest setting that meets the goal: the least time for an accuracy, the least error for a time.
 ///
 /// # Errors
-/// A time in which nothing can be done, with the least that would do; a reference that cannot judge so fine an accuracy.
+/// A time that no setting meets, with the least possible one; a reference too coarse for the accuracy.
 pub fn choose(bench: &Bench<'_>, goal: Goal) -> Result<Choice, Error> {
     let own = Setting { rung: Rung::Sampled, ..Setting::of(&bench.setup.resolved.scenario) };
     let finest = match goal {
@@ -243,12 +242,13 @@ impl Pilot<'_> {
         let least = self.all().fold(f64::INFINITY, |least, (one, sensing)| lesser(least, self.bounded(one, sensing)));
         match self.goal {
             Goal::Accuracy(accuracy) => {
-                let reason = format!("the best of {} settings reaches {least:.2}; that would do", self.rendered.len());
+                let reason =
+                    format!("the best of {} settings reaches {least:.2}; use that or more", self.rendered.len());
                 Error::key("--accuracy", accuracy, reason)
             }
             Goal::Time(wall_ms) => {
                 let reason =
-                    format!("the fastest setting takes {least:.0} ms a frame here; {:.0}ms would do", least.ceil());
+                    format!("the fastest setting takes {least:.0} ms a frame here; use {:.0}ms or more", least.ceil());
                 Error::key("--time-budget", format!("{wall_ms}ms"), reason)
             }
         }

@@ -8,7 +8,7 @@ use crate::run::Stopwatch;
 pub struct Clocks<'a> {
     /// What a person waits.
     pub wall: &'a dyn Stopwatch,
-    /// Time that all threads of the program spent computing; where the system does not tell, the same as `wall`.
+    /// Processor time of all threads; where the system does not give it, the same as `wall`.
     pub work: &'a dyn Stopwatch,
 }
 

@@ -4,10 +4,9 @@
 use crate::config::Scenario;
 use crate::fidelity::Rung;
 
-/// Rays of one pixel at most where an accuracy is looked for: as many as the configuration admits. A pixel gets them only where each
-/// of them takes away as much as it does elsewhere, so that a high bound costs nothing. But where a tap of chrome shows a lamp in a
-/// thousandth of a pixel, each of 1,024 samples that meets it is worth thousands of electrons, and a handful of such pixels has most
-/// of the error of a small picture of the bathroom (docs/ladder.md).
+/// Largest number of rays per pixel in a search for an accuracy: the maximum of the configuration. A high limit is cheap, since
+/// a pixel gets rays only where they reduce the error as much as elsewhere. A low limit is not enough for small mirror images
+/// of lamps, which dominate the error of some pictures (docs/ladder.md).
 pub const RAYS_MOST: u32 = 65_536;
 
 /// How many rays, and where.

@@ -1,8 +1,8 @@
 //! Safety margin for a mean error that was measured on a few frames of a run, from the spread of their squared errors.
 //!
-//! Frames stand evenly in the run, and what a camera sees changes slowly along its way. So the mean's error is told by what neighbours
-//! differ by (J. von Neumann et al., "The mean square successive difference", 1941), as for any systematic sample: a trend that all
-//! frames follow is no chance. Pictures that were all looked at hide nothing (the correction for a finite population).
+//! The frames are a systematic sample: they are evenly spaced, and the view changes slowly. So the error of their mean follows
+//! from the differences of neighbours (J. von Neumann et al., "The mean square successive difference", 1941); a common trend
+//! adds no variance. A finite-population correction accounts for the frames that were measured.
 
 use super::errors::Squares;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_truncated};

@@ -46,7 +46,7 @@ pub struct Options {
     pub frames: u32,
     /// Frames of each run whose poses are judged; 0: none.
     pub pose_frames: u32,
-    /// Finest accuracy that is told apart, in photon noise.
+    /// Finest accuracy that is distinguished, in photon noise.
     pub finest: f64,
     /// Times that each setting is timed; the least counts.
     pub repeats: u32,

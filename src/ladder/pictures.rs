@@ -59,7 +59,7 @@ pub fn mean_square(errors: &[Squares]) -> f64 {
     sum.mean()
 }
 
-/// Renders every setting's pictures so many times, in turns; the first time tells the error, each time the cost.
+/// Renders every setting's pictures so many times, in turns; the first pass gives the error, every pass the cost.
 pub fn render_all(
     bench: &Bench<'_>,
     reference: &Reference,
@@ -83,7 +83,7 @@ pub fn render_all(
                 rays_per_pixel: 0.0,
             };
             for (picture, judged) in reference.judged.iter().enumerate() {
-                let (seen, cost) = seen(bench, setup, judged)?;
+                let (seen, cost) = rendered(bench, setup, judged)?;
                 best[number][picture] = best[number][picture].best(cost);
                 one.rays_per_pixel += seen.rays_per_pixel / f64_from_usize(pictures);
                 one.errors.push(seen.error);
@@ -115,7 +115,7 @@ pub fn render_until(
     let (mut errors, mut costs, mut rays_per_pixel) = (Vec::new(), Vec::new(), 0.0);
     loop {
         let place = order[errors.len()];
-        let (seen, cost) = seen(bench, &setup, &reference.judged[place])?;
+        let (seen, cost) = rendered(bench, &setup, &reference.judged[place])?;
         errors.push((place, seen.error));
         costs.push(cost);
         rays_per_pixel += seen.rays_per_pixel;
@@ -134,17 +134,17 @@ pub fn render_until(
 }
 
 /// One picture of a setting.
-struct Seen {
+struct RenderedPicture {
     photons: Vec<Plane<f32>>,
     error: Squares,
     rays_per_pixel: f64,
 }
 
-fn seen(bench: &Bench<'_>, setup: &Setup, judged: &Judged) -> Result<(Seen, Cost), Error> {
+fn rendered(bench: &Bench<'_>, setup: &Setup, judged: &Judged) -> Result<(RenderedPicture, Cost), Error> {
     let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(judged.place));
     let exposures = exposures?;
     let rays: u64 = exposures.iter().map(|exposure| exposure.rays).sum();
-    let seen = Seen {
+    let seen = RenderedPicture {
         error: bench.judge().render_error(&exposures[0].photons, &judged.truths[0]),
         rays_per_pixel: f64_from_u64(rays) / (bench.pixels() * f64_from_usize(exposures.len())),
         photons: exposures.into_iter().map(|exposure| exposure.photons).collect(),

@@ -60,7 +60,7 @@ pub struct Reference {
 /// accuracy.
 ///
 /// # Errors
-/// A standard error that stays too great, with the finest accuracy that would do.
+/// A standard error that stays too large, with the finest possible accuracy.
 pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64, share: f64) -> Result<Reference, Error> {
     let own = Setting::of(&bench.setup.resolved.scenario);
     let tolerance = (finest * share) * (finest * share);
@@ -88,7 +88,7 @@ pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64, share: f64) -
     }
     let would_do = standard_error / share;
     Err(Error::Run(format!(
-        "the reference's standard error stays at {standard_error:.3} of photon noise; an accuracy of {would_do:.2} would do"
+        "the reference's standard error stays at {standard_error:.3} of photon noise; use an accuracy of {would_do:.2} or more"
     )))
 }
 

@@ -291,7 +291,7 @@ impl Measured<'_> {
         }
     }
 
-    /// Rungs that have no codes of their own here.
+    /// Rungs without codes here.
     fn other_rungs(&self) -> Result<Vec<LadderRow>, Error> {
         let empty = |rung: Rung, note: String| LadderRow {
             rung: rung.name().to_owned(),

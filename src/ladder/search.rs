@@ -1,7 +1,7 @@
 //! The pilot's search over settings: from measured effect chains it chooses renders to measure, most densely where the goal is just met.
 //!
-//! A knob is looked at where a curve through what was measured meets the goal, until that place itself was measured. Frames are rendered
-//! in an order that is spread over the run at every time, and no further once the rest cannot bring the setting to the goal any more.
+//! A knob is measured where a curve through its measured points meets the goal, until that place itself is measured. Frames are
+//! rendered in an order that is spread over the run, and stop when the rest cannot bring the setting to the goal.
 
 use super::choice::{Goal, Pilot};
 use super::curve::Curve;
@@ -17,7 +17,7 @@ const STEPS_MAX: [usize; 2] = [7, 16];
 const CLOSE: f64 = 1.05;
 /// The share of the goal that is aimed at, so that rounding and a bend of the curve seldom cost another setting.
 const AIM: f64 = 0.99;
-/// A gain that is worth another setting.
+/// Least gain for which another setting is measured.
 const WORTH: f64 = 0.97;
 /// Times the goal's square beyond which an error that more reflections would mend is not searched further.
 const FAR: f64 = 2.0;
@@ -113,7 +113,7 @@ impl Pilot<'_> {
         None
     }
 
-    /// The finest and the coarsest tolerance worth a look. What is much finer than the reference is not told apart by it.
+    /// Finest and coarsest tolerance to measure. The reference cannot distinguish much finer ones.
     fn tolerances(&self) -> [f64; 2] {
         let of_reference = match self.reference.setting.rays {
             Rays::Tolerance { tolerance, .. } => tolerance,

@@ -11,10 +11,10 @@ use crate::num::f64_from_usize;
 use crate::run::probe::Place;
 use crate::units::FrameIndex;
 
-/// What a setting is worth.
+/// Error and time of a setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// Error in photon noise, below the finest of the study where it cannot be told.
+    /// Error in photon noise; unreliable below the finest of the study.
     pub photon_noise_ratio: f64,
     /// Of render and sensor, per frame of the rig.
     pub cost: Cost,
@@ -42,7 +42,7 @@ pub struct HeldOut<'a> {
 }
 
 impl<'a> HeldOut<'a> {
-    /// A reference of these frames that can tell errors from `finest` on.
+    /// A reference of these frames for errors from `finest` on.
     ///
     /// # Errors
     /// As `ladder`.
@@ -87,7 +87,7 @@ fn verdict(errors: &[Squares], cost: Cost, rays_per_pixel: f64) -> Verdict {
     Verdict { photon_noise_ratio: mean_square(errors).sqrt(), cost, rays_per_pixel }
 }
 
-/// Judges settings on these frames of the first camera against a reference that can tell errors from `finest` on.
+/// Measures settings on these frames of the first camera against a reference for errors from `finest` on.
 ///
 /// # Errors
 /// As `ladder`.

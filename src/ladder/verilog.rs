@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::fidelity::Rung;
 use crate::num::{f64_from_usize, u32_from};
 use crate::plane::Plane;
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 use crate::units::{RowIndex, Size};
 
 /// Pixels that are converted at most: a column's ramp is some hundred clocks of a simulator that plays a million column clocks a second.
@@ -45,7 +45,7 @@ impl InVerilog {
 /// # Errors
 /// There is no simulator, or it fails.
 pub(super) fn measured(bench: &Bench<'_>, reference: &Reference) -> Result<InVerilog, Error> {
-    let seat = Seat::new(bench.assets.silicon()?);
+    let seat = SharedRtlSimulator::new(bench.assets.rtl_simulator()?);
     let judged = &reference.judged[0];
     let (width, height) = (judged.codes.width_px(), judged.codes.height_px());
     let count = (PIXELS_MAX / width).clamp(1, height);

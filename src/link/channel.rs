@@ -2,7 +2,7 @@
 //!
 //! Errors are independent of each other (a memoryless binary symmetric channel). The bits from one error to the next are
 //! geometrically distributed, so the draws are as many as the errors: the number of bits that are spared is floor(ln u / ln(1 - p))
-//! for a uniform u in (0, 1]. D-PHY promises a rate below 1e-12; a marginal cable or connector is what larger ones stand for.
+//! for a uniform u in (0, 1]. D-PHY promises a rate below 1e-12; larger rates model a marginal cable or connector.
 
 use crate::draw::{DrawKey, EffectNumber, RowPlace};
 use crate::num::{f64_from_u64, index, u64_from, u64_truncated};

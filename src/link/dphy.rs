@@ -1,6 +1,6 @@
 //! D-PHY's times: clocks of `byte_clk` for a burst, including the exit from and the return to low power.
 //!
-//! Every packet is a burst of its own: LP-01, LP-00 with the lane's preparation, synchronisation byte, bytes, trail, exit to
+//! Every packet is a separate burst: LP-01, LP-00 with the lane's preparation, synchronisation byte, bytes, trail, exit to
 //! LP-11. Times are the specification's minima (D-PHY 1.2, table "global operation timing parameters"), each rounded up to
 //! whole byte clocks as a transmitter's counters do. The clock lane runs all the time.
 

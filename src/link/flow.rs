@@ -3,8 +3,8 @@
 //!
 //! Clock 0 is the start of the frame-start packet's burst. That and the embedded line leave before the first row is read, so that the
 //! link is free for it: row i is read at `lead + i rows apart` if nothing stalls. A row takes a place of the FIFO when it is read and
-//! gives it back with the last byte of its payload and checksum; a row that finds no place holds the readout, and with it all rows
-//! after it. Packets are sent in their order, each as soon as it is there and the lanes are in LP-11 again.
+//! frees it with the last byte of its payload and checksum; a row that finds no free place stalls the readout and all later
+//! rows. Packets are sent in their order, each as soon as it is complete and the lanes are back in LP-11.
 
 use std::collections::VecDeque;
 
@@ -88,9 +88,9 @@ pub struct Flow {
     pub row_read: Vec<Clocks>,
     /// When the last row is read.
     pub rows_end: Clocks,
-    /// How long the readout stood still.
+    /// How long the readout stalled.
     pub stalled: Clocks,
-    /// Rows that it stood still for.
+    /// Rows that stalled it.
     pub rows_stalled: u32,
     /// Most rows in the FIFO at once.
     pub fifo_rows_most: u32,
@@ -221,10 +221,10 @@ impl Readout {
             return read.0;
         }
         let due = self.lead + self.period.clocks(row.into()).0 + self.flow.stalled.0;
-        // Rows before this one that stood in the FIFO and have all been sent by now are as many as there are entries.
+        // Rows before this one that were in the FIFO and have all been sent by now are as many as there are entries.
         let mut read = due;
         while self.free_at.len() >= self.places || self.free_at.front().is_some_and(|&free| free <= due) {
-            read = read.max(self.free_at.pop_front().expect("asked above"));
+            read = read.max(self.free_at.pop_front().expect("checked above"));
         }
         self.flow.stalled.0 += read - due;
         self.flow.rows_stalled += u32::from(read > due);

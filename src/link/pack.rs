@@ -58,7 +58,7 @@ impl FrameOut<'_> {
 /// If batches hold more features than the frame.
 pub fn pack_frame(frame: &FrameOut, params: &LinkParams, events: &mut Events) -> Result<Vec<u8>, Error> {
     if frame.virtual_channel > 3 {
-        return Err(Error::key("virtual_channel", frame.virtual_channel, "0 to 3 would do: one link has four"));
+        return Err(Error::key("virtual_channel", frame.virtual_channel, "use 0 to 3: one link has four"));
     }
     let codes = given(frame.codes, params.sends_codes_in(frame.metadata.frame), "codes")?;
     let features = given(frame.features, params.mode.sends_features(), "features")?;
@@ -82,7 +82,7 @@ pub fn pack_frame(frame: &FrameOut, params: &LinkParams, events: &mut Events) ->
     Ok(bytes)
 }
 
-/// What packets of a frame are written from.
+/// The data of a frame's packets.
 struct Writer<'a> {
     frame: &'a FrameOut<'a>,
     kind: RawKind,
@@ -134,7 +134,7 @@ pub fn pack_row(codes: &[u16], bits: u32, virtual_channel: u8, params: &LinkPara
 fn check_shape(kind: RawKind, size: Size) -> Result<(), Error> {
     for (key, side_px) in [("sensor.width", size.width_px), ("sensor.height", size.height_px)] {
         if u16::try_from(side_px).is_err() {
-            return Err(Error::key(key, side_px, "up to 65535 would do on this link"));
+            return Err(Error::key(key, side_px, "use up to 65535 on this link"));
         }
     }
     kind.check_width(size.width_px)

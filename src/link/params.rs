@@ -46,9 +46,9 @@ impl Mode {
 /// What happens where a row is converted and the row FIFO in front of the link is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WhenFull {
-    /// It never happens: a configuration in which it could is refused with the line length that would do.
+    /// It never happens: a configuration in which it could is refused with the line length that is accepted.
     Refuse,
-    /// The readout stands still, all its registers held, until the oldest row has left.
+    /// The readout stalls, all its registers held, until the oldest row has left.
     Stall,
 }
 
@@ -91,10 +91,10 @@ impl LinkParams {
     /// The same, after its ranges are checked.
     ///
     /// # Errors
-    /// A value out of range, by key, with what would do.
+    /// A value out of range, by key, with an accepted value.
     pub fn checked(self) -> Result<Self, Error> {
         if !(1..=4).contains(&self.lanes) {
-            return Err(Error::key("link.lanes", self.lanes, "1 to 4 would do"));
+            return Err(Error::key("link.lanes", self.lanes, "use 1 to 4"));
         }
         if !(FREQUENCY_HZ_MIN..=FREQUENCY_HZ_MAX).contains(&self.frequency_hz) {
             let reason =
@@ -102,17 +102,17 @@ impl LinkParams {
             return Err(Error::key("link.frequency_hz", self.frequency_hz, reason));
         }
         if self.frames_every == 0 {
-            return Err(Error::key("link.frames_every", 0, "1 (rows in every frame) or more would do"));
+            return Err(Error::key("link.frames_every", 0, "use 1 (rows in every frame) or more"));
         }
         if self.frames_every > 1 && self.mode != Mode::Both {
-            let reason = "counts frames that carry rows beside features; link.mode = \"both\", or 1, would do";
+            let reason = "counts frames that carry rows beside features; use link.mode = \"both\", or 1";
             return Err(Error::key("link.frames_every", self.frames_every, reason));
         }
         if !(1..=ROWS_MAX).contains(&self.fifo_rows) {
-            return Err(Error::key("link.fifo_rows", self.fifo_rows, format!("1 to {ROWS_MAX} rows would do")));
+            return Err(Error::key("link.fifo_rows", self.fifo_rows, format!("use 1 to {ROWS_MAX} rows")));
         }
         if self.line_sync && !self.mode.sends_codes() {
-            let reason = "line-start packets number rows, which this mode does not send; false would do";
+            let reason = "line-start packets number rows, which this mode does not send; use false";
             return Err(Error::key("link.line_sync", true, reason));
         }
         Ok(self)
@@ -131,7 +131,7 @@ impl LinkParams {
         let smallest = RawKind::smallest(bits)?;
         match self.format {
             Some(kind) if kind.bits() < smallest.bits() => {
-                let reason = format!("codes have {bits} bits; {} or wider would do", smallest.name());
+                let reason = format!("codes have {bits} bits; use {} or wider", smallest.name());
                 Err(Error::key("link.format", kind.name(), reason))
             }
             Some(kind) => Ok(kind),

@@ -1,8 +1,8 @@
 //! Lists the packets of a frame in the order in which they are sent.
 //!
 //! Rows are sent as they are read. Features leave in the gaps between rows: after a row's packet at most one feature packet follows,
-//! with no more features than pass before the next row is read, so features never make a row wait. What does not fit waits for the
-//! next gap, and at last for the end of the rows. In a frame without rows features leave as soon as they are made. The order is a
+//! with no more features than pass before the next row is read, so features never make a row wait. The rest waits for the
+//! next gap, or for the end of the rows. In a frame without rows features leave as soon as they are made. The order is a
 //! function of row and feature counts and of one number, the features that fit a gap, and so is the byte stream.
 
 use crate::link::params::LinkParams;

@@ -56,7 +56,7 @@ impl RawKind {
     /// The narrowest container for codes of this depth.
     pub fn smallest(bits: u32) -> Result<Self, Error> {
         let fits = |kind: &Self| bits > 0 && kind.bits() >= bits;
-        Self::ALL.into_iter().find(fits).ok_or_else(|| Error::key("sensor.adc.bits", bits, "1 to 16 would do"))
+        Self::ALL.into_iter().find(fits).ok_or_else(|| Error::key("sensor.adc.bits", bits, "use 1 to 16"))
     }
 
     /// Bits of a pixel on the link.
@@ -104,9 +104,8 @@ impl RawKind {
         let width = crate::num::index(width_px);
         let name = self.name();
         if !width.is_multiple_of(pixels) {
-            let reason = format!(
-                "{name} carries whole groups of {pixels} pixels; a multiple, or link.format = \"raw16\", would do"
-            );
+            let reason =
+                format!("{name} carries whole groups of {pixels} pixels; use a multiple, or link.format = \"raw16\"");
             return Err(Error::key("sensor.width", width_px, reason));
         }
         if width / pixels * bytes > usize::from(u16::MAX) {

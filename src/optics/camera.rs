@@ -54,7 +54,7 @@ pub struct Camera {
     pub lens: Lens,
     /// Pixels.
     pub size: Size,
-    /// Where the camera sits on the body.
+    /// The camera's pose on the body.
     pub body_from_camera: Pose,
     /// Aperture.
     pub aperture: Aperture,
@@ -66,7 +66,7 @@ pub struct Camera {
     pub mosaic: Mosaic,
     /// Share of near infrared that passes the lens's cut filter.
     pub infrared_transmission: f64,
-    /// What bands go through on their own between lens and photodiode; none where one render says all.
+    /// Steps per band between lens and photodiode; none where one render serves all bands.
     pub(super) passes: Vec<Pass>,
     /// Share of the light behind the filters that ends in the four neighbours.
     pub(super) optical_crosstalk: f64,
@@ -77,7 +77,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Prepares a camera: asks the lens once for the bearing of every pixel corner. Inside a pixel bearings are linear between
+    /// Prepares a camera: computes once the bearing of every pixel corner. Inside a pixel bearings are linear between
     /// its corners, which is off by at most a quarter of the second derivative across a pixel: 1 / (4 f) px for a
     /// pinhole of f px, so 0.001 px at 250 px (tested).
     ///
@@ -97,11 +97,11 @@ impl Camera {
         }
         for (key, value) in [("optics.f_number", aperture.f_number), ("sensor.pixel.pitch_um", pixel_pitch_um)] {
             if !(value.is_finite() && value > 0.0) {
-                return Err(Error::key(key, value, "a positive number would do"));
+                return Err(Error::key(key, value, "use a positive number"));
             }
         }
         if !(0.0..=1.0).contains(&aperture.transmission) {
-            return Err(Error::key("optics.transmission", aperture.transmission, "0 to 1 would do"));
+            return Err(Error::key("optics.transmission", aperture.transmission, "use 0 to 1"));
         }
         let bearings = corner_bearings(size, &|place_px| lens.unproject(place_px));
         let spreads = spreads(size, &bearings);
@@ -146,7 +146,7 @@ impl Camera {
         Self { shading, ..self }
     }
 
-    /// The same camera with another mapping, for a band of its own.
+    /// The same camera with another mapping, for one band.
     #[must_use]
     pub(super) fn with_lens(self, lens: Lens) -> Self {
         let bearings = corner_bearings(self.size, &|place_px| lens.unproject(place_px));
@@ -167,7 +167,7 @@ impl Camera {
     /// lies between those of its corners.
     pub fn roll_off_bounds(&self) -> [f64; 2] {
         let own = self.own_roll_off_bounds(&self.bearings);
-        // Bands with a mapping of their own see a little more or less of the field.
+        // Bands with a separate mapping see a little more or less of the field.
         self.passes
             .iter()
             .map(Pass::roll_off_bounds)
@@ -192,7 +192,7 @@ impl Camera {
     }
 
     /// As `roll_off_bounds`, of the pixels from the first column and row to before the last ones. Where light reaches pixels from their
-    /// neighbours or bands have mappings of their own, what holds for the whole picture.
+    /// neighbours or bands have separate mappings, what holds for the whole picture.
     pub fn roll_off_bounds_of(&self, [first_x, end_x]: [u32; 2], [first_y, end_y]: [u32; 2]) -> [f64; 2] {
         if !self.passes.is_empty() || self.optical_crosstalk > 0.0 {
             return self.roll_off_bounds();

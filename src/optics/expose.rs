@@ -20,7 +20,7 @@ use crate::scene::light::{BANDS, INFRARED};
 use crate::scene::{Illuminant, LitScene};
 use crate::units::Span;
 
-/// Wavelengths that stand for the bands in diffraction, their middles: red, green, blue, near infrared.
+/// Wavelengths that represent the bands in diffraction, their middles: red, green, blue, near infrared.
 pub const WAVELENGTHS_UM: [f64; FILTER_BANDS] = [0.65, 0.55, 0.45, 0.85];
 
 /// What lies between an ideal mapping and the photodiode.
@@ -119,7 +119,7 @@ fn check(path: &ImagePath) -> Result<(), Error> {
         if value >= least && value <= most {
             return Ok(());
         }
-        Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
+        Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
     };
     in_range("optics.defocus_um", path.psf.defocus_um, 0.0, 1000.0)?;
     in_range("optics.aberration_um", path.psf.aberration_um, 0.0, 1000.0)?;
@@ -144,7 +144,7 @@ pub fn expose(
     expose_by(scene.illuminant(), camera, &rendered).expect("rendering cannot fail")
 }
 
-/// The same where the light behind an ideal lens comes from elsewhere: `ideal` is asked once for each group of bands.
+/// The same where the light behind an ideal lens comes from elsewhere: `ideal` is called once for each group of bands.
 ///
 /// # Errors
 /// As `ideal`.
@@ -209,7 +209,7 @@ fn filter(plane: &mut Plane<f32>, mosaic: &Mosaic, bands: [bool; FILTER_BANDS]) 
 }
 
 impl Pass {
-    /// As `Camera::roll_off_bounds`, of its own mapping.
+    /// As `Camera::roll_off_bounds`, for its mapping.
     pub(super) fn roll_off_bounds(&self) -> [f64; 2] {
         self.camera.roll_off_bounds()
     }

@@ -40,21 +40,18 @@ impl Mosaic {
         let width = rows[0].len();
         if rows.len() > SIDE_MAX || width == 0 || width > SIDE_MAX || rows.iter().any(|row| row.len() != width) {
             return refused(
-                "no pattern; mono, RGGB, RCCB, or rows of equal length apart by slashes, up to 4 x 4, would do"
-                    .to_owned(),
+                "no pattern; use mono, RGGB, RCCB, or rows of equal length apart by slashes, up to 4 x 4".to_owned(),
             );
         }
         for &letter in rows.iter().flatten() {
             if !efficiencies.iter().any(|(known, _)| *known == letter) {
-                return refused(format!(
-                    "filter {letter} has no efficiencies; sensor.pixel.qe_by_filter.{letter} would do"
-                ));
+                return refused(format!("filter {letter} has no efficiencies; use sensor.pixel.qe_by_filter.{letter}"));
             }
         }
         if let Some((idle, _)) =
             efficiencies.iter().find(|(known, _)| !rows.iter().flatten().any(|letter| letter == known))
         {
-            return refused(format!("no pixel has filter {idle}; leaving out qe_by_filter.{idle} would do"));
+            return refused(format!("no pixel has filter {idle}; leave out qe_by_filter.{idle}"));
         }
         let peak = efficiencies.iter().flat_map(|(_, bands)| bands).fold(0.0, |most, &band| greater(most, band));
         let over_peak = |band: f64| if peak > 0.0 { band / peak } else { 1.0 };
@@ -176,14 +173,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_pattern_is_refused_with_what_would_do() {
+    fn what_is_no_pattern_is_refused_with_an_accepted_value() {
         for (pattern, filters, words) in [
             ("RG", &[R, G][..], ""),
             ("RGG", &[R, G], ""),
             ("RG/B", &[R, G, B], "equal length"),
             ("", &[], "no pattern"),
             ("RGGBR", &[R, G, B], "up to 4 x 4"),
-            ("RGGB", &[R, G], "qe_by_filter.B would do"),
+            ("RGGB", &[R, G], "use qe_by_filter.B"),
             ("RGGR", &[R, G, B], "leaving out qe_by_filter.B"),
         ] {
             match Mosaic::parse(pattern, filters) {

@@ -31,11 +31,11 @@ impl Parabola {
     pub fn through(span: Span, world_from_camera: &dyn Fn(f64) -> Pose) -> Self {
         let at = |t_s: f64| numbers(&world_from_camera(t_s));
         let start = at(span.start_s);
-        // A still instant asks once.
+        // A single instant needs one pose.
         let (middle, end) = if span.length_s() > 0.0 { (at(span.middle_s()), at(span.end_s)) } else { (start, start) };
         let coefficients = std::array::from_fn(|number| {
             let (a, b, c) = (start[number], middle[number], end[number]);
-            // What stands still does so in every bit, whatever the time within the span.
+            // A pose at rest is equal in every bit at all times of the span.
             if a.to_bits() == b.to_bits() && b.to_bits() == c.to_bits() {
                 return [f32_nearest(a), 0.0, 0.0];
             }
@@ -214,7 +214,7 @@ pub struct Timeline {
     pub pieces: Vec<Parabolas>,
     /// The first piece of each row.
     first: Vec<Parabola>,
-    /// Whether the camera stands still over all of it.
+    /// Whether the camera is static over all of it.
     pub is_still: bool,
 }
 
@@ -222,7 +222,7 @@ pub struct Timeline {
 const PIECES_MIN: u32 = 1;
 /// As many as the packets' samples share strata of time.
 const PIECES_MAX: u32 = 16;
-/// Turn over a piece that asks for finer ones.
+/// Rotation over a piece above which it is split.
 const TURN_MAX_RAD: f64 = 0.05;
 
 impl Timeline {
@@ -272,7 +272,7 @@ impl Timeline {
         &self.first[row]
     }
 
-    /// The motion of one lane of the packet, in each lane over a piece of its own.
+    /// The motion of one lane of the packet, in each lane over a different piece.
     #[inline(always)]
     pub fn gathered(&self, lane: usize, piece_of: &[usize; LANES]) -> Parabolas {
         Parabolas::gathered(|to| (&self.pieces[piece_of[to]], lane))

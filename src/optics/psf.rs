@@ -1,14 +1,14 @@
 //! Point spread of the lens: diffraction, defocus and residual aberrations. Blurs planes of photons before the filters.
 //!
-//! A plane's values are already means over pixels, so its modulation holds the pixel's own sinc. The kernel adds the lens: at the
-//! frequencies of its own grid its transform is the lens' transfer function, between them within 1 % of it up to half a cycle per
+//! A plane's values are already means over pixels, so its modulation holds the pixel's sinc. The kernel adds the lens: at the
+//! frequencies of its grid its transform is the lens' transfer function, between them within 1 % of it up to half a cycle per
 //! pixel, so the whole is that times the pixel's sinc. What a kernel of this size cannot hold of the tails is folded into it
 //! rather than lost, so it sums to 1. The picture continues beyond its edges as its mirror image, which keeps the sum and leaves
 //! no dark rim.
 //!
 //! A lens sharper than its pixels has no positive kernel of whole pixels with the right modulation: such kernels have lobes below
 //! zero, a few per cent of the light in all (`Kernel::lobes`). Where a light is so much brighter than what surrounds it that they
-//! would take more than half of what the positive part brings, that half stands: photons stay positive, and lamps glow.
+//! would take more than half of what the positive part brings, they are limited to that half: photons stay positive, and lamps have a halo.
 
 use core::f64::consts::{PI, TAU};
 
@@ -25,7 +25,7 @@ pub struct Psf {
     /// Diameter of the geometric blur circle on the sensor in micrometres: defocus on the sensor's side over the f-number, alike for all
     /// depths of the scene.
     pub defocus_um: f64,
-    /// Standard deviation of a Gaussian that stands for all other aberrations, in micrometres along each axis.
+    /// Standard deviation of a Gaussian that represents all other aberrations, in micrometres along each axis.
     pub aberration_um: f64,
 }
 

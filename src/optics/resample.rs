@@ -4,7 +4,7 @@
 //! The corners of a pixel's area go through the sensor's lens to bearings and through the pictures' camera to a quadrilateral of the
 //! picture, whose light is averaged exactly by area, so nothing aliases. Neighbours share their corners: no light is lost or counted twice.
 //! A quadrilateral narrower than a pixel of the picture is widened to one, and the mean over a square of one pixel is bilinear
-//! interpolation; so both ways meet without a seam. Every row merges the pictures of its own span by the seconds that each counts.
+//! interpolation; so both methods agree at the limit. Every row merges the pictures of its span by the seconds that each counts.
 //!
 //! Corners are exact and edges between them straight, which is off by what a camera states for its bearings; within a quadrilateral the
 //! light counts evenly, though the mapping's stretch changes by some thousandths across a pixel.
@@ -44,7 +44,7 @@ pub fn check(stream: &ImageStream) -> Result<(), Error> {
     let (right, bottom) = (f64::from(stream.size().width_px) - 0.5, f64::from(stream.size().height_px) - 0.5);
     for corner in [(-0.5, -0.5), (right, -0.5), (-0.5, bottom), (right, bottom)] {
         if lens.unproject(DVec2::new(corner.0, corner.1)).is_none() {
-            let reason = "the distortion folds the pictures over; values nearer to 0 would do";
+            let reason = "the distortion folds the pictures over; use values nearer to 0";
             return Err(Error::key("scene.images_camera", format!("{:?}", stream.camera().distortion), reason));
         }
     }
@@ -210,7 +210,7 @@ pub fn source_pixels(stream: &ImageStream, camera: &Camera) -> f64 {
     middle.map_or(0.0, |(quad, _)| area(&ring(&quad)))
 }
 
-/// Least and greatest mean photons of a pixel over an exposure, whatever picture counts. `outside` says whether some pixels see none.
+/// Least and greatest mean photons of a pixel over an exposure, for any of the pictures. `outside` says whether some pixels see none.
 pub fn photon_bounds(stream: &ImageStream, camera: &Camera, exposure_s: f64, outside: bool) -> [f64; 2] {
     let mut exitance = stream.exitance_bounds();
     if outside {

@@ -70,22 +70,22 @@ impl Shading {
     pub fn measured(points: &[(f64, f64)]) -> Result<Self, Error> {
         let refused = |value: String, reason: &str| Err(Error::key("optics.roll_off_table", value, reason));
         if points.len() < 2 || points[0].0 != 0.0 {
-            return refused(format!("{} points", points.len()), "two or more points from 0 degrees on would do");
+            return refused(format!("{} points", points.len()), "use two or more points from 0 degrees on");
         }
         for pair in points.windows(2) {
             if !(pair[1].0 > pair[0].0 && pair[1].0 <= core::f64::consts::PI) {
-                return refused(pair[1].0.to_degrees().to_string(), "angles that rise, to 180 degrees, would do");
+                return refused(pair[1].0.to_degrees().to_string(), "use rising angles, to 180 degrees");
             }
         }
         if let Some((_, share)) = points.iter().find(|(_, share)| !(0.0..=SHARE_MAX).contains(share)) {
-            return refused(share.to_string(), "shares from 0 to 4 of the axis' light would do");
+            return refused(share.to_string(), "use shares from 0 to 4 of the axis' light");
         }
         let between = |cos: f64| interpolated(points, libm::acos(cos));
         Ok(Self { law: Law::Steps(steps(&between)), cos_dark: -2.0 })
     }
 
     /// The same lens with its pupil clipped by a stop: light falls from whole at `start_rad` off the axis to none at `end_rad`,
-    /// as the part of a disc that a straight edge leaves while it moves across evenly. The edge stands for the rim of a stop much
+    /// as the part of a disc that a straight edge leaves while it moves across evenly. The edge represents the rim of a stop much
     /// larger than the pupil.
     #[must_use]
     pub fn vignetted(self, start_rad: f64, end_rad: f64) -> Self {

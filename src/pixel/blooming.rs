@@ -62,7 +62,7 @@ impl Blooming {
 }
 
 /// The most that a pixel's charge can grow with a charge that all pixels gain: 1 where none can be over the well, else the spills
-/// of spills, 1 + s + s^2 + ... Of a change in one pixel the others receive no more in all.
+/// of spills, 1 + s + s^2 + ... The other pixels together receive no more than that of a change in one pixel.
 pub fn spill_slope_max(params: &PixelParams, frame_e_max: f64, times_s: [f64; 2], dies: DieSpread) -> f64 {
     if params.blooming == 0.0 || Blooming::new(params).rare_excess(frame_e_max, times_s, dies).is_some() {
         return 1.0;
@@ -112,7 +112,7 @@ impl Effect for Blooming {
 /// Spills until no pixel is over by `LEAST_E`, and clips the rest.
 fn spill(charge_e: &mut Plane<f32>, well_e: f32, share: f32) {
     let (width, height) = (charge_e.width_px(), charge_e.height_px());
-    // A frame of empty pixels saves every question about edges.
+    // A border of empty pixels removes all checks for edges.
     let stride = width + 2;
     let mut excess_e = Vec::new();
     let (mut first, mut last) = (height, 0);

@@ -1,6 +1,6 @@
 //! Dark current. Adds the dark charge of exposure and storage, in electrons.
 //!
-//! Model: a Poisson draw of its own with mean rate(T) exposure + storage rate(T) wait; rates are given at 300 K and double every
+//! Model: a separate Poisson draw with mean rate(T) exposure + storage rate(T) wait; rates are given at 300 K and double every
 //! `dark_doubling_k` (EMVA 1288 release 4.0, section on dark current). Over the pixels of a die each rate has a lognormal factor
 //! of mean 1 and sigma `dcnu` (DCNU; lognormal as measured tails of dark current are: Widenhorn et al., "Temperature dependence of
 //! dark current in a CCD", SPIE 4669, 2002, show spreads that are skewed like it), photodiode and storage node apart. Over dies

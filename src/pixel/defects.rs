@@ -13,7 +13,7 @@ use crate::units::{CameraIndex, RowIndex, Size};
 /// What is wrong with a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DefectKind {
-    /// A dark current of its own, at the die's temperature.
+    /// Additional dark current, at the die's temperature.
     Hot {
         /// Mean rate.
         rate_e_per_s: f64,

@@ -28,7 +28,7 @@ impl Die {
         DrawKey::of_row(effect, place)
     }
 
-    /// How many sigma this die lies from the mean of all dies, in what this number names.
+    /// How many sigma this die lies from the mean of all dies, in the property that this number names.
     pub(super) fn deviation(self, what: EffectNumber) -> f64 {
         normal_quantile(uniform_at(self.key(what, RowIndex(0)), 0))
     }

@@ -20,7 +20,7 @@ impl DieGain {
     /// Published number.
     pub const NUMBER: EffectNumber = EffectNumber(119);
 
-    /// `None` where all dies are alike.
+    /// `None` where dies do not differ.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
         let sigma = params.die_gain_sigma;
         (sigma > 0.0).then(|| Box::new(Self { sigma, prnu: params.prnu }) as Box<dyn Effect>)

@@ -19,7 +19,7 @@ impl DieOffset {
     /// Published number.
     pub const NUMBER: EffectNumber = EffectNumber(118);
 
-    /// `None` where all dies are alike.
+    /// `None` where dies do not differ.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
         let sigma_uv = params.die_offset_uv;
         (sigma_uv > 0.0).then(|| Box::new(Self { sigma_uv }) as Box<dyn Effect>)

@@ -1,6 +1,6 @@
 //! Hot pixels. Adds the dark charge of hot pixels, in electrons.
 //!
-//! Model: at places of the die a pixel has dark current of its own, exponentially distributed over hot pixels with mean
+//! Model: some pixels of the die have additional dark current, exponentially distributed over hot pixels with mean
 //! `hot_dark_e_per_s` at 300 K, drawn as Poisson over exposure and wait (radiation and metal defects each add a generation centre; the
 //! tail of measured dark-current histograms is exponential: Virmontois et al., IEEE Trans. Nucl. Sci. 57, 2010).
 
@@ -14,7 +14,7 @@ use crate::facts::Facts;
 use crate::num::{f32_nearest, index};
 use crate::units::{RowIndex, Size};
 
-/// Pixels with a dark current of their own.
+/// Pixels with additional dark current.
 pub struct HotPixels {
     rates: DarkRates,
     places: Places,

@@ -4,7 +4,7 @@
 //! Model: T = min(Q, full well) + R, the charge gathered and the charge left by the frame before; of T each electron stays behind the
 //! transfer gate with probability l, a binomial draw, and is read with the next frame (incomplete transfer; Fossum and Hondongwa, "A
 //! review of the pinned photodiode", IEEE J. Electron Devices Soc. 2, 2014). No charge is made or lost. Under constant light what is
-//! read has the mean Q and stays Poisson; after the light goes it falls by a factor l a frame. The first frame finds an empty array.
+//! read has the mean Q and stays Poisson; without light it falls by a factor l a frame. The first frame finds an empty array.
 //! Charge that stayed does not count against the full well of the next exposure.
 
 use super::thinning::binomial;
@@ -57,7 +57,7 @@ impl Effect for ImageLag {
     fn omission(&self, facts: &Facts) -> Option<Omission> {
         let most_e = self.most_e(facts);
         let spread = self.share / (1.0 - self.share);
-        // What a clip leaves of a charge spreads no more than the charge did.
+        // A clipped charge has no more variance than the charge.
         let (gain_e, dark_e) = (spread * self.prnu * facts.frame_e_max, spread * facts.dark_rms_e);
         Some(Omission { bias_e: most_e, variance_e2: 2.0 * (most_e + gain_e * gain_e + dark_e * dark_e) })
     }

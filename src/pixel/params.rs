@@ -142,7 +142,7 @@ pub const SOURCE_FOLLOWER_GAIN: f64 = 0.85;
 const GAIN_UV_PER_E_MIN: f64 = 0.001;
 
 impl PixelParams {
-    /// Refuses values out of range, naming key, value and what would do.
+    /// Refuses values out of range, naming key, value and an accepted value.
     pub fn check(&self) -> Result<(), Error> {
         within("sensor.pixel.pitch_um", self.pitch_um, 0.001, 100.0)?;
         within("sensor.pixel.quantum_efficiency", self.quantum_efficiency, 0.0, 1.0)?;
@@ -196,7 +196,7 @@ impl PixelParams {
             return Ok(());
         }
         let reason = format!(
-            "brings a dark current beyond {DARK_NOW_E_PER_S_MAX:e} e-/s at {} K; a longer step or less dark current would do",
+            "brings a dark current beyond {DARK_NOW_E_PER_S_MAX:e} e-/s at {} K; use a longer step or less dark current",
             self.temperature_k
         );
         Err(Error::key("sensor.pixel.dark_doubling_k", self.dark_doubling_k, reason))

@@ -2,7 +2,7 @@
 //!
 //! Model: the storage node responds to light with `parasitic_light` of the photodiode's sensitivity (1/PLS of global-shutter
 //! datasheets), so a row that waits gathers signal * parasitic_light * wait / exposure besides. The light of the exposure is taken to
-//! last through the wait; an exposure of 0 s has no light to go by and gathers none. It acts before photoelectrons are counted.
+//! last through the wait; an exposure of 0 s gathers no light. It acts before photoelectrons are counted.
 
 use super::{PixelParams, scale_all};
 use crate::draw::EffectNumber;

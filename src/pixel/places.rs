@@ -1,7 +1,7 @@
 //! Places of defects. Finds a row's defective columns, with a uniform for each, from the density and the share of clusters.
 //!
 //! Model: each pixel is a seed by its own draw; a share of the seeds takes its 2x2 neighbourhood (right, below, below right) with it.
-//! A row knows its places from its own seeds and those of the row above, so rows stay independent. The density of seeds is set
+//! The places of a row follow from its seeds and those of the row above, so rows stay independent. The density of seeds is set
 //! so that the density of defective pixels is the one that was asked for.
 
 use std::borrow::Cow;
@@ -16,7 +16,7 @@ use crate::units::RowIndex;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Site {
     pub(super) column: usize,
-    /// The pixel's own draw, for whatever its kind of defect needs.
+    /// The pixel's own draw, for the needs of its kind of defect.
     pub(super) uniform: u32,
 }
 

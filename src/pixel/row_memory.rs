@@ -1,7 +1,7 @@
 //! Cache of rows of the die. Computes a row at its first use and returns the same row for the same key afterwards.
 //!
-//! What is kept is a pure function of its key and width, so keeping it changes no bit; it saves the making in every frame but the first.
-//! Every row of every frame asks here, so a kept row is found without a lock: a row that was once kept stays.
+//! A kept row is a pure function of its key and width, so keeping it changes no bit; it saves its computation in all later frames.
+//! Every row of every frame is looked up here, so a look-up of a kept row takes no lock: kept rows are never removed.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -68,7 +68,7 @@ fn find<T>(list: &Link<T>, name: (DrawKey, usize)) -> Result<&[T], &Link<T>> {
 }
 
 /// Puts a row at a list's end, wherever other threads have moved it meanwhile. One that made the same row leaves a second one behind,
-/// which nobody finds.
+/// which is never looked up.
 fn keep<T>(end: &Link<T>, kept: Box<Kept<T>>) -> &[T] {
     let (mut link, mut left) = (end, Some(kept));
     loop {

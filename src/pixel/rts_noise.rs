@@ -47,7 +47,7 @@ impl RtsNoise {
     /// Published number.
     pub const NUMBER: EffectNumber = EffectNumber(110);
 
-    /// `None` where no trap is heard.
+    /// `None` where no trap affects the samples.
     pub fn from_params(params: &PixelParams, sampling: Sampling) -> Option<Box<dyn Effect>> {
         let effect = Self {
             trap_below: u64_half_even(1e-6 * params.rts_ppm * TWO_TO_32),

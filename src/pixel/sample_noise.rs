@@ -1,7 +1,7 @@
 //! Noise of the samples. Adds a normal draw to each sample, in microvolts.
 //!
 //! One type for every noise that is a normal draw a pixel, frame and sample. Where reset and signal are converted apart (digital
-//! CDS) each sample has a draw of its own; else one draw stands for the difference.
+//! CDS) each sample has its draw; else one draw represents the difference.
 
 use super::add_scaled;
 use crate::draw::{EffectNumber, fill_uniforms, normals};

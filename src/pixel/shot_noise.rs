@@ -47,7 +47,7 @@ impl Effect for ShotNoise {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        // A mean of 0 counts 0, and a pixel far beyond its well counts to the well whatever is drawn.
+        // A mean of 0 counts 0, and a pixel far beyond its well ends at the well for every draw.
         let full_from_e = row.full_from_e;
         let runs = row.in_need(|part| all_empty(part) || all_full(part, full_from_e));
         if runs.is_empty() {

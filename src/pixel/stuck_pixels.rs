@@ -1,6 +1,6 @@
 //! Stuck pixels. Sets the microvolts far outside every converter's range where the die's pixel is stuck.
 //!
-//! Model: at places of the die the signal sample is at the bottom or the top of the range, half of them each, whatever the light.
+//! Model: at some pixels of the die the signal sample is at the bottom or the top of the range, half of them each, in any light.
 
 use super::PixelParams;
 use super::die::Die;

@@ -2,7 +2,7 @@
 //!
 //! Each whole electron goes with the same probability, apart from the others: a binomial draw, the quantile of the column's
 //! uniform. Thinning a Poisson count so leaves a Poisson count, so a transfer or a leak adds no noise beyond shot noise, and
-//! takes none away. What is not a whole electron (a dark offset, charge that spilled over) goes in proportion.
+//! takes none away. Fractions of an electron (a dark offset, charge that spilled over) are divided in proportion.
 
 use crate::draw::normals;
 use crate::num::{f32_nearest, greater, lesser};

@@ -2,7 +2,7 @@
 //! and patterns, and the gain bends.
 //!
 //! With X the charge, C the full well: without a spread of X the mean of min(X, C) grows, by no more than the mean of (X - C)+ with it
-//! (Jensen), and by no more than that of (C - X)+. Effects are thought away one after the other, shot noise last, so that patterns
+//! (Jensen), and by no more than that of (C - X)+. Effects are removed one after the other, shot noise last, so that patterns
 //! are judged under a Poisson charge.
 
 use super::PixelParams;
@@ -73,7 +73,7 @@ impl WellBias {
     fn below_e(&self, facts: &Facts, pattern_e2: f64) -> f64 {
         let (beyond_e, variance_e2) = (facts.signal_e_min - self.capacity_e, facts.signal_e_max + pattern_e2);
         if self.blooms || beyond_e <= 0.0 {
-            return f64::INFINITY; // Neighbours may stand at the well.
+            return f64::INFINITY; // Neighbours may be at the well.
         }
         libm::exp(-0.5 * beyond_e * beyond_e / variance_e2 - 1.0) * variance_e2 / beyond_e
     }

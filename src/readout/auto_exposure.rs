@@ -2,7 +2,7 @@
 //!
 //! The controller knows which exposure and gain were in effect in the frame that it looks at (its registers' history), so it takes
 //! the scene's light from them and not from what it wrote last: light = signal / (exposure gain). Then exposure times gain = target
-//! over light. Dead time therefore cannot make it oscillate: with a scene that stands still, all frames until a write acts give the
+//! over light. Dead time therefore cannot make it oscillate: with a static scene, all frames until a write acts give the
 //! same answer. A step is at most a factor of 8, so that a saturated frame (which hides how bright it is) or one near black (which is
 //! mostly noise) is followed by better ones; a saturated frame gives too low a light, so exposure falls without overshoot. Inside the
 //! dead band nothing is written: it is wider than what rounding to lines and to gain steps leaves.
@@ -31,7 +31,7 @@ pub struct AutoExposureParams {
 const TARGET_MEAN_MOST: f64 = 0.99;
 
 impl AutoExposureParams {
-    /// Refuses values out of range, naming key, value and what would do.
+    /// Refuses values out of range, naming key, value and an accepted value.
     pub fn check(&self) -> Result<(), Error> {
         within("sensor.readout.target_mean", self.target_mean, 0.001, TARGET_MEAN_MOST)?;
         within("sensor.readout.gain_max", self.gain_max, 0.001, 1000.0)?;
@@ -83,7 +83,7 @@ impl AutoExposure {
     /// A controller that starts from the schedule's own exposure and the converter's gain.
     ///
     /// # Errors
-    /// Limits that contradict the schedule or the converter, by key and value, with what would do.
+    /// Limits that contradict the schedule or the converter, by key and value, with an accepted value.
     pub fn new(params: &AutoExposureParams, schedule: &Schedule, range: CodeRange) -> Result<Self, Error> {
         params.check()?;
         let (least, most) = (u64::from(schedule.params().exposure_lines_min).max(1), schedule.exposure_lines_max());

@@ -1,7 +1,7 @@
 //! The demands on a line in whole `pix_clk`: conversion, serial lanes and packet. The greatest is the shortest HTS that is accepted.
 //!
 //! All of them run at once on different rows: while row n converts, row n - 1 leaves the columns' memory over the serial lanes (if
-//! there are any) and a packet is on the link. So a line holds the greatest, not the sum.
+//! there are any) and a packet is on the link. So the shortest line is the greatest demand, not the sum.
 
 use super::geometry::{BinningMode, Geometry};
 use super::params::ReadoutParams;
@@ -40,7 +40,7 @@ pub struct LineDemand {
     pub kind: DemandKind,
     /// Its own time in seconds.
     pub time_s: f64,
-    /// Shortest line in `pix_clk` that would do.
+    /// Shortest line in `pix_clk` that is accepted.
     pub needed_clk: u64,
 }
 

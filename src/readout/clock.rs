@@ -31,7 +31,7 @@ impl ClockSpan {
     }
 }
 
-/// When frames start, and what a clock is worth.
+/// When frames start, and the duration of a clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameClock {
     rate_hz: u64,

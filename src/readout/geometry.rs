@@ -60,18 +60,18 @@ impl Geometry {
     /// Checks window and binning against the array.
     ///
     /// # Errors
-    /// A window beyond the array, off its steps, or no whole number of binned pixels; names key, value and what would do.
+    /// A window beyond the array, off its steps, or no whole number of binned pixels; names key, value and an accepted value.
     pub fn new(array: Size, params: &ReadoutParams) -> Result<Self, Error> {
         for (key, side_px) in [("sensor.width", array.width_px), ("sensor.height", array.height_px)] {
             if side_px == 0 {
-                return Err(Error::key(key, 0, "out of range; 1 or more would do"));
+                return Err(Error::key(key, 0, "out of range; use 1 or more"));
             }
         }
         if ![1, 2, 4].contains(&params.binning) {
-            return Err(Error::key("sensor.readout.binning", params.binning, "not known; 1, 2 or 4 would do"));
+            return Err(Error::key("sensor.readout.binning", params.binning, "not known; use 1, 2 or 4"));
         }
         if !(1..=64).contains(&params.window_step) {
-            return Err(Error::key("sensor.readout.window_step", params.window_step, "out of range; 1 to 64 would do"));
+            return Err(Error::key("sensor.readout.window_step", params.window_step, "out of range; use 1 to 64"));
         }
         assert!((1..=4).contains(&params.mosaic_px), "mosaics have periods of 1 to 4 pixels");
         let whole = Window { x_px: 0, y_px: 0, width_px: array.width_px, height_px: array.height_px };
@@ -85,7 +85,7 @@ impl Geometry {
         if params.binning > 1 && !is_whole {
             let down = |side_px: u32| side_px / group_px * group_px;
             let reason = format!(
-                "{} x {} pixels are no whole groups of {group_px}; a window of {} x {} would do",
+                "{} x {} pixels are not multiples of {group_px}; use a window of {} x {}",
                 window.width_px,
                 window.height_px,
                 down(window.width_px),
@@ -189,10 +189,10 @@ fn check_window(window: Window, array: Size, step: u32) -> Result<(), Error> {
         if !start.is_multiple_of(step) || !length.is_multiple_of(step) || length == 0 {
             let start = start.min(most.saturating_sub(step)) / step * step;
             let length = (length.min(most - start) / step * step).max(step);
-            return refused(format!("off the steps of {step} px; {start} with a {name} of {length} would do"));
+            return refused(format!("off the steps of {step} px; use {start} with a {name} of {length}"));
         }
         if start.checked_add(length).is_none_or(|end| end > most) {
-            return refused(format!("the array's {name} is {most}; start and {name} up to {most} together would do"));
+            return refused(format!("the array's {name} is {most}; use start and {name} up to {most} together"));
         }
     }
     Ok(())
@@ -257,12 +257,12 @@ mod tests {
     #[test]
     fn windows_that_do_not_fit_are_refused_with_one_that_would_do() {
         let cases = [
-            (window(0, 0, 63, 48), 2, 1, "a width of 62 would do"),
-            (window(1, 0, 32, 32), 2, 1, "off the steps of 2 px; 0 with a width of 32"),
+            (window(0, 0, 63, 48), 2, 1, "use a width of 62"),
+            (window(1, 0, 32, 32), 2, 1, "off the steps of 2 px; use 0 with a width of 32"),
             (window(40, 0, 32, 32), 2, 1, "up to 64 together"),
             (window(0, u32::MAX - 1, 32, 32), 1, 1, "up to 48 together"),
             (window(0, 0, 32, 0), 2, 1, "a height of 2"),
-            (window(0, 0, 32, 30), 2, 4, "a window of 32 x 28 would do"),
+            (window(0, 0, 32, 30), 2, 4, "use a window of 32 x 28"),
         ];
         for (window, window_step, binning, words) in cases {
             let params = ReadoutParams { window, window_step, binning, ..params() };

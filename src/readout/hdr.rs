@@ -1,12 +1,12 @@
 //! High dynamic range from several readings of a pixel, the most sensitive first. Merges their codes into one linear code a pixel, deeper
 //! than the readings, and optionally compands it to fewer bits.
 //!
-//! A reading is an exposure of its own (multi-exposure) or the same charge at another conversion gain (dual gain, lateral overflow).
+//! A reading is a separate exposure (multi-exposure) or the same charge at another conversion gain (dual gain, lateral overflow).
 //! Each is scaled by its sensitivity to the units of the most sensitive one; where a reading comes near its end, the next takes
-//! over in a straight blend, so that no step stands in the picture (as published for companding and DOL sensors; Darmont,
+//! over in a linear blend, so that the picture has no step (as published for companding and DOL sensors; Darmont,
 //! "High Dynamic Range Imaging", SPIE Press, 2012, on merging). Companding is piecewise linear with slopes that halve: half of the
 //! output's codes keep the linear code's own step, and every octave above them shares the other half alike, as the PWL output of
-//! automotive sensors does. Integers only: this stands on the sensor.
+//! automotive sensors does. Integers only: this runs on the sensor.
 
 use crate::error::Error;
 
@@ -40,7 +40,7 @@ impl HdrMerge {
     /// For readings of `bits` with their sensitivities, falling, relative to the first; companded to 16 bits where it needs more.
     ///
     /// # Errors
-    /// Sensitivities so far apart that the merged code does not fit 24 bits; names the ratio that would do.
+    /// Sensitivities so far apart that the merged code does not fit 24 bits; names the greatest ratio that is accepted.
     pub fn new(key: &str, bits: u32, black_level_dn: u32, sensitivities: &[f64]) -> Result<Self, Error> {
         assert!((1..=16).contains(&bits) && !sensitivities.is_empty(), "readings have 1 to 16 bits");
         let code_max = (1_i64 << bits) - 1;
@@ -52,7 +52,7 @@ impl HdrMerge {
         if merged_bits > LINEAR_BITS_MAX {
             let ratio = f64::from(1_u32 << (LINEAR_BITS_MAX - bits));
             let reason = format!(
-                "merged codes would need {merged_bits} bits of {LINEAR_BITS_MAX}; sensitivities up to {ratio} apart would do"
+                "merged codes would need {merged_bits} bits of {LINEAR_BITS_MAX}; use sensitivities up to {ratio} apart"
             );
             return Err(Error::key(key, sensitivities[0] / sensitivities[sensitivities.len() - 1], reason));
         }
@@ -61,7 +61,7 @@ impl HdrMerge {
         Ok(Self { linear_bits: merged_bits, bits, black_level_dn: black, blend_dn, scales })
     }
 
-    /// The same merging, companded to so many bits; as it is where the merged code fits them.
+    /// The same merging, companded to a number of bits; unchanged where the merged code fits them.
     #[must_use]
     pub fn companded(&self, bits: u32) -> Self {
         assert!((8..=MERGED_BITS_MAX).contains(&bits), "a companded code has 8 to 16 bits");
@@ -131,7 +131,7 @@ fn scales(sensitivities: &[f64]) -> Vec<i64> {
     let one = f64::from(1_u32 << SCALE_BITS);
     let scale = |share: &f64| crate::num::i64_half_even(sensitivities[0] / share * one);
     let scales: Vec<i64> = sensitivities.iter().map(scale).collect();
-    assert!(scales.is_sorted(), "the most sensitive reading stands first");
+    assert!(scales.is_sorted(), "the most sensitive reading comes first");
     scales
 }
 
@@ -144,7 +144,7 @@ mod tests {
         sensitivities.iter().map(code).collect()
     }
 
-    /// A reading is off by half an LSB of its own, which is half its scale merged, and half a merged LSB from rounding.
+    /// A reading is off by half its LSB, which is half its scale merged, and half a merged LSB from rounding.
     #[test]
     fn merged_codes_are_linear_over_the_whole_range_and_never_fall() {
         for sensitivities in [&[1.0, 1.0 / 16.0][..], &[1.0, 0.25, 1.0 / 16.0], &[1.0, 1.0 / 7.3], &[1.0]] {
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(bits(12, 16.0).unwrap().bits(), 16);
         assert_eq!(bits(12, 64.0).unwrap().bits(), 16);
         let message = bits(12, 16_384.0).unwrap_err().to_string();
-        assert!(message.contains("26 bits") && message.contains("up to 4096 apart would do"), "{message}");
+        assert!(message.contains("26 bits") && message.contains("use up to 4096 apart"), "{message}");
     }
 
     #[test]

@@ -12,14 +12,14 @@ use crate::error::Error;
 use crate::num::{f64_from_u64, u64_half_even};
 use crate::units::{CameraIndex, Clocks};
 
-/// Refuses a line that is shorter than one of its demands, naming the HTS that would do.
+/// Refuses a line that is shorter than one of its demands, naming the shortest HTS that is accepted.
 pub(super) fn check_line(params: &ReadoutParams, demands: &[LineDemand; 4]) -> Result<(), Error> {
     let most = greatest(demands);
     if u64::from(params.hts) >= most.needed_clk {
         return Ok(());
     }
     let reason = if most.needed_clk <= u64::from(LENGTH_MAX) {
-        format!("a line must hold {}; hts = {} would do", most.words(), most.needed_clk)
+        format!("a line must hold {}; use hts = {}", most.words(), most.needed_clk)
     } else {
         // No line is so long: what it must hold has to get shorter.
         let shorter = most.remedy();
@@ -33,7 +33,7 @@ pub(super) fn exposure_lines(params: &ReadoutParams) -> Result<u64, Error> {
     let least = params.exposure_lines_min;
     match params.exposure {
         Exposure::Lines(lines) if lines < least => {
-            let reason = format!("shorter than sensor.readout.exposure_lines_min; {least} would do");
+            let reason = format!("shorter than sensor.readout.exposure_lines_min; use {least}");
             Err(Error::key("sensor.readout.exposure_lines", lines, reason))
         }
         Exposure::Lines(lines) => Ok(lines.into()),
@@ -78,8 +78,7 @@ pub(super) fn frame_lines(exposure_lines: u64, geometry: &Geometry, params: &Rea
     }
     if frame > u64::from(LENGTH_MAX) || frame * hts > FRAME_CLK_MAX {
         let most = (FRAME_CLK_MAX / hts).min(LENGTH_MAX.into());
-        let reason =
-            format!("a frame of {frame} lines of hts = {hts} clocks is too long; at most {most} lines would do");
+        let reason = format!("a frame of {frame} lines of hts = {hts} clocks is too long; use at most {most} lines");
         let (key, value) = if frame > asked { asked_exposure(params) } else { ("vts", frame.to_string()) };
         return Err(Error::key(&format!("sensor.readout.{key}"), value, reason));
     }
@@ -104,7 +103,7 @@ fn frame_too_short(
         let fastest_hz = f64_from_u64(params.pixel_rate_hz) / f64_from_u64(u64::from(params.hts) * needed);
         let what = if rows_do_not_fit { "rows" } else { "exposure and its margin" };
         let reason = format!(
-            "a frame of {frame} lines is too short for its {what}, which need {needed}; {fastest_hz} or less would do"
+            "a frame of {frame} lines is too short for its {what}, which need {needed}; use {fastest_hz} or less"
         );
         return Error::key("sensor.readout.frame_rate_hz", rate_hz, reason);
     }
@@ -128,7 +127,7 @@ fn frame_too_short(
         (false, false) => shorter.trim_end_matches(", ").to_owned(),
         (false, true) => "a shorter one, or a smaller hts".to_owned(),
     };
-    let reason = format!("longer than the frame less its margin; {longer} would do");
+    let reason = format!("longer than the frame less its margin; use {longer}");
     Error::key(&format!("sensor.readout.{key}"), value, reason)
 }
 
@@ -148,7 +147,7 @@ pub(super) fn check_trigger(params: &ReadoutParams, frame_clk: Clocks) -> Result
     if period_ns >= shortest_ns {
         return Ok(());
     }
-    let reason = format!("a pulse comes before its frame ends; {} would do", microseconds(shortest_ns));
+    let reason = format!("a pulse comes before its frame ends; use {}", microseconds(shortest_ns));
     Err(Error::key("sensor.readout.trigger_period_us", microseconds(period_ns), reason))
 }
 

@@ -39,7 +39,7 @@ impl Shutter {
     }
 }
 
-/// How the exposure is asked for.
+/// How the exposure is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
     /// In us, 0 to 1e9; rounded to whole lines (half to even), at least the shortest exposure.
@@ -48,7 +48,7 @@ pub enum Exposure {
     Lines(u32),
 }
 
-/// How the length of a frame is asked for.
+/// How the length of a frame is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FrameLength {
     /// VTS: lines of a frame, blanking included, 1 to 2^24. Datasheet or driver.
@@ -60,7 +60,7 @@ pub enum FrameLength {
 /// What an exposure does that is longer than its frame less the margin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LongExposure {
-    /// It is an error that names the VTS that would do.
+    /// It is an error that names the shortest VTS that is accepted.
     Refuse,
     /// The frame grows to exposure + margin, as drivers of IMX219 raise VTS for a long exposure.
     ExtendFrame,
@@ -235,7 +235,7 @@ impl ReadoutParams {
         }
     }
 
-    /// Refuses values out of range, naming key, value and what would do.
+    /// Refuses values out of range, naming key, value and an accepted value.
     pub fn check(&self) -> Result<(), Error> {
         whole("sensor.readout.hts", self.hts, 1, LENGTH_MAX)?;
         match self.frame {
@@ -270,7 +270,7 @@ impl ReadoutParams {
         if let Some(auto) = &self.auto {
             auto.check()?;
             if self.long_exposure == LongExposure::ExtendFrame {
-                let reason = "an automatic exposure needs frames of one length; refuse would do";
+                let reason = "an automatic exposure needs frames of one length; use refuse";
                 return Err(Error::key("sensor.readout.long_exposure", "extend_frame", reason));
             }
         }
@@ -278,15 +278,15 @@ impl ReadoutParams {
         whole("sensor.readout.hdr_exposures", exposures, 2, 4)?;
         within("sensor.readout.hdr_exposure_ratio", ratio, 1.001, 1024.0)?;
         if self.shutter == Shutter::Global {
-            let reason = "staggered exposures need a rolling shutter: a pixel stores one charge; none would do";
+            let reason = "staggered exposures need a rolling shutter: a pixel stores one charge; use none";
             return Err(Error::key("sensor.readout.hdr", "multi_exposure", reason));
         }
         if self.exposure_lines_min == 0 {
-            let reason = "staggered exposures are merged by their lengths, so none may be 0; 1 would do";
+            let reason = "staggered exposures are merged by their lengths, so none may be 0; use 1";
             return Err(Error::key("sensor.readout.exposure_lines_min", 0, reason));
         }
         if self.exposure_fine_clk > 0 {
-            let reason = "staggered exposures are whole lines; 0 would do";
+            let reason = "staggered exposures are whole lines; use 0";
             return Err(Error::key("sensor.readout.exposure_fine_clk", self.exposure_fine_clk, reason));
         }
         Ok(())

@@ -2,7 +2,7 @@
 //!
 //! A frame of VTS lines starts at clock `start`. Every row's exposure ends with the frame (global shutter), or with the line in
 //! which the row is read (rolling shutter); row i is read in line `n i + offset` after the frame's end, where n is the number of
-//! exposures a frame (`slots`). So the readout of a frame runs beside the exposure of the next.
+//! exposures a frame (`slots`). So a frame is read while the next one is exposed.
 
 use super::budget::{self, LineDemand};
 use super::clock::{ClockSpan, FrameClock};
@@ -34,7 +34,7 @@ impl Schedule {
     /// output row's packet on the link with its low-power transitions, 0 where the link does not count.
     ///
     /// # Errors
-    /// What does not fit, by key and value, with the shortest line or frame (or the fastest rate) that would do.
+    /// What does not fit, by key and value, with the shortest line or frame (or the fastest rate) that is accepted.
     pub fn new(array: Size, params: &ReadoutParams, adc: &AdcParams, packet_s: f64) -> Result<Self, Error> {
         params.check()?;
         let geometry = Geometry::new(array, params)?;
@@ -74,7 +74,7 @@ impl Schedule {
         let demand = frame_demand(&changed, self.geometry.reads(), fine_clk, &self.params).lines();
         let least = u64::from(self.params.exposure_lines_min);
         if lines < least || demand > self.frame_lines || fine_clk >= self.params.hts {
-            let reason = format!("out of range; {least} to {} would do", self.exposure_lines_max);
+            let reason = format!("out of range; use {least} to {}", self.exposure_lines_max);
             return Err(Error::key("sensor.readout.exposure_lines", lines, reason));
         }
         Ok(Self { slots: changed, fine_clk, ..self.clone() })

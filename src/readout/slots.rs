@@ -3,7 +3,7 @@
 //! The rule is that of Sony's DOL (digital overlap) sensors: an array row is read once a slot, the longest exposure first. With n
 //! slots a line out of n belongs to each, so rows follow one another every n lines and a frame's VTS counts the lines of all slots
 //! (Sony's FSC, n times VMAX). Slot k of a row is read `offset_k` lines after its slot 0 (RHS), with `offset_k = k (mod n)` so
-//! that no two rows want one line, and its exposure begins no earlier than the end of the line in which the slot before it was
+//! that no two rows need the same line, and its exposure begins no earlier than the end of the line in which the slot before it was
 //! read. The next frame's slot 0 begins after the last slot's line.
 
 use super::params::{Hdr, ReadoutParams};
@@ -47,7 +47,7 @@ pub struct FrameDemand {
 }
 
 impl FrameDemand {
-    /// The shortest frame that would do.
+    /// The shortest frame that holds all slots.
     pub fn lines(self) -> u64 {
         self.rows.max(self.exposure)
     }

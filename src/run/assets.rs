@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::error::Error;
+use crate::rtl_simulator::RtlSimulator;
 use crate::scene::images::PictureBytes;
-use crate::silicon::Silicon;
 
 /// Files of a scenario, and a place for baked light.
 pub trait Assets: Sync {
@@ -21,7 +21,7 @@ pub trait Assets: Sync {
     fn list(&self, folder: &str) -> Result<Vec<String>, Error> {
         Err(Error::Content {
             file: folder.to_owned(),
-            reason: "there are no folders here; a generated scene would do".to_owned(),
+            reason: "there are no folders here; use a generated scene".to_owned(),
         })
     }
 
@@ -34,8 +34,8 @@ pub trait Assets: Sync {
     ///
     /// # Errors
     /// There is none, or it does not work.
-    fn silicon(&self) -> Result<Arc<dyn Silicon>, Error> {
-        Err(Error::key("run.rung", "rtl", "there are no programs here to run Verilog; clocked would do"))
+    fn rtl_simulator(&self) -> Result<Arc<dyn RtlSimulator>, Error> {
+        Err(Error::key("run.rung", "rtl", "there are no programs here to run Verilog; use clocked"))
     }
 
     /// Bytes stored under a content hash earlier, if any.
@@ -54,7 +54,7 @@ impl Assets for NoFiles {
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
         Err(Error::Content {
             file: name.to_owned(),
-            reason: "there are no files here; a generated scene would do".to_owned(),
+            reason: "there are no files here; use a generated scene".to_owned(),
         })
     }
 }
@@ -65,7 +65,7 @@ pub trait Stopwatch: Sync {
     fn now_s(&self) -> f64;
 }
 
-/// Time stands still: for runs whose cost nobody asks for.
+/// A stopped clock, for runs whose cost is not measured.
 pub struct NoClock;
 
 impl Stopwatch for NoClock {
@@ -80,7 +80,7 @@ pub trait Progress: Sync {
     fn at(&self, what: &'static str, share: f64);
 }
 
-/// Tells nobody.
+/// Discards progress.
 pub struct NoProgress;
 
 impl Progress for NoProgress {

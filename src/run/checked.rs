@@ -38,7 +38,7 @@ fn check(resolved: &Resolved, assets: &dyn Assets) -> Result<(), Error> {
     let imu = scenario.imu()?;
     scenario.tracker_feels(imu.is_some())?;
     if fidelity.rung == Rung::Rtl {
-        assets.silicon()?;
+        assets.rtl_simulator()?;
     }
     let calibration = |camera: &crate::optics::Camera| CameraCalibration {
         lens: camera.lens,

@@ -1,5 +1,5 @@
-//! A sensor's events of a frame without a scene: every pixel stands at one level. Bias, clocks and traffic do not depend on the picture, so
-//! that this tells power to within what counters and features bring.
+//! Event counts of a sensor's frame without a scene: every pixel has the same level. Bias, clocks and traffic do not depend on
+//! the picture, so the estimated power misses only the effect of counters and features.
 
 use super::sensor::SensorSetup;
 use crate::adc::{RowWork, count_conversion, count_row};

@@ -15,7 +15,7 @@ use crate::scene::motion::Motion;
 use crate::scene::nearest;
 use crate::units::{FrameIndex, RowIndex, Span};
 
-/// Parts of the run whose path has a box of its own, at most.
+/// Largest number of parts of the run with separate path boxes.
 const PATH_PARTS: usize = 128;
 
 /// Parts of the picture along each axis.

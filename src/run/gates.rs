@@ -1,5 +1,5 @@
-//! Gates, flip-flops, SRAM and area of the digital half: tables that Yosys made over the parameters of `rtl_models/verilog`, and what lies
-//! between their points.
+//! Gates, flip-flops, SRAM and area of the digital half, interpolated from tables that Yosys made over the parameters of
+//! `rtl_models/verilog`.
 //!
 //! Cells and flip-flops are a base and what each parameter adds to it alone; word length and octaves are crossed where both matter. An
 //! area follows from typical standard cells and SRAM of 65 nm, scaled by the square of the node.

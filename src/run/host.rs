@@ -15,20 +15,20 @@ const STAMP_TOLERANCE: f64 = 0.02;
 /// The same where an automatic exposure moves the middle of the exposure by up to half a frame. Below 1, so that a time taken from the
 /// number does not pass the next frame's stamp.
 const AUTO_STAMP_TOLERANCE: f64 = 0.75;
-/// What is added to it for each frame since the last believed stamp: two crystals are each off by a thousandth at most.
+/// Added tolerance per frame since the last accepted stamp: two crystals are each off by a thousandth at most.
 const CLOCK_TOLERANCE: f64 = 2e-3;
 
 /// What a host keeps from frame to frame.
 #[derive(Default)]
 pub struct Host {
     /// The frame before.
-    before: Option<Heard>,
+    before: Option<TimedFrame>,
     cameras: Vec<CameraClock>,
 }
 
 /// A frame and its time.
 #[derive(Clone, Copy)]
-struct Heard {
+struct TimedFrame {
     number: u64,
     time_ns: u64,
 }
@@ -36,7 +36,7 @@ struct Heard {
 /// What is known of a camera's clock.
 #[derive(Clone, Copy, Debug, Default)]
 struct CameraClock {
-    /// The last frame whose stamp was believed; 0 before the first.
+    /// The last frame whose stamp was accepted; 0 before the first.
     number: u64,
     /// When its rows were exposed then.
     rows: Option<RowClock>,
@@ -82,7 +82,7 @@ impl Host {
                 *camera = CameraClock { number, rows: Some(rows), ..*camera };
             }
         }
-        self.before = Some(Heard { number, time_ns });
+        self.before = Some(TimedFrame { number, time_ns });
         let clocks = self.cameras.iter().map(|camera| camera.rows.unwrap_or_default()).collect();
         let input = FrameInput { t_s, features: Vec::new(), clocks };
         let mut host = HostFrame { input, indices: Vec::new() };

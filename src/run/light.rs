@@ -53,7 +53,7 @@ pub fn lit_scene(
 /// Refuses what `lit_scene` refuses before it bakes.
 ///
 /// # Errors
-/// As `lit_scene`, but for what only the baked light tells.
+/// As `lit_scene`, without checks that need the baked light.
 pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
     let limits = scenario.bake_limits()?;
     match found(scenario, assets)? {
@@ -113,12 +113,12 @@ fn beyond(scenario: &Scenario, assets: &dyn Assets) -> Result<Option<Environment
     let sky = scenario.sky()?;
     let even = section.surroundings.sky.iter().any(|&band| band > 0.0);
     if even && (sky.is_some() || section.environment.is_some()) {
-        let reason = "stands beside scene.environment or scene.sky; one light from beyond the scene would do";
+        let reason = "stands beside scene.environment or scene.sky; use one light from beyond the scene";
         return Err(Error::key("scene.surroundings.sky", "", reason));
     }
     match (&section.environment, sky) {
         (Some(file), Some(_)) => {
-            Err(Error::key("scene.environment", file, "stands beside scene.sky; one of the two would do"))
+            Err(Error::key("scene.environment", file, "stands beside scene.sky; use one of the two"))
         }
         (Some(file), None) => {
             let named = |error: Error| error.named_by("scene.environment", file);
@@ -136,7 +136,7 @@ fn picture(file: &str, bytes: &[u8], yaw_deg: f64) -> Result<Environment, Error>
 
 #[cfg(not(feature = "exr"))]
 fn picture(file: &str, _: &[u8], _: f64) -> Result<Environment, Error> {
-    let reason = "this build reads no OpenEXR; scene.sky, or a build with the feature exr, would do".to_owned();
+    let reason = "this build reads no OpenEXR; use scene.sky, or a build with the feature exr".to_owned();
     Err(Error::Content { file: file.to_owned(), reason })
 }
 
@@ -149,7 +149,7 @@ fn flickering(scene: Scene, section: &crate::config::scenario::Scene, flickers: 
     if scene.flickering.contains(&true) || section.lamp.iter().any(|lamp| lamp.flickers) {
         return Ok(scene);
     }
-    let reason = "no lamp here flickers; a scene with lamps, or a [[scene.lamp]] with flickers = true, would do";
+    let reason = "no lamp here flickers; use a scene with lamps, or a [[scene.lamp]] with flickers = true";
     Err(Error::key("scene.flicker.waveform", &section.flicker.waveform, reason))
 }
 
@@ -165,7 +165,7 @@ pub fn only_images(section: &crate::config::scenario::Scene) -> Result<(), Error
 }
 
 fn not_one_scene(section: &crate::config::scenario::Scene) -> Error {
-    let reason = "exactly one of scene.file, scene.generator, scene.target and scene.images would do";
+    let reason = "use exactly one of scene.file, scene.generator, scene.target and scene.images";
     let all =
         [("scene.target", &section.target), ("scene.generator", &section.generator), ("scene.file", &section.file)];
     match all.into_iter().find_map(|(key, value)| Some((key, value.as_ref()?))) {

@@ -66,7 +66,7 @@ pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Res
     let at_start = |error: MotionError| error.at_key("motion.start_s", start_s);
     let motion = Motion::Spline(PlacedSpline::new(spline, start_s, scale, offset_m, turn).map_err(at_start)?);
     motion.covers(run).map_err(|error| {
-        let reason = format!("{error} (times of the run); an earlier start or fewer frames would do");
+        let reason = format!("{error} (times of the run); use an earlier start or fewer frames");
         Error::key("motion.start_s", start_s, reason)
     })?;
     check_reach(section, &motion, run)?;
@@ -160,7 +160,7 @@ fn recorded(file: &str, bridge_gaps_s: f64, asked: Span, assets: &dyn Assets) ->
     let gap_s_max = greater(bridge_gaps_s, GAP_S_MAX);
     let whole = without_gaps(&samples, asked, gap_s_max).map_err(|error| {
         let reason = format!(
-            "{error}; the run needs {:.3} s to {:.3} s of it: an earlier start or fewer frames would do",
+            "{error}; the run needs {:.3} s to {:.3} s of it: use an earlier start or fewer frames",
             asked.start_s, asked.end_s
         );
         Error::key("motion.start_s", asked.start_s, reason)
@@ -184,7 +184,7 @@ fn on_control_poses(key: &str, value: &str, poses: &[TimedPose]) -> Result<Splin
         let even_s = f64_from_usize(index) * step_s;
         if !((pose.t_s - even_s).abs() <= STEP_TOLERANCE * step_s && step_s > 0.0) {
             let reason = format!(
-                "control pose {index} stands at {:.6} s after the first; {even_s:.6} s would do: control poses are evenly spaced",
+                "control pose {index} stands at {:.6} s after the first; use {even_s:.6} s: control poses are evenly spaced",
                 pose.t_s
             );
             return Err(refused(reason));

@@ -172,7 +172,7 @@ impl SensorSetup {
     /// Whether a frame with so many features, all of which may come with the last rows, passes within a frame's time.
     ///
     /// # Errors
-    /// It does not; the error names the frame length that would do.
+    /// It does not; the error names a frame length that suffices.
     pub(super) fn check_frame(&self, features: u64) -> Result<(), Error> {
         let most = u32::try_from(features).expect("a configuration's number");
         let packets = self.packets(FrameIndex(0), &after_the_rows(most))?;
@@ -182,7 +182,7 @@ impl SensorSetup {
     /// Whether these packets pass within a frame's time of this schedule.
     ///
     /// # Errors
-    /// They do not; the error names the frame length that would do.
+    /// They do not; the error names a frame length that suffices.
     pub(super) fn check_passes(&self, flow: &Flow, features: u64, schedule: &Schedule) -> Result<(), Error> {
         let last_row = flow.sent.iter().rposition(|sent| matches!(sent.packet, Packet::Row(_)));
         // Time on the lanes; waiting for the extractor is its own matter.
@@ -207,7 +207,7 @@ impl SensorSetup {
             let reason = format!("{needed}; use {fastest_hz} or less, fewer features or a faster link");
             return Err(Error::key("sensor.readout.frame_rate_hz", rate_hz, reason));
         }
-        let reason = format!("{needed}; vts = {lines:.0}, fewer features or a faster link would do");
+        let reason = format!("{needed}; use vts = {lines:.0}, fewer features or a faster link");
         Err(Error::key("sensor.readout.vts", schedule.vts(), reason))
     }
 }
@@ -245,7 +245,7 @@ fn can_stall(readout: &ReadoutParams) -> Result<(), Error> {
     } else {
         return Ok(());
     };
-    Err(Error::key("link.when_full", "stall", format!("{reason}; \"refuse\" would do")))
+    Err(Error::key("link.when_full", "stall", format!("{reason}; use \"refuse\"")))
 }
 
 /// Rows as the report counts them.

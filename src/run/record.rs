@@ -7,7 +7,7 @@ use super::setup::PlanSummary;
 use super::timing::{burst_utilisation, timing_record};
 use super::waterfall::waterfall_reasons;
 use super::world::World;
-use crate::config::presets::Kind;
+use crate::config::presets::PresetKind;
 use crate::error::Error;
 use crate::facts::{Fact, ScenarioFacts};
 use crate::num::{f64_from_u64, f64_from_usize, u32_from, u64_from};
@@ -155,13 +155,13 @@ impl Session {
             frames: u32_from(self.notes.len()),
             cameras: u32_from(setup.cameras.len()),
             baseline_mm: source.rig.baseline_mm.unwrap_or_else(|| first_distance_mm(&setup.cameras)),
-            sensor: setup.resolved.label(Kind::Sensor),
+            sensor: setup.resolved.label(PresetKind::Sensor),
             width_px: setup.sensor.size.width_px,
             height_px: setup.sensor.size.height_px,
             bits: setup.sensor.bits(),
             shutter: source.sensor.readout.shutter.clone(),
             exposure_us: 1e6 * setup.sensor.schedule.exposure(FrameIndex(0), RowIndex(0)).length_s(),
-            optics: format!("{}, f/{}", setup.resolved.label(Kind::Lens), optics.f_number),
+            optics: format!("{}, f/{}", setup.resolved.label(PresetKind::Lens), optics.f_number),
             rung: setup.fidelity.rung.name().to_owned(),
             samples_per_pixel: f64_from_u64(self.totals.rays)
                 / (f64_from_usize(setup.sensor.size.pixel_count()) * frames * cameras),

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::fidelity::Rung;
 use crate::num::{index, u32_from};
 use crate::plane::Plane;
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 use crate::units::RowIndex;
 
 /// Rows that are converted once more.
@@ -17,7 +17,7 @@ pub(super) struct RowCheck {
     /// The rung of the run, and the one above it.
     rungs: [Rung; 2],
     /// What runs the Verilog, if that is the rung above.
-    verilog: Option<Seat>,
+    verilog: Option<SharedRtlSimulator>,
     /// The chain of the rung above, at the gain in effect.
     above: Option<Chain>,
     pub rows: u64,
@@ -30,22 +30,22 @@ impl RowCheck {
     /// A run on another rung, 0 rows, no Verilog where it is needed.
     pub fn new(setup: &Setup, every: u32, assets: &dyn Assets) -> Result<Self, Error> {
         if every == 0 {
-            return Err(Error::key("--check-every", every, "1 (every row) or more would do"));
+            return Err(Error::key("--check-every", every, "use 1 (every row) or more"));
         }
         let (above, verilog) = match setup.fidelity.rung {
             Rung::Sampled => (Rung::Clocked, None),
             Rung::Clocked => {
-                let silicon = assets.silicon().map_err(|error| {
+                let silicon = assets.rtl_simulator().map_err(|error| {
                     Error::key(
                         "--check-every",
                         every,
                         format!("the rung above clocked is rtl: {error}; without it, sampled"),
                     )
                 })?;
-                (Rung::Rtl, Some(Seat::new(silicon)))
+                (Rung::Rtl, Some(SharedRtlSimulator::new(silicon)))
             }
             Rung::Expected | Rung::Rtl => {
-                let reason = "this rung has none above it that a run can hold it to; sampled or clocked would do";
+                let reason = "this rung has none above it that a run can hold it to; use sampled or clocked";
                 return Err(Error::key("--check-every", setup.fidelity.rung.name(), reason));
             }
         };
@@ -78,7 +78,7 @@ impl RowCheck {
         let above =
             self.above.get_or_insert_with(|| make_chain().on_rung(self.rungs[1]).in_verilog(self.verilog.as_ref()));
         let again = above.codes_of_rows(photons, capture, times, &rows);
-        self.verilog.as_ref().map_or(Ok(()), Seat::check)?;
+        self.verilog.as_ref().map_or(Ok(()), SharedRtlSimulator::check)?;
         self.rows += crate::num::u64_from(rows.len());
         for (row, again) in rows.iter().zip(&again) {
             if let Some(column) = first_difference(codes.row(index(row.0)), again) {

@@ -53,7 +53,7 @@ impl SensorSetup {
     /// Checks sensor, extractor, link and technology.
     ///
     /// # Errors
-    /// Any value out of range or combination that cannot be; with file, line, key, value and what would do.
+    /// Any value out of range or impossible combination; the error names file, line, key, value and an accepted value.
     pub fn new(resolved: &Resolved) -> Result<Self, Error> {
         Self::build(resolved).map_err(|error| resolved.tree.locate(error))
     }
@@ -147,7 +147,7 @@ impl SensorSetup {
         let (columns, rows) = (whole.width_px(), whole.height_px());
         readout.mosaic_px = crate::num::u32_from(columns.max(rows));
         if readout.binning > 1 && columns.max(rows) % columns.min(rows) != 0 {
-            let reason = format!("a pattern of {columns} x {rows} filters cannot be binned by colour; 1 would do");
+            let reason = format!("a pattern of {columns} x {rows} filters cannot be binned by colour; use 1");
             return Err(Error::key("sensor.readout.binning", readout.binning, reason));
         }
         let geometry = Geometry::new(array, &readout)?;
@@ -216,7 +216,7 @@ fn check_extractor_clk(extractor: &ExtractorParams, size: Size, schedule: &Sched
         return Ok(());
     }
     let reason =
-        format!("its pictures take {needed_clk} clocks of a frame's {frame_clk}; fewer, or a longer frame, would do");
+        format!("its pictures take {needed_clk} clocks of a frame's {frame_clk}; use fewer, or a longer frame");
     Err(Error::key("compute.octaves", extractor.octaves, reason))
 }
 
@@ -237,7 +237,7 @@ fn exposures(schedule: &Schedule) -> Vec<f64> {
 fn second_reading(parameters: &Parameters) -> Result<Parameters, Error> {
     let pixel = &parameters.pixel;
     let Some(low_uv_per_e) = pixel.low_conversion_gain_uv_per_e else {
-        let reason = "dual gain needs sensor.pixel.low_conversion_gain_uv_per_e; that, or hdr = none, would do";
+        let reason = "dual gain needs sensor.pixel.low_conversion_gain_uv_per_e; use that, or hdr = none";
         return Err(Error::key("sensor.readout.hdr", "dual_gain", reason));
     };
     let pixel_type = if pixel.overflow_capacity_e > 0.0 { PixelType::T5 } else { pixel.pixel_type };
@@ -267,7 +267,7 @@ fn nominal_merge(first: &Parameters, second: Option<&Parameters>, hdr: Hdr) -> R
                 let most = (1000.0 * most).floor() / 1000.0;
                 let would_do = if most > 1.0 { most.to_string() } else { "fewer sensor.adc.bits".to_owned() };
                 let deep = format!("{exposures} exposures merge to codes of more than {MERGED_BITS_MAX} bits");
-                Error::key(key, ratio, format!("{deep}; {would_do} would do"))
+                Error::key(key, ratio, format!("{deep}; use {would_do}"))
             };
             HdrMerge::new(key, bits, black_dn, &sensitivities).map(Some).map_err(too_deep)
         }
@@ -277,7 +277,7 @@ fn nominal_merge(first: &Parameters, second: Option<&Parameters>, hdr: Hdr) -> R
             let too_deep = |_| {
                 let least = gains[0] / f64::from(1_u32 << (MERGED_BITS_MAX - bits));
                 let deep = format!("codes at both gains merge to more than {MERGED_BITS_MAX} bits");
-                Error::key(key, gains[1], format!("{deep}; {least} or more would do"))
+                Error::key(key, gains[1], format!("{deep}; use {least} or more"))
             };
             HdrMerge::new(key, bits, black_dn, &gains).map(Some).map_err(too_deep)
         }

@@ -6,15 +6,15 @@ use super::alone::Alone;
 use super::assets::{Assets, Stopwatch};
 use super::exposed::CodeSums;
 use super::extractor::ExtractorTotals;
-use super::felt::Felt;
 use super::frame_notes::FrameNotes;
 use super::hashes::StageHashes;
 use super::host::Host;
+use super::imu::ImuReadings;
 use super::row_check::RowCheck;
 use super::rows::{merge_planes, row_times};
-use super::seen::{Seen, Still};
 use super::sensor::SensorSetup;
 use super::setup::Setup;
+use super::shared_exposure::{SharedExposure, StillExposures};
 use super::transfer::{LinkTotals, frame_time_s, marks};
 use super::warnings::Warnings;
 use super::waterfall::PacketTime;
@@ -28,7 +28,7 @@ use crate::num::{f64_from_usize, u32_from, u64_from};
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 use crate::tracker::{TrackedFrame, Tracker};
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
@@ -91,7 +91,7 @@ pub struct Session {
     pub(super) setup: Setup,
     tracker: Tracker,
     pub(super) alone: Option<Alone>,
-    felt: Felt,
+    imu_readings: ImuReadings,
     /// Each camera's extractor, on the sensor or, where pictures alone are sent, on the host.
     pub(super) extractors: Vec<Extractor>,
     /// Photons to codes, at the gain in effect.
@@ -102,7 +102,7 @@ pub struct Session {
     pub(super) host: Host,
     /// Electrons that each camera's frame before left in its array, where an effect leaves some.
     charge_before_e: Vec<Option<Plane<f32>>>,
-    still: Still,
+    still: StillExposures,
     watched: Option<Watched>,
     row_check: Option<RowCheck>,
     /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
@@ -129,7 +129,7 @@ impl Session {
     /// A calibration that the tracker refuses; the rung `expected`, which ends at the image.
     pub fn new(setup: Setup) -> Result<Self, Error> {
         if setup.fidelity.rung == Rung::Expected {
-            let reason = "ends at the image: it has no features, packets or poses; sampled would do";
+            let reason = "ends at the image: it has no features, packets or poses; use sampled";
             return Err(setup.resolved.tree.locate(Error::key("run.rung", "expected", reason)));
         }
         let made = Tracker::new(setup.calibration(), setup.tracker);
@@ -137,7 +137,7 @@ impl Session {
         if let Some(calibration) = setup.imu_calibration() {
             tracker = tracker.with_imu(calibration);
         }
-        let felt = Felt::of(&setup)?;
+        let imu_readings = ImuReadings::of(&setup)?;
         let charge_before_e = setup.cameras.iter().map(|_| None).collect();
         let gain = setup.exposure.gain(FrameIndex(0));
         let chain = setup.chain(gain);
@@ -152,14 +152,14 @@ impl Session {
             setup,
             tracker,
             alone: None,
-            felt,
+            imu_readings,
             extractors,
             chain,
             gain,
             delays_s,
             host: Host::default(),
             charge_before_e,
-            still: Still::default(),
+            still: StillExposures::default(),
             watched: None,
             row_check: None,
             electrons_kept: false,
@@ -239,11 +239,13 @@ impl Session {
     ///
     /// # Errors
     /// A picture that cannot be read any more.
-    pub fn expose(&self) -> Result<Vec<Vec<Seen>>, Error> {
+    pub fn expose(&self) -> Result<Vec<Vec<SharedExposure>>, Error> {
         let frame = self.next_frame();
         let of = |(camera, schedule): (usize, &Schedule)| match self.still.again(camera, schedule, frame) {
             Some(seen) => Ok(seen),
-            None => Ok(self.setup.exposures_of(frame, camera, schedule)?.into_iter().map(Seen::from).collect()),
+            None => {
+                Ok(self.setup.exposures_of(frame, camera, schedule)?.into_iter().map(SharedExposure::from).collect())
+            }
         };
         self.setup.exposure.schedules(frame).iter().enumerate().map(of).collect()
     }
@@ -252,7 +254,7 @@ impl Session {
     ///
     /// # Errors
     /// As `step`.
-    pub fn step_with(&mut self, exposures: Vec<Vec<Seen>>, watch: &dyn Stopwatch) -> Result<Frame, Error> {
+    pub fn step_with(&mut self, exposures: Vec<Vec<SharedExposure>>, watch: &dyn Stopwatch) -> Result<Frame, Error> {
         let frame = self.next_frame();
         let mut lap = Lap::start(watch);
         let schedules = self.setup.exposure.schedules(frame);
@@ -274,7 +276,7 @@ impl Session {
             extracted.iter_mut().zip(&host.input.features).for_each(|(one, found)| one.features.clone_from(found));
         }
         self.totals.stage_s[4] += lap.next_s();
-        self.tracker.feel(self.felt.until(host.input.t_s));
+        self.tracker.add_imu_readings(self.imu_readings.until(host.input.t_s));
         let tracked = Some(self.tracker.track(&host.input));
         self.totals.stage_s[5] += lap.next_s();
         if let Some(alone) = &mut self.alone {
@@ -311,7 +313,7 @@ impl Session {
         FrameIndex(u32_from(self.notes.len()))
     }
 
-    fn count_rays(&mut self, exposures: &[Vec<Seen>]) {
+    fn count_rays(&mut self, exposures: &[Vec<SharedExposure>]) {
         let slots = f64_from_usize(exposures[0].len());
         for exposure in exposures.iter().flatten() {
             self.totals.rays += exposure.rays;
@@ -324,7 +326,7 @@ impl Session {
         &mut self,
         frame: FrameIndex,
         schedules: &[Schedule],
-        exposures: &[Vec<Seen>],
+        exposures: &[Vec<SharedExposure>],
     ) -> Result<Vec<Plane<u16>>, Error> {
         let gain = self.setup.exposure.gain(frame);
         if gain.to_bits() != self.gain.to_bits() {
@@ -353,7 +355,7 @@ impl Session {
                     let own = || self.setup.chain(gain);
                     check.check(own, &exposure.photons, capture, &times, &captured.codes)?;
                 }
-                self.setup.verilog().map_or(Ok(()), Seat::check)?;
+                self.setup.verilog().map_or(Ok(()), SharedRtlSimulator::check)?;
                 self.totals.events.merge(&captured.events);
                 read.push(captured.codes);
                 self.charge_before_e[camera] = captured.charge_e;

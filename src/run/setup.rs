@@ -8,7 +8,7 @@ use glam::DVec2;
 use super::assets::{Assets, NoFiles, NoProgress, Progress};
 use super::exposure::ExposureControl;
 use super::facts::Known;
-use super::felt::check_readings;
+use super::imu::check_readings;
 use super::motion::placed_motion;
 use super::photons::PhotonStore;
 use super::sensor::SensorSetup;
@@ -29,9 +29,9 @@ use crate::optics::lens::Lens;
 use crate::pixel;
 use crate::pose::Pose;
 use crate::readout::{Geometry, Schedule, Shutter};
+use crate::rtl_simulator::SharedRtlSimulator;
 use crate::scene::motion::Motion;
 use crate::scene::motion::imu::Imu;
-use crate::silicon::Seat;
 use crate::tracker::{CameraCalibration, TrackerParams};
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Size, Span};
 
@@ -107,7 +107,7 @@ pub struct Setup {
     /// The inertial unit on the body, if there is one.
     pub imu: Option<Imu>,
     /// Whether the tracker takes its readings.
-    pub(super) feels: bool,
+    pub(super) uses_imu: bool,
     /// Cameras on the body, with the pixels of their pictures.
     pub cameras: Vec<Camera>,
     /// The same cameras with the pixels of the array that are read.
@@ -123,7 +123,7 @@ pub struct Setup {
     /// The tracker's knobs.
     pub tracker: TrackerParams,
     /// What runs the Verilog, on the rung `rtl`.
-    verilog: Option<Seat>,
+    verilog: Option<SharedRtlSimulator>,
     /// Where photons are kept from run to run.
     pub(super) photon_store: Option<Arc<dyn PhotonStore>>,
     /// What a user should know of this setup before its first frame.
@@ -187,10 +187,10 @@ impl Setup {
         let tracker = scenario.tracker_params()?;
         let imu = scenario.imu()?;
         let verilog = match (fidelity.rung, kept.and_then(|kept| kept.verilog.clone())) {
-            (Rung::Rtl, None) => Some(Seat::new(assets.silicon()?)),
+            (Rung::Rtl, None) => Some(SharedRtlSimulator::new(assets.rtl_simulator()?)),
             (_, kept) => kept,
         };
-        let feels = scenario.tracker_feels(imu.is_some())?;
+        let uses_imu = scenario.tracker_feels(imu.is_some())?;
         let end_s = span_of_run(&sensor, cameras.len(), frames).end_s;
         check_end(&sensor, frames, end_s)?;
         check_readings(imu.as_ref(), end_s)?;
@@ -223,7 +223,7 @@ impl Setup {
             motion,
             motion_notes,
             imu,
-            feels,
+            uses_imu,
             cameras,
             windows,
             exposure,
@@ -268,11 +268,11 @@ impl Setup {
     }
 
     /// What runs the Verilog, on the rung `rtl`.
-    pub(super) fn verilog(&self) -> Option<&Seat> {
+    pub(super) fn verilog(&self) -> Option<&SharedRtlSimulator> {
         self.verilog.as_ref().filter(|_| self.fidelity.rung == Rung::Rtl)
     }
 
-    /// What the tracker is told of the cameras.
+    /// Camera calibrations for the tracker.
     pub fn calibration(&self) -> Vec<CameraCalibration> {
         let of = |camera: &Camera| CameraCalibration {
             lens: camera.lens,

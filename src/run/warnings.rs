@@ -2,7 +2,7 @@
 
 use super::session::Session;
 
-/// Warnings of a setup or a run. Each text stands once, whoever repeats it.
+/// Warnings of a setup or a run, without duplicates.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Warnings(Vec<String>);
 

@@ -63,7 +63,7 @@ impl World {
     /// Refuses what `new` refuses, without baking light.
     ///
     /// # Errors
-    /// As `new`, but for what only the baked light tells.
+    /// As `new`, without checks that need the baked light.
     pub fn check(scenario: &Scenario, demand: &Demand, assets: &dyn Assets) -> Result<(), Error> {
         match &scenario.scene.images {
             Some(folders) => pictures::sequence(scenario, folders, demand, assets, &NoProgress).map(|_| ()),

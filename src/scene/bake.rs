@@ -1,6 +1,6 @@
-//! Irradiance on both sides of every sample, in the scene's own units: direct and after all bounces. Light that flickers is kept apart.
+//! Irradiance on both sides of every sample, in the scene's units: direct and after all bounces. Flickering light is kept separately.
 //!
-//! Lamps are aimed at, at the same points from every sample. Sky and bounces come from cosine-weighted rays whose hits are kept as a sparse
+//! Every sample traces shadow rays to the same points on lamps. Sky and bounces come from cosine-weighted rays whose hits form a sparse
 //! matrix; bounces are iterated on that matrix until the light settles. Every sample looks along the same directions around its normal, so
 //! the result does not depend on threads. On large triangles only some samples are traced (`refine`): the light of the rest is
 //! interpolated.
@@ -127,7 +127,7 @@ pub struct Bake {
 const BYTES_PER_SAMPLE: usize = 512;
 
 /// The iteration ends when no sample's change, nor what all further bounces bring by the rate at which changes fall, is more than this
-/// share of its own irradiance, in any band that has more than a hundred thousandth of the greatest irradiance.
+/// share of its irradiance, in any band that has more than a hundred thousandth of the greatest irradiance.
 const CONVERGED_SHARE: f32 = 1e-4;
 
 /// Irradiance below this share of the greatest, which is found beside a lamp, does not keep the iteration going.

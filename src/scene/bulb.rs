@@ -62,7 +62,7 @@ pub struct BulbPoint {
     pub bulb: Bulb,
     /// Metres.
     pub position_m: [f32; 3],
-    /// Radiant intensity that it stands for, in the scene's own units, within the cone.
+    /// Radiant intensity that it represents, in the scene's units, within the cone.
     pub intensity: Bands,
     /// What shines there.
     pub material: u32,

@@ -1,4 +1,4 @@
-//! The bounding volume hierarchy over triangles: flat arrays that the packet tracer walks.
+//! The bounding volume hierarchy over triangles: flat arrays that the packet tracer traverses.
 //!
 //! Built by `obvhs` (locally ordered clustering, then reinsertion and leaf collapse) through its parts that read no clock, then
 //! widened: nodes of eight children, leaves of a block of triangles, each in arrays that fit registers.
@@ -28,10 +28,10 @@ const BOX_COST: f32 = 4.0;
 /// Share of nodes that the optimiser tries to reinsert in each pass.
 const REINSERTION_SHARE: f32 = 0.15;
 
-/// Deepest tree that the tracer's stack can walk; far above what the builder makes of any real scene.
+/// Deepest tree that the tracer's stack can hold; far above the depth of any real scene.
 const LEVELS_MAX: usize = 64;
 
-/// Places that a walk may have open: all children but one on every level.
+/// Nodes that a traversal may have open: all children but one on every level.
 pub const OPEN_MAX: usize = LEVELS_MAX * (CHILDREN - 1) + 1;
 
 /// Marks a child that is a block.
@@ -110,7 +110,7 @@ impl Bvh {
     /// Takes over the tree of two children a node: the largest inner child is replaced by its own two until a node is full.
     fn widen(&mut self, tree: &Bvh2, triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u32) -> bool) {
         self.nodes.push(EMPTY);
-        // Depth first, so that a walk down the near side reads neighbouring lines.
+        // Depth first, so that a traversal of the near side reads neighbouring lines.
         let mut open = vec![(0_usize, 0_usize, 1_usize)];
         while let Some((source, place, level)) = open.pop() {
             assert!(level <= LEVELS_MAX, "the tree is deeper than the tracer's stack");

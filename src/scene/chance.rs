@@ -33,7 +33,7 @@ pub fn turned([x, y, z]: [f32; 3], [s, t]: &[[f32; 3]; 2], normal: [f32; 3]) -> 
     [0, 1, 2].map(|axis| s[axis] * x + t[axis] * y + normal[axis] * z)
 }
 
-/// Work on a list in fixed chunks, on all cores where the feature is on; results in order whatever ran when.
+/// Work on a list in fixed chunks, on all cores where the feature is on; results are in order, independent of scheduling.
 pub fn in_chunks<T: Send>(count: usize, chunk: usize, work: impl Fn(std::ops::Range<usize>) -> T + Sync) -> Vec<T> {
     let range = |number: usize| number * chunk..((number + 1) * chunk).min(count);
     let chunks = count.div_ceil(chunk);

@@ -36,7 +36,7 @@ impl CutOut {
         above + (below - above) * fy < self.least
     }
 
-    /// Bytes that tell these holes from any other, for content keys.
+    /// Bytes that identify these holes, for content keys.
     pub fn hash_into(&self, hasher: &mut blake3::Hasher) {
         for number in [self.width, self.height, self.least.to_bits()] {
             hasher.update(&number.to_le_bytes());

@@ -4,7 +4,7 @@
 //! The middle column of the picture lies towards -z, columns go to the right as seen from inside (the right edge of the middle's half
 //! is +x), the top row is +y. For the bake the light is split at a few times its mean: what is brighter (the sun, lamps, windows) is
 //! aimed at, with the same directions from every sample and the same power in each, so one bright texel makes no bright speck;
-//! the rest is bounded, and is found by rays that leave for it by chance.
+//! the rest is bounded, and is sampled by random rays.
 
 #![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
 
@@ -73,17 +73,17 @@ impl Environment {
         let height = width / 2;
         if width < 4 || !width.is_multiple_of(2) || texels.len() != index(width) * index(height) {
             let rows = texels.len() / index(width.max(1));
-            let reason = format!("{width} x {rows} px; an equirectangular picture, twice as wide as high, would do");
+            let reason = format!("{width} x {rows} px; use an equirectangular picture, twice as wide as high");
             return Err(refuse(reason));
         }
         if let Some(bad) = texels.iter().position(|texel| !texel.iter().all(|band| band.is_finite() && *band < 1e30)) {
             let (row, column) = (bad / index(width), bad % index(width));
-            let reason = format!("row {row}, column {column} is {:?}; finite numbers would do", texels[bad]);
+            let reason = format!("row {row}, column {column} is {:?}; use finite numbers", texels[bad]);
             return Err(refuse(reason));
         }
         let texels: Vec<Bands> = texels.iter().map(|texel| with_infrared(texel.map(|band| band.max(0.0)))).collect();
         if !texels.iter().any(|texel| luminance(texel.map(f64::from)) > 0.0) {
-            return Err(refuse("it is black; a picture with light would do".to_owned()));
+            return Err(refuse("it is black; use a picture with light".to_owned()));
         }
         Ok(Self::of(Map { width, height, texels }, None, yaw_deg))
     }
@@ -105,7 +105,7 @@ impl Environment {
         let (Some(red), Some(green), Some(blue)) = (plane("R").or(grey), plane("G").or(grey), plane("B").or(grey))
         else {
             let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_str()).collect();
-            let reason = format!("it has channels {}; R, G and B, or Y, would do", names.join(", "));
+            let reason = format!("it has channels {}; use R, G and B, or Y", names.join(", "));
             return Err(Error::Content { file: name.to_owned(), reason });
         };
         let bands = red.values().iter().zip(green.values()).zip(blue.values());

@@ -51,7 +51,7 @@ impl Flicker {
         if periods < INSTANT_PERIODS {
             return f32_nearest(self.mixed(self.at(from)));
         }
-        // Each whole period brings 1.
+        // Each whole period adds 1.
         let sum = (whole_end - whole) + (self.since_start(to) - self.since_start(from));
         f32_nearest(self.mixed(sum / periods))
     }

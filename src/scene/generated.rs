@@ -40,7 +40,7 @@ fn mesh(name: &str, read: Read<'_>) -> Result<Mesh, Error> {
         }
         "street" => Ok(street::street(photograph("wood", read)?)),
         _ => {
-            let reason = format!("not known; one of {} would do", NAMES.join(", "));
+            let reason = format!("not known; use one of {}", NAMES.join(", "));
             Err(Error::key("scene.generator", name, reason))
         }
     }

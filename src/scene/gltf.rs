@@ -5,7 +5,7 @@
 //! or JPEG pictures from the file, from `data:` URIs or from its folder, holes (alpha), emission, sidedness, point and spot lights,
 //! cameras. Left out, and why it does no harm: metallic and roughness act as diffuse (see `scene`); transparent materials (alpha
 //! below a half, or marked dielectric) are dropped, so light passes; animation, skins, morph targets, points and lines are ignored.
-//! A file may be hostile: every offset, count and index is checked before it is used, and nothing is made that is larger than a
+//! A file may be hostile: every offset, count and index is checked before it is used, and no allocation is larger than a
 //! scene may be.
 
 mod accessor;
@@ -61,7 +61,7 @@ pub(super) struct Content {
 }
 
 impl Scene {
-    /// Reads a binary glTF file that needs no others, as it is: no sky, lamps as strong as it says. `name` is what the user calls it.
+    /// Reads a binary glTF file that needs no others, unchanged: no sky, lamps as strong as stated. `name` is its name in messages.
     ///
     /// # Errors
     /// `Error::Content` with the file's name, what is wrong with it and where.
@@ -75,7 +75,7 @@ impl Scene {
     /// As `from_glb`.
     pub fn from_glb_in(name: &str, bytes: &[u8], surroundings: &Surroundings) -> Result<Self, Error> {
         Self::from_gltf_in(name, bytes, surroundings, &|file| {
-            let reason = "lies outside the file; a .glb with everything embedded would do".to_owned();
+            let reason = "is outside the file; use a .glb with everything embedded".to_owned();
             Err(Error::Content { file: file.to_owned(), reason })
         })
     }

@@ -1,10 +1,10 @@
 //! Pictures as the scene that a camera looks at, as in the paper. Reads PNG or OpenEXR files with times, and returns linear light in
 //! lux-equivalents and how long each picture counts for an exposure.
 //!
-//! A picture has no geometry: it is light on directions, seen from one place at one time. So there is no parallax inside an
-//! exposure but what neighbouring pictures bring, nothing between their times, and nothing above their white.
+//! A picture has no geometry: it is light by direction, seen from one place at one time. So the only parallax inside an exposure is
+//! that between neighbouring pictures, nothing is known between their times, and nothing is above their white.
 //!
-//! Value 1.0 is what a white surface under the scenario's illuminance gives off. Files are read and decoded when an exposure
+//! Value 1.0 is the exitance of a white surface under the scenario's illuminance. Files are read and decoded when an exposure
 //! needs them, and at most [`CACHE_BYTES`] of decoded pictures are kept (or one, where it is larger: [`decode::PIXELS_MAX`] bounds it).
 
 pub mod blend;
@@ -125,7 +125,7 @@ impl ImageStream {
         let (size, own) = (self.size, picture.size());
         if own != size {
             let reason = format!(
-                "has {} x {} px and the first picture {} x {}; pictures of one size would do",
+                "has {} x {} px and the first picture {} x {}; use pictures of one size",
                 own.width_px, own.height_px, size.width_px, size.height_px
             );
             return Err(Error::Content { file: file.to_owned(), reason });
@@ -166,7 +166,7 @@ impl ImageStream {
         ExitanceBounds { least, greatest, emitted: [0.0; BANDS] }
     }
 
-    /// Share of the values that stand at the end of their file's codes: light that the file cut off.
+    /// Share of the values at the end of their file's codes: light that the file clipped.
     pub fn clipped_share(&self) -> f64 {
         self.clipped_share
     }

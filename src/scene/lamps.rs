@@ -1,6 +1,6 @@
 //! Emissive surfaces. Places the points on emissive triangles that shadow rays are aimed at.
 //!
-//! All samples of a bake aim at the same points. So neighbours differ by what they see, not by what they drew: light without
+//! All samples of a bake aim at the same points. So neighbours differ only by visibility, not by random draws: light without
 //! shadows is smooth, and a penumbra has as many steps as its lamp has points.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
@@ -39,7 +39,7 @@ pub struct LampPoint {
     pub normal: [f32; 3],
     /// In the scene's own units.
     pub radiance: Bands,
-    /// Area that it stands for.
+    /// Area that it represents.
     pub area_m2: f64,
     /// What shines there.
     pub material: u32,
@@ -106,7 +106,7 @@ impl Lamps {
         Self { groups, bulbs, aimed }
     }
 
-    /// Whether rays are aimed at the lamps of a material, so that those that meet them by chance do not count.
+    /// Whether rays are aimed at the lamps of a material, so that random rays that hit them do not count.
     #[inline]
     pub fn are_aimed_at(&self, material: u32) -> bool {
         self.aimed[index(material)]
@@ -143,7 +143,7 @@ fn shines_out(piece: &Piece, mesh: &Mesh, bvh: &Bvh) -> bool {
     let mut packet = Packet {
         origin_m: super::lanes::splat3(middle_m),
         direction: [Floats::splat(0.0); 3],
-        // A ray leaves the plane of its own piece at zero; a hundredth of the piece's size is beyond rounding.
+        // A ray leaves the plane of its piece at zero; a hundredth of the piece's size is beyond rounding.
         t_min: Floats::splat(f32_nearest(0.01 * piece.area_m2.sqrt())),
         t_max: Floats::splat(f32::MAX),
     };
@@ -174,7 +174,7 @@ fn spread(group: &[Piece], count: usize, key: DrawKey, points: &mut Vec<LampPoin
             number += 1;
         }
         let piece = &group[number];
-        // A triangle that holds many points takes them along a low-discrepancy sequence, with a shift of its own.
+        // A triangle that holds many points takes them along a low-discrepancy sequence, with a different shift for each triangle.
         let [a, b] = pair(key, u64_from(number));
         let [u, v] = [a + f64_from_usize(point) * 0.754_877_666_2, b + f64_from_usize(point) * 0.569_840_291];
         let [mut u, mut v] = [u - u.floor(), v - v.floor()].map(f32_nearest);

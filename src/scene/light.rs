@@ -23,7 +23,7 @@ pub const fn with_infrared([red, green, blue]: [f32; 3]) -> Bands {
     [red, green, blue, red]
 }
 
-/// Weight of each linear sRGB band in luminance (IEC 61966-2-1, row Y of the primaries' matrix). They sum to 1; nobody sees infrared.
+/// Weight of each linear sRGB band in luminance (IEC 61966-2-1, row Y of the primaries' matrix). They sum to 1; infrared is invisible.
 pub const LUMINANCE_WEIGHTS: [f64; BANDS] = [0.2126, 0.7152, 0.0722, 0.0];
 
 /// Least and greatest temperature of a black body in kelvin: below, a lux has more heat than light; above, no lamp is.
@@ -71,7 +71,7 @@ const LM_PER_W: f64 = 683.002;
 const PHOTONS_PER_J_NM: f64 = 1e-9 / (6.626_070_15e-34 * 299_792_458.0);
 
 impl Illuminant {
-    /// All that have a name of their own.
+    /// All that have a name.
     pub const ALL: [Self; 9] =
         [Self::D65, Self::A, Self::E, Self::Fl11, Self::LedB3, Self::D55, Self::Fl2, Self::LedB4, Self::LedB5];
 
@@ -145,7 +145,7 @@ impl Illuminant {
         visible.fold(0.0, |sum, nm| sum + LM_PER_W * self.relative_power(nm) * luminous_efficiency(nm))
     }
 
-    /// Spectral power at a wavelength, in units of its own. What a table does not reach is dark: fluorescent lamps and white
+    /// Spectral power at a wavelength, in arbitrary units. What a table does not reach is dark: fluorescent lamps and white
     /// LEDs end before 780 nm.
     fn relative_power(self, nm: f64) -> f64 {
         match self {
@@ -163,7 +163,7 @@ impl Illuminant {
     }
 
     /// What one lux of a black body is in this illuminant's lux-equivalents: the ratio of their photons in each band. A band in
-    /// which this illuminant has next to nothing (near infrared of LEDs) becomes a large number that stands for the right photons.
+    /// which this illuminant has next to nothing (near infrared of LEDs) becomes a large number that gives the right photons.
     pub fn lux_equivalents_of_blackbody(self, kelvin: f64) -> [f64; BANDS] {
         let (own, other) = (self.photons_by_band(), Self::Blackbody(kelvin).photons_by_band());
         std::array::from_fn(|band| other[band] / own[band])
@@ -276,7 +276,7 @@ mod tests {
 
     #[test]
     fn near_infrared_is_what_each_source_has() {
-        // A: as stated above. E: 300 steps with a mean of 850.5 nm over 301 with 550 nm. D65: 15 % of what lies beyond 830 nm is
+        // A: as stated above. E: 300 steps with a mean of 850.5 nm over 301 with 550 nm. D65: 15 % of the power beyond 830 nm is
         // uncertain; the number is that of the tables, and lamps without heat have under 4 % of their visible photons there.
         let share = |illuminant: Illuminant| illuminant.band_shares()[3];
         assert!((share(Illuminant::E) / (300.0 * 850.5 / (301.0 * 550.0)) - 1.0).abs() < 1e-12);

@@ -52,12 +52,12 @@ pub struct ExitanceBounds {
 #[repr(align(64))]
 struct Paint {
     base_colour: Bands,
-    /// Lux-equivalents of its own light.
+    /// Emitted light in lux-equivalents.
     glow_lux: Bands,
     /// `UNTEXTURED` without one.
     texture: u32,
     double_sided: bool,
-    /// Place of its own light's cone; `NO_CONE` where it shines to all sides.
+    /// Index of the cone of its emitted light; `NO_CONE` where it shines to all sides.
     cone: u32,
     /// Whether its own light flickers.
     flickers: bool,
@@ -115,7 +115,7 @@ impl Scene {
     ) -> Result<LitScene, Error> {
         self.check_bake(bake)?;
         if !(illuminance_lux.is_finite() && illuminance_lux >= 0.0) {
-            return Err(Error::key("scene.illuminance_lux", illuminance_lux, "a finite number of at least 0 would do"));
+            return Err(Error::key("scene.illuminance_lux", illuminance_lux, "use a finite number of at least 0"));
         }
         let metered = self.horizontal_irradiance(bake, at_m);
         let own_lux = luminance(metered);
@@ -129,8 +129,8 @@ impl Scene {
         Ok(lit)
     }
 
-    /// Takes a bake as it is: radiances of the scene are cd/m^2, so that lamps' lumens give lux. `at_m` is where the illuminance is
-    /// measured that `LitScene::illuminance_lux` tells.
+    /// Takes a bake without scaling: radiances of the scene are cd/m^2, so that lamps' lumens give lux. `at_m` is where the illuminance is
+    /// measured that `LitScene::illuminance_lux` returns.
     ///
     /// # Errors
     /// A bake of another scene.
@@ -255,7 +255,7 @@ impl LitScene {
         Self { flicker: Some(flicker), bounds: OnceLock::new(), content: OnceLock::new(), ..self }
     }
 
-    /// Exitance of what lies beyond all surfaces, towards where a ray that leaves along `direction` came from, in lux-equivalents.
+    /// Exitance of the environment beyond all surfaces, towards where a ray that leaves along `direction` came from, in lux-equivalents.
     #[inline]
     pub fn sky_lux(&self, direction: [f32; 3]) -> Bands {
         match &self.scene.environment {
@@ -316,7 +316,7 @@ impl LitScene {
     }
 
     /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band, as if all of it were reflected diffusely (what
-    /// keeps an image: `facet`). `u` and `v` weigh the second and third corner; `footprint` is what the ray stands for on the texture;
+    /// keeps an image: `facet`). `u` and `v` weigh the second and third corner; `footprint` is the ray's area on the texture;
     /// `direction` has unit length; `lamp_level` is that of the lamps that flicker over the ray's stratum of time.
     #[inline(always)]
     pub fn exitance_lux(
@@ -391,7 +391,7 @@ impl LitScene {
         albedo
     }
 
-    /// Least and greatest of what lies beyond all surfaces. A sky that is the same everywhere has no least: closed rooms have one.
+    /// Least and greatest exitance of the environment. A sky that is the same everywhere has no least: closed rooms have one.
     fn sky_bounds(&self) -> [[f64; BANDS]; 2] {
         match &self.scene.environment {
             None => [[f64::MAX; BANDS], self.sky_lux.map(f64::from)],

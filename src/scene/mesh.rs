@@ -7,7 +7,7 @@ use super::texture::Texture;
 use super::tracer::Holes;
 use crate::num::{f32_nearest, index, u32_from};
 
-/// Greatest albedo that a bake's bounces take: base colour times texture beyond it is brought down to it, since light in a closed room
+/// Greatest albedo that a bake's bounces take: base colour times texture above it is clamped to it, since light in a closed room
 /// of albedo 1 has no finite level. What a ray sees of a surface is not: glTF's white reflects all.
 pub const ALBEDO_MAX: f32 = 0.99;
 
@@ -35,7 +35,7 @@ pub struct Material {
 }
 
 impl Material {
-    /// A dull surface of one colour; in the near infrared like in red.
+    /// A diffuse surface of one colour; in the near infrared like in red.
     pub fn plain(name: &str, base_colour: [f32; 3]) -> Self {
         Self {
             name: name.to_owned(),
@@ -60,7 +60,7 @@ impl Material {
         Some(Gloss { at_normal, alpha: self.roughness * self.roughness })
     }
 
-    /// Whether it gives light of its own.
+    /// Whether it is emissive.
     pub fn is_emissive(&self) -> bool {
         self.emission.iter().any(|&band| band > 0.0)
     }

@@ -27,7 +27,7 @@ pub const GAP_S_MAX: f64 = 0.100_001;
 /// neck or wrist can do.
 pub const KNOT_S: f64 = 0.05;
 
-/// Neighbouring control poses may turn by as much; at half a turn nobody could say which way round.
+/// Neighbouring control poses may turn by as much; at half a turn the direction is ambiguous.
 pub const TURN_DEG_MAX: f64 = 175.0;
 
 /// Turns motion capture with z up into a room with y up: (x, y, z) -> (x, z, -y), a quarter turn about -x.
@@ -38,7 +38,7 @@ pub const Y_UP_FROM_Z_UP: DQuat =
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs)] // The messages name every field.
 pub enum MotionError {
-    #[error("{t_s:.6} s lies outside the trajectory, which covers {start_s:.6} s to {end_s:.6} s")]
+    #[error("{t_s:.6} s is outside the trajectory, which covers {start_s:.6} s to {end_s:.6} s")]
     OutsideSpan { t_s: f64, start_s: f64, end_s: f64 },
     #[error(
         "the trajectory has a gap of {length_s:.3} s at {at_s:.3} s; up to {GAP_S_MAX} s is bridged unasked: \
@@ -47,10 +47,10 @@ pub enum MotionError {
     Gap { at_s: f64, length_s: f64 },
     #[error("{count} poses; a spline needs at least 4")]
     TooFewSamples { count: usize },
-    #[error("a knot spacing of {knot_s} s; 0.005 to 1 would do")]
+    #[error("a knot spacing of {knot_s} s; use 0.005 to 1")]
     KnotSpacing { knot_s: f64 },
     #[error(
-        "{degrees:.1} degrees from the pose before {t_s} s to the one at it; up to {TURN_DEG_MAX} would do: poses in between"
+        "{degrees:.1} degrees from the pose before {t_s} s to the one at it; use up to {TURN_DEG_MAX}: poses in between"
     )]
     HalfTurn { t_s: f64, degrees: f64 },
     #[error("the pose at {t_s} s is not finite")]
@@ -64,7 +64,7 @@ pub enum MotionError {
 }
 
 impl MotionError {
-    /// The library's error, once the caller knows which key of the scenario asked for this motion.
+    /// The library's error, once the caller knows the scenario's key for this motion.
     pub fn at_key(&self, key: &str, value: impl std::fmt::Display) -> crate::error::Error {
         crate::error::Error::key(key, value, self.to_string())
     }
@@ -92,7 +92,7 @@ pub enum Motion {
 }
 
 impl PlacedSpline {
-    /// Lays a spline into the room so that what it does at `start_s` of its own clock happens at 0 s of the run, at
+    /// Lays a spline into the room so that its pose at `start_s` of its clock occurs at 0 s of the run, at
     /// `offset_m`.
     ///
     /// # Errors
@@ -164,7 +164,7 @@ impl PlacedSpline {
         Span { start_s: self.own_s(run.start_s), end_s: self.own_s(run.end_s) }
     }
 
-    /// Errors speak of the run's clock and name where it starts in the trajectory's.
+    /// Errors use the run's clock and name where it starts in the trajectory's.
     fn in_run_time(&self, error: MotionError) -> MotionError {
         match error {
             MotionError::OutsideSpan { t_s, start_s, end_s } => MotionError::OutsideSpan {
@@ -219,7 +219,7 @@ impl Motion {
         }
     }
 
-    /// Run times at which the motion is defined; infinite for a rig that stands still.
+    /// Run times at which the motion is defined; infinite for a static rig.
     pub fn span(&self) -> Span {
         match self {
             Self::Still(_) => Span { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY },

@@ -1,6 +1,6 @@
 //! Places on surfaces where irradiance is known, and for each triangle the places to interpolate between.
 //!
-//! Small triangles have a sample at each vertex; a large one has a grid of its own ("mesh colours"). Each sample has two
+//! Small triangles have a sample at each vertex; a large one has a grid of samples ("mesh colours"). Each sample has two
 //! sides: the side of its normal, then the back.
 
 use std::collections::BTreeMap;
@@ -244,8 +244,8 @@ fn grid_steps(corners_m: [[f32; 3]; 3], spacing_m: f32) -> u32 {
 /// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid, as bounces take it.
 fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2], spacing_m: f32) -> Bands {
     let material = &mesh.materials[index(shade.material)];
-    let dull = if material.is_mirror() { 1.0 - material.metallic } else { 1.0 };
-    let base = material.base_colour.map(|band| band * dull);
+    let diffuse = if material.is_mirror() { 1.0 - material.metallic } else { 1.0 };
+    let base = material.base_colour.map(|band| band * diffuse);
     let product = match material.texture {
         None => base,
         Some(texture) => {

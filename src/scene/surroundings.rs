@@ -19,7 +19,7 @@ pub struct Surroundings {
     #[serde(default = "one")]
     pub lamps: f32,
     /// Glowing quadrangles added to the scene. One that fills a window makes light that comes through it quiet: aimed rays
-    /// find it, which rays that leave for the sky by chance hardly do.
+    /// find it, which random rays to the sky hardly do.
     #[serde(default)]
     pub panels: Vec<Panel>,
 }

@@ -19,7 +19,7 @@ pub const NAMES: [&str; 6] = ["flat", "blank_wall", "slanted_edge", "grey_wedge"
 /// Half the edge of the cube that a flat field is: the camera stands at its centre.
 const HALF_EDGE_M: f32 = 2.0;
 
-/// What a user said about a target; what is not said has a value of its own for each target.
+/// What a user said about a target; what is not said has a default that depends on the target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wish {
     /// Mean of light and dark; of a wedge, its lightest step. 0 to 1.
@@ -80,7 +80,7 @@ pub fn named(name: &str, wish: &Wish) -> Result<Scene, Error> {
 /// A reflectance outside 0..=1.
 pub fn flat(reflectance: f64) -> Result<Scene, Error> {
     if !(0.0..=1.0).contains(&reflectance) {
-        return Err(Error::key("scene.reflectance", reflectance, "0 to 1 would do"));
+        return Err(Error::key("scene.reflectance", reflectance, "use 0 to 1"));
     }
     let mut mesh = Mesh::default();
     mesh.materials.push(Material::plain("flat", [crate::num::f32_nearest(reflectance); 3]));

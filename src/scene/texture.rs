@@ -28,7 +28,7 @@ struct Level {
     /// The two as they are multiplied with.
     size: [f32; 2],
     /// Linear red, green, blue and near infrared, row-major, the top row first; 65,535 is 1. Around the picture stands a rim of one
-    /// texel, of what lies beyond its edge: so the four texels around any place are two pairs of neighbours. Flat, because a compiler
+    /// texel, of the texels beyond its edge: so the four texels around any place are two pairs of neighbours. Flat, because a compiler
     /// turns a pair into two loads only where it is eight numbers in a row.
     texels: Vec<u16>,
 }
@@ -50,7 +50,7 @@ pub const TAPS_MAX: u32 = 8;
 /// What a look-up averages over: an ellipse, as places in a row and a level of the mip chain. Lengths are texels of the finest level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
-    /// From the point that is asked for to the ellipse's middle.
+    /// From the point of the look-up to the ellipse's middle.
     pub shift_texels: [f32; 2],
     /// From place to place.
     pub step_texels: [f32; 2],
@@ -439,7 +439,7 @@ impl Texture {
         self.colour([0.5, 0.5], f32_nearest(1e9))
     }
 
-    /// Bytes that tell this picture from any other, for content keys.
+    /// Bytes that identify this picture, for content keys.
     pub fn hash_into(&self, hasher: &mut blake3::Hasher) {
         let level = &self.levels[0];
         hasher.update(&level.width.to_le_bytes());

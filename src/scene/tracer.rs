@@ -3,8 +3,8 @@
 //! The edge functions are those of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): corners are sheared into the
 //! plane across the ray, each by itself, so neighbours see the same corners; there an edge function's sign is never wrong, only zero, and
 //! zero belongs to both sides. Boxes are padded by more than the shear's rounding, and a hit lies within its triangle's box as the
-//! ray's own slabs see it, so the walk may skip whatever they rule out. Of equal distances the triangle of lowest index wins.
-//! So the answer is a function of the triangles and the ray alone: no other ray of the packet, no order and no tree changes it.
+//! ray's own slabs see it, so the traversal may skip whatever they rule out. Of equal distances the triangle of lowest index wins.
+//! So a hit is a function of the triangles and the ray alone: other rays of the packet, the order and the tree do not change it.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
@@ -17,7 +17,7 @@ use crate::num::index;
 use crate::simd::{Kernel, dispatch};
 use rays::{Courses, Rays};
 
-/// Rays that walk together. A lane whose `t_max` is below its `t_min` is idle.
+/// Rays that are traced together. A lane whose `t_max` is below its `t_min` is idle.
 #[derive(Clone, Copy, Debug)]
 pub struct Packet {
     /// Origins in metres.
@@ -30,7 +30,7 @@ pub struct Packet {
     pub t_max: Floats,
 }
 
-/// Where cut-out triangles let rays through. It is asked only about triangles that the tree was told are cut out, and only about points
+/// Where cut-out triangles let rays through. It is called only for triangles that the tree has as cut out, and only for points
 /// that would otherwise be hits; its answer must depend on its arguments alone.
 pub trait Holes {
     /// Whether a ray passes the triangle at these weights of its second and third corner.
@@ -64,7 +64,7 @@ pub struct Hits {
     pub v: Floats,
 }
 
-/// What is still to be walked. One serves many packets, because clearing it costs more than a short walk.
+/// Nodes still to be traversed. One stack serves many packets, because clearing it costs more than a short traversal.
 pub struct Stack {
     /// Children by node and slot.
     places: [u32; OPEN_MAX],
@@ -253,7 +253,7 @@ impl Kernel for Beam<'_> {
         if courses.take().is_none() {
             return self.list(&Rays::of(self.packet, mask, course));
         }
-        // Spans hold for rays that walk every axis the same way, so a beam about a plane of the axes is several.
+        // Spans hold for rays with the same direction signs, so a beam about a plane of the axes is several.
         let Some(main) = main_axis(self.packet) else { return false };
         for signs in 0..8 {
             if part(self.packet, signs, main).is_some_and(|rays| !self.list(&rays)) {
@@ -311,7 +311,7 @@ fn main_axis(packet: &Packet) -> Option<usize> {
     (far <= 1.5 * near).then_some(main)
 }
 
-/// Corners of the box of those rays of a beam that have some signs, a bit for each axis that is walked downwards; none where no ray has.
+/// Corners of the box of those rays of a beam that have some signs, a bit for each axis with a negative direction; none where no ray has.
 /// All lanes have to be rays.
 #[inline(always)]
 fn part(packet: &Packet, signs: u32, main: usize) -> Option<Rays> {

@@ -14,7 +14,7 @@ use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
 use crate::tracker::lie::{Twist, se3_exp};
 use crate::tracker::marginal::Prior;
-use crate::tracker::refine::{Law, Linear, Tailed, UNSEEN_SIGMAS2, linearise};
+use crate::tracker::refine::{ErrorModel, Linear, StudentT, UNSEEN_SIGMAS2, linearise};
 use crate::tracker::rig::RigCamera;
 use crate::units::CameraIndex;
 
@@ -93,16 +93,17 @@ impl Problem<'_> {
 
     /// Adjusts in place, with the errors' own law, no narrower than some pixels, in place of Huber's kernel, under what is known beside.
     pub fn solve_tailed(&mut self, prior: Option<&Prior>, least_px: f64, iterations_max: u32) -> Outcome {
-        let law = Tailed::of(&self.errors2()).no_narrower(least_px, self.observations.iter().map(|o| o.inverse_sigma));
-        self.solve_with(Law::Tailed(law), prior, iterations_max)
+        let law =
+            StudentT::of(&self.errors2()).no_narrower(least_px, self.observations.iter().map(|o| o.inverse_sigma));
+        self.solve_with(ErrorModel::StudentT(law), prior, iterations_max)
     }
 
     /// Adjusts in place under what left the window before. Derivatives of the prior's poses are taken at their first estimates.
     pub fn solve_under(&mut self, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
-        self.solve_with(Law::Huber, prior, iterations_max)
+        self.solve_with(ErrorModel::Huber, prior, iterations_max)
     }
 
-    fn solve_with(&mut self, law: Law, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
+    fn solve_with(&mut self, law: ErrorModel, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
         assert!(self.free <= self.poses.len(), "only poses that exist can move");
         assert!(self.observations.is_sorted_by_key(|o| o.point), "observations must be in the order of their points");
         let cost_of = |problem: &Self, poses: &[Pose], points_m: &[DVec3]| {
@@ -147,7 +148,7 @@ impl Problem<'_> {
         errors2
     }
 
-    fn cost(&self, poses: &[Pose], points_m: &[DVec3], law: Law) -> f64 {
+    fn cost(&self, poses: &[Pose], points_m: &[DVec3], law: ErrorModel) -> f64 {
         let mut cost = 0.0;
         self.each_error2(poses, points_m, |error2| cost += law.cost(error2));
         cost
@@ -177,10 +178,10 @@ impl Problem<'_> {
     /// The normal equations without a prior, for tests.
     #[cfg(test)]
     pub(crate) fn linearise(&self) -> Normal {
-        self.linearise_under(None, Law::Huber)
+        self.linearise_under(None, ErrorModel::Huber)
     }
 
-    fn linearise_under(&self, prior: Option<&Prior>, law: Law) -> Normal {
+    fn linearise_under(&self, prior: Option<&Prior>, law: ErrorModel) -> Normal {
         let mut normal = Normal {
             pose_blocks: vec![Matrix6::zeros(); self.free],
             pose_sides: vec![Vector6::zeros(); self.free],

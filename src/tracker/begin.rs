@@ -10,7 +10,7 @@ use crate::draw::DrawKey;
 use crate::num::{greater, lesser};
 use crate::pose::Pose;
 
-/// Keyframes whose sights without a landmark wait for a second view where no other camera gives depth: a hand that turns comes by.
+/// Keyframes whose keypoints without a landmark wait for a second view where no other camera gives depth: a hand that turns comes by.
 const REACH_WITHOUT_DEPTH: usize = 6;
 
 /// Turns of rates and adjustment at a start from two views of moving rows.
@@ -24,8 +24,8 @@ const PROVEN_NOISE: f64 = 2.0;
 impl Tracker {
     pub(super) fn start(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
         let mut work = Work::default();
-        if let Some(inertia) = &mut self.inertia {
-            inertia.forget();
+        if let Some(imu_filter) = &mut self.imu_filter {
+            imu_filter.reset();
         }
         let made = self.start_by_depth(t_s, views, &mut work).or_else(|| self.start_by_motion(t_s, views, &mut work));
         let mut answer = unlocated(t_s, Status::Waiting, work);
@@ -49,8 +49,8 @@ impl Tracker {
         let mut map = Map::default();
         let growth = Growth { cameras: &self.cameras, views, params: &self.params, frame: self.frame };
         let start = Moving::resting(Pose::IDENTITY);
-        self.waiting.clear();
-        let made = growth.add_keyframe(&mut map, (t_s, start), &[], &mut self.waiting, work);
+        self.pending.clear();
+        let made = growth.add_keyframe(&mut map, (t_s, start), &[], &mut self.pending, work);
         if made < self.params.start_landmarks_min {
             return None;
         }
@@ -64,10 +64,10 @@ impl Tracker {
     fn start_by_motion(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
         let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame).with(3);
         let stage = Stage { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
-        let begun = self.opening.take(&stage, (t_s, views), work)?;
+        let begun = self.mono_initialiser.take(&stage, (t_s, views), work)?;
         let mut map = Map::default();
-        self.waiting.clear();
-        extend::begin(&mut map, (&begun, t_s, self.frame), &self.params, &mut self.waiting);
+        self.pending.clear();
+        extend::begin(&mut map, (&begun, t_s, self.frame), &self.params, &mut self.pending);
         let mut state = adjust_window(&mut map, (&self.cameras, &self.params), None, work)?;
         if views.iter().any(View::sweeps) {
             for _ in 0..SWEPT_ROUNDS {
@@ -82,8 +82,8 @@ impl Tracker {
         let shown_px = self.place_sigma_px_min * greater(begun.noise_sigmas.unwrap_or(1.0), 1.0);
         let most_px = UNPROVEN_NOISE * self.place_sigma_px_min;
         self.place_sigma_px_max = begun.noise_sigmas.map_or(most_px, |_| lesser(PROVEN_NOISE * shown_px, most_px));
-        self.opening.clear();
-        self.waiting.set_reach(REACH_WITHOUT_DEPTH);
+        self.mono_initialiser.clear();
+        self.pending.set_reach(REACH_WITHOUT_DEPTH);
         let first =
             Motion { t_s: begun.first_t_s, body_from_world: begun.first.body_from_world, step: None, sigma_m: 0.0 };
         self.motion = Some(first.then(t_s, state.body_from_world));

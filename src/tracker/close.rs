@@ -13,10 +13,10 @@ use crate::num::{index, u32_from};
 use crate::pose::Pose;
 use crate::tracker::Work;
 use crate::tracker::lie::Sim3;
-use crate::tracker::locate::{Found, Frame};
+use crate::tracker::locate::{Frame, LandmarkMatch};
 use crate::tracker::map::{Landmark, Map, Sighting};
 use crate::tracker::pose_graph::{Edge, Kernel, PoseGraph, information};
-use crate::tracker::rig::{Sight, View};
+use crate::tracker::rig::{Keypoint, View};
 use crate::tracker::sweep::Moving;
 
 /// Frames for which a landmark must not have been found to count as one of an earlier visit: five seconds at 30 Hz.
@@ -35,27 +35,27 @@ const OFFSET_MIN: f64 = 0.01;
 /// What a step from keyframe to keyframe may be off by, in metres and radians, and what a closed loop's may.
 const STEP_SIGMAS: [f64; 2] = [0.01, 0.005];
 const LOOP_SIGMAS: [f64; 2] = [0.005, 0.0025];
-/// How far the logarithm of a map's scale may drift in a step, and how well a loop knows it: 30 depths, each to a tenth. Read only where
-/// the map has no scale of its own.
+/// Drift of the logarithm of a map's scale per step, and its sigma from a loop: 30 depths, each to a tenth. Used only without a
+/// metric scale.
 const STEP_LOG_SCALE: f64 = 0.01;
 const LOOP_LOG_SCALE: f64 = 0.02;
-/// Offsets beyond these (metres, radians) and these shares of the way and the turns since are no drift. A lens that is 1.5 % wrong, the
-/// worst calibration in the tests, drifts by 2.3 % of the way and 1.4 % of the turns.
+/// Largest drift that a loop may correct: metres and radians, plus shares of path length and rotation since the earlier visit.
+/// A lens that is 1.5 % wrong, the worst calibration in the tests, drifts by 2.3 % of the path and 1.4 % of the rotation.
 const DRIFT_FLOORS: [f64; 2] = [0.1, 0.05];
 const DRIFT_SHARES: [f64; 2] = [0.025, 0.025];
-/// Without a scale of its own a map drifts farther.
+/// Factor on the drift shares without a metric scale.
 const DRIFT_FACTOR_WITHOUT_SCALE: f64 = 2.0;
-/// Sights that must have a depth from both visits.
+/// Keypoints that must have a depth from both visits.
 const RATIOS_MIN: usize = 10;
 /// Where the graph begins to doubt a loop: three times the 99 % quantile of chi2 with 6 degrees of freedom, since two keyframes agreed
 /// on it.
 const DOUBT_SIGMAS2: f64 = 50.0;
 
-/// A place seen again, before the next keyframe confirms it.
+/// A recognised place that the next keyframe must confirm.
 #[derive(Clone, Copy, Debug)]
-pub struct Suspicion {
+pub struct LoopCandidate {
     keyframe: u32,
-    /// Where the tracker believes to be, from where the earlier visit's landmarks say: `believed_from_seen` in the world.
+    /// The current pose estimate relative to the pose from the earlier visit's landmarks: `believed_from_seen` in the world.
     offset: Pose,
 }
 
@@ -63,7 +63,7 @@ pub struct Suspicion {
 #[derive(Clone, Debug)]
 pub struct Loop {
     /// Earlier landmarks found in the keyframe's views.
-    found: Vec<Found>,
+    found: Vec<LandmarkMatch>,
     /// Pose of the body by the earlier visit's landmarks.
     seen: Moving,
     offset: Pose,
@@ -110,21 +110,21 @@ fn candidates(frame: &Frame<'_>, number: u64, state: &Moving) -> Vec<usize> {
 
 impl Loop {
     /// What the next keyframe is asked to confirm.
-    pub fn suspicion(&self, keyframe: u32) -> Suspicion {
-        Suspicion { keyframe, offset: self.offset }
+    pub fn loop_candidate(&self, keyframe: u32) -> LoopCandidate {
+        LoopCandidate { keyframe, offset: self.offset }
     }
 
     /// Whether an earlier keyframe, one of the last three, saw the same offset.
-    pub fn confirms(&self, keyframe: u32, before: &Suspicion) -> bool {
+    pub fn confirms(&self, keyframe: u32, before: &LoopCandidate) -> bool {
         let between = before.offset.inverse().then(&self.offset);
         let metres = AGREE_FLOOR + AGREE_SHARE * self.offset.translation_m.length();
         let radians = AGREE_FLOOR + AGREE_SHARE * self.offset.angle_rad();
         keyframe <= before.keyframe + 3 && between.translation_m.length() < metres && between.angle_rad() < radians
     }
 
-    /// Bends the map: the last keyframe comes to stand where the earlier visit's landmarks see it, in their unit of length where a map has
-    /// none of its own. Gives what the last keyframe's lengths are multiplied by; `None` where the graph doubts the loop, and the map
-    /// is then as it was.
+    /// Corrects the map so that the last keyframe agrees with the earlier visit's landmarks, in their scale if the map has no
+    /// metric one. Gives the scale factor of the last keyframe; `None`, with the map unchanged, if the pose graph rejects the
+    /// loop.
     pub fn close(
         &self,
         map: &mut Map,
@@ -184,8 +184,8 @@ impl Loop {
         2 * map.landmarks.iter().filter(is_old).count() >= self.found.len()
     }
 
-    /// Length of the present's unit in that of the earlier visit: the median ratio of the depths that both have for the same sights.
-    /// `None` where too few sights have both.
+    /// Length of the present's unit in that of the earlier visit: the median ratio of the depths that both have for the same keypoints.
+    /// `None` where too few keypoints have both.
     fn scale(&self, map: &Map, views: &[View]) -> Option<f64> {
         let keyframe = map.keyframes.last()?;
         let mut ratios: Vec<f64> = Vec::new();
@@ -202,19 +202,20 @@ impl Loop {
         median.filter(|ratio| ratios.len() >= RATIOS_MIN && ratio.is_finite() && *ratio > 0.0)
     }
 
-    /// The sights of the earlier landmarks, and which landmark has taken each of them by now.
+    /// The keypoints of the earlier landmarks, and which landmark has taken each of them by now.
     fn holders<'a>(
         &'a self,
         map: &'a Map,
         views: &'a [View],
-    ) -> impl Iterator<Item = (&'a Sight, &'a Found, Option<usize>)> + 'a {
+    ) -> impl Iterator<Item = (&'a Keypoint, &'a LandmarkMatch, Option<usize>)> + 'a {
         let keyframe = map.keyframes.last().map(|keyframe| keyframe.id);
         self.found.iter().map(move |found| {
-            let sight = &views[index(found.camera.0)].sights[found.sight];
-            let same =
-                |s: &Sighting| Some(s.keyframe) == keyframe && s.camera == found.camera && s.place_px == sight.place_px;
+            let keypoint = &views[index(found.camera.0)].keypoints[found.keypoint];
+            let same = |s: &Sighting| {
+                Some(s.keyframe) == keyframe && s.camera == found.camera && s.place_px == keypoint.place_px
+            };
             let holder = (0..map.landmarks.len()).find(|&l| map.landmarks[l].sightings.iter().any(same));
-            (sight, found, holder)
+            (keypoint, found, holder)
         })
     }
 
@@ -230,15 +231,15 @@ impl Loop {
         (0..last).filter(|&k| seen[k] > 0).reduce(|best, next| if seen[next] > seen[best] { next } else { best })
     }
 
-    /// The earlier landmarks are seen by the last keyframe too; what had taken their sights goes into them.
+    /// The earlier landmarks are seen by the last keyframe too; what had taken their keypoints goes into them.
     fn fuse(&self, map: &mut Map, views: &[View], inverse_sigma: impl Fn(f64) -> f64) {
         let Some(keyframe) = map.keyframes.last().map(|keyframe| keyframe.id) else { return };
         let mut doubled = Vec::new();
         let mut seen = Vec::new();
-        for (sight, found, holder) in self.holders(map, views) {
+        for (keypoint, found, holder) in self.holders(map, views) {
             doubled.extend(holder.filter(|&holder| holder != found.landmark).map(|holder| (holder, found.landmark)));
-            let (camera, place_px) = (found.camera, sight.place_px);
-            let (inverse_sigma, offset_s) = (inverse_sigma(sight.scale), sight.offset_s);
+            let (camera, place_px) = (found.camera, keypoint.place_px);
+            let (inverse_sigma, offset_s) = (inverse_sigma(keypoint.scale), keypoint.offset_s);
             seen.push((found.landmark, Sighting { keyframe, camera, place_px, inverse_sigma, offset_s }));
         }
         for (landmark, sighting) in seen {

@@ -177,7 +177,7 @@ pub(crate) fn generalised_inverse(matrix: &Matrix3<f64>) -> (Matrix3<f64>, usize
 }
 
 /// The information of one frame's pose from its observations at the stated sigmas. Each measurement names its landmark,
-/// so that two cameras' sights of one landmark share its error; `landmark_covariance` gives that error in m^2 in the
+/// so that two cameras' keypoints of one landmark share its error; `landmark_covariance` gives that error in m^2 in the
 /// world's axes (`None`: known exactly). Landmarks count as independent of each other.
 pub fn frame_information(
     cameras: &[RigCamera],

@@ -5,10 +5,10 @@ use glam::{DMat3, DVec2, DVec3};
 use crate::num::{greater, index, lesser};
 use crate::pose::Pose;
 use crate::tracker::matching::{Best, Rule};
-use crate::tracker::rig::{DEPTH_M_MIN, RigCamera, Sight};
+use crate::tracker::rig::{DEPTH_M_MIN, Keypoint, RigCamera};
 use crate::tracker::sweep::Moving;
 
-/// Where the partner of a sight may be.
+/// Where the partner of a keypoint may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
     /// Greatest angle between a bearing and the epipolar plane, in radians.
@@ -19,11 +19,11 @@ pub struct Band {
     pub beyond_rad_max: f64,
 }
 
-/// Pairs (first, second) of sights that agree in geometry and descriptor, each the other's best. `second_from_first` maps
-/// the first camera's frame into the second's; `skip` flags name sights that take no part. Counts compared descriptors.
+/// Pairs (first, second) of keypoints that agree in geometry and descriptor, each the other's best. `second_from_first` maps
+/// the first camera's frame into the second's; `skip` flags name keypoints that take no part. Counts compared descriptors.
 pub fn matches(
-    (first, skip_first): (&[Sight], &[bool]),
-    (second, skip_second): (&[Sight], &[bool]),
+    (first, skip_first): (&[Keypoint], &[bool]),
+    (second, skip_second): (&[Keypoint], &[bool]),
     second_from_first: &Pose,
     (band, rule): (Band, Rule),
     compared: &mut u64,
@@ -32,8 +32,8 @@ pub fn matches(
     let baseline = second_from_first.translation_m;
     let mut forward = vec![Best::NONE; first.len()];
     let mut backward = vec![Best::NONE; second.len()];
-    for (a, sight) in first.iter().enumerate().filter(|&(a, _)| !skip_first[a]) {
-        let far = rotation * sight.straight;
+    for (a, keypoint) in first.iter().enumerate().filter(|&(a, _)| !skip_first[a]) {
+        let far = rotation * keypoint.straight;
         let near = (far * band.range_m_min + baseline).normalize_or_zero();
         // The plane holds the baseline and both ends of the segment; it is undefined towards the epipole.
         let normal = far.cross(near);
@@ -48,19 +48,19 @@ pub fn matches(
         let off_max = libm::sin(band.off_plane_rad_max);
         for (b, other) in second.iter().enumerate() {
             let off = normal.dot(other.straight);
-            if off.abs() > off_max * greater(sight.scale, other.scale) || skip_second[b] {
+            if off.abs() > off_max * greater(keypoint.scale, other.scale) || skip_second[b] {
                 continue;
             }
             let along = across.dot(other.straight);
             if along < least
                 || along > most
                 || far.dot(other.straight) <= 0.0
-                || sight.octave.abs_diff(other.octave) > 1
+                || keypoint.octave.abs_diff(other.octave) > 1
             {
                 continue;
             }
             *compared += 1;
-            let distance = sight.descriptor.distance(&other.descriptor);
+            let distance = keypoint.descriptor.distance(&other.descriptor);
             forward[a].offer(b, distance);
             backward[b].offer(a, distance);
         }
@@ -77,16 +77,16 @@ pub fn matches(
 pub struct Ray<'a> {
     /// The camera.
     pub camera: &'a RigCamera,
-    /// Pose of the body at the time of the sight's row.
+    /// Pose of the body at the time of the keypoint's row.
     pub body_from_world: Pose,
-    /// The sight.
-    pub sight: &'a Sight,
+    /// The keypoint.
+    pub keypoint: &'a Keypoint,
 }
 
 impl<'a> Ray<'a> {
     /// From a camera of a moving body.
-    pub fn new(camera: &'a RigCamera, state: &Moving, sight: &'a Sight) -> Self {
-        Self { camera, body_from_world: state.at(sight.offset_s), sight }
+    pub fn new(camera: &'a RigCamera, state: &Moving, keypoint: &'a Keypoint) -> Self {
+        Self { camera, body_from_world: state.at(keypoint.offset_s), keypoint }
     }
 }
 
@@ -95,7 +95,7 @@ impl<'a> Ray<'a> {
 pub struct Fix {
     /// Place in the world in metres.
     pub point_m: DVec3,
-    /// Greatest squared distance of a place from the point's projection, in units of the sights' scale.
+    /// Greatest squared distance of a place from the point's projection, in units of the keypoints' scale.
     pub miss2_px2: f64,
     /// Angle between the two rays at the point in radians.
     pub parallax_rad: f64,
@@ -111,7 +111,7 @@ pub fn triangulate(rays: &[Ray<'_>; 2]) -> Option<Fix> {
         let world_from_body = ray.body_from_world.inverse();
         let mounting = &ray.camera.calibration.body_from_camera;
         let origin = world_from_body.point(mounting.translation_m);
-        (origin, world_from_body.direction(mounting.direction(ray.sight.bearing)))
+        (origin, world_from_body.direction(mounting.direction(ray.keypoint.bearing)))
     });
     let [(o1, d1), (o2, d2)] = origin_and_direction;
     let cross = d1.cross(d2);
@@ -131,8 +131,8 @@ pub fn triangulate(rays: &[Ray<'_>; 2]) -> Option<Fix> {
     let mut miss2_px2 = 0.0;
     for ray in rays {
         let (place_px, _) = ray.camera.project_with_jacobian(ray.body_from_world.point(point_m))?;
-        let scale = ray.sight.scale;
-        miss2_px2 = greater(miss2_px2, (place_px - ray.sight.place_px).length_squared() / (scale * scale));
+        let scale = ray.keypoint.scale;
+        miss2_px2 = greater(miss2_px2, (place_px - ray.keypoint.place_px).length_squared() / (scale * scale));
     }
     let parallax_rad = (point_m - o1).angle_between_stable(point_m - o2);
     point_m.is_finite().then_some(Fix { point_m, miss2_px2, parallax_rad })
@@ -144,9 +144,9 @@ fn step(rays: &[Ray<'_>; 2], point_m: DVec3) -> Option<DVec3> {
     for ray in rays {
         let rotation = DMat3::from_quat(ray.body_from_world.rotation).transpose();
         let (place_px, by_body) = ray.camera.project_with_jacobian(ray.body_from_world.point(point_m))?;
-        let miss: DVec2 = (ray.sight.place_px - place_px) / ray.sight.scale;
+        let miss: DVec2 = (ray.keypoint.place_px - place_px) / ray.keypoint.scale;
         for (row, miss) in by_body.iter().zip(miss.to_array()) {
-            let row = rotation * DVec3::from_array(*row) / ray.sight.scale;
+            let row = rotation * DVec3::from_array(*row) / ray.keypoint.scale;
             hessian += DMat3::from_cols(row * row.x, row * row.y, row * row.z);
             gradient += row * miss;
         }
@@ -166,7 +166,7 @@ impl AngleBetweenStable for DVec3 {
     }
 }
 
-/// Flags of `count` sights, true where `numbers` names them.
+/// Flags of `count` keypoints, true where `numbers` names them.
 pub fn flags(count: usize, numbers: impl Iterator<Item = u32>) -> Vec<bool> {
     let mut flags = vec![false; count];
     for number in numbers {

@@ -4,34 +4,34 @@
 
 use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
-use crate::tracker::locate::Found;
+use crate::tracker::locate::LandmarkMatch;
 use crate::tracker::map::{Keyframe, Landmark, Map, Sighting};
 use crate::tracker::matching::Rule;
-use crate::tracker::preintegrate::filter::Inertia;
+use crate::tracker::preintegrate::filter::ImuFilter;
 use crate::tracker::refine::{Measurement, WITHIN_PIXEL_PX, refine};
-use crate::tracker::rig::{RigCamera, Sight, View};
+use crate::tracker::rig::{Keypoint, RigCamera, View};
 use crate::tracker::start::Begun;
 use crate::tracker::sweep::{Moving, RatePrior};
 use crate::tracker::unit::solve_in_unit;
 use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
-/// Sights of a keyframe that no landmark claims, by camera; a later view may give them depth.
+/// Keypoints of a keyframe that no landmark claims, by camera; a later view may give them depth.
 #[derive(Clone, Debug)]
 struct Unclaimed {
     keyframe: u32,
-    sights: Vec<Vec<Sight>>,
+    keypoints: Vec<Vec<Keypoint>>,
 }
 
-/// Sights without a landmark, of the last keyframes, the newest last.
+/// Keypoints without a landmark, of the last keyframes, the newest last.
 #[derive(Clone, Debug)]
-pub struct Waiting {
+pub struct PendingKeypoints {
     keyframes: Vec<Unclaimed>,
     /// Keyframes held.
     reach: usize,
 }
 
-impl Waiting {
+impl PendingKeypoints {
     /// Holds none yet, and never more than `reach` keyframes'.
     pub fn new(reach: usize) -> Self {
         Self { keyframes: Vec::new(), reach }
@@ -47,7 +47,7 @@ impl Waiting {
         self.reach > 1
     }
 
-    /// Keeps the sights of these keyframes only, given in rising order.
+    /// Keeps the keypoints of these keyframes only, given in rising order.
     pub fn keep(&mut self, keyframes: &[Keyframe]) {
         self.keyframes.retain(|held| keyframes.binary_search_by_key(&held.keyframe, |keyframe| keyframe.id).is_ok());
     }
@@ -57,9 +57,9 @@ impl Waiting {
         self.keyframes.clear();
     }
 
-    /// Takes a keyframe's sights; the oldest give way.
-    pub fn push(&mut self, keyframe: u32, sights: Vec<Vec<Sight>>) {
-        self.keyframes.push(Unclaimed { keyframe, sights });
+    /// Takes a keyframe's keypoints; the oldest give way.
+    pub fn push(&mut self, keyframe: u32, keypoints: Vec<Vec<Keypoint>>) {
+        self.keyframes.push(Unclaimed { keyframe, keypoints });
         let spare = self.keyframes.len().saturating_sub(self.reach);
         self.keyframes.drain(..spare);
     }
@@ -101,34 +101,39 @@ impl Growth<'_> {
         &self,
         map: &mut Map,
         (t_s, state): (f64, Moving),
-        inliers: &[Found],
-        waiting: &mut Waiting,
+        inliers: &[LandmarkMatch],
+        pending: &mut PendingKeypoints,
         work: &mut Work,
     ) -> u32 {
         let keyframe = map.add_keyframe(t_s, state);
         for found in inliers {
-            let sight = &self.views[index(found.camera.0)].sights[found.sight];
-            let sighting = self.sighting(keyframe, found.camera, sight);
+            let keypoint = &self.views[index(found.camera.0)].keypoints[found.keypoint];
+            let sighting = self.sighting(keyframe, found.camera, keypoint);
             let landmark = &mut map.landmarks[found.landmark];
             landmark.sightings.push(sighting);
-            landmark.remember(sight.descriptor);
+            landmark.remember(keypoint.descriptor);
         }
         let mut claimed: Vec<Vec<bool>> = (0..self.views.len())
             .map(|camera| {
                 let own = inliers.iter().filter(|found| index(found.camera.0) == camera);
-                flags(self.views[camera].sights.len(), own.map(|found| u32_from(found.sight)))
+                flags(self.views[camera].keypoints.len(), own.map(|found| u32_from(found.keypoint)))
             })
             .collect();
         let before = map.landmarks.len();
         self.add_stereo_points(map, (keyframe, &state), &mut claimed, work);
-        for earlier in waiting.keyframes.iter_mut().rev() {
+        for earlier in pending.keyframes.iter_mut().rev() {
             self.add_motion_points(map, (keyframe, &state), &mut claimed, earlier, work);
         }
-        let free = |(view, claimed): (&View, &Vec<bool>)| -> Vec<Sight> {
-            view.sights.iter().zip(claimed).filter(|(_, claimed)| !**claimed).map(|(sight, _)| *sight).collect()
+        let free = |(view, claimed): (&View, &Vec<bool>)| -> Vec<Keypoint> {
+            view.keypoints
+                .iter()
+                .zip(claimed)
+                .filter(|(_, claimed)| !**claimed)
+                .map(|(keypoint, _)| *keypoint)
+                .collect()
         };
-        let sights = self.views.iter().zip(&claimed).map(free).collect();
-        waiting.push(keyframe, sights);
+        let keypoints = self.views.iter().zip(&claimed).map(free).collect();
+        pending.push(keyframe, keypoints);
         u32_from(map.landmarks.len() - before)
     }
 
@@ -144,7 +149,7 @@ impl Growth<'_> {
             for b in a + 1..self.views.len() {
                 let b_from_a = self.cameras[b].camera_from_body.then(&self.cameras[a].calibration.body_from_camera);
                 let band = self.band(a, self.params.range_m_min);
-                let (first, second) = (&self.views[a].sights, &self.views[b].sights);
+                let (first, second) = (&self.views[a].keypoints, &self.views[b].keypoints);
                 let distance_max = u32_truncated(STEREO_DISTANCE_SHARE * f64::from(self.params.distance_bits_max));
                 let rule = Rule { distance_max, ratio_max: 0.8 };
                 let pairs = matches(
@@ -178,11 +183,11 @@ impl Growth<'_> {
 
     /// Whether enough of the pairs around a pair have its depth. A pair without neighbours stands.
     fn neighbours_agree(&self, camera: usize, (own, fix): (usize, &Fix), fixes: &[(usize, usize, Fix)]) -> bool {
-        let sights = &self.views[camera].sights;
+        let keypoints = &self.views[camera].keypoints;
         let noise_rad = NEIGHBOUR_SIGMAS * self.params.place_sigma_px / self.cameras[camera].focal_px;
         let (mut neighbours, mut agreeing) = (0, 0);
         for (other, _, near) in fixes.iter().filter(|(other, _, _)| *other != own) {
-            let apart_px2 = (sights[*other].place_px - sights[own].place_px).length_squared();
+            let apart_px2 = (keypoints[*other].place_px - keypoints[own].place_px).length_squared();
             if apart_px2 <= NEIGHBOUR_PX * NEIGHBOUR_PX {
                 neighbours += 1;
                 let difference_rad = (near.parallax_rad - fix.parallax_rad).abs();
@@ -209,7 +214,7 @@ impl Growth<'_> {
                 .camera_from_body
                 .then(&state.body_from_world.then(&earlier_state.body_from_world.inverse()))
                 .then(&rig.calibration.body_from_camera);
-            let (first, second) = (&earlier.sights[camera], &self.views[camera].sights);
+            let (first, second) = (&earlier.keypoints[camera], &self.views[camera].keypoints);
             let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
             let free = vec![false; first.len()];
             let band = self.band(camera, self.params.range_m_min);
@@ -234,7 +239,7 @@ impl Growth<'_> {
                 (claimed[j], taken[number]) = (true, true);
             }
             let mut number = 0;
-            earlier.sights[camera].retain(|_| {
+            earlier.keypoints[camera].retain(|_| {
                 number += 1;
                 !taken[number - 1]
             });
@@ -252,34 +257,40 @@ impl Growth<'_> {
         (fix.miss2_px2 <= NEW_POINT_SIGMAS2 * sigma2 && fix.parallax_rad >= parallax_rad_min).then_some(fix)
     }
 
-    fn sighting(&self, keyframe: u32, camera: CameraIndex, sight: &Sight) -> Sighting {
-        let inverse_sigma = self.params.inverse_sigma(sight.scale);
-        Sighting { keyframe, camera, place_px: sight.place_px, inverse_sigma, offset_s: sight.offset_s }
+    fn sighting(&self, keyframe: u32, camera: CameraIndex, keypoint: &Keypoint) -> Sighting {
+        let inverse_sigma = self.params.inverse_sigma(keypoint.scale);
+        Sighting { keyframe, camera, place_px: keypoint.place_px, inverse_sigma, offset_s: keypoint.offset_s }
     }
 }
 
 /// Puts two views into an empty map, as two keyframes.
-pub fn begin(map: &mut Map, (begun, t_s, frame): (&Begun, f64, u64), params: &TrackerParams, waiting: &mut Waiting) {
+pub fn begin(
+    map: &mut Map,
+    (begun, t_s, frame): (&Begun, f64, u64),
+    params: &TrackerParams,
+    pending: &mut PendingKeypoints,
+) {
     let camera = CameraIndex(u32_from(begun.camera));
     let first = map.add_keyframe(begun.first_t_s, begun.first);
     let second = map.add_keyframe(t_s, begun.second);
     let sides = [(first, &begun.first_views), (second, &begun.second_views)];
     for &(i, j, point_m) in &begun.points {
-        let sighting = |(keyframe, views): (u32, &Vec<View>), sight: usize| {
-            let sight = &views[begun.camera].sights[sight];
-            let inverse_sigma = params.inverse_sigma(sight.scale);
-            Sighting { keyframe, camera, place_px: sight.place_px, inverse_sigma, offset_s: sight.offset_s }
+        let sighting = |(keyframe, views): (u32, &Vec<View>), keypoint: usize| {
+            let keypoint = &views[begun.camera].keypoints[keypoint];
+            let inverse_sigma = params.inverse_sigma(keypoint.scale);
+            Sighting { keyframe, camera, place_px: keypoint.place_px, inverse_sigma, offset_s: keypoint.offset_s }
         };
-        let descriptor = begun.second_views[begun.camera].sights[j].descriptor;
+        let descriptor = begun.second_views[begun.camera].keypoints[j].descriptor;
         map.add_landmark(point_m, descriptor, vec![sighting(sides[0], i), sighting(sides[1], j)], frame);
     }
     for (keyframe, views) in sides {
-        let is_used = |sight: usize| begun.points.iter().any(|p| (if keyframe == first { p.0 } else { p.1 }) == sight);
-        let of_view = |(number, view): (usize, &View)| -> Vec<Sight> {
-            let free = |(sight, _): &(usize, &Sight)| number != begun.camera || !is_used(*sight);
-            view.sights.iter().enumerate().filter(free).map(|(_, sight)| *sight).collect()
+        let is_used =
+            |keypoint: usize| begun.points.iter().any(|p| (if keyframe == first { p.0 } else { p.1 }) == keypoint);
+        let of_view = |(number, view): (usize, &View)| -> Vec<Keypoint> {
+            let free = |(keypoint, _): &(usize, &Keypoint)| number != begun.camera || !is_used(*keypoint);
+            view.keypoints.iter().enumerate().filter(free).map(|(_, keypoint)| *keypoint).collect()
         };
-        waiting.push(keyframe, views.iter().enumerate().map(of_view).collect());
+        pending.push(keyframe, views.iter().enumerate().map(of_view).collect());
     }
 }
 
@@ -309,12 +320,12 @@ pub fn refine_rates(map: &mut Map, cameras: &[RigCamera], begun: &Begun) {
 pub fn adjust_window(
     map: &mut Map,
     (cameras, params): (&[RigCamera], &TrackerParams),
-    inertia: Option<&Inertia>,
+    imu_filter: Option<&ImuFilter>,
     work: &mut Work,
 ) -> Option<Moving> {
     let free = index(params.window);
     let mut window = map.window(cameras, free, 2 * free);
-    let prior = inertia.and_then(|inertia| inertia.chain(&window.nodes(map)));
+    let prior = imu_filter.and_then(|imu_filter| imu_filter.chain(&window.nodes(map)));
     let outcome = if cameras.len() == 1 && prior.is_none() {
         solve_in_unit(&mut window.problem, params.adjust_iterations)
     } else {

@@ -34,7 +34,7 @@ pub enum Model {
 
 /// Limits of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Search {
+pub struct TwoViewSettings {
     /// Standard deviation of a bearing per axis in radians: that of a place in pixels over the focal length in pixels.
     pub sigma_rad: f64,
     /// Samples drawn at most for each model.
@@ -69,13 +69,13 @@ pub enum Refusal {
     #[error("too few pairs agree with one motion")]
     TooFew,
     /// The camera turned on the spot.
-    #[error("the camera turned without moving; a baseline would do")]
+    #[error("the camera turned without moving; move it")]
     PureRotation,
     /// Rays meet at too small an angle for depth.
-    #[error("the rays meet at too small an angle; a longer baseline would do")]
+    #[error("the rays meet at too small an angle; move the camera farther")]
     LowParallax,
     /// A plane, seen in a way that two motions explain.
-    #[error("two motions explain this plane; a third view would do")]
+    #[error("two motions explain this plane; add a third view")]
     TwoMotions,
 }
 
@@ -97,7 +97,7 @@ const CLEARLY_WORSE: f64 = 10.8;
 const ALTERNATIVE_SHARE: f64 = 0.9;
 
 /// Hangs two views together; `None` below [`PAIRS_MIN`] pairs or where no model gathers as many.
-pub fn two_view(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<TwoView> {
+pub fn two_view(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<TwoView> {
     if pairs.len() < PAIRS_MIN {
         return None;
     }
@@ -140,7 +140,7 @@ pub fn two_view(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<TwoView
 }
 
 /// The turn that explains most pairs, `second_from_first`; `None` where there are too few.
-pub fn turn(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<DQuat> {
+pub fn turn(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DQuat> {
     if pairs.len() < PAIRS_MIN {
         return None;
     }
@@ -167,7 +167,7 @@ impl TwoView {
 }
 
 /// General motion by five-point samples, each refined under a kernel that narrows; the one of least truncated cost.
-fn general(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<Pose> {
+fn general(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<Pose> {
     let unit = 1.0 / (search.sigma_rad * search.sigma_rad);
     let found = sampled::<5, DMat3>(
         pairs,
@@ -199,7 +199,7 @@ fn general(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<Pose> {
 }
 
 /// The homography of least truncated cost among refined samples.
-fn plane(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<DMat3> {
+fn plane(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DMat3> {
     let found = sampled::<4, DMat3>(
         pairs,
         (search, key, GATES[1]),
@@ -215,7 +215,7 @@ fn plane(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<DMat3> {
 }
 
 /// The rotation of least truncated cost among refined samples.
-fn rotation(pairs: &[Pair], search: &Search, key: DrawKey) -> Option<DMat3> {
+fn rotation(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DMat3> {
     let found = sampled::<2, DMat3>(
         pairs,
         (search, key, GATES[2]),
@@ -271,8 +271,8 @@ fn before_both(motions: &[Pose], pairs: &[Pair]) -> (Pose, usize, Option<(Pose, 
     best
 }
 
-/// The motions that explain a homography, the better one first. Both are refined by the epipolar distance over all
-/// pairs: few scenes are all plane, and what stands off it tells the two apart.
+/// The motions that explain a homography, the better one first. Both are refined by the epipolar distance over all pairs: few
+/// scenes are all plane, and points off the plane separate the two.
 fn plane_motions(h: &DMat3, (pairs, agreeing): (&[Pair], &[Pair]), unit: f64) -> (Pose, Option<Pose>) {
     let before =
         |normal: DVec3| 2 * agreeing.iter().filter(|pair| normal.dot(pair.first) > 0.0).count() > agreeing.len();
@@ -335,7 +335,7 @@ fn assembled(
 /// last, before it those that it outdid.
 fn sampled<const N: usize, M: Copy>(
     pairs: &[Pair],
-    (search, key, gate): (&Search, DrawKey, f64),
+    (search, key, gate): (&TwoViewSettings, DrawKey, f64),
     solve: impl Fn(&[Pair; N]) -> Vec<M>,
     distance2: impl Fn(&M, &Pair) -> f64,
 ) -> Vec<M> {
@@ -369,7 +369,7 @@ fn sampled<const N: usize, M: Copy>(
 
 /// Samples after which one was free of outliers with the wanted probability, and not fewer than 100: a clean sample may
 /// still be a poor one.
-fn samples_needed(share: f64, size: usize, search: &Search) -> u32 {
+fn samples_needed(share: f64, size: usize, search: &TwoViewSettings) -> u32 {
     let good = (0..size).fold(1.0, |product, _| product * share);
     let needed = libm::log(1.0 - search.confidence) / libm::log1p(-lesser(good, 1.0 - 1e-9));
     crate::num::u32_truncated(greater(needed + 1.0, 100.0))

@@ -8,9 +8,9 @@ use crate::draw::DrawKey;
 use crate::num::{greater, index, lesser, u32_from};
 use crate::tracker::map::{Landmark, Map};
 use crate::tracker::matching::{Best, Distances, Rule, one_to_one};
-use crate::tracker::ransac::{Search, search};
+use crate::tracker::ransac::{RansacSettings, search};
 use crate::tracker::refine::{
-    Known, Measurement, PosePrior, Tailed, errors2, information, refine_with, single_picture_sigma_m, upper_median,
+    Known, Measurement, PosePrior, StudentT, errors2, information, refine_with, single_picture_sigma_m, upper_median,
 };
 use crate::tracker::rig::{RigCamera, View};
 use crate::tracker::shift;
@@ -20,31 +20,31 @@ use crate::units::CameraIndex;
 
 /// A landmark found on a picture.
 #[derive(Clone, Copy, Debug)]
-pub struct Found {
+pub struct LandmarkMatch {
     /// Camera of the rig.
     pub camera: CameraIndex,
-    /// Number of the sight in the camera's view.
-    pub sight: usize,
+    /// Number of the keypoint in the camera's view.
+    pub keypoint: usize,
     /// Number of the landmark in the map's list.
     pub landmark: usize,
 }
 
-/// A pose and what speaks for it.
+/// A localised pose with its supporting matches.
 #[derive(Clone, Debug)]
-pub struct Located {
+pub struct LocalisedPose {
     /// The body.
     pub state: Moving,
     /// Landmarks found where the pose predicts them.
-    pub inliers: Vec<Found>,
+    pub inliers: Vec<LandmarkMatch>,
     /// Landmarks that the pose puts on a picture.
     pub in_view: Vec<usize>,
-    /// What the picture alone knows of the pose given the map: information of the left twist.
+    /// Information of the left twist from this picture alone, given the map.
     pub information: Matrix6<f64>,
     /// Single-picture position sigma given the map, at the noise that the picture's residuals show, in metres.
     pub single_picture_sigma_m: Option<f64>,
 }
 
-/// One frame, the map it is held against, and the rules.
+/// One frame, the map, and the rules.
 pub struct Frame<'a> {
     /// The rig.
     pub cameras: &'a [RigCamera],
@@ -61,47 +61,47 @@ pub struct Frame<'a> {
     /// What they say of the pose.
     pub prior: Option<PosePrior>,
     /// What an inertial unit says of the rate.
-    pub felt: Option<RatePrior>,
-    /// Places are off by no less than this.
+    pub imu_rate: Option<RatePrior>,
+    /// Lower bound on the keypoint noise in pixels.
     pub least_px: f64,
-    /// Whether the prediction leaves no more than a few pixels open.
+    /// Whether the prediction is certain to a few pixels.
     pub sure: bool,
     /// Its number.
     pub number: u64,
-    /// Sights that supported the pose of the frame before.
+    /// Keypoints that supported the pose of the frame before.
     pub inliers_before: u32,
 }
 
-/// Radius of the search around a prediction that the picture has turned: a bin of the vote, and what it leaves of translation and roll.
+/// Search radius around a prediction corrected by the vote: one bin, and the remaining effect of translation and roll.
 pub const NARROW_PX: f64 = 6.0;
-/// That search must find one in so many of the sights that the last frame found.
+/// The narrow search must find one in so many of the last frame's matches.
 const NARROW_SHARE: u32 = 2;
 /// Radius of the second search, around places predicted by the refined pose.
 const SECOND_RADIUS_PX: f64 = 4.0;
 /// Squared error in sigmas up to which a found landmark supports the pose: the 99 % quantile of chi2 with 2.
 const GATE_SIGMAS2: f64 = 9.21;
-/// A pose farther from what was known of it is not believed, however many places agree: 5 sigma in one direction, the 99.96 % quantile
-/// of chi2 with 6.
+/// Largest accepted squared deviation of a pose from its prior, whatever the support: 5 sigma, the 99.96 % quantile of chi2
+/// with 6 degrees of freedom.
 const SURPRISE_SIGMAS2: f64 = 25.0;
-/// What the map itself may be off by from one place to the next, in metres and radians.
+/// Local error of the map between neighbouring poses, in metres and radians.
 const MAP_SIGMAS: [f64; 2] = [0.003, 0.003];
 /// Median of chi2 with 2 degrees of freedom: 2 ln 2.
 pub const MEDIAN_SIGMAS2: f64 = 1.386;
-/// The gate widens by at most this where places are worse than the parameters say.
+/// Largest factor by which the gate widens when residuals exceed the assumed noise.
 const GATE_FACTOR_MAX: f64 = 4.0;
 /// Squared errors before the rate is known are larger by this: 10 px at the first and last row of a quick turn, in place of 3.6.
 const SWEEP_SIGMAS2_FACTOR: f64 = 8.0;
-/// A landmark this near to the best match is the same thing mapped twice, and no rival.
+/// A landmark this near to the best match is a duplicate of it, not a rival.
 const TWIN_DISTANCE_M: f64 = 0.1;
 /// Steps of a refinement; it stops by itself after some four.
 const REFINE_ITERATIONS_MAX: u32 = 12;
 
-/// Proven landmarks hold a pose alone where there are so many times those that it needs.
+/// The pose uses verified landmarks alone if there are so many times the required number.
 const PROVEN_FACTOR: u32 = 2;
 
 impl Frame<'_> {
     /// Finds the pose near a prediction; `None` where the landmarks do not support one.
-    pub fn near(&self, predicted: &Moving, work: &mut Work) -> Option<Located> {
+    pub fn near(&self, predicted: &Moving, work: &mut Work) -> Option<LocalisedPose> {
         let params = self.params;
         let rule = Rule { distance_max: params.distance_bits_max, ratio_max: 0.85 };
         // Texture that repeats within the radius pulls a whole frame one period aside: the search stays near what most landmarks vote for.
@@ -123,8 +123,8 @@ impl Frame<'_> {
         None
     }
 
-    /// Whether a pose is one that the body can have come to.
-    pub fn is_credible(&self, located: &Located) -> bool {
+    /// Whether the pose agrees with its prior.
+    pub fn is_credible(&self, located: &LocalisedPose) -> bool {
         let is_near = |prior: PosePrior| {
             let [sigma_m, sigma_rad] = MAP_SIGMAS;
             prior.loosened(sigma_m, sigma_rad).deviation2(&located.state.body_from_world) <= SURPRISE_SIGMAS2
@@ -133,24 +133,24 @@ impl Frame<'_> {
     }
 
     /// Finds the pose by descriptors alone, among the landmarks seen since a frame.
-    pub fn anywhere(&self, seen_since: u64, key: DrawKey, work: &mut Work) -> Option<Located> {
+    pub fn anywhere(&self, seen_since: u64, key: DrawKey, work: &mut Work) -> Option<LocalisedPose> {
         let landmarks: Vec<usize> =
             (0..self.map.landmarks.len()).filter(|&l| self.map.landmarks[l].last_frame >= seen_since).collect();
         let (start, support) = self.recognise(&landmarks, key, work)?;
         self.confirm(&start, support, work)
     }
 
-    /// The pose that some landmarks are seen from, by descriptors alone, with the number of those that agree.
+    /// The pose from which some landmarks are seen, by descriptors alone, and its number of inliers.
     pub fn recognise(&self, landmarks: &[usize], key: DrawKey, work: &mut Work) -> Option<(Moving, u32)> {
-        let found: Vec<Found> =
+        let found: Vec<LandmarkMatch> =
             (0..self.views.len()).flat_map(|camera| self.look_alikes(camera, landmarks, work)).collect();
         let measurements = self.measurements(&found);
-        let bearing = |found: &Found| self.views[index(found.camera.0)].sights[found.sight].bearing;
+        let bearing = |found: &LandmarkMatch| self.views[index(found.camera.0)].keypoints[found.keypoint].bearing;
         let bearings: Vec<DVec3> = found.iter().map(bearing).collect();
-        // Rows of other times than the frame's miss by more until the rate is known.
+        // Until the rate is known, rows far from the frame's time have larger errors.
         let sweep = if self.sweeps() { SWEEP_SIGMAS2_FACTOR } else { 1.0 };
         let gate_sigmas2 = GATE_SIGMAS2 * GATE_FACTOR_MAX * sweep;
-        let limits = Search { samples_max: self.params.samples_max, confidence: 0.999, gate_sigmas2 };
+        let limits = RansacSettings { samples_max: self.params.samples_max, confidence: 0.999, gate_sigmas2 };
         let consensus = search(self.cameras, (&measurements, &bearings), key, limits)?;
         work.ransac_samples += consensus.samples;
         if consensus.agreeing < self.params.inliers_min {
@@ -162,8 +162,13 @@ impl Frame<'_> {
         Some((state, u32_from(inliers.len())))
     }
 
-    /// Sights of some landmarks around where a pose predicts them, and the pose that they agree on.
-    pub fn revisit(&self, state: &Moving, landmarks: &[usize], work: &mut Work) -> Option<(Moving, Vec<Found>)> {
+    /// Keypoints of some landmarks around where a pose predicts them, and the pose that they agree on.
+    pub fn revisit(
+        &self,
+        state: &Moving,
+        landmarks: &[usize],
+        work: &mut Work,
+    ) -> Option<(Moving, Vec<LandmarkMatch>)> {
         let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
         let (found, _) = self.search_among(landmarks.iter().copied(), state, SECOND_RADIUS_PX, rule, work);
         self.settle(state, found, work)
@@ -171,7 +176,7 @@ impl Frame<'_> {
 
     /// Searches again closely around a pose, which must keep its support. Wrong poses lose theirs here: chance matches do
     /// not line up within a few pixels.
-    fn confirm(&self, state: &Moving, support: u32, work: &mut Work) -> Option<Located> {
+    fn confirm(&self, state: &Moving, support: u32, work: &mut Work) -> Option<LocalisedPose> {
         let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
         let (found, in_view) = self.search(state, SECOND_RADIUS_PX, rule, work);
         let count = u32_from(found.len());
@@ -182,25 +187,30 @@ impl Frame<'_> {
             let prior = self.rate_prior(&state);
             let measurements = self.measurements(&inliers);
             // What the errors show of their noise, by the median, and what they are known to have besides.
-            let shown = Tailed::of(&errors2(self.cameras, &measurements, &state));
+            let shown = StudentT::of(&errors2(self.cameras, &measurements, &state));
             let known = shown.no_narrower(self.least_px, measurements.iter().map(|m| m.inverse_sigma));
             let under = |law| information(self.cameras, &measurements, &state, prior.as_ref(), law);
             let information = under(known);
             // In motion the two are one mostly.
             let single_picture_sigma_m =
                 single_picture_sigma_m(&if shown == known { information } else { under(shown) });
-            Located { state, inliers, in_view, information, single_picture_sigma_m }
+            LocalisedPose { state, inliers, in_view, information, single_picture_sigma_m }
         })
     }
 
     /// Refines from a start, drops what does not fit, refines again. `None` below the least number of inliers.
-    fn settle(&self, start: &Moving, found: Vec<Found>, work: &mut Work) -> Option<(Moving, Vec<Found>)> {
+    fn settle(
+        &self,
+        start: &Moving,
+        found: Vec<LandmarkMatch>,
+        work: &mut Work,
+    ) -> Option<(Moving, Vec<LandmarkMatch>)> {
         let (mut state, mut kept) = (*start, found);
         for _ in 0..2 {
             if u32_from(kept.len()) < self.params.inliers_min {
                 return None;
             }
-            let proven: Vec<Found> = kept.iter().filter(|found| self.is_proven(found)).copied().collect();
+            let proven: Vec<LandmarkMatch> = kept.iter().filter(|found| self.is_proven(found)).copied().collect();
             let held = if u32_from(proven.len()) >= PROVEN_FACTOR * self.params.inliers_min { &proven } else { &kept };
             let measurements = self.measurements(held);
             let prior = self.rate_prior(&state);
@@ -215,8 +225,9 @@ impl Frame<'_> {
         (u32_from(kept.len()) >= self.params.inliers_min).then_some((state, kept))
     }
 
-    /// Whether more than two views of one camera stand behind a landmark: two rays always nearly meet, and only a third can contradict.
-    fn is_proven(&self, found: &Found) -> bool {
+    /// Whether a landmark has more than two views of one camera: two rays nearly always meet, and only a third can contradict
+    /// them.
+    fn is_proven(&self, found: &LandmarkMatch) -> bool {
         self.cameras.len() > 1 || self.map.landmarks[found.landmark].keyframe_count() > 2
     }
 
@@ -224,17 +235,17 @@ impl Frame<'_> {
         self.views.iter().any(View::sweeps)
     }
 
-    /// What is known of the rate beside the rows; nothing to know where all rows have the frame's time.
+    /// Prior of the rate; `None` with a global shutter.
     fn rate_prior(&self, state: &Moving) -> Option<RatePrior> {
         self.sweeps().then(|| {
-            self.felt
+            self.imu_rate
                 .or_else(|| self.motion.map(|motion| motion.rate_prior(self.t_s, &state.body_from_world)))
                 .unwrap_or(RatePrior::ANY)
         })
     }
 
     /// Landmarks found within a radius of where the pose predicts them, and those that it predicts on any picture.
-    fn search(&self, state: &Moving, radius_px: f64, rule: Rule, work: &mut Work) -> (Vec<Found>, Vec<usize>) {
+    fn search(&self, state: &Moving, radius_px: f64, rule: Rule, work: &mut Work) -> (Vec<LandmarkMatch>, Vec<usize>) {
         self.search_among(0..self.map.landmarks.len(), state, radius_px, rule, work)
     }
 
@@ -245,7 +256,7 @@ impl Frame<'_> {
         radius_px: f64,
         rule: Rule,
         work: &mut Work,
-    ) -> (Vec<Found>, Vec<usize>) {
+    ) -> (Vec<LandmarkMatch>, Vec<usize>) {
         let rotation = DMat3::from_quat(state.body_from_world.rotation);
         let mut pairs = vec![Vec::new(); self.views.len()];
         let mut in_view = Vec::new();
@@ -258,12 +269,12 @@ impl Frame<'_> {
                 let Some(place_px) = view.project(&self.cameras[camera], in_body_m, state) else { continue };
                 visible = true;
                 let mut best = Best::NONE;
-                for sight in view.near(place_px, radius_px) {
+                for keypoint in view.near(place_px, radius_px) {
                     work.descriptors_compared += crate::num::u64_from(landmark.descriptors.len());
-                    best.offer(sight, landmark.distance(&view.sights[sight].descriptor));
+                    best.offer(keypoint, landmark.distance(&view.keypoints[keypoint].descriptor));
                 }
-                if let Some(sight) = best.accepted(rule) {
-                    pairs[camera].push((number, sight, best.distance));
+                if let Some(keypoint) = best.accepted(rule) {
+                    pairs[camera].push((number, keypoint, best.distance));
                 }
             }
             if visible {
@@ -272,26 +283,24 @@ impl Frame<'_> {
         }
         let found = |(camera, pairs): (usize, &Vec<(usize, usize, u32)>)| {
             let camera_index = CameraIndex(u32_from(camera));
-            one_to_one(pairs, self.views[camera].sights.len()).into_iter().map(move |(landmark, sight)| Found {
-                camera: camera_index,
-                sight,
-                landmark,
-            })
+            one_to_one(pairs, self.views[camera].keypoints.len())
+                .into_iter()
+                .map(move |(landmark, keypoint)| LandmarkMatch { camera: camera_index, keypoint, landmark })
         };
         (pairs.iter().enumerate().flat_map(found).collect(), in_view)
     }
 
-    /// The landmark that each sight of a camera resembles most, where no other resembles it as much.
-    fn look_alikes(&self, camera: usize, landmarks: &[usize], work: &mut Work) -> Vec<Found> {
+    /// The landmark that each keypoint of a camera resembles most, where no other resembles it as much.
+    fn look_alikes(&self, camera: usize, landmarks: &[usize], work: &mut Work) -> Vec<LandmarkMatch> {
         let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
-        let sights = &self.views[camera].sights;
+        let keypoints = &self.views[camera].keypoints;
         let mut pairs = Vec::new();
-        // Landmark by landmark, then sight by sight: a landmark's views stay at hand for all sights.
-        let mut best_of = vec![Best::NONE; sights.len()];
-        let mut distances = Vec::with_capacity(sights.len());
+        // Landmark by landmark, then keypoint by keypoint: a landmark's views stay at hand for all keypoints.
+        let mut best_of = vec![Best::NONE; keypoints.len()];
+        let mut distances = Vec::with_capacity(keypoints.len());
         for &number in landmarks {
             let landmark = &self.map.landmarks[number];
-            let others = sights.iter().map(|sight| &sight.descriptor);
+            let others = keypoints.iter().map(|keypoint| &keypoint.descriptor);
             Distances { own: &landmark.descriptors, others, least: &mut distances }.fill();
             for (best, &distance) in best_of.iter_mut().zip(&distances) {
                 if distance < best.second {
@@ -299,35 +308,35 @@ impl Frame<'_> {
                 }
             }
         }
-        for (sight, best) in best_of.iter().enumerate() {
+        for (keypoint, best) in best_of.iter().enumerate() {
             work.descriptors_compared += crate::num::u64_from(landmarks.len());
             if let Some(landmark) = best.accepted(rule) {
-                pairs.push((sight, landmark, best.distance));
+                pairs.push((keypoint, landmark, best.distance));
             }
         }
         one_to_one(&pairs, self.map.landmarks.len())
             .into_iter()
-            .map(|(sight, landmark)| Found { camera: CameraIndex(u32_from(camera)), sight, landmark })
+            .map(|(keypoint, landmark)| LandmarkMatch { camera: CameraIndex(u32_from(camera)), keypoint, landmark })
             .collect()
     }
 
-    /// What the found landmarks say about the pose.
-    pub fn measurements(&self, found: &[Found]) -> Vec<Measurement> {
-        let measurement = |found: &Found| {
-            let sight = &self.views[index(found.camera.0)].sights[found.sight];
+    /// Measurements of the matched landmarks.
+    pub fn measurements(&self, found: &[LandmarkMatch]) -> Vec<Measurement> {
+        let measurement = |found: &LandmarkMatch| {
+            let keypoint = &self.views[index(found.camera.0)].keypoints[found.keypoint];
             Measurement {
                 camera: found.camera,
                 point_in_world_m: self.map.landmarks[found.landmark].position_m,
-                place_px: sight.place_px,
-                inverse_sigma: self.params.inverse_sigma(sight.scale),
-                offset_s: sight.offset_s,
+                place_px: keypoint.place_px,
+                inverse_sigma: self.params.inverse_sigma(keypoint.scale),
+                offset_s: keypoint.offset_s,
             }
         };
         found.iter().map(measurement).collect()
     }
 }
 
-/// Offers a landmark; one that stands where the best stands replaces it or is passed over, but is no runner-up.
+/// Offers a landmark. A duplicate of the best one replaces it or is skipped, but is no runner-up.
 fn offer_unless_twin(best: &mut Best, (number, landmark, distance): (usize, &Landmark, u32), all: &[Landmark]) {
     let twin = best.distance != u32::MAX
         && (all[best.number].position_m - landmark.position_m).length_squared() < TWIN_DISTANCE_M * TWIN_DISTANCE_M;
@@ -338,7 +347,7 @@ fn offer_unless_twin(best: &mut Best, (number, landmark, distance): (usize, &Lan
     }
 }
 
-/// Gate of inliers, widened where the median says that all places are worse than assumed.
+/// Inlier gate, widened if the median residual exceeds the assumed noise.
 fn gate(errors2: &[f64]) -> f64 {
     let median = upper_median(errors2).unwrap_or(0.0);
     GATE_SIGMAS2 * lesser(greater(median / MEDIAN_SIGMAS2, 1.0), GATE_FACTOR_MAX)

@@ -13,7 +13,7 @@ use crate::tracker::rig::RigCamera;
 use crate::tracker::sweep::Moving;
 use crate::units::CameraIndex;
 
-/// Descriptors kept of a landmark, from different views; the oldest gives way.
+/// Descriptors kept per landmark, from different views; a new one replaces the oldest.
 pub const DESCRIPTORS_MAX: usize = 4;
 /// A view whose descriptor differs from all kept ones by more bits than this is kept too.
 const DESCRIPTOR_NEWS_BITS: u32 = 20;
@@ -307,8 +307,8 @@ impl Map {
         }
     }
 
-    /// Drops keyframes of the window that stand between two near each other, in metres and radians, and see little of their own: ten of
-    /// them span parallax then, in which the depths of one camera hold together. The first keyframe and the last two stay.
+    /// Removes window keyframes between two near neighbours (metres, radians) that observe few landmarks alone. Ten keyframes
+    /// then span enough parallax to fix one camera's depths. The first keyframe and the last two stay.
     pub fn thin(&mut self, window: usize, (near_m, near_rad): (f64, f64)) {
         let count = self.keyframes.len();
         let is_between = |keyframes: &[Keyframe], k: usize| {

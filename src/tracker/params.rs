@@ -17,7 +17,7 @@ pub struct TrackerParams {
     pub search_radius_wide_px: f64,
     /// Greatest descriptor distance of a match in bits, 1..=127. Unrelated descriptors differ in 128.
     pub distance_bits_max: u32,
-    /// Found landmarks that a pose must have, at least 6.
+    /// LandmarkMatch landmarks that a pose must have, at least 6.
     pub inliers_min: u32,
     /// Landmarks that the first frame must give, at least 6.
     pub start_landmarks_min: u32,

@@ -1,10 +1,10 @@
 //! Verifies a two-view motion: the views between must agree with it, and two halves of the points must give the same motion. Gives poses,
 //! points and the keypoint noise, or nothing yet.
 //!
-//! Two views alone fit many false motions: a few pairs that agree by chance, a plane's other motion, a turn taken for a step. A path
-//! through all views is fitted to each candidate under Student's t; the cheapest one counts, if it costs clearly less than any
-//! other. What noise and false pairs leave open of it is measured, not assumed: each half of the points, taken alone from its own samples
-//! on, must come to the same motion. The difference of two halves has twice the standard deviation of the whole.
+//! Two views alone fit many false motions: chance agreements, the second solution of a plane, a rotation taken for a
+//! translation. A path through all views is fitted to each candidate under Student's t; the cheapest counts if it costs clearly
+//! less than any other. The remaining uncertainty is measured: each half of the points, with its own RANSAC samples, must give
+//! the same motion. The difference of two halves has twice the standard deviation of the whole.
 
 use glam::DVec3;
 
@@ -13,71 +13,71 @@ use crate::num::{f64_from_usize, greater, index, lesser, u32_from, u64_from};
 use crate::pose::Pose;
 use crate::tracker::adjust::{Observation, Problem};
 use crate::tracker::initial::models::{essential, from_essential};
-use crate::tracker::initial::{Model, PAIRS_MIN, Pair, Search, TwoView, triangulated, two_view};
+use crate::tracker::initial::{Model, PAIRS_MIN, Pair, TwoView, TwoViewSettings, triangulated, two_view};
 use crate::tracker::lie::Twist;
 use crate::tracker::locate::MEDIAN_SIGMAS2;
 use crate::tracker::refine::{Measurement, refine, upper_median};
-use crate::tracker::rig::{RigCamera, Sight};
+use crate::tracker::rig::{Keypoint, RigCamera};
 use crate::tracker::start::{MONO_DEPTH_M, median_depth};
 use crate::tracker::sweep::{Moving, mean_rate};
 use crate::tracker::unit::solve_in_unit;
 use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
-/// Halves of the points must tell the baseline's direction and the turn alike to so many radians: the whole then knows them to half of it,
-/// as 5 % of a depth.
+/// Largest difference between the two halves' baseline directions and rotations, in radians. The whole is then certain to half
+/// of it, which is 5 % of a depth.
 const HALVES_RAD_MAX: f64 = 0.1;
-/// Squared error in sigmas beyond which a sighting is left out: the 99 % quantile of chi2 with 2.
+/// Squared error in sigmas above which an observation is rejected: the 99 % quantile of chi2 with 2 degrees of freedom.
 const GATE_SIGMAS2: f64 = 9.21;
-/// Another motion is refuted where it costs more by this: the 99.9 % quantile of chi2 with one degree of freedom.
+/// Cost difference above which the other motion is rejected: the 99.9 % quantile of chi2 with one degree of freedom.
 const CLEARLY_WORSE: f64 = 10.8;
 /// Steps of an adjustment.
 const ITERATIONS: u32 = 15;
 
 /// A view of the camera.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
+pub struct PathView<'a> {
     /// Time of the frame in seconds.
     pub t_s: f64,
-    /// Its sights.
-    pub sights: &'a [Sight],
-    /// How the body turns, where rows have times of their own.
+    /// Its keypoints.
+    pub keypoints: &'a [Keypoint],
+    /// The body's rate of rotation, with a rolling shutter.
     pub rate: Option<Twist>,
-    /// Track and sight, in rising order of tracks.
+    /// Track and keypoint, in rising order of tracks.
     pub pairs: &'a [(usize, usize)],
 }
 
-/// What is to be proved, and with what.
+/// A two-view motion to verify, and the views between.
 pub struct Hypothesis<'a> {
     /// The rig's only camera.
     pub cameras: &'a [RigCamera],
     /// The tracker's parameters.
     pub params: &'a TrackerParams,
     /// The opening view, those between in the order of time, the present one.
-    pub views: &'a [Seen<'a>],
+    pub views: &'a [PathView<'a>],
     /// Limits of the search.
-    pub search: Search,
+    pub search: TwoViewSettings,
 }
 
 /// A path through all views.
 #[derive(Clone, Debug)]
-pub struct Path {
+pub struct VerifiedPath {
     /// `body_from_world` of each view; the first is the origin.
     pub poses: Vec<Pose>,
     /// Points of the world by track, with the tracks' numbers.
     pub points_m: Vec<(usize, DVec3)>,
-    /// Noise of places per axis in units of the assumed one, by the median, freedom taken off.
+    /// Keypoint noise per axis relative to the assumed one, from the median, corrected for degrees of freedom.
     pub noise_sigmas: f64,
     /// Cost of all sightings of all pairs, each with no more than the gate.
     cost: f64,
 }
 
 impl Hypothesis<'_> {
-    /// The path that the pairs prove; `None` where they prove none.
-    pub fn prove(&self, found: &TwoView, key: DrawKey, work: &mut Work) -> Option<Path> {
+    /// The verified path; `None` if the motion is not certain.
+    pub fn prove(&self, found: &TwoView, key: DrawKey, work: &mut Work) -> Option<VerifiedPath> {
         let all: Vec<usize> = self.pairs().iter().map(|pair| pair.0).collect();
         let motions = [Some(found.second_from_first), found.alternative];
-        let mut paths: Vec<Path> =
+        let mut paths: Vec<VerifiedPath> =
             motions.into_iter().flatten().filter_map(|motion| self.path(&all, &motion, work)).collect();
         paths.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let clear = paths.get(1).is_none_or(|other| other.cost > paths[0].cost + CLEARLY_WORSE);
@@ -103,30 +103,30 @@ impl Hypothesis<'_> {
         paths.reduce(|a, b| if b.cost < a.cost { b } else { a })?.poses.last().copied()
     }
 
-    /// Tracks that the first and the last view show: track (the first view's sight), the last view's sight.
+    /// Tracks that the first and the last view show: track (the first view's keypoint), the last view's keypoint.
     fn pairs(&self) -> &[(usize, usize)] {
         self.views[self.views.len() - 1].pairs
     }
 
-    fn sight(&self, view: usize, track: usize) -> Option<&Sight> {
+    fn keypoint(&self, view: usize, track: usize) -> Option<&Keypoint> {
         if view == 0 {
-            return self.views[0].sights.get(track);
+            return self.views[0].keypoints.get(track);
         }
         let pairs = self.views[view].pairs;
         let at = pairs.binary_search_by_key(&track, |pair| pair.0).ok()?;
-        Some(&self.views[view].sights[pairs[at].1])
+        Some(&self.views[view].keypoints[pairs[at].1])
     }
 
     fn of_tracks(&self, tracks: &[usize]) -> Vec<Pair> {
         let last = self.views.len() - 1;
         let pair = |&track: &usize| {
-            Some(Pair { first: self.sight(0, track)?.straight, second: self.sight(last, track)?.straight })
+            Some(Pair { first: self.keypoint(0, track)?.straight, second: self.keypoint(last, track)?.straight })
         };
         tracks.iter().filter_map(pair).collect()
     }
 
     /// The path through all views that begins with a motion between the first and the last.
-    fn path(&self, tracks: &[usize], motion: &Pose, work: &mut Work) -> Option<Path> {
+    fn path(&self, tracks: &[usize], motion: &Pose, work: &mut Work) -> Option<VerifiedPath> {
         let pairs = self.of_tracks(tracks);
         let mounting = self.cameras[0].calibration.body_from_camera;
         let gate = GATE_SIGMAS2 * self.search.sigma_rad * self.search.sigma_rad;
@@ -159,7 +159,7 @@ impl Hypothesis<'_> {
     /// Poses of all views, those between by the points that they see.
     fn poses_between(&self, points_m: &[(usize, DVec3)], last: &Pose) -> Vec<Pose> {
         let (first_s, last_s) = (self.views[0].t_s, self.views[self.views.len() - 1].t_s);
-        let pose = |(view, seen): (usize, &Seen<'_>)| {
+        let pose = |(view, seen): (usize, &PathView<'_>)| {
             let share = (seen.t_s - first_s) / (last_s - first_s);
             let guess =
                 Pose::new(glam::DQuat::IDENTITY.slerp(last.rotation, share).normalize(), last.translation_m * share);
@@ -167,13 +167,13 @@ impl Hypothesis<'_> {
                 return guess;
             }
             let measurement = |&(track, point_in_world_m): &(usize, DVec3)| {
-                let sight = self.sight(view, track)?;
+                let keypoint = self.keypoint(view, track)?;
                 Some(Measurement {
                     camera: CameraIndex(0),
                     point_in_world_m,
-                    place_px: sight.place_px,
-                    inverse_sigma: self.params.inverse_sigma(sight.scale),
-                    offset_s: sight.offset_s,
+                    place_px: keypoint.place_px,
+                    inverse_sigma: self.params.inverse_sigma(keypoint.scale),
+                    offset_s: keypoint.offset_s,
                 })
             };
             let measurements: Vec<Measurement> = points_m.iter().filter_map(measurement).collect();
@@ -197,14 +197,14 @@ impl Hypothesis<'_> {
         let mut observations = Vec::new();
         for (point, &(track, _)) in points_m.iter().enumerate() {
             for view in 0..views {
-                let Some(sight) = self.sight(view, track) else { continue };
-                let row_from_frame = self.moving(view, poses[view], &last).row_from_frame(sight.offset_s);
+                let Some(keypoint) = self.keypoint(view, track) else { continue };
+                let row_from_frame = self.moving(view, poses[view], &last).row_from_frame(keypoint.offset_s);
                 observations.push(Observation {
                     pose: u32_from((view + views - 1) % views),
                     point: u32_from(point),
                     camera: CameraIndex(0),
-                    place_px: sight.place_px,
-                    inverse_sigma: self.params.inverse_sigma(sight.scale),
+                    place_px: keypoint.place_px,
+                    inverse_sigma: self.params.inverse_sigma(keypoint.scale),
                     row_from_frame,
                 });
             }
@@ -221,8 +221,8 @@ impl Hypothesis<'_> {
         problem
     }
 
-    /// What an adjusted path is worth; points that one of their views contradicts are left out.
-    fn judged(&self, poses: Vec<Pose>, mut points_m: Vec<(usize, DVec3)>, tracks: &[usize]) -> Option<Path> {
+    /// Cost and noise of an adjusted path. Points that one of their views contradicts are removed.
+    fn judged(&self, poses: Vec<Pose>, mut points_m: Vec<(usize, DVec3)>, tracks: &[usize]) -> Option<VerifiedPath> {
         let problem = self.problem(&poses, &points_m, false);
         let errors2 = problem.errors2();
         let median = upper_median(&errors2)?;
@@ -239,13 +239,13 @@ impl Hypothesis<'_> {
         }
         let mut fit = fits.iter();
         points_m.retain(|_| fit.next().is_some_and(|fits| *fits));
-        // Pairs without a point count as if all their places missed, else a path would gain by what it does not explain.
+        // Pairs without a point count as outliers in all their views; otherwise a path would gain by what it does not explain.
         let views = 0..self.views.len();
-        let seen = |track: &usize| views.clone().filter(|&view| self.sight(view, *track).is_some()).count();
+        let seen = |track: &usize| views.clone().filter(|&view| self.keypoint(view, *track).is_some()).count();
         let sightings: usize = tracks.iter().map(seen).sum();
         let kept: f64 = errors2.iter().map(|&error2| lesser(error2, GATE_SIGMAS2)).sum();
         let cost = kept + GATE_SIGMAS2 * f64_from_usize(sightings - errors2.len());
-        Some(Path { poses, points_m, noise_sigmas, cost })
+        Some(VerifiedPath { poses, points_m, noise_sigmas, cost })
     }
 }
 
@@ -276,11 +276,11 @@ mod tests {
 
     /// A camera that moves 0.2 m and turns 0.1 rad past 100 points 2 to 4 m away; places off by the square root of three sigma at most.
     /// Of `wrong` tracks of a hundred the last view shows something else.
-    fn sights(camera: &RigCamera, key: DrawKey, wrong: u64) -> Vec<Vec<Sight>> {
+    fn keypoints(camera: &RigCamera, key: DrawKey, wrong: u64) -> Vec<Vec<Keypoint>> {
         let view = |view: usize| {
             let share = f64_from_usize(view) / f64_from_usize(VIEWS - 1);
             let pose = se3_exp(Twist { linear_m: DVec3::X * 0.2, angular_rad: DVec3::Y * 0.1 }.scaled(share));
-            let sight = |track: u64| {
+            let keypoint = |track: u64| {
                 let lost = view + 1 == VIEWS && track * 7 % 100 < wrong;
                 let own = key.with(track).with(u64::from(lost));
                 let at = |axis: u64| 2.0 * own.with(axis).uniform() - 1.0;
@@ -293,7 +293,7 @@ mod tests {
                     camera.place(pose.point(point_m)).expect("before the camera") + DVec2::new(off(0), off(1));
                 let bearing = camera.calibration.lens.unproject(place_px).expect("a pinhole");
                 let descriptor = Descriptor::new(&[0; 32]);
-                Sight {
+                Keypoint {
                     feature: 0,
                     place_px,
                     offset_s: 0.0,
@@ -304,24 +304,24 @@ mod tests {
                     descriptor,
                 }
             };
-            (0..100).map(sight).collect()
+            (0..100).map(keypoint).collect()
         };
         (0..VIEWS).map(view).collect()
     }
 
     /// What the views prove, if two of them find any motion.
-    fn proved(wrong: u64, seed: u64) -> Option<Path> {
+    fn proved(wrong: u64, seed: u64) -> Option<VerifiedPath> {
         let intrinsics = Intrinsics { fx_px: 320.0, fy_px: 320.0, cx_px: 319.5, cy_px: 239.5 };
         let lens = Lens { intrinsics, mapping: Mapping::Pinhole };
         let size = Size { width_px: 640, height_px: 480 };
         let cameras = [RigCamera::new(CameraCalibration { lens, size, body_from_camera: Pose::IDENTITY })];
         let key = DrawKey::root(seed);
-        let all = sights(&cameras[0], key, wrong);
+        let all = keypoints(&cameras[0], key, wrong);
         let pairs: Vec<(usize, usize)> = (0..100).map(|track| (track, track)).collect();
-        let seen = |(view, sights)| Seen { t_s: f64_from_usize(view), sights, rate: None, pairs: &pairs };
-        let views: Vec<Seen<'_>> = all.iter().map(|sights| &sights[..]).enumerate().map(seen).collect();
+        let seen = |(view, keypoints)| PathView { t_s: f64_from_usize(view), keypoints, rate: None, pairs: &pairs };
+        let views: Vec<PathView<'_>> = all.iter().map(|keypoints| &keypoints[..]).enumerate().map(seen).collect();
         let params = TrackerParams::room(seed);
-        let search = Search { sigma_rad: params.place_sigma_px / 320.0, samples_max: 400, confidence: 0.999 };
+        let search = TwoViewSettings { sigma_rad: params.place_sigma_px / 320.0, samples_max: 400, confidence: 0.999 };
         let hypothesis = Hypothesis { cameras: &cameras, params: &params, views: &views, search };
         let found = two_view(&hypothesis.of_tracks(&(0..100).collect::<Vec<_>>()), &search, key)?;
         hypothesis.prove(&found, key, &mut Work::default())

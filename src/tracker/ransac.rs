@@ -14,7 +14,7 @@ use crate::units::CameraIndex;
 
 /// Limits of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Search {
+pub struct RansacSettings {
     /// Samples drawn at most.
     pub samples_max: u32,
     /// Wanted probability that one sample was free of outliers.
@@ -41,7 +41,7 @@ pub fn search(
     cameras: &[RigCamera],
     (measurements, bearings): (&[Measurement], &[DVec3]),
     key: DrawKey,
-    limits: Search,
+    limits: RansacSettings,
 ) -> Option<Consensus> {
     let of_camera = |camera: u32| -> Vec<usize> {
         (0..measurements.len()).filter(|&m| measurements[m].camera == CameraIndex(camera)).collect()
@@ -76,7 +76,7 @@ pub fn search(
 }
 
 /// Samples after which one was free of outliers with the wanted probability.
-fn samples_needed(inlier_share: f64, limits: Search) -> u32 {
+fn samples_needed(inlier_share: f64, limits: RansacSettings) -> u32 {
     let good = inlier_share * inlier_share * inlier_share;
     if good >= 1.0 - 1e-9 {
         return 1;
@@ -94,7 +94,7 @@ mod tests {
     use crate::units::Size;
     use glam::DVec2;
 
-    const LIMITS: Search = Search { samples_max: 400, confidence: 0.999, gate_sigmas2: 9.21 };
+    const LIMITS: RansacSettings = RansacSettings { samples_max: 400, confidence: 0.999, gate_sigmas2: 9.21 };
 
     #[test]
     fn half_of_the_matches_wrong_still_gives_the_pose_and_equal_keys_give_equal_answers() {

@@ -38,7 +38,7 @@ pub type PoseJacobian = [[f64; 6]; 2];
 /// A measurement at a guess.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear {
-    /// Found minus predicted, in sigmas.
+    /// LandmarkMatch minus predicted, in sigmas.
     pub error: DVec2,
     /// Derivative of the prediction by the pose at the frame's time.
     pub by_pose: PoseJacobian,
@@ -90,14 +90,14 @@ const SCALE2_RANGE: [f64; 2] = [0.04, 16.0];
 /// corners of a dim room, of which 17 % in place of 6 % lie on whole pixels.
 pub const WITHIN_PIXEL_PX: f64 = 0.19;
 
-/// Places' errors as a bivariate Student's t, whose scale is the errors' own.
+/// Bivariate Student's t with the scale of the errors themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tailed {
+pub struct StudentT {
     /// Squared scale in sigmas squared.
     pub scale2: f64,
 }
 
-impl Tailed {
+impl StudentT {
     /// The law of these squared errors, by their median.
     pub fn of(errors2: &[f64]) -> Self {
         let median = upper_median(errors2).unwrap_or(MEDIAN_TAILED2);
@@ -147,22 +147,22 @@ pub fn huber(error2: f64) -> (f64, f64) {
     }
 }
 
-/// How errors count.
+/// Error distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Law {
+pub enum ErrorModel {
     /// Normal up to a threshold at the assumed sigma.
     Huber,
     /// Student's t.
-    Tailed(Tailed),
+    StudentT(StudentT),
 }
 
-impl Law {
+impl ErrorModel {
     /// Cost of a squared error.
     #[inline]
     pub fn cost(self, error2: f64) -> f64 {
         match self {
             Self::Huber => huber(error2).0,
-            Self::Tailed(law) => law.cost(error2),
+            Self::StudentT(law) => law.cost(error2),
         }
     }
 
@@ -171,7 +171,7 @@ impl Law {
     pub fn weight(self, error2: f64) -> f64 {
         match self {
             Self::Huber => huber(error2).1,
-            Self::Tailed(law) => law.weight(error2),
+            Self::StudentT(law) => law.weight(error2),
         }
     }
 }
@@ -227,10 +227,10 @@ impl PosePrior {
     }
 }
 
-/// What is known beside the places: of the rate, and of the pose.
+/// Priors of rate and pose.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Known<'a> {
-    /// With it the rate is an unknown, without it stays as it is.
+    /// Prior of the rate; without one, the rate stays fixed.
     pub rate: Option<&'a RatePrior>,
     /// Nothing where it is missing.
     pub pose: Option<&'a PosePrior>,
@@ -254,7 +254,7 @@ struct Fit<'a> {
     cameras: &'a [RigCamera],
     measurements: &'a [Measurement],
     known: Known<'a>,
-    law: Tailed,
+    law: StudentT,
 }
 
 /// Refines a state; gives it and the number of iterations. Without a prior the rate stays as it is. A system without a unique
@@ -277,7 +277,7 @@ pub fn refine_with(
     known: Known<'_>,
     iterations_max: u32,
 ) -> (Moving, u32) {
-    let law = Tailed::of(&errors2(cameras, measurements, start))
+    let law = StudentT::of(&errors2(cameras, measurements, start))
         .no_narrower(known.least_px, measurements.iter().map(|m| m.inverse_sigma));
     let fit = Fit { cameras, measurements, known, law };
     let mut state = *start;
@@ -313,7 +313,7 @@ pub fn information(
     measurements: &[Measurement],
     state: &Moving,
     prior: Option<&RatePrior>,
-    law: Tailed,
+    law: StudentT,
 ) -> Matrix6<f64> {
     if measurements.is_empty() {
         return Matrix6::zeros();
@@ -354,7 +354,7 @@ impl Fit<'_> {
         let n = normal.n;
         let (mut matrix, mut step) = (normal.matrix, normal.side);
         for k in 0..n {
-            // The floor keeps a direction that nothing measures (no features, all on a line of sight) solvable and at rest.
+            // The floor keeps a direction that nothing measures (no features, all on a line of keypoint) solvable and at rest.
             matrix[k * (n + 1)] += damping * matrix[k * (n + 1)] + 1e-6;
         }
         if !solve_cholesky(&mut matrix[..n * n], &mut step[..n]) {

@@ -105,7 +105,7 @@ impl RigCamera {
 
 /// A feature as the tracker uses it.
 #[derive(Clone, Copy, Debug)]
-pub struct Sight {
+pub struct Keypoint {
     /// Place in the camera's list of the frame.
     pub feature: u32,
     /// Place on the picture.
@@ -128,7 +128,7 @@ pub struct Sight {
 #[derive(Clone, Debug)]
 pub struct View {
     /// Usable features in the order in which they came.
-    pub sights: Vec<Sight>,
+    pub keypoints: Vec<Keypoint>,
     /// Times of the rows.
     clock: RowClock,
     columns: usize,
@@ -145,7 +145,7 @@ impl View {
     /// Takes the features that carry a descriptor, lie on the picture and have a bearing.
     pub fn new(camera: &RigCamera, features: &[Feature], clock: RowClock) -> Self {
         let size = camera.calibration.size;
-        let mut sights = Vec::with_capacity(features.len());
+        let mut keypoints = Vec::with_capacity(features.len());
         for (number, feature) in features.iter().enumerate() {
             let place_px = DVec2::new(feature.x_px(), feature.y_px());
             if feature.descriptor == [0; 32] || !camera.contains(place_px) {
@@ -154,7 +154,7 @@ impl View {
             let Some(bearing) = camera.calibration.lens.unproject(place_px) else { continue };
             let scale = f64::from(1_u32 << feature.octave.min(8));
             let descriptor = Descriptor::new(&feature.descriptor);
-            sights.push(Sight {
+            keypoints.push(Keypoint {
                 feature: u32_from(number),
                 place_px,
                 offset_s: clock.row_offset_s(place_px.y, size),
@@ -165,30 +165,30 @@ impl View {
                 descriptor,
             });
         }
-        Self::bucketed(sights, size, clock)
+        Self::bucketed(keypoints, size, clock)
     }
 
-    fn bucketed(sights: Vec<Sight>, size: Size, clock: RowClock) -> Self {
+    fn bucketed(keypoints: Vec<Keypoint>, size: Size, clock: RowClock) -> Self {
         let buckets = |extent_px: u32| bucket(f64::from(extent_px)) + 1;
         let (columns, rows) = (buckets(size.width_px), buckets(size.height_px));
-        let cell = |sight: &Sight| {
-            bucket(sight.place_px.y).min(rows - 1) * columns + bucket(sight.place_px.x).min(columns - 1)
+        let cell = |keypoint: &Keypoint| {
+            bucket(keypoint.place_px.y).min(rows - 1) * columns + bucket(keypoint.place_px.x).min(columns - 1)
         };
         let mut starts = vec![0_u32; columns * rows + 1];
-        for sight in &sights {
-            starts[cell(sight) + 1] += 1;
+        for keypoint in &keypoints {
+            starts[cell(keypoint) + 1] += 1;
         }
         for cell in 0..columns * rows {
             starts[cell + 1] += starts[cell];
         }
         let mut next = starts.clone();
-        let mut members = vec![0; sights.len()];
-        for (number, sight) in sights.iter().enumerate() {
-            let slot = &mut next[cell(sight)];
+        let mut members = vec![0; keypoints.len()];
+        for (number, keypoint) in keypoints.iter().enumerate() {
+            let slot = &mut next[cell(keypoint)];
             members[index(*slot)] = u32_from(number);
             *slot += 1;
         }
-        Self { sights, clock, columns, rows, starts, members }
+        Self { keypoints, clock, columns, rows, starts, members }
     }
 
     /// Whether rows have other times than the frame.
@@ -198,10 +198,10 @@ impl View {
 
     /// Turns the bearings to the frame's time, by the rate at which the body turns.
     pub fn straighten(&mut self, camera: &RigCamera, state: &Moving) {
-        for sight in &mut self.sights {
-            let turn = state.row_from_frame(sight.offset_s).rotation.conjugate();
-            let in_body = camera.calibration.body_from_camera.direction(sight.bearing);
-            sight.straight = camera.camera_from_body.direction(turn * in_body);
+        for keypoint in &mut self.keypoints {
+            let turn = state.row_from_frame(keypoint.offset_s).rotation.conjugate();
+            let in_body = camera.calibration.body_from_camera.direction(keypoint.bearing);
+            keypoint.straight = camera.camera_from_body.direction(turn * in_body);
         }
     }
 
@@ -218,7 +218,7 @@ impl View {
         Some(place_px)
     }
 
-    /// Numbers of the sights within a radius of a place, bucket by bucket; the order is fixed by the input.
+    /// Numbers of the keypoints within a radius of a place, bucket by bucket; the order is fixed by the input.
     pub fn near(&self, place_px: DVec2, radius_px: f64) -> impl Iterator<Item = usize> + '_ {
         let range = |centre: f64, count: usize| {
             let last = bucket(centre + radius_px).min(count - 1);
@@ -231,7 +231,7 @@ impl View {
             let to = index(self.starts[row * self.columns + columns.end]);
             self.members[from..to].iter().map(|&member| index(member))
         })
-        .filter(move |&member| (self.sights[member].place_px - place_px).length_squared() <= radius2)
+        .filter(move |&member| (self.keypoints[member].place_px - place_px).length_squared() <= radius2)
     }
 }
 

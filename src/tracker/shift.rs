@@ -1,9 +1,9 @@
 //! Corrects the rotation of a predicted pose by a vote: the rotation under which most landmarks of the previous frame meet a matching
 //! keypoint.
 //!
-//! A prediction's error is mostly one of rotation, which shifts a whole picture alike. Texture that repeats offers a landmark
-//! several equal partners: the true ones agree on the shift, the false ones do not, since a period in the scene is many periods on the
-//! picture, by depth and slant. So the shift is voted on before single partners are chosen.
+//! A prediction's error is mostly a rotation, which shifts the whole picture. Repetitive texture offers a landmark several
+//! equal matches. True matches agree on the shift; false ones do not, since the period in pixels varies with depth and slant.
+//! So the shift is voted on before single matches are chosen.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -19,7 +19,7 @@ use crate::tracker::sweep::Moving;
 const BIN_PX: f64 = 2.0;
 const REACH_BINS: i32 = 16;
 const SIDE_BINS: i32 = 2 * REACH_BINS + 1;
-/// Fewer votes than this in a bin and its neighbours, or a smaller share of all than one in so many, tell nothing.
+/// Least number of votes in a bin and its neighbours, and least share of all votes (one in so many), for a clear result.
 const VOTES_MIN: u32 = 20;
 const VOTES_SHARE: u32 = 4;
 
@@ -40,7 +40,7 @@ pub fn turned(frame: &Frame<'_>, predicted: &Moving, work: &mut Work) -> Option<
             let Some(place_px) = view.project(&frame.cameras[camera], in_body_m, predicted) else { continue };
             near.clear();
             near.extend(view.near(place_px, BIN_PX * f64::from(REACH_BINS)));
-            let others = near.iter().map(|&sight: &usize| &view.sights[sight].descriptor);
+            let others = near.iter().map(|&keypoint: &usize| &view.keypoints[keypoint].descriptor);
             Distances { own: &landmark.descriptors, others, least: &mut distances }.fill();
             work.descriptors_compared += u64_from(distances.len() * landmark.descriptors.len());
             let Some(&least) = distances.iter().min() else { continue };
@@ -49,8 +49,8 @@ pub fn turned(frame: &Frame<'_>, predicted: &Moving, work: &mut Work) -> Option<
             }
             cast += 1;
             // Equals to within noise vote alike.
-            for (&sight, _) in near.iter().zip(&distances).filter(|(_, distance)| **distance <= least + EQUAL_BITS) {
-                let shift_px = view.sights[sight].place_px - place_px;
+            for (&keypoint, _) in near.iter().zip(&distances).filter(|(_, distance)| **distance <= least + EQUAL_BITS) {
+                let shift_px = view.keypoints[keypoint].place_px - place_px;
                 if let Some(bin) = bin(shift_px) {
                     votes[bin] += 1;
                 }
@@ -70,7 +70,7 @@ pub fn turned(frame: &Frame<'_>, predicted: &Moving, work: &mut Work) -> Option<
     Some(Moving { body_from_world: in_body.then(&predicted.body_from_world), ..*predicted })
 }
 
-/// Descriptors whose distances differ by no more than this are equally good: two standard deviations of 256 bits at one in twelve.
+/// Distances that differ by no more than this count as equal: two standard deviations of 256 bits at one in twelve.
 const EQUAL_BITS: u32 = 9;
 
 fn bin(shift_px: DVec2) -> Option<usize> {
@@ -81,7 +81,7 @@ fn bin(shift_px: DVec2) -> Option<usize> {
     Some(index(of(shift_px.y)? * SIDE_BINS.unsigned_abs() + of(shift_px.x)?))
 }
 
-/// The place with most votes within a bin around it, and their number; nearer to no shift of equals.
+/// The bin with most votes, its neighbours included, and their number. Ties go to the smaller shift.
 fn peak(votes: &[u32]) -> Option<(u32, DVec2)> {
     let side = index(SIDE_BINS.unsigned_abs());
     let mut best: Option<(u32, u32, DVec2)> = None;

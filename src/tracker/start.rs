@@ -1,21 +1,21 @@
 //! Starts a mono map from two pictures of a moving body. Takes one frame after the other until the motion between two of them is
 //! verified.
 //!
-//! A frame is held against an opening one: pairs by descriptors alone, the motion by [`two_view`]. One camera knows no metre: the
-//! unit of its map is such that the median depth of the first points is [`MONO_DEPTH_M`]. Of several cameras without common sights the
-//! turn of their arms tells the length: each other camera's pairs must stand on the planes that the whole rig's motion spans, an equation
-//! linear in the scale (Pless, "Using many cameras as one", CVPR 2003).
+//! Each frame is compared with a first one: pairs by descriptors alone, the motion by [`two_view`]. One camera gives no metric
+//! scale: the map's unit is such that the median depth of the first points is [`MONO_DEPTH_M`]. With several cameras that do
+//! not overlap, the rotation of their lever arms gives the scale: each pair of another camera must satisfy the epipolar
+//! constraint of the whole rig's motion, an equation linear in the scale (Pless, "Using many cameras as one", CVPR 2003).
 
 use glam::{DQuat, DVec3};
 
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser, u64_from};
 use crate::pose::Pose;
-use crate::tracker::initial::{Pair, Refusal, Search, turn, two_view};
+use crate::tracker::initial::{Pair, Refusal, TwoViewSettings, turn, two_view};
 use crate::tracker::lie::{Twist, se3_exp, so3_log};
 use crate::tracker::matching::{Best, Rule};
-use crate::tracker::proof::{self, Hypothesis, Seen};
-use crate::tracker::rig::{RigCamera, Sight, View};
+use crate::tracker::proof::{self, Hypothesis, PathView};
+use crate::tracker::rig::{Keypoint, RigCamera, View};
 use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
 use crate::tracker::tracks::{Tracks, median_step_px};
 use crate::tracker::{TrackerParams, Work};
@@ -39,23 +39,23 @@ const BETWEEN_MAX: usize = 12;
 
 /// A frame as the start needs it.
 #[derive(Clone, Debug)]
-struct Shot {
+struct InitialFrame {
     frame: u64,
     t_s: f64,
     views: Vec<View>,
-    /// The body's turn a second, where rows have times of their own.
+    /// The body's rate of rotation, with a rolling shutter.
     rate: Option<Twist>,
 }
 
 /// What the frames so far leave for a start.
 #[derive(Clone, Debug, Default)]
-pub struct Opening {
-    first: Option<Shot>,
-    last: Option<Shot>,
+pub struct MonoInitialiser {
+    first: Option<InitialFrame>,
+    last: Option<InitialFrame>,
     /// One camera's corners of the opening frame.
     tracks: Tracks,
     /// Views between, each with what it shows of them.
-    between: Vec<(Shot, Vec<(usize, usize)>)>,
+    between: Vec<(InitialFrame, Vec<(usize, usize)>)>,
 }
 
 /// Two views that a map can start from.
@@ -63,17 +63,17 @@ pub struct Opening {
 pub struct Begun {
     /// Time of the opening frame in seconds.
     pub first_t_s: f64,
-    /// Its views, sights straight.
+    /// Its views, keypoints straight.
     pub first_views: Vec<View>,
     /// How the body moved when the opening frame was taken; the world is its frame.
     pub first: Moving,
     /// The same of this frame.
     pub second: Moving,
-    /// Views of this frame, sights straight.
+    /// Views of this frame, keypoints straight.
     pub second_views: Vec<View>,
     /// Camera that gave the points.
     pub camera: usize,
-    /// Sight in the opening view, sight in this one, point in the world in metres.
+    /// Keypoint in the opening view, keypoint in this one, point in the world in metres.
     pub points: Vec<(usize, usize, DVec3)>,
     /// Noise of places that the views between have shown, in units of the assumed one; `None` where two views are all there is.
     pub noise_sigmas: Option<f64>,
@@ -91,10 +91,10 @@ pub struct Stage<'a> {
     pub key: DrawKey,
 }
 
-impl Opening {
+impl MonoInitialiser {
     /// Takes a frame; gives two views where a map can start from them.
     pub fn take(&mut self, stage: &Stage<'_>, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<Begun> {
-        let mut shot = Shot { frame: stage.frame, t_s, views: views.to_vec(), rate: None };
+        let mut shot = InitialFrame { frame: stage.frame, t_s, views: views.to_vec(), rate: None };
         let sweeps = views.iter().any(View::sweeps);
         let alone = views.len() == 1;
         if let Some(last) = self.last.as_ref().filter(|_| sweeps || alone) {
@@ -107,7 +107,7 @@ impl Opening {
                 );
             }
             shot.rate = turning.filter(|_| sweeps);
-            let opens = |first: &&mut Shot| first.frame == last.frame && first.rate.is_none();
+            let opens = |first: &&mut InitialFrame| first.frame == last.frame && first.rate.is_none();
             if let Some(first) = self.first.as_mut().filter(opens) {
                 first.rate = shot.rate;
             }
@@ -131,7 +131,7 @@ impl Opening {
     }
 
     /// Keeps a view in which the corners have moved on; of too many every other.
-    fn keep_between(&mut self, shot: &Shot) {
+    fn keep_between(&mut self, shot: &InitialFrame) {
         let pairs = self.tracks.pairs();
         let step_px = self.between.last().map_or(Some(f64::INFINITY), |(before, held)| {
             median_step_px((&before.views[0], held), (&shot.views[0], &pairs))
@@ -150,13 +150,13 @@ impl Opening {
 
 /// A start from two frames and the motion between them, with the points that a camera saw in both.
 fn begun(
-    (first, first_views): (&Shot, Vec<View>),
-    (second, second_views): (&Shot, Vec<View>),
+    (first, first_views): (&InitialFrame, Vec<View>),
+    (second, second_views): (&InitialFrame, Vec<View>),
     second_from_first: Pose,
     (camera, points): (usize, Vec<(usize, usize, DVec3)>),
 ) -> Begun {
     let mean = mean_rate(&Pose::IDENTITY, &second_from_first, second.t_s - first.t_s);
-    let moving = |body_from_world: Pose, shot: &Shot| Moving {
+    let moving = |body_from_world: Pose, shot: &InitialFrame| Moving {
         body_from_world,
         rate: shot.rate.map_or(AT_REST, |rate| Twist { linear_m: mean.linear_m, ..rate }),
     };
@@ -176,9 +176,9 @@ impl Stage<'_> {
     /// One camera's frame against the opening one and those between.
     fn hold_alone(
         &self,
-        first: &Shot,
-        second: &Shot,
-        (tracks, between): (&Tracks, &[(Shot, Vec<(usize, usize)>)]),
+        first: &InitialFrame,
+        second: &InitialFrame,
+        (tracks, between): (&Tracks, &[(InitialFrame, Vec<(usize, usize)>)]),
         work: &mut Work,
     ) -> Result<Option<Begun>, ()> {
         let least = crate::num::index(self.params.start_landmarks_min);
@@ -188,8 +188,8 @@ impl Stage<'_> {
         }
         let (first_views, second_views) = (self.straight(first), self.straight(second));
         let pair = |&(i, j): &(usize, usize)| Pair {
-            first: first_views[0].sights[i].straight,
-            second: second_views[0].sights[j].straight,
+            first: first_views[0].keypoints[i].straight,
+            second: second_views[0].keypoints[j].straight,
         };
         let own: Vec<Pair> = numbers.iter().map(pair).collect();
         let search = self.search(0, 1.0);
@@ -200,9 +200,9 @@ impl Stage<'_> {
         {
             return Ok(None);
         }
-        let views: Vec<Seen<'_>> = std::iter::once(seen(first, &first_views, &[]))
-            .chain(between.iter().map(|(shot, pairs)| seen(shot, &shot.views, pairs)))
-            .chain([seen(second, &second_views, &numbers)])
+        let views: Vec<PathView<'_>> = std::iter::once(path_view(first, &first_views, &[]))
+            .chain(between.iter().map(|(shot, pairs)| path_view(shot, &shot.views, pairs)))
+            .chain([path_view(second, &second_views, &numbers)])
             .collect();
         let hypothesis = Hypothesis { cameras: self.cameras, params: self.params, views: &views, search };
         let Some(path) = hypothesis.prove(&found, self.key.with(4), work) else { return Ok(None) };
@@ -210,9 +210,13 @@ impl Stage<'_> {
             return Ok(None);
         }
         let second_from_first = path.poses[path.poses.len() - 1];
-        let sight_of = |track: usize| numbers.binary_search_by_key(&track, |pair| pair.0).ok().map(|at| numbers[at].1);
-        let points =
-            path.points_m.iter().filter_map(|&(track, point_m)| sight_of(track).map(|j| (track, j, point_m))).collect();
+        let keypoint_of =
+            |track: usize| numbers.binary_search_by_key(&track, |pair| pair.0).ok().map(|at| numbers[at].1);
+        let points = path
+            .points_m
+            .iter()
+            .filter_map(|&(track, point_m)| keypoint_of(track).map(|j| (track, j, point_m)))
+            .collect();
         let begun = begun((first, first_views), (second, second_views), second_from_first, (0, points));
         Ok(Some(Begun { noise_sigmas: Some(path.noise_sigmas), ..begun }))
     }
@@ -225,17 +229,20 @@ impl Stage<'_> {
     }
 
     /// Two frames against each other: a start, none yet, or an opening that has too little in common with the present.
-    fn hold(&self, first: &Shot, second: &Shot, work: &mut Work) -> Result<Option<Begun>, ()> {
+    fn hold(&self, first: &InitialFrame, second: &InitialFrame, work: &mut Work) -> Result<Option<Begun>, ()> {
         let (first_views, second_views) = (self.straight(first), self.straight(second));
-        let numbers: Vec<Vec<(usize, usize)>> =
-            first_views.iter().zip(&second_views).map(|(a, b)| self.look_alikes(&a.sights, &b.sights, work)).collect();
+        let numbers: Vec<Vec<(usize, usize)>> = first_views
+            .iter()
+            .zip(&second_views)
+            .map(|(a, b)| self.look_alikes(&a.keypoints, &b.keypoints, work))
+            .collect();
         let best = (0..numbers.len()).fold(0, |best, k| if numbers[k].len() > numbers[best].len() { k } else { best });
         let least = crate::num::index(self.params.start_landmarks_min);
         if numbers[best].len() < PAIRS_FACTOR * least {
             return Err(());
         }
         let pairs = |camera: usize| -> Vec<Pair> {
-            let (a, b) = (&first_views[camera].sights, &second_views[camera].sights);
+            let (a, b) = (&first_views[camera].keypoints, &second_views[camera].keypoints);
             numbers[camera].iter().map(|&(i, j)| Pair { first: a[i].straight, second: b[j].straight }).collect()
         };
         let own = pairs(best);
@@ -258,13 +265,13 @@ impl Stage<'_> {
         Ok(Some(begun((first, first_views), (second, second_views), second_from_first, (best, points))))
     }
 
-    fn search(&self, camera: usize, widening: f64) -> Search {
+    fn search(&self, camera: usize, widening: f64) -> TwoViewSettings {
         let sigma_rad = widening * self.params.place_sigma_px / self.cameras[camera].focal_px;
-        Search { sigma_rad, samples_max: self.params.samples_max, confidence: 0.999 }
+        TwoViewSettings { sigma_rad, samples_max: self.params.samples_max, confidence: 0.999 }
     }
 
-    /// A shot's views with their sights at the frame's time.
-    fn straight(&self, shot: &Shot) -> Vec<View> {
+    /// A shot's views with their keypoints at the frame's time.
+    fn straight(&self, shot: &InitialFrame) -> Vec<View> {
         let mut views = shot.views.clone();
         if let Some(rate) = shot.rate {
             let state = Moving { body_from_world: Pose::IDENTITY, rate };
@@ -274,11 +281,12 @@ impl Stage<'_> {
     }
 
     /// How fast the body turns between neighbouring frames, by the camera that has most to say.
-    fn turn_rate(&self, before: &Shot, now: &Shot, work: &mut Work) -> Option<Twist> {
+    fn turn_rate(&self, before: &InitialFrame, now: &InitialFrame, work: &mut Work) -> Option<Twist> {
         let mut most: Option<(usize, Vec<Pair>)> = None;
         for (camera, (a, b)) in before.views.iter().zip(&now.views).enumerate() {
-            let numbers = self.look_alikes(&a.sights, &b.sights, work);
-            let pair = |&(i, j): &(usize, usize)| Pair { first: a.sights[i].bearing, second: b.sights[j].bearing };
+            let numbers = self.look_alikes(&a.keypoints, &b.keypoints, work);
+            let pair =
+                |&(i, j): &(usize, usize)| Pair { first: a.keypoints[i].bearing, second: b.keypoints[j].bearing };
             if most.as_ref().is_none_or(|(_, held)| numbers.len() > held.len()) {
                 most = Some((camera, numbers.iter().map(pair).collect()));
             }
@@ -289,8 +297,8 @@ impl Stage<'_> {
         Some(Twist { linear_m: DVec3::ZERO, angular_rad: axis_rad / (now.t_s - before.t_s) })
     }
 
-    /// Sights that resemble each other most, and clearly more than any third.
-    fn look_alikes(&self, first: &[Sight], second: &[Sight], work: &mut Work) -> Vec<(usize, usize)> {
+    /// Keypoints that resemble each other most, and clearly more than any third.
+    fn look_alikes(&self, first: &[Keypoint], second: &[Keypoint], work: &mut Work) -> Vec<(usize, usize)> {
         let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
         let (mut forward, mut backward) = (vec![Best::NONE; first.len()], vec![Best::NONE; second.len()]);
         for (i, a) in first.iter().enumerate() {
@@ -308,7 +316,7 @@ impl Stage<'_> {
         forward.iter().enumerate().filter_map(mutual).collect()
     }
 
-    /// Length in metres of one camera's unit baseline, from the other cameras' pairs; `None` where they do not tell it.
+    /// Length in metres of one camera's unit baseline, from the other cameras' pairs; `None` if they do not determine it.
     fn rig_scale(&self, reference: usize, motion: &Pose, others: &[(usize, Vec<Pair>)]) -> Option<f64> {
         let of = |camera: usize| self.cameras[camera].calibration.body_from_camera;
         let turn = (of(reference).rotation * motion.rotation * of(reference).rotation.conjugate()).normalize();
@@ -373,9 +381,9 @@ fn common_root(lines: &[Line], agreeing_min: usize) -> Option<f64> {
     (is_known && agreeing >= agreeing_min && 2 * agreeing >= lines.len()).then_some(scale)
 }
 
-/// A view as the proof takes it, its sights straight where bearings of it are asked for.
-fn seen<'a>(shot: &Shot, views: &'a [View], pairs: &'a [(usize, usize)]) -> Seen<'a> {
-    Seen { t_s: shot.t_s, sights: &views[0].sights, rate: shot.rate, pairs }
+/// A view as the proof takes it, its keypoints straight where bearings of it are asked for.
+fn path_view<'a>(shot: &InitialFrame, views: &'a [View], pairs: &'a [(usize, usize)]) -> PathView<'a> {
+    PathView { t_s: shot.t_s, keypoints: &views[0].keypoints, rate: shot.rate, pairs }
 }
 
 /// The distance in the middle.

@@ -22,8 +22,8 @@ struct Track {
     /// What it looked like at first and last.
     looks: [Descriptor; 2],
     missing: u32,
-    /// Its sight in the present view.
-    sight: Option<usize>,
+    /// Its keypoint in the present view.
+    keypoint: Option<usize>,
 }
 
 /// All corners of an opening view.
@@ -33,15 +33,15 @@ pub struct Tracks {
 }
 
 impl Tracks {
-    /// Every sight of a view begins a track of its number.
+    /// Every keypoint of a view begins a track of its number.
     pub fn of(view: &View) -> Self {
-        let track = |(number, sight): (usize, &crate::tracker::rig::Sight)| Track {
-            bearing: sight.bearing,
-            looks: [sight.descriptor; 2],
+        let track = |(number, keypoint): (usize, &crate::tracker::rig::Keypoint)| Track {
+            bearing: keypoint.bearing,
+            looks: [keypoint.descriptor; 2],
             missing: 0,
-            sight: Some(number),
+            keypoint: Some(number),
         };
-        Self { tracks: view.sights.iter().enumerate().map(track).collect() }
+        Self { tracks: view.keypoints.iter().enumerate().map(track).collect() }
     }
 
     /// Takes the next view; `turn` leads from the last camera to this one.
@@ -54,7 +54,7 @@ impl Tracks {
         let rule = Rule { distance_max: params.distance_bits_max, ratio_max: 0.8 };
         let mut pairs = Vec::new();
         for (number, track) in self.tracks.iter_mut().enumerate() {
-            (track.bearing, track.sight) = (turn * track.bearing, None);
+            (track.bearing, track.keypoint) = (turn * track.bearing, None);
             track.missing += 1;
             if track.missing > MISSING_FRAMES_MAX {
                 continue;
@@ -63,23 +63,23 @@ impl Tracks {
                 continue;
             };
             let mut best = Best::NONE;
-            for sight in view.near(place_px, params.search_radius_px) {
-                let distance = |look: &Descriptor| look.distance(&view.sights[sight].descriptor);
-                best.offer(sight, distance(&track.looks[0]).min(distance(&track.looks[1])));
+            for keypoint in view.near(place_px, params.search_radius_px) {
+                let distance = |look: &Descriptor| look.distance(&view.keypoints[keypoint].descriptor);
+                best.offer(keypoint, distance(&track.looks[0]).min(distance(&track.looks[1])));
                 work.descriptors_compared += u64_from(track.looks.len());
             }
-            pairs.extend(best.accepted(rule).map(|sight| (number, sight, best.distance)));
+            pairs.extend(best.accepted(rule).map(|keypoint| (number, keypoint, best.distance)));
         }
-        for (number, sight) in one_to_one(&pairs, view.sights.len()) {
-            let (track, found) = (&mut self.tracks[number], &view.sights[sight]);
+        for (number, keypoint) in one_to_one(&pairs, view.keypoints.len()) {
+            let (track, found) = (&mut self.tracks[number], &view.keypoints[keypoint]);
             (track.bearing, track.looks[1]) = (found.bearing, found.descriptor);
-            (track.missing, track.sight) = (0, Some(sight));
+            (track.missing, track.keypoint) = (0, Some(keypoint));
         }
     }
 
-    /// Tracks that the present view shows: sight of the opening view, sight of this one.
+    /// Tracks that the present view shows: keypoint of the opening view, keypoint of this one.
     pub fn pairs(&self) -> Vec<(usize, usize)> {
-        let pair = |(number, track): (usize, &Track)| track.sight.map(|sight| (number, sight));
+        let pair = |(number, track): (usize, &Track)| track.keypoint.map(|keypoint| (number, keypoint));
         self.tracks.iter().enumerate().filter_map(pair).collect()
     }
 }
@@ -90,12 +90,12 @@ pub fn median_step_px(
     (now, now_pairs): (&View, &[(usize, usize)]),
 ) -> Option<f64> {
     let steps_px: Vec<f64> = shared(before_pairs, now_pairs)
-        .map(|(_, i, j)| (now.sights[j].place_px - before.sights[i].place_px).length())
+        .map(|(_, i, j)| (now.keypoints[j].place_px - before.keypoints[i].place_px).length())
         .collect();
     crate::tracker::refine::upper_median(&steps_px)
 }
 
-/// Tracks of both lists, which rise: track, sight in the first view, sight in the second.
+/// Tracks of both lists, which rise: track, keypoint in the first view, keypoint in the second.
 fn shared<'a>(
     first: &'a [(usize, usize)],
     second: &'a [(usize, usize)],

@@ -9,7 +9,7 @@ use fst_writer::{
 };
 use vcd::{IdCode, TimescaleUnit, VarType};
 
-use super::{Kind, Signal, Value, Waves};
+use super::{Signal, SignalKind, Value, Waves};
 
 /// Who wrote the file.
 const VERSION: &str = concat!("sensel ", env!("CARGO_PKG_VERSION"));
@@ -34,9 +34,9 @@ pub fn vcd_bytes(waves: &Waves) -> std::io::Result<Vec<u8>> {
         writer.add_module(&scope[0].scope)?;
         for signal in scope {
             let (kind, bits) = match signal.kind {
-                Kind::Bits(bits) => (VarType::Wire, bits),
-                Kind::Signed(bits) => (VarType::Integer, bits),
-                Kind::Real => (VarType::Real, 64),
+                SignalKind::Bits(bits) => (VarType::Wire, bits),
+                SignalKind::Signed(bits) => (VarType::Integer, bits),
+                SignalKind::Real => (VarType::Real, 64),
             };
             ids.push(writer.add_var(kind, bits, &signal.name, None)?);
         }
@@ -56,7 +56,12 @@ pub fn vcd_bytes(waves: &Waves) -> std::io::Result<Vec<u8>> {
     Ok(std::mem::take(writer.writer()))
 }
 
-fn write_vcd_value<W: Write>(writer: &mut vcd::Writer<W>, id: IdCode, kind: Kind, value: Value) -> std::io::Result<()> {
+fn write_vcd_value<W: Write>(
+    writer: &mut vcd::Writer<W>,
+    id: IdCode,
+    kind: SignalKind,
+    value: Value,
+) -> std::io::Result<()> {
     if let Value::Real(value) = value {
         return writer.change_real(id, value);
     }
@@ -95,9 +100,9 @@ fn fst(waves: &Waves, info: &FstInfo) -> fst_writer::Result<Vec<u8>> {
         header.scope(&scope[0].scope, "", FstScopeType::Module)?;
         for signal in scope {
             let (shape, kind) = match signal.kind {
-                Kind::Bits(bits) => (FstSignalType::bit_vec(bits), FstVarType::Wire),
-                Kind::Signed(bits) => (FstSignalType::bit_vec(bits), FstVarType::Integer),
-                Kind::Real => (FstSignalType::real(), FstVarType::Real),
+                SignalKind::Bits(bits) => (FstSignalType::bit_vec(bits), FstVarType::Wire),
+                SignalKind::Signed(bits) => (FstSignalType::bit_vec(bits), FstVarType::Integer),
+                SignalKind::Real => (FstSignalType::real(), FstVarType::Real),
             };
             ids.push(header.var(&signal.name, shape, kind, FstVarDirection::Implicit, None)?);
         }
@@ -116,7 +121,7 @@ fn fst(waves: &Waves, info: &FstInfo) -> fst_writer::Result<Vec<u8>> {
 fn write_fst_value(
     body: &mut FstBodyWriter<std::io::Cursor<Vec<u8>>>,
     id: FstSignalId,
-    kind: Kind,
+    kind: SignalKind,
     value: Value,
 ) -> fst_writer::Result<()> {
     match value {
@@ -131,8 +136,8 @@ fn scopes(signals: &[Signal]) -> impl Iterator<Item = &[Signal]> {
 }
 
 /// A value's bits as characters, the greatest first.
-fn bit_text(kind: Kind, value: Value) -> Vec<u8> {
-    let (Kind::Bits(width) | Kind::Signed(width)) = kind else { unreachable!("a real number has no bits") };
+fn bit_text(kind: SignalKind, value: Value) -> Vec<u8> {
+    let (SignalKind::Bits(width) | SignalKind::Signed(width)) = kind else { unreachable!("a real number has no bits") };
     let bit = |place: u32| match value {
         Value::Bits(word) if word >> place & 1 == 1 => b'1',
         Value::Bits(_) => b'0',

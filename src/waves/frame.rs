@@ -3,7 +3,7 @@
 use super::WavePlan;
 use super::clocks::instant_ps;
 use super::lines::{RowLine, pix_clk, row_line};
-use super::signals::{Kind, Recorder, SignalId, Value};
+use super::signals::{Recorder, SignalId, SignalKind, Value};
 use crate::units::RowIndex;
 
 /// Where the frame's signals go.
@@ -19,13 +19,13 @@ impl FrameSignals {
     pub fn add(recorder: &mut Recorder, plan: &WavePlan<'_>) -> Self {
         let (frame, schedule) = (plan.selection.frame, &plan.sensor.schedule);
         let start_clk = schedule.frame_start_clk(frame).0;
-        recorder.add("frame", "number", Kind::Bits(32), Value::Bits(frame.0.into()));
-        recorder.add("frame", "start_pix_clk", Kind::Bits(64), Value::Bits(start_clk));
-        let frame_valid = recorder.add("frame", "frame_valid", Kind::Bits(1), Value::Bits(0));
-        let line = recorder.add("frame", "line", Kind::Bits(24), Value::Unknown);
+        recorder.add("frame", "number", SignalKind::Bits(32), Value::Bits(frame.0.into()));
+        recorder.add("frame", "start_pix_clk", SignalKind::Bits(64), Value::Bits(start_clk));
+        let frame_valid = recorder.add("frame", "frame_valid", SignalKind::Bits(1), Value::Bits(0));
+        let line = recorder.add("frame", "line", SignalKind::Bits(24), Value::Unknown);
         let rows = plan.selection.rows.iter();
         let exposures =
-            rows.map(|row| recorder.add("exposure", &format!("row_{}", row.0), Kind::Bits(1), Value::Bits(0)));
+            rows.map(|row| recorder.add("exposure", &format!("row_{}", row.0), SignalKind::Bits(1), Value::Bits(0)));
         Self { frame_valid, line, exposures: exposures.collect() }
     }
 

@@ -7,7 +7,7 @@
 use rtl_models::lane_shift::{LaneConfig, LaneIn, LaneShift};
 
 use super::clocks::Frequency;
-use super::signals::{Kind, Recorder, SignalId, Value};
+use super::signals::{Recorder, SignalId, SignalKind, Value};
 use crate::adc::AdcParams;
 use crate::error::Error;
 use crate::link::{LinkParams, distribute, serial_bits};
@@ -37,7 +37,7 @@ impl Lanes {
         config.check().map_err(|reason| refuse(reason.to_owned()))?;
         if u64::from(config.hts_min()) > line_clk {
             let reason =
-                format!("a row takes {} lane clocks and a line has {line_clk}; more lanes would do", config.hts_min());
+                format!("a row takes {} lane clocks and a line has {line_clk}; use more lanes", config.hts_min());
             return Err(refuse(reason));
         }
         Ok(Some(Self { config, clock: Frequency::hz(readout.lane_clock_hz) }))
@@ -57,7 +57,7 @@ pub struct LaneSignals {
 impl LaneSignals {
     /// Adds the lanes' signals, unknown until a row is latched.
     pub fn add(recorder: &mut Recorder, lanes: &Lanes) -> Self {
-        let mut bit = |name: &str| recorder.add("lanes", name, Kind::Bits(1), Value::Unknown);
+        let mut bit = |name: &str| recorder.add("lanes", name, SignalKind::Bits(1), Value::Unknown);
         Self {
             lane_clk: bit("lane_clk"),
             valid: bit("lane_valid"),
@@ -127,7 +127,7 @@ const BYTE_BITS: u64 = 8;
 impl LinkSignals {
     /// Adds the link's signals, unknown until a row is sent.
     pub fn add(recorder: &mut Recorder, link: &LinkParams) -> Self {
-        let mut bits = |name: &str, bits| recorder.add("link", name, Kind::Bits(bits), Value::Unknown);
+        let mut bits = |name: &str, bits| recorder.add("link", name, SignalKind::Bits(bits), Value::Unknown);
         Self {
             request: bits("tx_request_hs", 1),
             byte_clk: bits("tx_byte_clk_hs", 1),

@@ -1,7 +1,7 @@
 //! Power of the sensor's blocks over the lines that are shown, in mW: means over spans of the line, from the energy model with every pixel
 //! at 0.4 of the greatest code.
 
-use super::signals::{Kind, Recorder, SignalId, Value};
+use super::signals::{Recorder, SignalId, SignalKind, Value};
 use crate::num::u64_half_even;
 use crate::report::energy_record::LinePower;
 
@@ -22,13 +22,13 @@ impl PowerSignals {
     pub fn add(recorder: &mut Recorder, line: LinePower) -> Self {
         let names =
             line.spans.first().map_or_else(Vec::new, |span| span.blocks_mw.iter().map(|(name, _)| name).collect());
-        let mut add = |name: &str| recorder.add("power", &format!("{name}_mw"), Kind::Real, Value::Real(0.0));
+        let mut add = |name: &str| recorder.add("power", &format!("{name}_mw"), SignalKind::Real, Value::Real(0.0));
         let blocks = names.into_iter().map(&mut add).collect();
         let total = add("total");
         Self { blocks, total, line }
     }
 
-    /// Shows a line; `at_ps` tells when a nanosecond of it is.
+    /// Adds a line; `at_ps` converts nanoseconds of it to time.
     pub fn show(&self, recorder: &mut Recorder, at_ps: &dyn Fn(u64) -> u64) {
         for span in &self.line.spans {
             let time_ps = at_ps(u64_half_even(1e3 * span.start_us));

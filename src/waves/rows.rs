@@ -10,7 +10,7 @@ use rtl_models::sensor_core::{CoreConfig, CoreOut, SensorCore};
 
 use super::WaveRow;
 use super::analog::Analog;
-use super::signals::{Kind, Recorder, SignalId, Value};
+use super::signals::{Recorder, SignalId, SignalKind, Value};
 use crate::adc::{AdcParams, Sample};
 use crate::error::Error;
 use crate::num::{f64_from_u64, index, u32_from, u32_truncated};
@@ -21,7 +21,7 @@ pub fn tail_clk(seq: &SeqConfig) -> u32 {
     (used + 3).saturating_sub(seq.hts)
 }
 
-/// What the core is told of a line.
+/// The core's inputs for a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineClocks {
     /// Whole clocks of `adc_clk` in a line.
@@ -59,7 +59,7 @@ fn settling_clk(adc: &AdcParams, pulses: PulseTimes) -> (u32, u32) {
 /// A line that the hardware's counters do not hold.
 pub fn core_config(adc: &AdcParams, line: LineClocks, columns: u32, pulses: PulseTimes) -> Result<CoreConfig, Error> {
     if adc.columns_per_adc > 1 {
-        let reason = "converters that columns share have no waves; 1 would do";
+        let reason = "converters that columns share have no waves; use 1";
         return Err(Error::key("sensor.adc.columns_per_adc", adc.columns_per_adc, reason));
     }
     let (n_settle_reset, n_settle_signal) = settling_clk(adc, pulses);
@@ -165,16 +165,16 @@ impl CoreSignals {
     pub fn add(recorder: &mut Recorder, adc: &AdcParams, columns: &[u32]) -> Self {
         let mut pins = Vec::with_capacity(PINS.len());
         for pin in PINS {
-            pins.push(recorder.add(pin.scope, pin.name, Kind::Bits(pin.bits), Value::Unknown));
+            pins.push(recorder.add(pin.scope, pin.name, SignalKind::Bits(pin.bits), Value::Unknown));
         }
-        let ramp_uv = recorder.add("ramp", "ramp_uv", Kind::Real, Value::Real(0.0));
+        let ramp_uv = recorder.add("ramp", "ramp_uv", SignalKind::Real, Value::Real(0.0));
         let columns = columns.iter().map(|&column| {
             let scope = format!("column_{column}");
-            let mut bits = |name: &str, bits| recorder.add(&scope, name, Kind::Bits(bits), Value::Unknown);
+            let mut bits = |name: &str, bits| recorder.add(&scope, name, SignalKind::Bits(bits), Value::Unknown);
             let (comparator, crossed) = (bits("comparator", 1), bits("crossed", 1));
             let (latched, code) = (bits("latched", 17), bits("code", adc.bits));
-            let counter = recorder.add(&scope, "counter", Kind::Signed(counter_bits(adc)), Value::Unknown);
-            let input_uv = recorder.add(&scope, "comparator_input_uv", Kind::Real, Value::Real(0.0));
+            let counter = recorder.add(&scope, "counter", SignalKind::Signed(counter_bits(adc)), Value::Unknown);
+            let input_uv = recorder.add(&scope, "comparator_input_uv", SignalKind::Real, Value::Real(0.0));
             ColumnSignals { column: index(column), input_uv, comparator, crossed, counter, latched, code }
         });
         Self { pins, ramp_uv, columns: columns.collect() }

@@ -33,7 +33,7 @@ impl Selection {
     /// Checks against the picture's size and the run's frames.
     ///
     /// # Errors
-    /// What is no list of numbers, or lies beyond the picture or the run; names the option and what would do.
+    /// Not a list of numbers, or outside the picture or the run; the error names the option and an accepted value.
     pub fn new(asked: Asked<'_>, size: Size, frames: u32) -> Result<Self, Error> {
         let default_rows: Vec<u32> = (0..size.height_px.min(2)).collect();
         let mut default_columns = vec![0, size.width_px / 2, size.width_px - 1];
@@ -45,7 +45,7 @@ impl Selection {
             return Err(Error::key(
                 "--wave-frame",
                 frame,
-                format!("the run has {frames} frames; 0 to {} would do", frames - 1),
+                format!("the run has {frames} frames; use 0 to {}", frames - 1),
             ));
         }
         Ok(Self { rows: rows.into_iter().map(RowIndex).collect(), columns, frame: FrameIndex(frame) })
@@ -60,7 +60,7 @@ fn list(option: &str, text: Option<&str>, default: Vec<u32>, bound: u32) -> Resu
     let refuse = |reason: String| Error::key(option, text, reason);
     let number = |word: &str| {
         let parsed = word.trim().parse::<u32>();
-        parsed.map_err(|_| refuse(format!("'{word}' is no number; a list like {example} would do")))
+        parsed.map_err(|_| refuse(format!("'{word}' is no number; use a list like {example}")))
     };
     let mut numbers = Vec::new();
     for part in text.split(',') {
@@ -69,17 +69,17 @@ fn list(option: &str, text: Option<&str>, default: Vec<u32>, bound: u32) -> Resu
             None => (number(part)?, number(part)?),
         };
         if from > to || to > last {
-            return Err(refuse(format!("{part} is out of range; 0 to {last} would do")));
+            return Err(refuse(format!("{part} is out of range; use 0 to {last}")));
         }
         if index(to - from) >= MOST {
-            return Err(refuse(format!("{part} are too many; up to {MOST} would do")));
+            return Err(refuse(format!("{part} are too many; use up to {MOST}")));
         }
         numbers.extend(from..=to);
     }
     numbers.sort_unstable();
     numbers.dedup();
     if numbers.len() > MOST {
-        return Err(refuse(format!("these are {}; up to {MOST} would do", numbers.len())));
+        return Err(refuse(format!("these are {}; use up to {MOST}", numbers.len())));
     }
     Ok(numbers)
 }
@@ -109,15 +109,15 @@ mod tests {
         let columns = |text| Selection::new(Asked { columns: Some(text), ..Asked::default() }, VGA, 1);
         let frame = Selection::new(Asked { frame: Some(1), ..Asked::default() }, VGA, 1);
         let cases = [
-            (rows("480"), "--wave-rows = 480: 480 is out of range; 0 to 479 would do"),
+            (rows("480"), "--wave-rows = 480: 480 is out of range; use 0 to 479"),
             (rows("5-2"), "--wave-rows = 5-2: 5-2 is out of range"),
-            (rows("0-99"), "up to 64 would do"),
-            (rows("0-40,50-90"), "these are 82; up to 64 would do"),
-            (rows(""), "'' is no number; a list like 0,2-5 would do"),
+            (rows("0-99"), "use up to 64"),
+            (rows("0-40,50-90"), "these are 82; use up to 64"),
+            (rows(""), "'' is no number; use a list like 0,2-5"),
             (rows("1;2"), "'1;2' is no number"),
-            (columns("640"), "--wave-columns = 640: 640 is out of range; 0 to 639 would do"),
+            (columns("640"), "--wave-columns = 640: 640 is out of range; use 0 to 639"),
             (columns("-1"), "'' is no number"),
-            (frame, "--wave-frame = 1: the run has 1 frames; 0 to 0 would do"),
+            (frame, "--wave-frame = 1: the run has 1 frames; use 0 to 0"),
         ];
         for (found, expected) in cases {
             let error = found.unwrap_err();

@@ -2,7 +2,7 @@
 
 /// How a signal's value is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum SignalKind {
     /// An unsigned number of so many bits, 1 to 64; one bit is a pin.
     Bits(u32),
     /// A two's complement number of so many bits, 2 to 64.
@@ -30,7 +30,7 @@ pub struct Signal {
     /// Its name within that.
     pub name: String,
     /// How it is read.
-    pub kind: Kind,
+    pub kind: SignalKind,
 }
 
 /// A signal by its place in [`Waves::signals`].
@@ -82,7 +82,7 @@ pub struct Recorder {
 
 impl Recorder {
     /// Adds a signal that starts at a value. Signals of one scope must be added together.
-    pub fn add(&mut self, scope: &str, name: &str, kind: Kind, value: Value) -> SignalId {
+    pub fn add(&mut self, scope: &str, name: &str, kind: SignalKind, value: Value) -> SignalId {
         let signal = SignalId(self.signals.len());
         self.signals.push(Signal { scope: scope.to_owned(), name: name.to_owned(), kind });
         self.held.push(value);
@@ -132,8 +132,8 @@ mod tests {
     #[test]
     fn changes_come_in_the_order_of_time_and_repeat_nothing() {
         let mut recorder = Recorder::default();
-        let a = recorder.add("s", "a", Kind::Bits(1), Value::Unknown);
-        let b = recorder.add("s", "b_uv", Kind::Real, Value::Real(0.0));
+        let a = recorder.add("s", "a", SignalKind::Bits(1), Value::Unknown);
+        let b = recorder.add("s", "b_uv", SignalKind::Real, Value::Real(0.0));
         recorder.set(b, 30, Value::Real(1.5));
         recorder.set(b, 40, Value::Real(1.5));
         recorder.set(a, 0, Value::Bits(0));

@@ -81,7 +81,7 @@ fn number(word: &str) -> Option<(String, f64)> {
     word.parse().ok().map(|value| (word, value))
 }
 
-/// What a reason says instead of a value: the nearer end of "A to B", the number of "N or more", "at most N", "key = N", "N would do".
+/// What a reason says instead of a value: the nearer end of "A to B", the number of "N or more", "at most N", "key = N", "use N".
 fn suggestion(key: &str, reason: &str, value: f64) -> Option<(String, String)> {
     // A comma after a number ends it, one within it does not.
     let words: Vec<&str> = reason.split([' ', ';', '(', ')']).filter(|word| !word.is_empty()).collect();
@@ -97,6 +97,10 @@ fn suggestion(key: &str, reason: &str, value: f64) -> Option<(String, String)> {
             let named = before?.trim_matches(',');
             let path = if named.contains('.') { named.to_owned() } else { format!("sensor.readout.{named}") };
             return Some((path, after?.trim_matches(|sign| sign == ',' || sign == '"').to_owned()));
+        }
+        let asks_for_one = *word == "use" && words.get(place + 2) != Some(&"to");
+        if asks_for_one && let Some((text, _)) = after.and_then(|after| number(after)) {
+            return own(text);
         }
         if (*word == "or" && after.is_some_and(|after| ["more", "less", "fewer"].contains(&after.trim_matches(','))))
             || (*word == "would" && after == Some(&"do"))

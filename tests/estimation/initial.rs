@@ -5,14 +5,15 @@ use sensel::draw::DrawKey;
 use sensel::num::u64_from;
 use sensel::pose::Pose;
 use sensel::tracker::initial::{
-    Model, PAIRS_MIN, Pair, Refusal, Search, TwoView, five_point, homography, models, motions, triangulated, two_view,
+    Model, PAIRS_MIN, Pair, Refusal, TwoView, TwoViewSettings, five_point, homography, models, motions, triangulated,
+    two_view,
 };
 use sensel::tracker::lie::so3_exp;
 
 use super::{normal, normals};
 
 /// Half a pixel of a lens of 320 px.
-const SEARCH: Search = Search { sigma_rad: 0.5 / 320.0, samples_max: 500, confidence: 0.999 };
+const SEARCH: TwoViewSettings = TwoViewSettings { sigma_rad: 0.5 / 320.0, samples_max: 500, confidence: 0.999 };
 
 /// Points 2 to 6 m before the camera, within 90 degrees; on the plane `z = 3 + x / 4` where wanted.
 fn cloud(key: DrawKey, count: usize, plane: bool) -> Vec<DVec3> {

@@ -7,7 +7,7 @@ use sensel::pose::Pose;
 use sensel::tracker::covariance::{frame_covariance, frame_information};
 use sensel::tracker::lie::{Twist, se3_exp};
 use sensel::tracker::p3p;
-use sensel::tracker::ransac::{Search, search};
+use sensel::tracker::ransac::{RansacSettings, search};
 use sensel::tracker::refine::{Known, Measurement, UNSEEN_SIGMAS2, WITHIN_PIXEL_PX, errors2, refine, refine_with};
 use sensel::tracker::rig::RigCamera;
 use sensel::tracker::sweep::Moving;
@@ -15,7 +15,7 @@ use sensel::units::CameraIndex;
 
 use super::{apart, normals};
 
-const LIMITS: Search = Search { samples_max: 300, confidence: 0.999, gate_sigmas2: 9.21 };
+const LIMITS: RansacSettings = RansacSettings { samples_max: 300, confidence: 0.999, gate_sigmas2: 9.21 };
 
 fn cameras() -> Vec<RigCamera> {
     super::adjustment::cameras([320.0, 320.0, 320.0, 240.0], &[Pose::IDENTITY])

@@ -1,4 +1,4 @@
-//! Bad input is refused by name, with what would do.
+//! Bad input is refused by name, with an accepted value.
 
 use sensel::config::Resolved;
 use sensel::picture::{Channel, to_exr};

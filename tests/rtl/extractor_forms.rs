@@ -4,7 +4,7 @@
 use super::cases::Random;
 use super::extractor_play::{Case, Times, play};
 use rtl_models::extractor_core::front_config;
-use rtl_models::extractor_rows::{ExtractorRows, Surroundings, row_corners};
+use rtl_models::extractor_rows::{ExtractorHost, ExtractorRows, row_corners};
 use rtl_models::fx_back::{Candidate, CellList, Engine, FxBackMemory, FxBackToggles, FxCounts, Policy, Record};
 use rtl_models::fx_front_rows::{self, FrontRows, FrontRowsMemory, RowCorner};
 use sensel::compute::{
@@ -110,7 +110,7 @@ fn told(record: Record, clk: u64) -> (Feature, bool, u64) {
     (Feature { x: x_q4, y: y_q4, score, angle, octave, descriptor }, frame, clk)
 }
 
-impl Surroundings for Around {
+impl ExtractorHost for Around {
     fn offered_run(&mut self, first: u32, end: u32, y: u32, clk: u64) -> u64 {
         self.clocked.offered_run(first, end, y, clk)
     }

@@ -1,5 +1,6 @@
 //! A sweep that is killed at any point and run again ends as if nothing had happened.
 
+use std::path::Path;
 use std::time::Duration;
 
 use rand::RngExt;
@@ -9,15 +10,22 @@ use super::{Place, ended, started};
 use crate::common::names;
 
 /// Cells and kills: the full number where outside judges run, fewer for everybody's tests.
-const SIZE: (u32, u32) = if cfg!(feature = "outside") { (500, 20) } else { (60, 6) };
+const SIZE: (usize, usize) = if cfg!(feature = "outside") { (500, 20) } else { (60, 6) };
 
-fn sweep(cells: u32) -> String {
+fn sweep(cells: usize) -> String {
     format!(
         "scenario = \"box\"\nseeds = {}\n[set]\n\"run.frames\" = 3\n\"run.samples_per_pixel\" = 1\n\"sensor.width\" = 64\n\
          \"sensor.height\" = 48\n\"sensor.adc.reset_counts\" = 64\n[[factor]]\nname = \"bits\"\nkey = \"sensor.adc.bits\"\n\
          values = [1, 2, 4, 6, 8]\n",
         cells / 5
     )
+}
+
+/// Cells whose records are there.
+fn finished_in(folder: &Path) -> usize {
+    let Ok(entries) = std::fs::read_dir(folder) else { return 0 };
+    let inside = entries.map(|entry| names(&entry.unwrap().path()));
+    inside.flatten().filter(|name| name.ends_with(".json")).count()
 }
 
 #[test]
@@ -28,21 +36,22 @@ fn a_killed_sweep_goes_on_and_its_table_is_byte_identical() {
     let whole = place.gathered("whole");
     let mut stream = DrawKey::root(25).stream();
     let mut finished = Vec::new();
+    let folder = place.scratch.path().join("killed/cells");
     for kill in 0..kills {
+        let before = finished_in(&folder);
         let mut child = started(&place, "run", "killed", &["--threads", if kill % 2 == 0 { "1" } else { "2" }]);
-        // From before the first cell to some way in; a run that has ended before is none that was killed.
-        std::thread::sleep(Duration::from_millis(stream.random_range(20..1500)));
-        child.kill().unwrap();
+        // From before the first cell to some way in: after so many cells more, and some milliseconds into the next one.
+        let more = stream.random_range(0..=cells / kills);
+        while finished_in(&folder) < before + more && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        std::thread::sleep(Duration::from_millis(stream.random_range(0..30)));
+        let _ = child.kill();
         child.wait().unwrap();
-        let folder = place.scratch.path().join("killed/cells");
-        let count = |folder: &std::path::Path| -> usize {
-            let Ok(entries) = std::fs::read_dir(folder) else { return 0 };
-            let inside = entries.map(|entry| names(&entry.unwrap().path()));
-            inside.flatten().filter(|name| name.ends_with(".json")).count()
-        };
-        finished.push(count(&folder));
+        finished.push(finished_in(&folder));
         println!("kill {kill}: {} cells", finished[finished.len() - 1]);
     }
+    assert!(finished[kills - 1] > 0, "no kill fell into the middle of the run: {finished:?}");
     assert!(finished.windows(2).all(|pair| pair[0] <= pair[1]), "a finished cell was lost: {finished:?}");
     let last = ended(&place, "run", "killed", &["--json"]);
     assert_eq!(last.code, 0, "{}", last.stderr);

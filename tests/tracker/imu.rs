@@ -7,7 +7,7 @@ use sensel::pose::Pose;
 use sensel::tracker::lie::{so3_exp, so3_log};
 use sensel::tracker::preintegrate::Bias;
 use sensel::tracker::preintegrate::chain::Node;
-use sensel::tracker::{ImuCalibration, Inertia, Noise, Reading, Status, TrackedFrame, Tracker, TrackerParams};
+use sensel::tracker::{ImuCalibration, ImuFilter, Noise, Reading, Status, TrackedFrame, Tracker, TrackerParams};
 
 use super::synthetic::{Hardship, RATE_HZ, World, lively, mono_rig, normal, score};
 
@@ -85,7 +85,7 @@ fn ride(world: &World, ride: &Ride) -> (Vec<(Pose, TrackedFrame)>, Tracker) {
             input.features.iter_mut().for_each(Vec::clear);
         }
         let to = (all.partition_point(|reading| reading.t_s <= t_s) + 1).min(all.len());
-        tracker.feel(&all[next..to]);
+        tracker.add_imu_readings(&all[next..to]);
         next = to;
         answers.push((truth, tracker.track(&input)));
     }
@@ -125,11 +125,11 @@ fn a_unit_takes_the_jitter_away_and_its_biases_and_gravity_are_found() {
     assert_eq!((score_with.tracked, score_with.relocalised), (150, 0));
     assert!(jitter_m(&with) < 0.4 * jitter_m(&without), "{} {}", jitter_m(&with), jitter_m(&without));
     assert!(score_with.ate_m < 0.01 && score_with.innovation_px < score_without.innovation_px);
-    let felt = tracker.inertia().expect("a unit");
-    let bias = felt.bias().expect("a state");
+    let imu_filter = tracker.imu_filter().expect("a unit");
+    let bias = imu_filter.bias().expect("a state");
     // Turns of pictures, 1 mrad each, over 5 s: some 1e-3 / 5 rad/s; gravity and the accelerometer's bias part as the body tilts.
     assert!((bias.gyroscope_rad_per_s - BIAS.gyroscope_rad_per_s).length() < 3e-3, "{bias:?}");
-    let (gravity, _) = felt.gravity().expect("a state");
+    let (gravity, _) = imu_filter.gravity().expect("a state");
     let truth = with[0].0.rotation.conjugate() * GRAVITY;
     assert!(gravity.angle_between(truth) < 0.015 && (gravity.length() - 9.806_65).abs() < 0.1, "{gravity} for {truth}");
 }
@@ -179,7 +179,7 @@ fn one_camera_learns_the_metre_from_its_unit() {
     };
     let truth = way(&|k| located[k].0.translation_m);
     let map = way(&|k| located[k].1.translation_m);
-    let (unit, sigma) = tracker.inertia().and_then(|felt| felt.unit_per_m()).expect("a state");
+    let (unit, sigma) = tracker.imu_filter().and_then(|imu_filter| imu_filter.unit_per_m()).expect("a state");
     println!("{} of {} frames, unit {unit:.4} ({sigma:.4}), truth {:.4}", located.len(), answers.len(), map / truth);
     assert!(located.len() > 120, "{}", located.len());
     // Three of its own sigmas, and what the map's unit drifts over the way.
@@ -208,11 +208,11 @@ fn readings_that_stop_or_make_no_sense_leave_the_pictures() {
     for number in 0..60 {
         let t_s = f64_from_u64(number) / RATE_HZ;
         let share = |reading: &&Reading| reading.t_s <= t_s + 0.005 && reading.t_s > t_s - 0.03 && reading.t_s < 1.0;
-        let mut felt: Vec<Reading> = all.iter().filter(share).copied().collect();
-        felt.reverse();
-        felt.push(Reading { t_s: f64::NAN, ..all[0] });
-        felt.push(Reading { acceleration_m_per_s2: DVec3::NAN, ..all[1] });
-        tracker.feel(&felt);
+        let mut imu_filter: Vec<Reading> = all.iter().filter(share).copied().collect();
+        imu_filter.reverse();
+        imu_filter.push(Reading { t_s: f64::NAN, ..all[0] });
+        imu_filter.push(Reading { acceleration_m_per_s2: DVec3::NAN, ..all[1] });
+        tracker.add_imu_readings(&imu_filter);
         let answer = tracker.track(&world.frame(number, &lively(t_s)));
         located += u32::from(
             answer.world_from_body.is_some_and(|pose| pose.translation_m.is_finite() && pose.rotation.is_finite()),
@@ -225,28 +225,28 @@ fn readings_that_stop_or_make_no_sense_leave_the_pictures() {
 /// of 1. Over two steps white noise makes 1.9e-3 m/s^2/sqrt(Hz) * (0.4 s)^1.5 / sqrt(12) = 0.14 mm of the middle: 3 mm are 20 sigma.
 #[test]
 fn steps_between_keyframes_hold_neighbours_together_and_leave_the_window_free() {
-    let mut felt = Inertia::new(ImuCalibration { body_from_imu: mounting(), noise: PHONE }, true);
-    felt.feel(&readings(lively, 0.5, 7));
+    let mut imu_filter = ImuFilter::new(ImuCalibration { body_from_imu: mounting(), noise: PHONE }, true);
+    imu_filter.add_imu_readings(&readings(lively, 0.5, 7));
     let picture = nalgebra::Matrix6::from_fn(|i, j| if i == j { if i < 3 { 4e6 } else { 1e7 } } else { 0.0 });
     let all = readings(lively, 4.1, 7);
     let mut nodes: Vec<Node> = Vec::new();
     for number in 0..=120 {
         let t_s = f64_from_u64(number) / RATE_HZ;
         let before = all.partition_point(|reading| reading.t_s <= t_s - 1.0 / RATE_HZ);
-        felt.feel(&all[before..=all.partition_point(|reading| reading.t_s <= t_s)]);
+        imu_filter.add_imu_readings(&all[before..=all.partition_point(|reading| reading.t_s <= t_s)]);
         let body_from_world = lively(t_s).inverse();
-        felt.advance(t_s);
-        felt.see(t_s, &body_from_world, &picture);
+        imu_filter.advance(t_s);
+        imu_filter.correct(t_s, &body_from_world, &picture);
         if number >= 66 && number % 6 == 0 {
             let keyframe = u32::try_from(number / 6).expect("small");
             if let Some(last) = nodes.last() {
-                felt.link((last.keyframe, f64::from(last.keyframe) * 6.0 / RATE_HZ), (keyframe, t_s));
+                imu_filter.link((last.keyframe, f64::from(last.keyframe) * 6.0 / RATE_HZ), (keyframe, t_s));
             }
             nodes.push(Node { keyframe, body_from_world, free: u32::try_from(nodes.len()).ok() });
         }
     }
     assert_eq!(nodes.len(), 10);
-    let prior = felt.chain(&nodes).expect("all is known");
+    let prior = imu_filter.chain(&nodes).expect("all is known");
     let truth: Vec<Pose> = nodes.iter().map(|node| node.body_from_world).collect();
     let shifted = |of: std::ops::Range<usize>, by_m: f64| {
         let mut poses = truth.clone();

@@ -3,13 +3,13 @@
 use std::io::Cursor;
 
 use sensel::adc::{AdcParams, Cds};
-use sensel::waves::{Kind, Value, Waves};
+use sensel::waves::{SignalKind, Value, Waves};
 
 /// A value as viewers print it: bits, greatest first, or a number.
-pub fn text(kind: Kind, value: Value) -> String {
+pub fn text(kind: SignalKind, value: Value) -> String {
     let width = match kind {
-        Kind::Bits(bits) | Kind::Signed(bits) => bits,
-        Kind::Real => 0,
+        SignalKind::Bits(bits) | SignalKind::Signed(bits) => bits,
+        SignalKind::Real => 0,
     };
     match value {
         Value::Real(value) => format!("{value}"),

@@ -79,7 +79,7 @@ fn instants(waves: &Waves, signals: [Option<SignalId>; FIELDS - 1]) -> Vec<f64> 
     let mut held = [f64::NAN; FIELDS - 1];
     let mut counter_bits = 64;
     if let Some(SignalId(place)) = signals[4]
-        && let sensel::waves::Kind::Signed(bits) = waves.signals[place].kind
+        && let sensel::waves::SignalKind::Signed(bits) = waves.signals[place].kind
     {
         counter_bits = bits;
     }

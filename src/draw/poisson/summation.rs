@@ -29,7 +29,7 @@ pub(super) fn by_summation<const MIXED: bool>(
     let [below, dim_e, terms, sums, counts_e, nearest] = room;
     for column in 0..BLOCK {
         let mean_e = means_e[column];
-        // Brighter and dark columns ride along at mean 0 and are done after one step.
+        // Brighter and dark columns are computed with mean 0 and are done after one step.
         let mean_e = if (mean_e > 0.0) & (mean_e < SERIES_MEAN_MIN) { mean_e } else { 0.0 };
         dim_e[column] = mean_e;
         (terms[column], sums[column]) = exponent_and_rest(mean_e);

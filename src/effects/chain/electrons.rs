@@ -4,8 +4,8 @@ use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot, map_chunks};
 use crate::plane::Plane;
 
 impl Chain {
-    /// Electrons of each pixel of the window as they stand at the sense node before it turns them into a voltage, by the same draws as
-    /// `capture`: shot noise, dark charge, full well and whatever else the chosen effects do to charge are in, conversion gain, kTC and
+    /// Electrons of each pixel of the window at the sense node before conversion to a voltage, by the same draws as
+    /// `capture`: shot noise, dark charge, full well and all other selected effects on charge are in, conversion gain, kTC and
     /// read noise are not. Pixels that binning joins stand apart; the first reading's, where there are two.
     pub fn electrons(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Plane<f32> {
         assert!(times.len() == photons.height_px(), "every row has its times");

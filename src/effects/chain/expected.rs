@@ -1,10 +1,10 @@
 //! The rung `expected`: mean and variance of each pixel's code in closed form.
 //!
-//! Patterns of the die and whatever else is not drawn anew in each frame act on the mean as they do on a sample; through what is not linear
+//! Patterns of the die and all else that is not drawn in each frame act on the mean as they do on a sample; through what is not linear
 //! among them two points, a sigma above and below, carry mean and variance (exact to the third order of a normal; Julier and
 //! Uhlmann 2004). Draws add their mean and variance: Poisson counts the mean, a binomial loss s the variance s (1 - s) N, a full
-//! well clips a normal. The converters' part stands in `adc/expected`. Effects that are not in `HANDLED` have no closed form here and are
-//! refused by name: defects with chance of their own, traps, clock jitter, and what spreads charge between pixels or frames.
+//! well clips a normal. The converters' part is in `adc/expected`. Effects that are not in `HANDLED` have no closed form here and are
+//! refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
 
 use super::row::RowBuffers;
 use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, map_chunks};
@@ -66,10 +66,10 @@ impl Chain {
     /// Whether mean and variance are known in closed form.
     ///
     /// # Errors
-    /// What is not, and what would do.
+    /// Names what is not, and a rung that is accepted.
     pub fn check_expected(&self) -> Result<(), Error> {
-        let refuse = |what: &str, would_do: &str| {
-            let reason = format!("{what} has no mean and variance in closed form; sampled, or {would_do}, would do");
+        let refuse = |what: &str, accepted: &str| {
+            let reason = format!("{what} has no mean and variance in closed form; use sampled, or {accepted}");
             Err(Error::key("run.rung", "expected", reason))
         };
         let reading = &self.readings[0];
@@ -205,7 +205,7 @@ impl Chain {
         }
     }
 
-    /// What is not drawn acts on two points, a sigma above and below the mean.
+    /// Effects without draws act on two points, a sigma above and below the mean.
     fn through(&self, effect: &dyn Effect, at: super::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
         let reset_uv = row.reset_uv.clone();
         let mut ends: [Vec<f32>; 2] = Default::default();

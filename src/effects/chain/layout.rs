@@ -1,7 +1,7 @@
 //! Maps pixels of the array to pixels of the picture, as places in rows.
 //!
 //! Rows run at the array's own columns, from its first column to the window's last, so that patterns of the die and draws stay where
-//! they are whatever part of the array is read.
+//! they are for every window.
 
 use crate::num::{index, low_u16, u32_from};
 use crate::readout::{BinningMode, Geometry};

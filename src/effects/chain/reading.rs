@@ -1,6 +1,6 @@
 //! One reading of a pixel's charge: converts the electrons of a row to samples, codes and events.
 //!
-//! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with noise of its own.
+//! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with independent noise.
 
 use super::row::apply_all;
 use super::{Parameters, RowAt, RowBuffers};
@@ -10,7 +10,7 @@ use crate::effect::{Domain, Effect};
 use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::pixel;
-use crate::silicon::Seat;
+use crate::rtl_simulator::SharedRtlSimulator;
 
 /// A conversion gain with everything behind it.
 pub(super) struct Reading {
@@ -73,7 +73,7 @@ impl Reading {
     }
 
     /// The same with its columns' counters in Verilog where they go clock by clock.
-    pub fn in_verilog(self, verilog: Option<Seat>) -> Self {
+    pub fn in_verilog(self, verilog: Option<SharedRtlSimulator>) -> Self {
         Self { converter: self.converter.in_verilog(verilog), ..self }
     }
 

@@ -67,7 +67,7 @@ pub(super) fn parse(document: &Document) -> Result<Lens, Refusal> {
     if fx_px <= 0.0 || fy_px <= 0.0 {
         return Err((line, "focal lengths are above 0".to_owned()));
     }
-    let refused = |would_do: &str| Err((line, format!("{model} with {} and {}; {would_do} would do", own[0], own[1])));
+    let refused = |would_do: &str| Err((line, format!("{model} with {} and {}; use {would_do}", own[0], own[1])));
     let mapping = match model {
         "ds" if !(own[0].abs() < 1.0 && (0.0..=1.0).contains(&own[1])) => {
             return refused("xi within -1 to 1 and alpha from 0 to 1");

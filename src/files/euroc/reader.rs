@@ -156,7 +156,7 @@ fn parse_imu(document: &Document) -> Result<EurocImu, Refusal> {
         if value >= 0.0 {
             Ok(value)
         } else {
-            Err((document.get(key)?.line, format!("{key} = {value}; 0 or above would do")))
+            Err((document.get(key)?.line, format!("{key} = {value}; use 0 or above")))
         }
     };
     Ok(EurocImu {
@@ -194,12 +194,12 @@ fn parse_readings(text: &str) -> Result<Vec<ImuReading>, Refusal> {
 fn parse_camera(document: &Document) -> Result<EurocCamera, Refusal> {
     let rate_hz = document.number("rate_hz")?;
     if rate_hz <= 0.0 {
-        return Err((document.get("rate_hz")?.line, format!("rate_hz = {rate_hz}; above 0 would do")));
+        return Err((document.get("rate_hz")?.line, format!("rate_hz = {rate_hz}; use a value above 0")));
     }
     let sides_px: [f64; 2] = document.numbers("resolution")?;
     if sides_px.iter().any(|&side_px| !(1.0..=SIDE_PX_MAX).contains(&side_px) || side_px.fract() != 0.0) {
         let line = document.get("resolution")?.line;
-        return Err((line, format!("resolution = {sides_px:?}; whole numbers from 1 to {SIDE_PX_MAX} would do")));
+        return Err((line, format!("resolution = {sides_px:?}; use whole numbers from 1 to {SIDE_PX_MAX}")));
     }
     Ok(EurocCamera {
         body_from_camera: parse_pose(document)?,

@@ -10,7 +10,7 @@ use super::{Parents, resolve, until_parents_stay, work};
 use crate::error::Error;
 
 /// How bytes get to a place.
-enum Way {
+enum FileWriteMode {
     /// The file is written in a hidden folder beside it and renamed.
     Renamed { place: PathBuf, holder: PathBuf, parents: Parents, _lock: Lock },
     /// A pipe or a device takes them as they come; a file whose folder may not be written is overwritten.
@@ -24,12 +24,12 @@ enum Way {
 /// The disk says no; then nothing changed.
 pub fn replace_file(target: &Path, bytes: &[u8]) -> Result<(), Error> {
     let existing = std::fs::metadata(target).ok();
-    let way = way_to(target, existing.as_ref())?;
-    let written = match &way {
-        Way::Direct => write_to(target, bytes),
-        Way::Renamed { place, holder, .. } => write_beside(place, holder, bytes, existing.as_ref()),
+    let mode = mode_for(target, existing.as_ref())?;
+    let written = match &mode {
+        FileWriteMode::Direct => write_to(target, bytes),
+        FileWriteMode::Renamed { place, holder, .. } => write_beside(place, holder, bytes, existing.as_ref()),
     };
-    finish(way, written.is_ok());
+    finish(mode, written.is_ok());
     written.map_err(io_error(target))
 }
 
@@ -39,14 +39,14 @@ pub fn replace_file(target: &Path, bytes: &[u8]) -> Result<(), Error> {
 /// The disk says no.
 pub fn check_file(target: &Path) -> Result<(), Error> {
     let existing = std::fs::metadata(target).ok();
-    finish(way_to(target, existing.as_ref())?, false);
+    finish(mode_for(target, existing.as_ref())?, false);
     Ok(())
 }
 
-fn way_to(target: &Path, existing: Option<&Metadata>) -> Result<Way, Error> {
+fn mode_for(target: &Path, existing: Option<&Metadata>) -> Result<FileWriteMode, Error> {
     match existing {
         Some(metadata) if metadata.is_dir() => return Err(io_error(target)(ErrorKind::IsADirectory.into())),
-        Some(metadata) if !metadata.is_file() => return Ok(Way::Direct),
+        Some(metadata) if !metadata.is_file() => return Ok(FileWriteMode::Direct),
         _ => {}
     }
     // The option's name is the caller's to say.
@@ -54,27 +54,27 @@ fn way_to(target: &Path, existing: Option<&Metadata>) -> Result<Way, Error> {
         Error::Config { reason, .. } => Error::Content { file: target.display().to_string(), reason },
         other => other,
     };
-    until_parents_stay(|| way_to_file(target, existing.is_some())).map_err(named)
+    until_parents_stay(|| mode_for_file(target, existing.is_some())).map_err(named)
 }
 
-fn way_to_file(target: &Path, exists: bool) -> Result<Way, Error> {
+fn mode_for_file(target: &Path, exists: bool) -> Result<FileWriteMode, Error> {
     let (place, parents) = resolve(target)?;
     let parent = place.parent().unwrap_or(Path::new("/")).to_owned();
     let name = place.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let lock = match Lock::take(parent.join(format!(".{name}.sensel-lock")), &place) {
-        Err(Error::Io { source, .. }) if exists && disk::is_forbidden(&source) => return Ok(Way::Direct),
+        Err(Error::Io { source, .. }) if exists && disk::is_forbidden(&source) => return Ok(FileWriteMode::Direct),
         other => other?,
     };
     if lock.is_exclusive {
         work::clear_stale(&parent, &place, &name);
     }
     let holder = work::fresh(&parent, &name)?;
-    Ok(Way::Renamed { place, holder, parents, _lock: lock })
+    Ok(FileWriteMode::Renamed { place, holder, parents, _lock: lock })
 }
 
 /// Removes what stood beside the file, and the folders that were made for it unless it is there now.
-fn finish(way: Way, is_written: bool) {
-    let Way::Renamed { holder, mut parents, _lock, .. } = way else { return };
+fn finish(mode: FileWriteMode, is_written: bool) {
+    let FileWriteMode::Renamed { holder, mut parents, _lock, .. } = mode else { return };
     // A holder that stays is hidden, and the next run to the same place clears it.
     let _ = work::remove_marked(&holder);
     if is_written {

@@ -76,7 +76,7 @@ pub(super) fn pose_table(view: &View<'_>) -> String {
 mod tests {
     use super::*;
     use crate::num::f32_nearest;
-    use crate::optics::truth::Seen;
+    use crate::optics::truth::Visibility;
     use crate::units::Size;
 
     #[test]
@@ -90,7 +90,7 @@ mod tests {
         let planes =
             [dx_px, dy_px].map(|values| Plane::from_values(size, values.map(|v| f32_nearest(v.into())).to_vec()));
         let [dx_px, dy_px] = planes;
-        let found = Matches { dx_px, dy_px, seen: Plane::filled(size, Seen::Visible) };
+        let found = Matches { dx_px, dy_px, seen: Plane::filled(size, Visibility::Visible) };
         let steps = flow_steps(&found);
         let expected = [
             [32_768, 32_768, 1],

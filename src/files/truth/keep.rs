@@ -131,7 +131,7 @@ impl Keep {
     /// Whether a run on pictures can keep it: they have no surfaces, only depth at best.
     ///
     /// # Errors
-    /// What only geometry can tell.
+    /// Kinds of output that need geometry.
     pub(super) fn check_for_pictures(&self, has_depth: bool) -> Result<(), Error> {
         let missing = |kept: &Kept| match kept {
             Kept::Depth => !has_depth,
@@ -139,10 +139,8 @@ impl Keep {
         };
         let Some(kept) = self.all().find(missing) else { return Ok(()) };
         let reason = match kept {
-            Kept::Depth => {
-                "the pictures that the scene is made of have no depth; channel Z, or scene.images_depth, would do"
-            }
-            _ => "pictures have no surfaces; a scene with geometry would do",
+            Kept::Depth => "the pictures that the scene is made of have no depth; use channel Z, or scene.images_depth",
+            _ => "pictures have no surfaces; use a scene with geometry",
         };
         Err(Error::key("--keep", kept.name(), reason))
     }

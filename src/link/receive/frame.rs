@@ -1,6 +1,6 @@
 //! A frame between its start and its end. Collects payloads and the gaps between them, and keeps only the rows whose place is certain.
 //!
-//! A row is given a place only where nothing else is possible: by the number of the line-start packet in front of it, or, where rows are
+//! A row gets a place only where that place is certain: by the number of the line-start packet in front of it, or, where rows are
 //! not numbered, by counting: rows that arrived and rows' lengths that were skipped have to make up the announced height exactly.
 
 use super::Received;
@@ -42,7 +42,7 @@ pub(super) struct Open<'a> {
     pub(super) damaged: bool,
 }
 
-/// Which packet, if any, brought each announced row.
+/// The packet, if any, of each announced row.
 struct Places {
     size: Size,
     kind: RawKind,
@@ -81,7 +81,7 @@ impl<'a> Open<'a> {
     /// Whether the payload was understood.
     pub(super) fn take(&mut self, data_type: DataType, payload: &'a [u8], holds: bool) -> bool {
         let number = self.line.take();
-        // Behind a line start stands its row and nothing else.
+        // Only its row may follow a line start.
         self.damaged |= number.is_some() && !matches!(data_type, DataType::Raw(_));
         match data_type {
             DataType::Embedded => self.take_embedded(holds.then_some(payload)),
@@ -118,7 +118,7 @@ impl<'a> Open<'a> {
         true
     }
 
-    /// Keeps records whose indices no other packet brought.
+    /// Keeps records whose indices were not in an earlier packet.
     fn take_records(&mut self, found: Records) {
         let span = |records: &Records| (records.first, records.first + u32_from(records.features.len()));
         let (start, end) = span(&found);
@@ -200,7 +200,7 @@ impl<'a> Open<'a> {
         let size = shape.size()?;
         let kind = RawKind::ALL.into_iter().find(|kind| kind.data_type() == shape.data_type)?;
         let payload_bytes = kind.payload_bytes(index(size.width_px));
-        // A damaged row has to have brought as many bytes as announced, so damage cannot claim memory.
+        // A damaged row must have as many bytes as announced, so damage cannot claim memory.
         let fills = kind.pixels_in(payload_bytes) == Some(index(size.width_px));
         let fits = |row: &Row| row.payload_bytes == payload_bytes && (row.payload.is_none() || fills);
         if self.kind.is_some_and(|found| found != kind) || !self.rows.iter().all(fits) {

@@ -8,24 +8,24 @@ use super::frame::Open;
 use super::{Decoded, Host, LinkCounts, Received};
 use crate::link::packet::{CRC_BYTES, HEADER_BYTES};
 
-/// Bytes that decide what stands at a place: a line start, and the longest packet behind it.
+/// Bytes that decide what is at a place: a line start, and the longest packet behind it.
 const REACH_BYTES: usize = 2 * HEADER_BYTES + 65_535 + CRC_BYTES;
 
 /// A host that listens.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     wants_pictures: bool,
-    /// What is not decided.
+    /// Bytes that are not yet decoded.
     held: Vec<u8>,
     /// Channel and number of the frame whose start was read before these.
     open: Option<(u8, u16)>,
     counts: LinkCounts,
-    /// Bytes from which on it is worth to look again.
+    /// Number of bytes from which on the decoder tries again.
     wanted_bytes: usize,
 }
 
 impl Decoder {
-    /// A host before the first byte. One that wants no pictures looks at features only.
+    /// A host before the first byte. One without pictures decodes features only.
     pub fn new(wants_pictures: bool) -> Self {
         let (held, counts) = (Vec::new(), LinkCounts::default());
         Self { wants_pictures, held, open: None, counts, wanted_bytes: REACH_BYTES }
@@ -57,7 +57,7 @@ impl Decoder {
         self.counts.merge(&counts);
         self.open = open;
         self.held.drain(..read_bytes);
-        // What was read in vain is read again when it is twice as long, so that a piece costs no more the longer the frame.
+        // Bytes that were decoded in vain are tried again once there are twice as many: the cost of a piece stays independent of the frame.
         self.wanted_bytes = if read_bytes > 0 { REACH_BYTES } else { 2 * self.held.len() };
         frames
     }

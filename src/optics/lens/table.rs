@@ -29,7 +29,7 @@ impl Table {
         let refused = |value: String, reason: &str| Err(Error::key("optics.table", value, reason));
         let points = if points.first() == Some(&(0.0, 0.0)) { &points[1..] } else { points };
         if points.is_empty() || points.len() > TABLE_POINTS_MAX {
-            return refused(format!("{} points", points.len()), "1 to 64 points beside the axis would do");
+            return refused(format!("{} points", points.len()), "use 1 to 64 points beside the axis");
         }
         let mut table = Self {
             count: points.len() + 1,
@@ -41,7 +41,7 @@ impl Table {
             let rises = angle_rad > table.angles_rad[knot] && radius > table.radii[knot];
             if !(rises && angle_rad <= core::f64::consts::PI && radius.is_finite()) {
                 let value = format!("[{}, {radius}]", angle_rad.to_degrees());
-                return refused(value, "angles and radii that both rise, to 180 degrees at most, would do");
+                return refused(value, "use angles and radii that both rise, to 180 degrees at most");
             }
             (table.angles_rad[knot + 1], table.radii[knot + 1]) = (angle_rad, radius);
         }

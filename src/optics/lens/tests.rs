@@ -108,7 +108,7 @@ fn a_lens_ends_where_its_polynomial_folds_over() {
     assert!(barrel.unproject(DVec2::new(edge_px * (1.0 - 1e-9), 0.0)).is_some());
     assert!(barrel.unproject(DVec2::new(edge_px * (1.0 + 1e-9), 0.0)).is_none());
 
-    // It folds and unfolds again: what lies beyond the first fold stays refused though the slope is positive there.
+    // It folds and unfolds again: angles beyond the first fold stay refused, although the slope is positive there.
     let valley = radtan([-0.5, 0.07, 0.0, 0.0]);
     let limit = valley.radius_max();
     assert!((1.0 - 1.5 * limit * limit + 0.35 * limit * limit * limit * limit).abs() < 1e-14);

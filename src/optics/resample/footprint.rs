@@ -74,7 +74,7 @@ pub(super) struct Coverage {
 
 impl Coverage {
     /// Takes a polygon within the picture. Each edge adds, to the cells that it crosses and all to their right, the area between it and the
-    /// cell's right side: signed, so that what lies outside cancels.
+    /// cell's right side: signed, so that area outside cancels.
     pub fn set(&mut self, polygon: &[DVec2]) {
         let Some(&origin) = polygon.first() else {
             (self.columns, self.total) = (0, 0.0);

@@ -12,19 +12,19 @@ use crate::scene::Scene;
 use crate::scene::lanes::LANES;
 use crate::scene::tracer::{MISS, Stack, closest_through};
 
-/// What becomes of a pixel's point in the other view. The numbers are those of kept pictures.
+/// Visibility of a pixel's point in the other view. The numbers are those of kept pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Seen {
+pub enum Visibility {
     /// The pixel has no bearing, so there is no point.
     Nothing = 0,
     /// It is seen.
     Visible = 1,
-    /// Something stands before it.
+    /// Another surface is in front of it.
     Occluded = 2,
     /// It lies outside the other picture, or where its lens has no place for it.
     Outside = 3,
-    /// The other picture's rows pass it by: it moves over them as fast as they are exposed, so no time of one row is its own.
+    /// It moves over the other picture's rows as fast as they are exposed, so no single row gives its time.
     Unsettled = 4,
 }
 
@@ -36,7 +36,7 @@ pub struct Matches {
     /// Row there less row here in pixels; NaN where the other lens has no place.
     pub dy_px: Plane<f32>,
     /// Whether the point is seen.
-    pub seen: Plane<Seen>,
+    pub seen: Plane<Visibility>,
 }
 
 /// What stands nearer to a point than this share of its distance is taken for its own surface: rounding of f32 (1e-7 of the scene) seen
@@ -64,7 +64,7 @@ pub fn matches(scene: &Scene, from: &View<'_>, surfaces: &Surfaces, to: &View<'_
         mark_occluded(scene, &mut found);
         found.into_iter().map(|found| (found.shift_px.map(f32_nearest), found.seen)).collect()
     };
-    let found: Vec<([f32; 2], Seen)> = by_row(surfaces.range_m.height_px(), &work);
+    let found: Vec<([f32; 2], Visibility)> = by_row(surfaces.range_m.height_px(), &work);
     let of = |axis: usize| Plane::from_values(size, found.iter().map(|(shift_px, _)| shift_px[axis]).collect());
     let seen = Plane::from_values(size, found.iter().map(|(_, seen)| *seen).collect());
     Matches { dx_px: of(0), dy_px: of(1), seen }
@@ -72,13 +72,13 @@ pub fn matches(scene: &Scene, from: &View<'_>, surfaces: &Surfaces, to: &View<'_
 
 struct Match {
     shift_px: [f64; 2],
-    seen: Seen,
+    seen: Visibility,
     /// The point and the camera's pose that sees it, where it lies on the picture.
     sight: Option<(Point, Pose)>,
 }
 
 impl Match {
-    fn none(seen: Seen) -> Self {
+    fn none(seen: Visibility) -> Self {
         Self { shift_px: [f64::NAN; 2], seen, sight: None }
     }
 }
@@ -91,7 +91,7 @@ struct Search<'a, 'b> {
 
 impl Search<'_, '_> {
     fn match_of(&self, point: Option<Point>, here_px: DVec2) -> Match {
-        let Some(point) = point else { return Match::none(Seen::Nothing) };
+        let Some(point) = point else { return Match::none(Visibility::Nothing) };
         let lens = &self.view.camera.lens;
         let pose = match self.pose_of_all {
             Some(pose) => pose,
@@ -100,25 +100,25 @@ impl Search<'_, '_> {
                 Err(seen) => return Match::none(seen),
             },
         };
-        let Some(place_px) = lens.project(point.in_camera(&pose)) else { return Match::none(Seen::Outside) };
+        let Some(place_px) = lens.project(point.in_camera(&pose)) else { return Match::none(Visibility::Outside) };
         let inside = is_inside(self.view.camera.size, place_px);
-        let seen = if inside { Seen::Visible } else { Seen::Outside };
+        let seen = if inside { Visibility::Visible } else { Visibility::Outside };
         Match { shift_px: (place_px - here_px).to_array(), seen, sight: inside.then_some((point, pose)) }
     }
 
     /// The row on which a point lies while that row is exposed; the poses between rows are interpolated.
-    fn row_of(&self, point: &Point, first_px: f64) -> Result<f64, Seen> {
+    fn row_of(&self, point: &Point, first_px: f64) -> Result<f64, Visibility> {
         let mut y_px = first_px;
         for _ in 0..STEPS_MAX {
             let place_px = self.view.camera.lens.project(point.in_camera(&self.view.pose_between(y_px)));
-            let Some(place_px) = place_px else { return Err(Seen::Outside) };
+            let Some(place_px) = place_px else { return Err(Visibility::Outside) };
             let before_px = std::mem::replace(&mut y_px, place_px.y);
             // Beyond the picture all places have the edge row's time.
             if (y_px - before_px).abs() < SETTLED_PX || self.view.time_s(y_px) == self.view.time_s(before_px) {
                 return Ok(y_px);
             }
         }
-        Err(Seen::Unsettled)
+        Err(Visibility::Unsettled)
     }
 }
 
@@ -138,7 +138,7 @@ fn mark_occluded(scene: &Scene, found: &mut [Match]) {
         for (lane, found) in group.iter_mut().enumerate() {
             let Some((point, _)) = &found.sight else { continue };
             if hits.triangle[lane] != MISS && hits.triangle[lane] != point.triangle {
-                found.seen = Seen::Occluded;
+                found.seen = Visibility::Occluded;
             }
         }
     }

@@ -45,14 +45,16 @@ pub(super) fn alternatives(report: &Report) -> String {
         |LeftOut { name, reason }: &LeftOut| format!("<li>{} is not possible: {}</li>", escaped(name), escaped(reason));
     let left_out: String = table.left_out.iter().map(left_out).collect();
     let content = format!(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"raw, features or both\"><table class=\"alternatives\"><thead><tr>\
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"raw, features or both\">\
+         <table class=\"alternatives\"><thead><tr>\
          <th scope=\"col\">what is sent</th>{head}<th scope=\"col\">keeps up</th><th scope=\"col\" class=\"num\">ATE</th></tr></thead>\
          <tbody>{}</tbody></table></div>{}",
         table.rows.iter().map(row).collect::<String>(),
         if left_out.is_empty() { String::new() } else { format!("<ul class=\"note\">{left_out}</ul>") }
     );
     let lead = format!(
-        "One run\u{2019}s events under each way of sending, {} features a camera\u{2019}s frame, all sensors together. The host is {}; times \
+        "One run\u{2019}s events under each way of sending, {} features a camera\u{2019}s frame, all sensors together. The host is {}; \
+         times \
          count from the middle of the exposure.",
         grouped(crate::num::f64_from_u64(table.features)),
         table.host

@@ -68,7 +68,8 @@ fn header(comparison: &Comparison, names: &[String]) -> String {
     let heads = std::iter::once(&comparison.base).chain(comparison.others.iter().map(|other| &other.run));
     let rows: String = heads.zip(names).map(row).collect();
     format!(
-        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} compare</p><h1>{}: {} against A</h1><div class=\"scroll\"><table><thead><tr>\
+        "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} compare</p><h1>{}: {} against A</h1>\
+         <div class=\"scroll\"><table><thead><tr>\
          <th scope=\"col\">run</th><th scope=\"col\">folder</th><th scope=\"col\">scenario</th><th scope=\"col\" class=\"num\">seed</th>\
          <th scope=\"col\" class=\"num\">frames</th><th scope=\"col\">config</th></tr></thead><tbody>{rows}</tbody></table></div></header>",
         escaped(&comparison.base.scenario),
@@ -163,7 +164,8 @@ pub fn range([low, high]: [f64; 2], unit: &str) -> String {
 fn figures(other: &Against, name: &str) -> String {
     let rows: String = other.figures.iter().map(figure_row).collect();
     let table = format!(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"figures of {name} against A\"><table class=\"figures\"><thead><tr>\
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"figures of {name} against A\">\
+         <table class=\"figures\"><thead><tr>\
          <th scope=\"col\">figure</th><th scope=\"col\" class=\"num\">A</th><th scope=\"col\" class=\"num\">{name}</th>\
          <th scope=\"col\" class=\"num\">difference</th><th scope=\"col\" class=\"num\">95 % interval</th>\
          <th scope=\"col\">\u{2212}100 % \u{2026} 0 \u{2026} +100 % of A</th><th scope=\"col\">verdict</th></tr></thead>\
@@ -243,9 +245,11 @@ fn wiper(frames: &[ComparedFrame], names: &[String]) -> String {
     let content = format!(
         "<div class=\"wiper-controls\"><label>frame <select id=\"wiper-frame\">{captions}</select></label>\
          <label>left <select id=\"wiper-left\">{}</select></label><label>right <select id=\"wiper-right\">{}</select></label></div>\
-         <div class=\"wiper\" id=\"wiper\" style=\"aspect-ratio:{width}/{height}\"><img id=\"wiper-a\" alt=\"the left run's picture\" src=\"{}\">\
+         <div class=\"wiper\" id=\"wiper\" style=\"aspect-ratio:{width}/{height}\">\
+         <img id=\"wiper-a\" alt=\"the left run's picture\" src=\"{}\">\
          <img id=\"wiper-b\" alt=\"the right run's picture\" src=\"{}\"><i></i>\
-         <input type=\"range\" min=\"0\" max=\"100\" value=\"50\" step=\"0.5\" id=\"wiper-at\" aria-label=\"seam between the pictures, in per cent \
+         <input type=\"range\" min=\"0\" max=\"100\" value=\"50\" step=\"0.5\" id=\"wiper-at\" \
+         aria-label=\"seam between the pictures, in per cent \
          from the left\"></div><script>\n{}\n</script>",
         options(0),
         options(1),

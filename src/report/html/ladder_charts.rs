@@ -97,7 +97,9 @@ fn plot(record: &LadderRecord, plot: &Plot<'_>) -> String {
         }
         let runs = vec![points.iter().map(|(x, y, _)| (*x, *y)).collect()];
         series.push(Series { name, ink: *ink, shape: Shape::Marked(2), runs });
-        notes.extend(points.iter().map(|(x, y, value)| Note { at: (*x, *y), text: short(value), ink: *ink }));
+        // Tolerances of effects differ little in time: one word for all of them.
+        let shown = if *ink == Ink::Five { &points[points.len() - 1..] } else { &points[..] };
+        notes.extend(shown.iter().map(|(x, y, value)| Note { at: (*x, *y), text: short(value), ink: *ink }));
     }
     if let Some(row) = in_use(record)
         && let Some(y) = (plot.figure)(row)

@@ -41,7 +41,7 @@ pub(super) fn sequence(
     let folders = folders.list();
     let cameras = demand.cameras.len();
     if folders.len() != cameras {
-        let reason = format!("{} folder(s) for {cameras} camera(s); one for each would do", folders.len());
+        let reason = format!("{} folder(s) for {cameras} camera(s); use one for each", folders.len());
         return Err(Error::key("scene.images", format!("{folders:?}"), reason));
     }
     let (mut streams, mut notes) = (Vec::with_capacity(cameras), Vec::new());
@@ -95,7 +95,7 @@ impl Found {
             names.into_iter().filter(|name| is_picture(name)).map(|name| format!("{place}{name}")).collect()
         };
         let pictures = INNER.iter().map(|inner| pictures_in(inner)).find(|found| !found.is_empty());
-        let pictures = pictures.ok_or_else(|| refused("holds no picture; files that end in .png or .exr would do"))?;
+        let pictures = pictures.ok_or_else(|| refused("holds no picture; use files that end in .png or .exr"))?;
         let mut notes = Vec::new();
         let (files, times_s, first_ns) = match scenario.scene.images_fps {
             Some(rate_hz) => {
@@ -105,7 +105,7 @@ impl Found {
             }
             None => {
                 let (name, unit) = LISTS.into_iter().find(|(name, _)| beside.iter().any(|file| file == name)).ok_or_else(|| {
-                    refused("holds no list of times; times.csv, times.txt, rgb.txt or data.csv in it, or scene.images_fps, would do")
+                    refused("holds no list of times; use times.csv, times.txt, rgb.txt or data.csv in it, or scene.images_fps")
                 })?;
                 let file = format!("{folder}/{name}");
                 let listed = list::parse(&file, &text(&file, assets)?, unit)?;
@@ -163,9 +163,9 @@ fn check_span(folder: &str, covered: Span, demand: &Demand) -> Result<(), Error>
         if fits(middle) { most = middle } else { too_many = middle }
     }
     let would_do = if most > 0 {
-        format!("up to {most} frames, or an earlier scene.images_start_s, would do")
+        format!("use up to {most} frames, or an earlier scene.images_start_s")
     } else {
-        "another scene.images_start_s, or more pictures, would do".to_owned()
+        "use another scene.images_start_s, or more pictures".to_owned()
     };
     let reason = format!(
         "the pictures of {folder} last from {:.3} s to {:.3} s of the run, which needs {:.3} s to {:.3} s; {would_do}",
@@ -194,8 +194,7 @@ fn listed_files(
     let refused = |reason: String| Error::Content { file: list.to_owned(), reason };
     if listed.names.is_empty() {
         if listed.times_s.len() != pictures.len() {
-            let reason =
-                format!("has {} times for {} pictures; one each would do", listed.times_s.len(), pictures.len());
+            let reason = format!("has {} times for {} pictures; use one each", listed.times_s.len(), pictures.len());
             return Err(refused(reason));
         }
         return Ok((pictures.to_vec(), listed.times_s));
@@ -221,7 +220,7 @@ fn depth_files_in(place: &str, files: &[String], assets: &dyn Assets) -> Result<
         None if names.len() == files.len() => Ok(names.into_iter().map(|name| format!("{place}/{name}")).collect()),
         None => {
             let reason = format!(
-                "has {} files for {} pictures; one for each, of the same name or in the same order, would do",
+                "has {} files for {} pictures; use one for each, of the same name or in the same order",
                 names.len(),
                 files.len()
             );
@@ -245,8 +244,8 @@ fn source_camera(scenario: &Scenario, folder: &str, first: &str, assets: &dyn As
             return Ok(PictureCamera { fx_px, fy_px, cx_px, cy_px, distortion: [0.0; 4] });
         }
     }
-    let reason = "what camera made the pictures is not known; fx_px, fy_px, cx_px and cy_px, or horizontal_fov_deg, in \
-                  [scene.images_camera], or a matrix in K.txt, would do";
+    let reason = "what camera made the pictures is not known; give fx_px, fy_px, cx_px and cy_px, or horizontal_fov_deg, in \
+                  [scene.images_camera], or a matrix in K.txt";
     Err(Error::key("scene.images_camera", "nothing", reason))
 }
 
@@ -273,7 +272,7 @@ fn camera_of_keys(keys: &ImagesCamera, size: &dyn Fn() -> Result<Size, Error>) -
             Ok(PictureCamera { fx_px, fy_px, cx_px, cy_px, distortion })
         }
         _ => {
-            let reason = "either all of fx_px, fy_px, cx_px and cy_px, or horizontal_fov_deg, would do";
+            let reason = "use either all of fx_px, fy_px, cx_px and cy_px, or horizontal_fov_deg";
             Err(Error::key("scene.images_camera", "incomplete", reason))
         }
     }

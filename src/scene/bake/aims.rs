@@ -22,7 +22,7 @@ pub struct Aims {
     pub bulb_points: Vec<BulbPoint>,
     /// Bright directions of the surroundings.
     pub distant: Vec<DistantLight>,
-    /// Directions of bounces. Empty where rays by chance would find nothing that is wanted.
+    /// Directions of bounces. Empty where random rays cannot find light.
     pub fan: Vec<[f32; 3]>,
 }
 
@@ -113,7 +113,7 @@ struct Aimed {
     t_max: f32,
     side: usize,
     group: usize,
-    /// Light that comes along it where nothing is in the way.
+    /// Unoccluded light along it.
     sent: [f64; BANDS],
 }
 
@@ -191,8 +191,8 @@ pub fn visible_aims(scene: &Scene, number: usize, aims: &Aims, stack: &mut Stack
     (0..LANES).fold(above, |seen, lane| if shadowed[lane] { seen & !(1 << lane) } else { seen })
 }
 
-/// Form factor of a small disc of the area a ray stands for: cos cos A / (pi d^2 + A). It never exceeds 1, so a lamp that
-/// touches a sample does not burn it; far away its error against a point's is A / (pi d^2).
+/// Form factor of a small disc of the area that a ray represents: cos cos A / (pi d^2 + A). It never exceeds 1, so a lamp that
+/// touches a sample does not give it infinite light; far away its error against a point's is A / (pi d^2).
 fn disc_form_factor(normal: [f32; 3], toward: [f32; 3], lamp: [f32; 3], area_m2: f64) -> f64 {
     let distance2 = f64::from(dot(toward, toward));
     let cos_here = f64::from(dot(toward, normal)).abs();

@@ -1,21 +1,21 @@
-//! What the rays of neighbouring samples brought, close together: their direct light, and the places that each of their sides looks at.
+//! Results of the rays of neighbouring samples, close together in memory: their direct light, and the places that each of their sides sees.
 
 #![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
 
 use super::super::Scene;
 use super::super::light::{BANDS, Bands};
 use super::aims::Aims;
-use super::rays::{GROUPS, Mirrored, Seen, gather};
+use super::rays::{GROUPS, Mirrored, SideLight, gather};
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
-/// Of some samples. Lists of all sides lie one behind another, because a list of its own for each takes more than it holds.
+/// Of some samples. Lists of all sides lie one behind another, because separate lists would take more memory than their entries.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
     /// The samples.
     pub samples: Vec<u32>,
     /// Light of lamps, sky and glowing surfaces on each side, by group; a group without any light in the scene is empty.
     pub direct: [Vec<Bands>; GROUPS],
-    /// What rays by chance brought to it, and the sum of squares of what each brought.
+    /// Sum over the random rays of the light that each brought, and the sum of squares.
     by_chance: [Vec<[Bands; 2]>; GROUPS],
     /// Whether a side lies within something closed, as a floor does under a box that stands on it.
     pub buried: Vec<bool>,
@@ -50,7 +50,7 @@ impl Gathered {
         all
     }
 
-    fn push(&mut self, seen: &Seen, rays: usize, flickers: bool) {
+    fn push(&mut self, seen: &SideLight, rays: usize, flickers: bool) {
         for (group, light) in seen.direct.iter().enumerate().take(1 + usize::from(flickers)) {
             self.direct[group].push(light.map(f32_nearest));
             let moments = [seen.bounced.seen[group], seen.bounced.squares[group]];

@@ -1,4 +1,4 @@
-//! The rays of one sample: its direct light, and what its rays by chance met.
+//! The rays of one sample: its direct light, and the hits of its random rays.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
@@ -27,12 +27,12 @@ const FLICKERING: usize = 1;
 /// One number a group and band.
 pub type ByGroup<T> = [[T; BANDS]; GROUPS];
 
-/// What the rays of one side of a sample brought.
+/// The light that one side of a sample receives.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct SideLight {
     /// Light of lamps, sky and glowing surfaces, by group.
     pub direct: ByGroup<f64>,
-    /// What rays by chance met.
+    /// Hits of the random rays.
     pub bounced: Bounced,
     /// Whether the side is lit at all: the back of what has none is not.
     pub is_lit: bool,
@@ -67,8 +67,8 @@ impl Mirrored {
 /// Number of the bounces' draws: the seed of their key.
 const BOUNCE_DRAWS: u64 = 0x626F_756E;
 
-/// Traces all rays of a sample. Of what is only seen from its front, nothing is asked behind it.
-pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [Seen; 2] {
+/// Traces all rays of a sample. The back of a one-sided surface is not traced.
+pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
     let sample = &scene.layout.samples[number];
     let aimed = aimed_light(scene, sample.position_m, sample.normal, sample.sides(), aims);
     let mut side = 0;
@@ -77,7 +77,7 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [Seen; 2] {
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
         side += 1;
         if !is_lit {
-            return Seen { direct, bounced: Bounced::default(), is_lit, is_buried: false };
+            return SideLight { direct, bounced: Bounced::default(), is_lit, is_buried: false };
         }
         let bounced = bounce_rays(scene, sample.position_m, normal, &aims.fan);
         for group in 0..GROUPS {
@@ -86,16 +86,16 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [Seen; 2] {
             }
         }
         let is_buried = 8 * bounced.backs > aims.fan.len();
-        Seen { direct, bounced, is_lit, is_buried }
+        SideLight { direct, bounced, is_lit, is_buried }
     })
 }
 
-/// What the rays by chance of one side brought.
+/// Light of the random rays of one side.
 #[derive(Clone, Debug, Default)]
 pub struct Bounced {
     /// Light that shines by itself: sky, glowing surfaces where lamps are not aimed at, lamps in mirrors.
     pub seen: ByGroup<f64>,
-    /// Sum of the squares of what each ray brought to it.
+    /// Sum of the squares of the light of each ray.
     pub squares: ByGroup<f64>,
     /// Twice the sample plus its side, of each ray that ended at one.
     pub met: Vec<u32>,
@@ -259,12 +259,12 @@ struct Mirror {
 }
 
 impl Mirror {
-    /// The rest of a ray that comes over this surface; its dull part is noted. None where nothing goes on.
+    /// The reflected ray at this surface; its diffuse part is recorded. None where nothing is reflected.
     fn reflected(&self, scene: &Scene, path: &Path, t: f32, place: u32, bounced: &mut Bounced) -> Option<Path> {
         let weight: Bands = std::array::from_fn(|band| path.weight[band] * self.reflectance[band]);
         if scene.layout.samples[index(place) / 2].albedo.iter().any(|&band| band > 0.0) {
-            let dull = std::array::from_fn(|band| path.weight[band] - weight[band]);
-            bounced.mirrored.push(Mirrored::new(place, dull));
+            let diffuse = std::array::from_fn(|band| path.weight[band] - weight[band]);
+            bounced.mirrored.push(Mirrored::new(place, diffuse));
         }
         let along = 2.0 * dot(path.direction, self.normal);
         let direction = unit([0, 1, 2].map(|axis| path.direction[axis] - along * self.normal[axis]))?;
@@ -318,7 +318,7 @@ impl Scene {
         if self.flickers(material) { FLICKERING } else { STEADY }
     }
 
-    /// Whether rays that leave by chance find light that no ray is aimed at.
+    /// Whether random rays can find light that no shadow ray samples.
     pub(super) fn glows_beyond_aims(&self) -> bool {
         let sky = self.environment.is_some() || self.sky.iter().any(|&band| band > 0.0);
         let is_left = |(number, material): (u32, &Material)| material.is_emissive() && !self.lamps.are_aimed_at(number);

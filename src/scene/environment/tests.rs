@@ -110,7 +110,7 @@ fn no_texel_however_bright_makes_an_aim_stronger_than_the_others() {
     assert_eq!(aims.len(), 96);
     let strengths: Vec<f64> = aims.iter().map(|aim| luminance(aim.normal_irradiance.map(f64::from))).collect();
     assert!(strengths.iter().all(|strength| (strength / strengths[0] - 1.0).abs() < 1e-5));
-    // What rays meet by chance is below the threshold.
+    // What random rays hit is below the threshold.
     let mean = environment.map.mean_luminance();
     for number in 0..1000_usize {
         let [u, v] = pair(DrawKey::root(6), u64_from(number));

@@ -8,7 +8,7 @@ use super::buffers::Buffers;
 use super::node::TRIANGLES_MAX;
 use crate::num::index;
 
-/// Elements of one accessor that no bytes of the file stand for, at most: as many vertices as a scene may have.
+/// Greatest number of elements of one accessor without bytes in the file: as many vertices as a scene may have.
 const ELEMENTS_MAX: usize = 3 * TRIANGLES_MAX;
 
 /// Bytes of one number.
@@ -97,7 +97,7 @@ impl Buffers<'_> {
         let kind = accessor.data_type();
         if dimensions[N - 1] != accessor.dimensions() || kind == DataType::U32 {
             let (found, wanted) = (format!("{:?} of {kind:?}", accessor.dimensions()), dimensions[N - 1]);
-            return Err(format!("accessor {} holds {found}; {wanted:?} of F32 would do", accessor.index()));
+            return Err(format!("accessor {} holds {found}; use {wanted:?} of F32", accessor.index()));
         }
         let bytes = bytes_of(kind);
         let is_share = accessor.normalized();
@@ -111,7 +111,7 @@ impl Buffers<'_> {
         if !matches!(kind, DataType::U8 | DataType::U16 | DataType::U32) || accessor.dimensions() != Dimensions::Scalar
         {
             let found = format!("indices as {:?} of {kind:?}", accessor.dimensions());
-            return Err(format!("accessor {} holds {found}; unsigned scalars would do", accessor.index()));
+            return Err(format!("accessor {} holds {found}; use unsigned scalars", accessor.index()));
         }
         self.elements(accessor, bytes_of(kind), little_endian)
     }

@@ -50,7 +50,7 @@ pub fn fetched(uri: &str, files: &Files<'_>) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (kind, encoded) = data.split_once(',').ok_or("a data: uri has a comma")?;
         if !kind.ends_with(";base64") {
-            return Err("a data: uri that is not base64; one that is would do".to_owned());
+            return Err("a data: uri that is not base64; use one that is".to_owned());
         }
         return STANDARD.decode(encoded).map_err(|error| format!("its data: uri is not base64: {error}"));
     }
@@ -60,7 +60,7 @@ pub fn fetched(uri: &str, files: &Files<'_>) -> Result<Vec<u8>, String> {
 
 /// The path that a relative URI names, percent-decoded.
 fn inside(uri: &str) -> Result<String, String> {
-    let refuse = || format!("the uri '{uri}' leads out of the scene's folder; a file in it would do");
+    let refuse = || format!("the uri '{uri}' leads out of the scene's folder; use a file in it");
     let mut bytes = Vec::new();
     let mut rest = uri.bytes();
     while let Some(byte) = rest.next() {

@@ -28,7 +28,7 @@ pub struct Container<'a> {
     pub ignored: Vec<String>,
 }
 
-/// The parts of the JSON that the `gltf` crate does not hand out.
+/// The parts of the JSON that the `gltf` crate does not expose.
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
 struct Outline {
@@ -87,7 +87,7 @@ pub fn open(bytes: &[u8]) -> Result<Container<'_>, String> {
     let outline: Outline = serde_json::from_slice(json).map_err(|error| not_gltf(&error))?;
     if let Some(unread) = outline.extensions_required.iter().find(|name| !READ.contains(&name.as_str())) {
         return Err(format!(
-            "it requires the extension {unread}; a file without it, or with one of {} would do",
+            "it requires the extension {unread}; use a file without it, or with one of {}",
             READ.join(", ")
         ));
     }
@@ -134,7 +134,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
         Ok::<_, String>(crate::num::index(u32::from_le_bytes(word.try_into().expect("four bytes were taken"))))
     };
     if word(4)? != 2 {
-        return Err(format!("it is of version {}; version 2 would do", word(4)?));
+        return Err(format!("it is of version {}; use version 2", word(4)?));
     }
     if word(8)? > bytes.len() {
         return Err(format!("it is cut off: its header says {} bytes, it has {}", word(8)?, bytes.len()));

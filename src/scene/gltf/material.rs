@@ -31,9 +31,9 @@ impl Placing {
     }
 }
 
-/// What the file says of a material besides the material itself.
+/// Properties of a material in the file beyond the material itself.
 #[derive(Clone, Copy, Debug)]
-pub struct Kind {
+pub struct MaterialMapping {
     /// Light passes: its triangles are left out.
     pub is_clear: bool,
     /// Of its picture.
@@ -70,14 +70,14 @@ fn placing(material: &gltf::Material<'_>) -> Placing {
     Placing { set: moved.tex_coord().unwrap_or(info.tex_coord()), rows }
 }
 
-/// Reads all materials and the pictures that they use into a mesh. The last one is for primitives without: white and dull.
+/// Reads all materials and the pictures that they use into a mesh. The last one is for primitives without: white and diffuse.
 pub fn read_all(
     document: &gltf::Document,
     buffers: &Buffers<'_>,
     files: &Files<'_>,
     mesh: &mut Mesh,
     notes: &mut Notes,
-) -> Result<Vec<Kind>, String> {
+) -> Result<Vec<MaterialMapping>, String> {
     let mut pictures = Pictures { buffers, files, budget: Budget::default(), textures: BTreeMap::new() };
     let mut kinds = Vec::new();
     for material in document.materials() {
@@ -88,10 +88,13 @@ pub fn read_all(
             note_what_is_left_out(&material, notes);
         }
         mesh.materials.push(read);
-        kinds.push(Kind { is_clear, placing: placing(&material) });
+        kinds.push(MaterialMapping { is_clear, placing: placing(&material) });
     }
     mesh.materials.push(Material::plain("default", [1.0; 3]));
-    kinds.push(Kind { is_clear: false, placing: Placing { set: 0, rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] } });
+    kinds.push(MaterialMapping {
+        is_clear: false,
+        placing: Placing { set: 0, rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] },
+    });
     Ok(kinds)
 }
 

@@ -9,7 +9,7 @@ use super::super::Viewpoint;
 use super::super::mesh::{Material, Mesh, Vertex};
 use super::buffers::Buffers;
 use super::container::Container;
-use super::material::Kind;
+use super::material::MaterialMapping;
 use super::{Content, Notes};
 use crate::num::{f32_nearest, f64_from_usize, u32_from};
 use crate::pose::Pose;
@@ -26,7 +26,7 @@ pub struct Reader<'a> {
     container: &'a Container<'a>,
     buffers: &'a Buffers<'a>,
     /// One for each material of the mesh as it was before the first primitive.
-    kinds: Vec<Kind>,
+    kinds: Vec<MaterialMapping>,
     pub(super) mesh: Mesh,
     viewpoints: Vec<Viewpoint>,
     pub(super) notes: Notes,
@@ -40,7 +40,7 @@ impl<'a> Reader<'a> {
     pub fn new(
         container: &'a Container<'a>,
         buffers: &'a Buffers<'a>,
-        kinds: Vec<Kind>,
+        kinds: Vec<MaterialMapping>,
         mesh: Mesh,
         notes: Notes,
     ) -> Self {
@@ -62,7 +62,7 @@ impl<'a> Reader<'a> {
             return Err(format!("its nodes are nested deeper than {DEPTH_MAX}"));
         }
         if std::mem::replace(&mut self.met[node.index()], true) {
-            return Err(format!("node {} stands in a circle or under two parents; a tree would do", node.index()));
+            return Err(format!("node {} is in a cycle or has two parents; use a tree", node.index()));
         }
         let world_from_node = world_from_parent * self.parent_from_node(node);
         if !world_from_node.is_finite() {
@@ -112,12 +112,12 @@ impl<'a> Reader<'a> {
             return turn;
         }
         if (length - 1.0).abs() > 1e-3 {
-            self.notes.add(format!("{}: its rotation is no unit quaternion and is made one", whose()));
+            self.notes.add(format!("{}: its rotation is not a unit quaternion and is normalised", whose()));
         }
         if length > 1e-12 { turn / length } else { DQuat::IDENTITY }
     }
 
-    /// Where a node's mesh stands in the node: once, or as often as EXT_mesh_gpu_instancing says.
+    /// Transforms of a node's mesh within the node: one, or as many as EXT_mesh_gpu_instancing lists.
     fn instances(&mut self, node: &Node<'_>, mesh: &gltf::Mesh<'_>) -> Result<Vec<DMat4>, String> {
         let Some(attributes) = self.container.instancing.get(node.index()).and_then(Option::as_ref) else {
             self.judge(mesh, 1)?;
@@ -163,7 +163,7 @@ impl<'a> Reader<'a> {
             })
             .fold(0, usize::saturating_add);
         let known = self.mesh.triangles.len().max(self.mesh.vertices.len() / 3);
-        // Places take memory of their own, even those of a mesh that is empty.
+        // Each place takes memory, even that of an empty mesh.
         if each.max(1).saturating_mul(instances).saturating_add(known) > TRIANGLES_MAX {
             return Err(format!(
                 "mesh {}, {instances} times: the scene has more than {TRIANGLES_MAX} triangles",
@@ -256,7 +256,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The primitive's material, or one of its own where its vertices have colours: their mean.
+    /// The primitive's material, or, where its vertices have colours, a new one of their mean.
     fn coloured(&mut self, primitive: &Primitive<'_>, number: usize) -> Result<u32, String> {
         let Some(colours) = primitive.get(&Semantic::Colors(0)) else { return Ok(u32_from(number)) };
         let colours: Vec<[f32; 3]> = if colours.dimensions() == gltf::accessor::Dimensions::Vec4 {

@@ -70,7 +70,7 @@ impl Picture {
         Ok(Self { size_px, codes, alpha })
     }
 
-    /// The colours of texels that are holes become the mean of the others, so that coarser levels do not bleed what nobody sees.
+    /// The colours of texels that are holes become the mean of the others, so that coarser levels do not bleed invisible colours.
     #[must_use]
     pub fn bled(mut self, least: u8) -> Self {
         let mut sums = [0_u64; 4];

@@ -17,8 +17,8 @@ impl Blend {
     /// All that are known, by the one name in configs.
     pub const ALL: [(&'static str, Self); 2] = [("nearest", Self::Nearest), ("linear", Self::Linear)];
 
-    /// Times that the pictures speak for: from the first to the last, and where the nearer one counts half an interval more on either
-    /// side. One picture alone speaks for all time.
+    /// Times that the pictures cover: from the first to the last, and where the nearer one counts half an interval more on either
+    /// side. A single picture covers all times.
     pub fn covered(self, times_s: &[f64]) -> Span {
         let last = times_s.len() - 1;
         if last == 0 {

@@ -48,17 +48,17 @@ pub struct Picture {
 
 /// What a file is, by its first bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum PictureFormat {
     Png,
     Exr,
 }
 
-impl Kind {
+impl PictureFormat {
     fn of(name: &str, bytes: &[u8]) -> Result<Self, Error> {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => Ok(Self::Png),
             [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Self::Exr),
-            _ => Err(refused(name, "is neither PNG nor OpenEXR, which would do")),
+            _ => Err(refused(name, "is neither PNG nor OpenEXR; use one of these")),
         }
     }
 }
@@ -80,9 +80,8 @@ fn checked_size(name: &str, width_px: u64, height_px: u64) -> Result<Size, Error
             Ok(Size { width_px: width, height_px: height })
         }
         _ => {
-            let reason = format!(
-                "has {width_px} x {height_px} px; up to {EDGE_PX_MAX} an edge and {PIXELS_MAX} in all would do"
-            );
+            let reason =
+                format!("has {width_px} x {height_px} px; use up to {EDGE_PX_MAX} an edge and {PIXELS_MAX} in all");
             Err(refused(name, reason))
         }
     }
@@ -94,9 +93,9 @@ impl Picture {
     /// # Errors
     /// Neither PNG nor OpenEXR; cut off, too large, transparent, without channels that are known; values that are no light.
     pub fn decode(name: &str, bytes: &[u8], transfer: Option<Transfer>) -> Result<Self, Error> {
-        match Kind::of(name, bytes)? {
-            Kind::Png => Self::from_png(name, bytes, transfer.unwrap_or(Transfer::Srgb)),
-            Kind::Exr => Self::from_exr(name, bytes, transfer.unwrap_or(Transfer::Linear)),
+        match PictureFormat::of(name, bytes)? {
+            PictureFormat::Png => Self::from_png(name, bytes, transfer.unwrap_or(Transfer::Srgb)),
+            PictureFormat::Exr => Self::from_exr(name, bytes, transfer.unwrap_or(Transfer::Linear)),
         }
     }
 
@@ -113,7 +112,7 @@ impl Picture {
             _ => false,
         };
         if is_clear {
-            return Err(refused(name, "is transparent in places; a picture without alpha would do"));
+            return Err(refused(name, "is transparent in places; use a picture without alpha"));
         }
         let (channels, codes, end): (usize, Vec<u16>, u16) = match picture.color() {
             ColorType::L8 | ColorType::La8 => (1, widened(picture.into_luma8().into_raw()), 255),
@@ -141,7 +140,7 @@ impl Picture {
             _ => {
                 let names: Vec<&str> = found.iter().map(|channel| channel.name.as_str()).collect();
                 let reason =
-                    format!("has the channels {}; R, G and B (and N or NIR), or Y alone, would do", names.join(", "));
+                    format!("has the channels {}; use R, G and B (and N or NIR), or Y alone", names.join(", "));
                 return Err(refused(name, reason));
             }
         };
@@ -153,7 +152,7 @@ impl Picture {
                     let width = index(size.width_px);
                     let (x, y) = (at % width, at / width);
                     let reason = format!(
-                        "holds {value} in channel {} at column {x}, row {y}; finite light of at least 0 would do",
+                        "holds {value} in channel {} at column {x}, row {y}; use finite light of at least 0",
                         channel.name
                     );
                     return Err(refused(name, reason));
@@ -170,16 +169,16 @@ impl Picture {
 
     #[cfg(not(feature = "exr"))]
     fn from_exr(name: &str, _: &[u8], _: Transfer) -> Result<Self, Error> {
-        Err(refused(name, "is OpenEXR, which this build does not read; PNG would do"))
+        Err(refused(name, "is OpenEXR, which this build does not read; use PNG"))
     }
 
-    /// The same picture with a depth of its own.
+    /// The same picture with a separate depth.
     ///
     /// # Errors
     /// A depth of another size.
     pub fn with_depth(self, name: &str, depth_m: Plane<f32>) -> Result<Self, Error> {
         if depth_m.size() != self.size {
-            return Err(refused(name, "has another size than its picture; the same would do"));
+            return Err(refused(name, "has another size than its picture; use the same size"));
         }
         Ok(Self { depth_m: Some(depth_m), ..self })
     }
@@ -244,7 +243,7 @@ fn widened(codes: Vec<u8>) -> Vec<u16> {
 /// A PNG file whose size was judged before it was decoded.
 fn png(name: &str, bytes: &[u8]) -> Result<DynamicImage, Error> {
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    let damaged = |error: image::ImageError| refused(name, format!("is no whole PNG file: {error}"));
+    let damaged = |error: image::ImageError| refused(name, format!("is not a complete PNG file: {error}"));
     let (width_px, height_px) = reader().into_dimensions().map_err(damaged)?;
     checked_size(name, width_px.into(), height_px.into())?;
     reader().decode().map_err(damaged)
@@ -254,7 +253,7 @@ fn png(name: &str, bytes: &[u8]) -> Result<DynamicImage, Error> {
 #[cfg(feature = "exr")]
 fn exr_channels(name: &str, bytes: &[u8]) -> Result<Vec<crate::picture::Channel>, Error> {
     let header = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false)
-        .map_err(|error| refused(name, format!("is no whole OpenEXR file: {error}")))?;
+        .map_err(|error| refused(name, format!("is not a complete OpenEXR file: {error}")))?;
     for layer in &header.headers {
         let of = |side: usize| crate::num::u64_from(side);
         checked_size(name, of(layer.layer_size.width()), of(layer.layer_size.height()))?;
@@ -262,22 +261,22 @@ fn exr_channels(name: &str, bytes: &[u8]) -> Result<Vec<crate::picture::Channel>
     crate::picture::from_exr(name, bytes)
 }
 
-/// Depth from a file of its own: a grey 16-bit PNG of so many steps a metre (0: nothing seen), or channel Z or Y of an OpenEXR file in
+/// Depth from a separate file: a grey 16-bit PNG of so many steps a metre (0: nothing seen), or channel Z or Y of an OpenEXR file in
 /// metres.
 ///
 /// # Errors
 /// A file that is damaged, or holds something else.
 pub fn depth_m(name: &str, bytes: &[u8], steps_per_m: f64) -> Result<Plane<f32>, Error> {
-    match Kind::of(name, bytes)? {
-        Kind::Png => {
+    match PictureFormat::of(name, bytes)? {
+        PictureFormat::Png => {
             let DynamicImage::ImageLuma16(picture) = png(name, bytes)? else {
-                return Err(refused(name, "is no depth; a grey 16-bit PNG would do"));
+                return Err(refused(name, "is not a depth picture; use a grey 16-bit PNG"));
             };
             let size = Size { width_px: picture.width(), height_px: picture.height() };
             let metres = |code: u16| if code == 0 { f32::INFINITY } else { f32_nearest(f64::from(code) / steps_per_m) };
             Ok(Plane::from_values(size, picture.into_raw().into_iter().map(metres).collect()))
         }
-        Kind::Exr => exr_depth(name, bytes),
+        PictureFormat::Exr => exr_depth(name, bytes),
     }
 }
 
@@ -285,23 +284,20 @@ pub fn depth_m(name: &str, bytes: &[u8], steps_per_m: f64) -> Result<Plane<f32>,
 fn exr_depth(name: &str, bytes: &[u8]) -> Result<Plane<f32>, Error> {
     let channels = exr_channels(name, bytes)?;
     let found = ["Z", "Y"].iter().find_map(|wanted| channels.iter().find(|channel| channel.name == *wanted));
-    let found = found.ok_or_else(|| refused(name, "has no depth; channel Z (or Y) in metres would do"))?;
+    let found = found.ok_or_else(|| refused(name, "has no depth; use channel Z (or Y) in metres"))?;
     depth_checked(name, &found.plane)
 }
 
 #[cfg(not(feature = "exr"))]
 fn exr_depth(name: &str, _: &[u8]) -> Result<Plane<f32>, Error> {
-    Err(refused(name, "is OpenEXR, which this build does not read; a grey 16-bit PNG would do"))
+    Err(refused(name, "is OpenEXR, which this build does not read; use a grey 16-bit PNG"))
 }
 
-/// Depths of 0 and below, and endless ones, are where nothing is seen; NaN is refused.
+/// Depths of 0 and below, and infinite ones, mean that nothing is seen; NaN is refused.
 #[cfg(feature = "exr")]
 fn depth_checked(name: &str, plane: &Plane<f32>) -> Result<Plane<f32>, Error> {
     if plane.values().iter().any(|depth_m| depth_m.is_nan()) {
-        return Err(refused(
-            name,
-            "holds a depth that is no number; metres, or infinity where nothing is seen, would do",
-        ));
+        return Err(refused(name, "holds a depth that is not a number; use metres, or infinity where nothing is seen"));
     }
     Ok(plane.map(|depth_m| if depth_m > 0.0 { depth_m } else { f32::INFINITY }))
 }

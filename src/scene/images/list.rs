@@ -56,22 +56,23 @@ pub fn parse(file: &str, text: &str, unit: Unit) -> Result<Listed, Error> {
             }
             continue;
         }
-        let time_ns = nanoseconds(first, unit).ok_or_else(|| refused(file, number, format!("'{first}' is no time")))?;
+        let time_ns =
+            nanoseconds(first, unit).ok_or_else(|| refused(file, number, format!("'{first}' is not a time")))?;
         let name = fields.next().map(str::to_owned);
         match rows.last() {
             Some((last_ns, _)) if *last_ns == time_ns => repeated += 1,
             Some((last_ns, _)) if time_ns < *last_ns => {
                 let back_s = f64_from_i64(last_ns - time_ns) * 1e-9;
-                return Err(refused(file, number, format!("time goes back by {back_s} s; rising times would do")));
+                return Err(refused(file, number, format!("time goes back by {back_s} s; use rising times")));
             }
             Some((_, last)) if last.is_some() != name.is_some() => {
-                return Err(refused(file, number, "a name on every line, or on none, would do"));
+                return Err(refused(file, number, "use a name on every line, or on none"));
             }
             _ => rows.push((time_ns, name)),
         }
     }
     let Some(first_ns) = rows.first().map(|(time_ns, _)| *time_ns) else {
-        return Err(refused(file, 1, "there is no time; one a line would do"));
+        return Err(refused(file, 1, "there is no time; use one time a line"));
     };
     let times_s = rows.iter().map(|(time_ns, _)| f64_from_i64(time_ns - first_ns) * 1e-9).collect();
     Ok(Listed { first_ns, times_s, names: rows.into_iter().filter_map(|(_, name)| name).collect(), repeated })
@@ -113,7 +114,7 @@ pub fn at_rate(files: &[String], rate_hz: f64) -> Result<Vec<f64>, Error> {
     let in_order = || (0..files.len()).map(crate::num::u32_from).collect();
     let numbers: Vec<u32> = numbers.unwrap_or_else(in_order);
     if let Some(place) = numbers.windows(2).position(|pair| pair[1] <= pair[0]) {
-        let reason = format!("its number is not above that of {}; numbers that rise would do", files[place]);
+        let reason = format!("its number is not above that of {}; use rising numbers", files[place]);
         return Err(Error::Content { file: files[place + 1].clone(), reason });
     }
     Ok(numbers.iter().map(|&number| f64::from(number - numbers[0]) / rate_hz).collect())
@@ -133,15 +134,15 @@ pub fn intrinsics_of_matrix(file: &str, text: &str) -> Result<[f64; 4], Error> {
     let refused = |reason: &str| Error::Content { file: file.to_owned(), reason: reason.to_owned() };
     let fields = text.split([',', ';', ' ', '\t', '\n', '\r', '[', ']']).filter(|field| !field.is_empty());
     let numbers: Result<Vec<f64>, _> = fields.map(str::parse).collect();
-    let numbers = numbers.map_err(|_| refused("holds something else than numbers; a 3 x 3 matrix would do"))?;
+    let numbers = numbers.map_err(|_| refused("holds something else than numbers; use a 3 x 3 matrix"))?;
     let [fx_px, skew, cx_px, zero, fy_px, cy_px, below, beside, one] = numbers[..] else {
-        return Err(refused("does not hold nine numbers; a 3 x 3 matrix would do"));
+        return Err(refused("does not hold nine numbers; use a 3 x 3 matrix"));
     };
     if !numbers.iter().all(|number| number.is_finite()) || fx_px <= 0.0 || fy_px <= 0.0 {
         return Err(refused("has a focal length that is not positive and finite"));
     }
     if [skew, zero, below, beside] != [0.0; 4] || one != 1.0 {
-        return Err(refused("is no [fx 0 cx; 0 fy cy; 0 0 1], which would do"));
+        return Err(refused("is not of the form [fx 0 cx; 0 fy cy; 0 0 1]"));
     }
     Ok([fx_px, fy_px, cx_px, cy_px])
 }

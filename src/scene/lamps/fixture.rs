@@ -57,33 +57,33 @@ impl Lamp {
             Err(Error::key("scene.lamp", value, format!("{key} of lamp {number} (from 0): {would_do}")))
         };
         if !self.position_m.iter().all(|x| x.is_finite() && x.abs() < 1e6) {
-            return refuse("position_m", format!("{:?}", self.position_m), "finite metres below 1e6 would do");
+            return refuse("position_m", format!("{:?}", self.position_m), "use finite metres below 1e6");
         }
         let edge = |edge: f32| (0.001..=100.0).contains(&edge);
         match (self.radius_m, self.size_m) {
             (Some(radius), None) if !edge(radius) => {
-                return refuse("radius_m", radius.to_string(), "0.001 to 100 would do");
+                return refuse("radius_m", radius.to_string(), "use 0.001 to 100");
             }
             (None, Some(size)) if !size.iter().all(|&side| edge(side)) => {
-                return refuse("size_m", format!("{size:?}"), "0.001 to 100 each would do");
+                return refuse("size_m", format!("{size:?}"), "use 0.001 to 100 each");
             }
             (Some(_), None) | (None, Some(_)) => {}
-            _ => return refuse("radius_m", "".to_owned(), "exactly one of radius_m and size_m would do"),
+            _ => return refuse("radius_m", "".to_owned(), "use exactly one of radius_m and size_m"),
         }
         if let Some(direction) = self.direction {
             if self.size_m.is_none() {
-                let reason = "a ball shines to all sides; size_m beside it, or leaving it out, would do";
+                let reason = "a ball shines to all sides; add size_m, or leave it out";
                 return refuse("direction", format!("{direction:?}"), reason);
             }
             if unit(direction).is_none() {
-                return refuse("direction", format!("{direction:?}"), "three finite numbers, not all 0, would do");
+                return refuse("direction", format!("{direction:?}"), "use three finite numbers, not all 0");
             }
         }
         if !(1e-6..=1e9).contains(&self.flux_lm) {
             return refuse("flux_lm", self.flux_lm.to_string(), "use 1e-6 to 1e9");
         }
         match self.cct_k.filter(|kelvin| !(BLACKBODY_K[0]..=BLACKBODY_K[1]).contains(kelvin)) {
-            Some(kelvin) => refuse("cct_k", kelvin.to_string(), "1000 to 20000 would do"),
+            Some(kelvin) => refuse("cct_k", kelvin.to_string(), "use 1000 to 20000"),
             None => Ok(()),
         }
     }
@@ -152,7 +152,7 @@ fn append_rectangle(mesh: &mut Mesh, material: u32, middle_m: [f32; 3], size_m: 
 }
 
 impl Scene {
-    /// The scene with lamps, whose lumens are in cd/m^2 of its own emissive surfaces.
+    /// The scene with lamps, whose lumens are in cd/m^2 of its emissive surfaces.
     ///
     /// # Errors
     /// As `Lamp::check`.

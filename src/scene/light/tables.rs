@@ -3,7 +3,7 @@
 
 /// Daylight of 6504 K, 380 to 1000 nm: the CIE's table to 780 nm, its daylight components S0, S1 and S2 to 830 nm, and beyond, where the
 /// CIE has none, ASTM G173-03 (global, tilted) scaled to the daylight of 780 to 830 nm. There the two differ by up to 17 % in a
-/// step of 5 nm, most in the bands of water and oxygen: 15 % is the uncertainty of what lies beyond 830 nm.
+/// step of 5 nm, most in the bands of water and oxygen: 15 % is the uncertainty beyond 830 nm.
 #[rustfmt::skip]
 pub const D65: [f64; 125] = [
     49.975, 52.312, 54.648, 68.701, 82.755, 87.12, 91.486, 92.459, 93.432, 90.057, 86.682, 95.774, 104.86, 110.94,

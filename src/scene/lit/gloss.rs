@@ -50,7 +50,7 @@ impl LitScene {
         self.paints.iter().any(|paint| paint.glossy[usize::from(!all)])
     }
 
-    /// The glossy surface at a hit; none where it is dull, or seen from a back that is not there. Unless `all` gloss is followed, only
+    /// The glossy surface at a hit; none where it is diffuse, or seen from a back that is not there. Unless `all` gloss is followed, only
     /// mirrors are, as if they were perfect.
     pub fn facet(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3], all: bool) -> Option<Facet> {
         let shade = &self.scene.layout.triangles[index(triangle)];
@@ -101,7 +101,7 @@ impl LitScene {
 }
 
 impl Facet {
-    /// The reflected ray, the weight of its light in each band, and that of the dull surface's, from two numbers of 0..1. A ray whose
+    /// The reflected ray, the weight of its light in each band, and that of the diffuse surface's, from two numbers of 0..1. A ray whose
     /// weight is 0 sees nothing.
     pub fn reflected(&self, direction: [f32; 3], numbers: [f32; 2]) -> ([f32; 3], Bands, Bands) {
         let view = direction.map(|x| -x);
@@ -113,8 +113,8 @@ impl Facet {
         let short = 1.0 - cos;
         let grazing = (short * short) * (short * short) * short;
         let weight = self.at_normal.map(|f0| (f0 + (1.0 - f0) * grazing) * kept);
-        let dull = weight.map(|weight| (1.0 - weight) * (1.0 - self.metallic) + (1.0 - kept) * self.metallic);
-        (unit(away).unwrap_or(self.plane), weight, dull)
+        let diffuse = weight.map(|weight| (1.0 - weight) * (1.0 - self.metallic) + (1.0 - kept) * self.metallic);
+        (unit(away).unwrap_or(self.plane), weight, diffuse)
     }
 
     /// A visible normal, and the share of its reflection that no other facet shadows.
@@ -175,10 +175,10 @@ mod tests {
         let mut sum = 0.0;
         for i in 0..steps * steps {
             let at = |i: u32| (f32_from_u32(i) + 0.5) / f32_from_u32(steps);
-            let (away, weight, dull) = facet.reflected(direction, [at(i % steps), at(i / steps)]);
+            let (away, weight, diffuse) = facet.reflected(direction, [at(i % steps), at(i / steps)]);
             assert!(away[2] > 0.0 && weight[0] <= 1.0 && weight[0] >= 0.0, "{away:?} {weight:?}");
             // A white metal's two parts are all there is: one rounding.
-            assert!((weight[0] + dull[0] - 1.0).abs() < 1e-6, "{weight:?} {dull:?}");
+            assert!((weight[0] + diffuse[0] - 1.0).abs() < 1e-6, "{weight:?} {diffuse:?}");
             sum += f64::from(weight[0]);
         }
         sum / f64::from(steps * steps)

@@ -41,7 +41,7 @@ impl LitScene {
         self.scene.layout.triangles[index(triangle)].texels_per_m
     }
 
-    /// Whether any surface has a texture: without, nobody needs a footprint.
+    /// Whether any surface has a texture: without one, no footprint is needed.
     #[inline(always)]
     pub fn has_textures(&self) -> bool {
         self.has_textures

@@ -27,7 +27,7 @@ const GAIT_NUMBER: u64 = 3;
 /// The step rate's wander is a sum of as many slow waves of equal height, whose periods have no common multiple within hours.
 const WANDER_HZ: [f64; 8] = [0.053, 0.071, 0.097, 0.131, 0.173, 0.229, 0.307, 0.401];
 
-/// Figures of a gait. Heights of waves are half of what lies between their ends.
+/// Figures of a gait. Amplitudes are half of the peak-to-peak height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaitFigures {
     /// Along the path.

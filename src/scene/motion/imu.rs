@@ -62,12 +62,12 @@ pub const IDEAL: ImuNoise = ImuNoise {
     accelerometer_random_walk: 0.0,
 };
 
-/// A unit, and where it sits.
+/// A unit and its mounting position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Imu {
     /// Its rate and noise.
     pub noise: ImuNoise,
-    /// Where it sits on the body; readings are along its own axes.
+    /// Its pose on the body; readings are along its axes.
     pub body_from_imu: Pose,
 }
 

@@ -16,7 +16,7 @@ pub struct Recording {
     pub notes: Vec<String>,
 }
 
-/// A line of a EuRoC table: nanoseconds of its own clock and a pose.
+/// A line of a EuRoC table: nanoseconds of its clock and a pose.
 pub type EurocPose = (u64, Pose);
 
 /// Reads a trajectory, whichever of the two formats it has.
@@ -65,7 +65,7 @@ pub fn parse_euroc(text: &str) -> Result<(Vec<EurocPose>, Repairs), LineError> {
         let (ns, pose, norm_error) = parse_euroc_line(line).map_err(refused)?;
         match poses.last() {
             Some((last_ns, _)) if ns < *last_ns => {
-                return Err(refused(format!("time goes back from {last_ns} to {ns}; rising times would do")));
+                return Err(refused(format!("time goes back from {last_ns} to {ns}; use rising times")));
             }
             Some((last_ns, _)) if ns == *last_ns => repairs.repeated += 1,
             _ => poses.push((ns, pose)),

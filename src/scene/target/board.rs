@@ -34,7 +34,7 @@ impl Board {
         let distance_m = wish.get("target_distance_m", 1.0, 0.01, 10_000.0)?;
         let size_m = wish.get("target_size_m", 2.0 * distance_m, 0.001, 10_000.0)?;
         if !(0.0..=1.0).contains(&wish.reflectance) {
-            return Err(Error::key("scene.reflectance", wish.reflectance, "0 to 1 would do"));
+            return Err(Error::key("scene.reflectance", wish.reflectance, "use 0 to 1"));
         }
         let mut board = Self { mesh: Mesh::default(), distance_m, size_m };
         let around = board.patch_material(wish.reflectance);

@@ -1,6 +1,6 @@
 //! Texture look-ups of rays that met one triangle: linear colours, lane by lane equal to those of `Texture::over` in every bit.
 //!
-//! Picture, level and places in a row are those of all lanes, so that only the fetching of texels goes lane by lane.
+//! Picture, level and places in a row are those of all lanes, so that only the fetching of texels runs lane by lane.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
@@ -91,7 +91,7 @@ impl Texture {
     }
 }
 
-/// Coordinates within the picture that show what lies at any; those of a clamped one are left as they are.
+/// Coordinates within the picture that show the texel of any coordinates; those of a clamped one are left as they are.
 #[inline(always)]
 fn folded(at: Floats, wrap: Wrap) -> Floats {
     let (half, magic) = (Floats::splat(0.5), Floats::splat(TO_WHOLE));

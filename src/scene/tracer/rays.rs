@@ -7,7 +7,7 @@ use super::super::lanes::{Floats, LANES, Mask, Vectors, unrolled};
 use super::Packet;
 
 /// Directions closer to zero than this are moved away from it, so that slabs need no rule for infinities. Over a scene of
-/// 10 km the ray bends by 1e-14 m, which is below the rounding of its own coordinates.
+/// 10 km the ray bends by 1e-14 m, which is below the rounding of its coordinates.
 const DIRECTION_MIN: f32 = 1e-18;
 
 /// Which way each ray goes: the sign of each component, and the axis of the greatest one.
@@ -37,7 +37,7 @@ impl Courses {
         Self(courses)
     }
 
-    /// The rays of one course, taken away; nothing once none is left.
+    /// Removes and returns the rays of one octant of directions; none once none is left.
     #[inline(always)]
     pub fn take(&mut self) -> Option<(Mask, u32)> {
         let course = self.0.iter().fold(IDLE, |least, &course| if course < least { course } else { least });
@@ -54,7 +54,7 @@ impl Courses {
     }
 }
 
-/// Rays of one course. Lanes that are not among them end before they begin.
+/// Rays of one octant of directions. All other lanes have an empty interval.
 pub struct Rays {
     pub origin_m: Vectors,
     pub inverse: Vectors,
@@ -66,7 +66,7 @@ pub struct Rays {
     pub axes: [usize; 3],
     /// How far a ray goes along the two other axes while it goes 1 along the third.
     pub shear: [Floats; 2],
-    /// 1 where rays walk the axis downwards.
+    /// 1 where rays have a negative direction along the axis.
     pub down: [usize; 3],
     /// Whether all start at one place.
     pub shared: bool,

@@ -87,7 +87,7 @@ impl Ring {
             numbers.push(number);
         }
         let view = View::new(camera, &features, RowClock::GLOBAL);
-        let numbers = view.sights.iter().map(|sight| numbers[index(sight.feature)]).collect();
+        let numbers = view.keypoints.iter().map(|keypoint| numbers[index(keypoint.feature)]).collect();
         (view, numbers)
     }
 
@@ -99,15 +99,15 @@ impl Ring {
         let id = self.tracker.map.add_keyframe(t_s, state);
         let none = vec![None; self.known.len()];
         let before = std::mem::replace(&mut self.known, none);
-        for (sight, &number) in view.sights.iter().zip(&numbers) {
+        for (keypoint, &number) in view.keypoints.iter().zip(&numbers) {
             let place = index(u32_truncated(f64_from_u64(number)));
-            let inverse_sigma = self.tracker.params.inverse_sigma(sight.scale);
+            let inverse_sigma = self.tracker.params.inverse_sigma(keypoint.scale);
             let camera = CameraIndex(0);
-            let sighting = Sighting { keyframe: id, camera, place_px: sight.place_px, inverse_sigma, offset_s: 0.0 };
+            let sighting = Sighting { keyframe: id, camera, place_px: keypoint.place_px, inverse_sigma, offset_s: 0.0 };
             let map = &mut self.tracker.map;
             let landmark = before[place].unwrap_or_else(|| {
                 let in_camera_m = truth(keyframe).inverse().point(point_m(self.seed, number)) * scale(keyframe);
-                map.add_landmark(believed(keyframe).point(in_camera_m), sight.descriptor, Vec::new(), frame);
+                map.add_landmark(believed(keyframe).point(in_camera_m), keypoint.descriptor, Vec::new(), frame);
                 let made = map.landmarks.len() - 1;
                 map.landmarks[made].born_keyframe = id;
                 made
@@ -148,7 +148,7 @@ fn one_camera_that_drifts_in_scale_around_a_loop_has_its_unit_back_when_it_close
         let mut closed = None;
         for keyframe in 0..=LAP {
             let view = ring.visit(keyframe);
-            let suspected = ring.tracker.suspicion.is_some();
+            let suspected = ring.tracker.loop_candidate.is_some();
             let (before, landmarks) = (ring.error(), ring.tracker.map.landmarks.len());
             if ring.close(keyframe, view) {
                 assert!(suspected, "seed {seed}: keyframe {keyframe} alone closes nothing");

@@ -101,7 +101,7 @@ impl BlockSystem {
         below[found].1 += block;
     }
 
-    /// Gives the scale of every node a system of its own.
+    /// Decouples the scale of every node.
     pub fn rest_scale(&mut self) {
         self.columns.iter_mut().for_each(|column| column.diagonal[(6, 6)] += 1.0);
     }

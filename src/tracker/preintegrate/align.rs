@@ -33,11 +33,11 @@ pub struct Alignment {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs)] // The messages name every field.
 pub enum AlignError {
-    #[error("{frames} frames; 4 would do")]
+    #[error("{frames} frames; use 4 or more")]
     TooFew { frames: usize },
-    #[error("the motion does not determine scale and gravity; more acceleration would do")]
+    #[error("the motion does not determine scale and gravity; record more acceleration")]
     Undetermined,
-    #[error("gravity came out as {found_m_per_s2} m/s^2; {known_m_per_s2} within a tenth would do")]
+    #[error("gravity came out as {found_m_per_s2} m/s^2; it should be within a tenth of {known_m_per_s2}")]
     Gravity { found_m_per_s2: f64, known_m_per_s2: f64 },
 }
 
@@ -53,7 +53,7 @@ struct System {
 /// Aligns frames `map_from_camera` with the steps between neighbours (one less); `camera_from_imu` is the mounting in metres.
 ///
 /// # Errors
-/// Too few frames, or motion that does not tell scale from gravity.
+/// Too few frames, or motion that does not separate scale from gravity.
 pub fn align(
     frames: &[Pose],
     steps: &[Preintegrated],

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix6, SMatrix};
 
-use super::filter::{GRAVITY, GYROSCOPE, Inertia, Knowledge, UNIT, VELOCITY};
+use super::filter::{GRAVITY, GYROSCOPE, ImuFilter, Knowledge, UNIT, VELOCITY};
 use super::{Preintegrated, State};
 use crate::num::index;
 use crate::pose::Pose;
@@ -61,7 +61,7 @@ struct Rows {
     residual: SMatrix<f64, 9, 1>,
 }
 
-impl Inertia {
+impl ImuFilter {
     /// Takes the step between two keyframes, each with its number and time; without all readings nothing.
     pub fn link(&mut self, (from, from_s): (u32, f64), (to, to_s): (u32, f64)) {
         let Some(now) = &self.now else { return };

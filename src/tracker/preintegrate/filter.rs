@@ -2,9 +2,8 @@
 //! rotation, velocity, both biases, gravity, and the scale of a map without metres. Predicts the next frame's pose and velocity with
 //! covariance; each picture's pose corrects it.
 //!
-//! Gravity and unit start unknown and need no motion of their own to begin with: everything is linear in velocity, gravity and unit once
-//! the turn is known, which pictures say to a milliradian. So there is no separate initialisation; until both are known, the filter says so
-//! by its covariance. Lengths are the map's unit, the world is the map's.
+//! Gravity and scale need no separate initialisation: once pictures give the rotation, the model is linear in velocity, gravity
+//! and scale. Until they are known, the covariance is large. Lengths are in the map's unit, in the map's world frame.
 
 use std::collections::VecDeque;
 
@@ -19,16 +18,16 @@ use crate::tracker::lie::{Twist, se3_adjoint, skew, so3_exp};
 use crate::tracker::refine::PosePrior;
 use crate::tracker::sweep::{Moving, RatePrior};
 
-/// Where an inertial unit sits and how it errs.
+/// Mounting and noise of an IMU.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuCalibration {
-    /// Its place on the body; readings are along its own axes.
+    /// Pose on the body; readings are along the IMU's axes.
     pub body_from_imu: Pose,
     /// Of its readings.
     pub noise: Noise,
 }
 
-/// Unknowns: place in the unit's axes, turn on the right, velocity, two biases, gravity, unit of length.
+/// States: position in the IMU's axes, rotation on the right, velocity, two biases, gravity, scale.
 const N: usize = 19;
 pub(super) const VELOCITY: usize = 6;
 pub(super) const GYROSCOPE: usize = 9;
@@ -37,40 +36,40 @@ pub(super) const GRAVITY: usize = 15;
 pub(super) const UNIT: usize = 18;
 type Covariance = SMatrix<f64, N, N>;
 
-/// Length of gravity in m/s^2, and what it varies by on the Earth.
+/// Magnitude of gravity in m/s^2, and its variation on the Earth.
 const GRAVITY_M_PER_S2: f64 = 9.806_65;
 const GRAVITY_SIGMA_M_PER_S2: f64 = 0.03;
-/// What is known at the start, as standard deviations: a hand's velocity in m/s, biases of a phone's unit in rad/s and m/s^2, gravity by
-/// the mean of some readings in m/s^2, and the unit of a map of one camera as a share.
+/// Initial standard deviations: velocity of a hand in m/s, biases of a phone's IMU in rad/s and m/s^2, gravity from the mean of
+/// some readings in m/s^2, and the scale of a monocular map as a share.
 const START_VELOCITY: f64 = 1.0;
 const START_GYROSCOPE: f64 = 0.03;
 const START_ACCELEROMETER: f64 = 0.1;
 const START_GRAVITY: f64 = 2.0;
 const START_UNIT: f64 = 0.7;
-/// The unit is known when it is known to this share.
+/// Standard deviation of the scale, as a share, below which it counts as known.
 pub(super) const UNIT_SHARE_MAX: f64 = 0.05;
-/// A unit is never taken for better than this: the path between readings is not straight.
+/// Lower bounds on the noise densities: the path between readings is not straight.
 const GYROSCOPE_FLOOR: f64 = 1e-4;
 const ACCELEROMETER_FLOOR: f64 = 1.5e-3;
-/// The map's own tilt and unit drift by so much in the root of a second, in m/s^2 and as a share.
+/// Random walk of the map's tilt and scale, per square root of a second, in m/s^2 and as a share.
 const GRAVITY_WALK: f64 = 3e-3;
 const UNIT_WALK: f64 = 3e-4;
-/// Landmarks' own errors are alike from frame to frame: a picture says less beyond the one before than its places alone would.
+/// Share of a picture's information that is new: landmark errors are correlated from frame to frame.
 const PICTURE_SHARE: f64 = 0.5;
-/// Share of the squared length by which an adjustment moved the last pose that counts as not known: all of it follows the map's every
-/// jerk where few landmarks hold it (20 times the jitter in a quick turn), none of it lags behind a map that has moved for good.
+/// Share of the squared correction of the last pose that is added to its covariance. With 1 the filter follows every jump of
+/// the map; with 0 it lags behind permanent corrections.
 const MOVED_SHARE: f64 = 0.1;
-/// Without a picture for this long the filter is begun anew.
+/// The filter restarts after this time without a picture.
 const COAST_S_MAX: f64 = 1.0;
-/// Readings are kept for so long: a coast, and what a start takes its mean of.
+/// Seconds of readings kept, and seconds averaged at a start.
 const KEPT_S: f64 = COAST_S_MAX + 0.2;
 const MEAN_S: f64 = 0.1;
-/// A frame this much younger than the last reading is held to feel the same.
+/// Largest time by which a frame may be newer than the last reading.
 const AHEAD_S_MAX: f64 = 0.02;
 
 /// The filter.
 #[derive(Clone, Debug)]
-pub struct Inertia {
+pub struct ImuFilter {
     pub(super) calibration: ImuCalibration,
     /// Whether lengths are metres.
     is_metric: bool,
@@ -80,7 +79,7 @@ pub struct Inertia {
     pub(super) links: VecDeque<Link>,
 }
 
-/// What is known at a time.
+/// State estimate at a time.
 #[derive(Clone, Debug)]
 pub(super) struct Knowledge {
     t_s: f64,
@@ -88,24 +87,24 @@ pub(super) struct Knowledge {
     seen_s: f64,
     pub state: State,
     pub gravity: DVec3,
-    /// The map's unit of length a metre.
+    /// Scale: map units per metre.
     pub unit: f64,
     pub covariance: Covariance,
-    /// Angular rate, bias taken off.
+    /// Angular rate, corrected for bias.
     rate_rad_per_s: DVec3,
 }
 
-/// A pose before its picture is asked.
+/// Pose predicted from IMU readings, before the picture is used.
 #[derive(Clone, Copy, Debug)]
-pub struct Foreseen {
+pub struct ImuPrediction {
     /// The body and how it moves.
     pub moving: Moving,
     /// How sure.
     pub prior: PosePrior,
 }
 
-impl Foreseen {
-    /// Standard deviations of place and turn, the worst axis' at most.
+impl ImuPrediction {
+    /// Standard deviations of position and rotation, an upper bound over the axes.
     pub fn sigmas(&self) -> (f64, f64) {
         let Some(covariance) = self.prior.information.try_inverse() else { return (f64::INFINITY, f64::INFINITY) };
         let of = |from: usize| (0..3).map(|k| covariance[(from + k, from + k)]).sum::<f64>().sqrt();
@@ -113,8 +112,8 @@ impl Foreseen {
     }
 }
 
-impl Inertia {
-    /// Knows nothing yet.
+impl ImuFilter {
+    /// A filter without a state.
     pub fn new(mut calibration: ImuCalibration, is_metric: bool) -> Self {
         let noise = &mut calibration.noise;
         noise.gyroscope_noise_density = greater(noise.gyroscope_noise_density, GYROSCOPE_FLOOR);
@@ -122,8 +121,8 @@ impl Inertia {
         Self { calibration, is_metric, readings: VecDeque::new(), now: None, links: VecDeque::new() }
     }
 
-    /// Takes readings in rising time; what is not finite or does not rise is left out.
-    pub fn feel(&mut self, readings: &[Reading]) {
+    /// Adds readings in ascending time; readings that are not finite or not ascending are skipped.
+    pub fn add_imu_readings(&mut self, readings: &[Reading]) {
         for reading in readings {
             let rises = self.readings.back().is_none_or(|last| reading.t_s > last.t_s);
             let is_finite = reading.angular_velocity_rad_per_s.is_finite() && reading.acceleration_m_per_s2.is_finite();
@@ -137,13 +136,13 @@ impl Inertia {
     }
 
     /// Forgets all but the readings.
-    pub fn forget(&mut self) {
+    pub fn reset(&mut self) {
         self.now = None;
         self.links.clear();
     }
 
     /// Goes on to a frame's time, by readings alone. `None` where nothing is known, or readings are missing.
-    pub fn advance(&mut self, t_s: f64) -> Option<Foreseen> {
+    pub fn advance(&mut self, t_s: f64) -> Option<ImuPrediction> {
         let from = self.now.take()?;
         if t_s - from.seen_s > COAST_S_MAX {
             return None;
@@ -152,9 +151,9 @@ impl Inertia {
         let rate_rad_per_s = rate_at(&self.span(from.t_s, t_s)?, t_s) - from.state.bias.gyroscope_rad_per_s;
         let mut now = from.after(&step, &self.calibration.noise, self.is_metric);
         (now.t_s, now.rate_rad_per_s) = (t_s, rate_rad_per_s);
-        let foreseen = self.foreseen(&now);
+        let imu_prediction = self.prediction(&now);
         self.now = Some(now);
-        foreseen
+        imu_prediction
     }
 
     /// Readings around a span; the last one is held where the frame is a little younger.
@@ -183,14 +182,14 @@ impl Inertia {
         Some(step.at_point(self.calibration.body_from_imu.inverse().translation_m))
     }
 
-    fn foreseen(&self, now: &Knowledge) -> Option<Foreseen> {
+    fn prediction(&self, now: &Knowledge) -> Option<ImuPrediction> {
         let body_from_imu = &self.axes();
         let body_from_world = body_from_imu.then(&now.state.world_from_imu.inverse());
         let adjoint = se3_adjoint(body_from_imu);
         let pose = now.covariance.fixed_view::<6, 6>(0, 0).into_owned();
         let information = (adjoint * pose * adjoint.transpose()).try_inverse()?;
         let moving = Moving { body_from_world, rate: self.rate(now) };
-        Some(Foreseen { moving, prior: PosePrior { mean: body_from_world, information } })
+        Some(ImuPrediction { moving, prior: PosePrior { mean: body_from_world, information } })
     }
 
     /// Twist a second that acts from the left on `body_from_world`.
@@ -211,7 +210,7 @@ impl Inertia {
     }
 
     /// Takes the pose that a picture gave, with what the picture alone knows of it (information of the left twist).
-    pub fn see(&mut self, t_s: f64, body_from_world: &Pose, picture: &Matrix6<f64>) {
+    pub fn correct(&mut self, t_s: f64, body_from_world: &Pose, picture: &Matrix6<f64>) {
         let body_from_imu = self.axes();
         let world_from_imu = body_from_world.inverse().then(&body_from_imu);
         let adjoint = se3_adjoint(&body_from_imu);
@@ -225,14 +224,14 @@ impl Inertia {
         }
     }
 
-    /// The map has moved under the body by some metres and radians, which the filter learns from the pictures to come.
+    /// Adds uncertainty after the map has moved by some metres and radians; later pictures correct the filter.
     pub fn loosen(&mut self, moved_m: f64, moved_rad: f64) {
         let Some(now) = &mut self.now else { return };
         let by = |moved: f64| MOVED_SHARE * moved * moved / 3.0;
         (0..6).for_each(|k| now.covariance[(k, k)] += if k < 3 { by(moved_m) } else { by(moved_rad) });
     }
 
-    /// The map has moved: the body stands elsewhere in it, and lengths are multiplied.
+    /// Applies a correction of the map: a new pose of the body in it, and a scale factor.
     pub fn moved(&mut self, before: &Pose, after: &Pose, scale: f64) {
         let body_from_imu = self.axes();
         let Some(now) = &mut self.now else { return };
@@ -363,7 +362,7 @@ impl Knowledge {
         Self { state, covariance, ..self.clone() }
     }
 
-    /// Takes a pose that joins what was known with a picture of this information about the twist on the right.
+    /// Updates with a pose that already combines the prediction and a picture with this information on the right twist.
     fn take(&mut self, world_from_imu: &Pose, picture: &Matrix6<f64>) {
         let before = &self.state.world_from_imu;
         let apart = before.inverse().then(world_from_imu);
@@ -381,7 +380,7 @@ impl Knowledge {
         self.hold_gravity();
     }
 
-    /// Gravity's length is known in metres: one measurement more.
+    /// Measurement update with the known magnitude of gravity in metres.
     fn hold_gravity(&mut self) {
         let length = greater(self.gravity.length(), 1e-6);
         let mut by = SMatrix::<f64, 1, N>::zeros();
@@ -395,7 +394,7 @@ impl Knowledge {
         self.covariance -= gain * carried.transpose();
         let step = gain * miss;
         self.step(step.as_slice());
-        // Rounding must not make it lopsided.
+        // Keep the covariance symmetric under rounding.
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
     }
 

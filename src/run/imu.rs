@@ -10,10 +10,10 @@ use crate::units::Span;
 /// Published number of the inertial unit's noise in keys.
 const IMU_NUMBER: u64 = 2;
 
-/// Readings of a run, at most: all are held, at some 160 bytes each.
+/// Largest number of readings of a run; all are kept in memory.
 const READINGS_MAX: f64 = 5e6;
 
-/// Refuses a unit that would give more readings in a run than are held.
+/// Refuses an IMU that gives more readings in a run than fit.
 ///
 /// # Errors
 /// Too high a rate for the run's length.
@@ -29,15 +29,15 @@ pub(super) fn check_readings(imu: Option<&Imu>, end_s: f64) -> Result<(), Error>
 
 /// Readings of a run, handed out frame by frame.
 #[derive(Default)]
-pub(super) struct Felt {
+pub(super) struct ImuReadings {
     readings: Vec<Reading>,
     next: usize,
 }
 
-impl Felt {
+impl ImuReadings {
     /// All readings of a run whose tracker uses them, else none.
     pub fn of(setup: &Setup) -> Result<Self, Error> {
-        if !setup.feels {
+        if !setup.uses_imu {
             return Ok(Self::default());
         }
         let reading = |sample: ImuSample| Reading {
@@ -49,7 +49,7 @@ impl Felt {
         Ok(Self { readings, next: 0 })
     }
 
-    /// What came since the frame before, up to the first reading after a time.
+    /// Readings since the previous frame, up to the first one after a time.
     pub fn until(&mut self, t_s: f64) -> &[Reading] {
         let to = self.readings.partition_point(|reading| reading.t_s <= t_s) + 1;
         let range = self.next..to.min(self.readings.len()).max(self.next);
@@ -80,12 +80,12 @@ impl Setup {
         samples(&self.motion, span, imu, GRAVITY_IN_WORLD_M_PER_S2, key).map_err(|error| Error::Run(error.to_string()))
     }
 
-    /// The unit as the tracker is told of it, where it uses one.
+    /// The IMU calibration for the tracker, if it uses the IMU.
     pub(super) fn imu_calibration(&self) -> Option<ImuCalibration> {
         let of = |imu: &crate::scene::motion::imu::Imu| ImuCalibration {
             body_from_imu: imu.body_from_imu,
             noise: noise_of(&imu.noise),
         };
-        self.imu.as_ref().filter(|_| self.feels).map(of)
+        self.imu.as_ref().filter(|_| self.uses_imu).map(of)
     }
 }

@@ -5,14 +5,14 @@ use std::fmt;
 use std::sync::{Arc, Mutex};
 
 use rtl_models::cds::CdsConfig;
-use rtl_models::extractor_rows::Surroundings;
+use rtl_models::extractor_rows::ExtractorHost;
 use rtl_models::fx_back::{FxBackConfig, FxCounts, FxSettings};
 
 use crate::error::Error;
 
-/// A row's conversions.
+/// Request to convert one row.
 #[derive(Clone, Copy, Debug)]
-pub struct RowAsked<'a> {
+pub struct RowRequest<'a> {
     /// Every column's counter.
     pub cds: CdsConfig,
     /// Steps of the signal ramp.
@@ -25,10 +25,10 @@ pub struct RowAsked<'a> {
     pub signal_clk: &'a [u32],
 }
 
-/// A picture for the extractor.
+/// Request to extract features from one picture.
 #[derive(Clone, Copy, Debug)]
-pub struct FrameAsked<'a> {
-    /// Which hardware.
+pub struct FrameRequest<'a> {
+    /// Hardware parameters.
     pub hardware: FxBackConfig,
     /// Its registers.
     pub settings: FxSettings,
@@ -38,9 +38,9 @@ pub struct FrameAsked<'a> {
     pub pixels: &'a [u16],
 }
 
-/// What a picture gave besides its records.
+/// Result of a picture besides its records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct FrameGiven {
+pub struct FrameResult {
     /// Counts when everything had left.
     pub counts: FxCounts,
     /// Clocks in which no pixel could be taken, until `end_clk`.
@@ -52,44 +52,45 @@ pub struct FrameGiven {
 }
 
 /// A Verilog simulator with the sensor's blocks.
-pub trait Silicon: fmt::Debug + Send + Sync {
+pub trait RtlSimulator: fmt::Debug + Send + Sync {
     /// Each column's code.
     ///
     /// # Errors
     /// The simulator cannot be built, or stopped.
-    fn row(&self, asked: &RowAsked<'_>) -> Result<Vec<u16>, Error>;
+    fn row(&self, asked: &RowRequest<'_>) -> Result<Vec<u16>, Error>;
 
     /// A picture through the extractor; records leave to `around`.
     ///
     /// # Errors
     /// As `row`.
-    fn frame(&self, asked: &FrameAsked<'_>, around: &mut dyn Surroundings) -> Result<FrameGiven, Error>;
+    fn frame(&self, asked: &FrameRequest<'_>, around: &mut dyn ExtractorHost) -> Result<FrameResult, Error>;
 }
 
-/// A simulator where rows are converted side by side and cannot fail one by one: the first failure is kept for whoever made them.
+/// A simulator shared by parallel row conversions, which cannot return errors one by one: it keeps the first failure for the
+/// caller.
 #[derive(Clone, Debug)]
-pub struct Seat(Arc<Seated>);
+pub struct SharedRtlSimulator(Arc<SharedState>);
 
 #[derive(Debug)]
-struct Seated {
-    silicon: Arc<dyn Silicon>,
+struct SharedState {
+    simulator: Arc<dyn RtlSimulator>,
     failure: Mutex<Option<Error>>,
 }
 
-impl Seat {
+impl SharedRtlSimulator {
     /// A simulator that has not failed.
-    pub fn new(silicon: Arc<dyn Silicon>) -> Self {
-        Self(Arc::new(Seated { silicon, failure: Mutex::new(None) }))
+    pub fn new(simulator: Arc<dyn RtlSimulator>) -> Self {
+        Self(Arc::new(SharedState { simulator, failure: Mutex::new(None) }))
     }
 
     /// The simulator.
-    pub fn silicon(&self) -> &dyn Silicon {
-        &*self.0.silicon
+    pub fn rtl_simulator(&self) -> &dyn RtlSimulator {
+        &*self.0.simulator
     }
 
     /// Each column's code; zeros after a failure.
-    pub fn row(&self, asked: &RowAsked<'_>) -> Vec<u16> {
-        match self.0.silicon.row(asked) {
+    pub fn row(&self, asked: &RowRequest<'_>) -> Vec<u16> {
+        match self.0.simulator.row(asked) {
             Ok(codes) => codes,
             Err(error) => {
                 self.0.failure.lock().expect("nobody panics while it is held").get_or_insert(error);
@@ -107,8 +108,8 @@ impl Seat {
     }
 }
 
-/// The same simulator, not one like it.
-impl PartialEq for Seat {
+/// Equal means the same instance.
+impl PartialEq for SharedRtlSimulator {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }

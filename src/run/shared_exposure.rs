@@ -10,16 +10,16 @@ use crate::units::FrameIndex;
 
 /// An exposure that frames share.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct SharedExposure {
     /// Mean photons of each pixel.
     pub photons: Arc<Plane<f32>>,
-    /// As the render claims it.
+    /// Render variance over photon variance, by the render's own estimate.
     pub render_variance_ratio: f64,
     /// Rays that were sent for this frame.
     pub rays: u64,
 }
 
-impl From<Exposure> for Seen {
+impl From<Exposure> for SharedExposure {
     fn from(exposure: Exposure) -> Self {
         let Exposure { photons, render_variance_ratio, rays } = exposure;
         Self { photons: Arc::new(photons), render_variance_ratio, rays }
@@ -28,18 +28,18 @@ impl From<Exposure> for Seen {
 
 /// Exposures of the frame before where nothing moves or flickers, one entry a camera, with the lengths of their rows by slot.
 #[derive(Default)]
-pub(super) struct Still(Vec<(Vec<Vec<u64>>, Vec<Seen>)>);
+pub(super) struct StillExposures(Vec<(Vec<Vec<u64>>, Vec<SharedExposure>)>);
 
-impl Still {
-    /// What a camera sees in a frame whose rows are exposed for as long as in the one before: no ray is sent for it.
-    pub fn again(&self, camera: usize, schedule: &Schedule, frame: FrameIndex) -> Option<Vec<Seen>> {
+impl StillExposures {
+    /// A camera's exposures in a frame with the same row exposures as the one before; sends no ray.
+    pub fn again(&self, camera: usize, schedule: &Schedule, frame: FrameIndex) -> Option<Vec<SharedExposure>> {
         let (lengths, seen) = self.0.get(camera)?;
         let alike = *lengths == slot_lengths_clk(schedule, frame);
-        alike.then(|| seen.iter().map(|one| Seen { rays: 0, ..one.clone() }).collect())
+        alike.then(|| seen.iter().map(|one| SharedExposure { rays: 0, ..one.clone() }).collect())
     }
 
     /// Keeps what the cameras saw, unless it is kept for rows of these lengths already.
-    pub fn keep(&mut self, schedules: &[Schedule], frame: FrameIndex, seen: &[Vec<Seen>]) {
+    pub fn keep(&mut self, schedules: &[Schedule], frame: FrameIndex, seen: &[Vec<SharedExposure>]) {
         let lengths: Vec<_> = schedules.iter().map(|one| slot_lengths_clk(one, frame)).collect();
         if self.0.iter().map(|(kept, _)| kept).ne(&lengths) {
             self.0 = lengths.into_iter().zip(seen.iter().cloned()).collect();
