@@ -164,7 +164,7 @@ pub struct Extracted {
     pub features: Vec<Feature>,
     /// The clock in which each is taken; clock 0 is the first in which the frame's first pixel could enter.
     pub out_clk: Vec<u64>,
-    /// What happened besides.
+    /// Further counts.
     pub counts: Counts,
     /// The threshold that was used, in DN of the pipeline.
     pub threshold: u16,

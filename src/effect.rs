@@ -62,7 +62,7 @@ pub struct RowPass<'a> {
     pub readout_s: f64,
     /// The row's values in the unit of the effect's domain, one a column: in microvolts, the signal sample.
     pub values: &'a mut [f32],
-    /// The reset sample in microvolts, one a column, where it is converted apart (digital CDS); empty otherwise. Touched in the
+    /// The reset sample in microvolts, one a column, where it is converted separately (digital CDS); empty otherwise. Touched in the
     /// domain of microvolts only.
     pub reset: &'a mut [f32],
     /// Room for uniforms, as long as the row.

@@ -2,7 +2,7 @@
 //!
 //! Model: a normal offset for each column of the die (comparator and amplifier), equal in all rows and frames. A signal alone
 //! carries all of `column_offset_uv`; a difference carries `column_offset_residual_uv`. Where both samples are converted, both
-//! carry the offset, and the signal what the difference leaves of it besides.
+//! carry the offset, and the signal also the residual of the difference.
 
 use super::AdcParams;
 use crate::draw::EffectNumber;

@@ -63,7 +63,7 @@ pub struct Columns<'a> {
 /// First clocks, counted from 1, at which the columns' comparators are high; `u32::MAX`: never.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Crossings {
-    /// Of the reset conversion; empty where it is not converted apart.
+    /// Of the reset conversion; empty where it is not converted separately.
     pub reset_clk: Vec<u32>,
     /// Of the signal conversion.
     pub signal_clk: Vec<u32>,
@@ -180,7 +180,7 @@ impl Columns<'_> {
     }
 
     /// Converts a row of samples (uV above the dark level, rounded once, half-even, to nV). `reset_uv` is read only where the reset
-    /// sample is converted apart, and may be empty otherwise. A NaN counts no edge. Panics if the lengths differ.
+    /// sample is converted separately, and may be empty otherwise. A NaN counts no edge. Panics if the lengths differ.
     pub fn convert_row(&self, signal_uv: &[f32], reset_uv: &[f32], codes: &mut [u16]) -> RowWork {
         let reset_uv = self.checked_reset(signal_uv, reset_uv);
         assert!(signal_uv.len() == codes.len(), "a column has one code");

@@ -2,7 +2,7 @@
 //! including saturation and quantisation.
 //!
 //! Charge is taken as normal about its mean with a Poisson's variance, which is enough for two moments; patterns are averaged over by
-//! quadrature. Where reset and signal are converted apart, each has its own noise and its own quantiser on the ramp, and an offset of
+//! quadrature. Where reset and signal are converted separately, each has its own noise and its own quantiser on the ramp, and an offset of
 //! the column that both carry moves both. Effects that are not modelled here are listed in `beyond` with the figures that they change.
 
 use super::dither::{Dither, pattern_variance, variance_amplitude_dn2};
@@ -26,7 +26,7 @@ pub struct Model {
     pub efficiency: f64,
     /// Read noise and what is left of kTC noise in the signal sample (or the difference), in e-^2, quantisation excluded.
     pub signal_noise_e2: f64,
-    /// The same of the reset sample; 0 where it is not converted apart.
+    /// The same of the reset sample; 0 where it is not converted separately.
     pub reset_noise_e2: f64,
     /// Dark current of the photodiode at the die's temperature.
     pub dark_e_per_s: f64,

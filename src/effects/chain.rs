@@ -104,7 +104,7 @@ pub struct Captured {
 pub struct RowSamples {
     /// Signal, above the dark level.
     pub signal_uv: Vec<f32>,
-    /// Reset, about 0; empty where it is not converted apart.
+    /// Reset, about 0; empty where it is not converted separately.
     pub reset_uv: Vec<f32>,
 }
 

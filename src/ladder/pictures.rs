@@ -83,7 +83,7 @@ pub fn render_all(
                 rays_per_pixel: 0.0,
             };
             for (picture, judged) in reference.judged.iter().enumerate() {
-                let (seen, cost) = rendered(bench, setup, judged)?;
+                let (seen, cost) = rendered_picture(bench, setup, judged)?;
                 best[number][picture] = best[number][picture].best(cost);
                 one.rays_per_pixel += seen.rays_per_pixel / f64_from_usize(pictures);
                 one.errors.push(seen.error);
@@ -115,7 +115,7 @@ pub fn render_until(
     let (mut errors, mut costs, mut rays_per_pixel) = (Vec::new(), Vec::new(), 0.0);
     loop {
         let place = order[errors.len()];
-        let (seen, cost) = rendered(bench, &setup, &reference.judged[place])?;
+        let (seen, cost) = rendered_picture(bench, &setup, &reference.judged[place])?;
         errors.push((place, seen.error));
         costs.push(cost);
         rays_per_pixel += seen.rays_per_pixel;
@@ -140,7 +140,7 @@ struct RenderedPicture {
     rays_per_pixel: f64,
 }
 
-fn rendered(bench: &Bench<'_>, setup: &Setup, judged: &Judged) -> Result<(RenderedPicture, Cost), Error> {
+fn rendered_picture(bench: &Bench<'_>, setup: &Setup, judged: &Judged) -> Result<(RenderedPicture, Cost), Error> {
     let (exposures, cost) = bench.clocks.time(|| setup.exposures_at(judged.place));
     let exposures = exposures?;
     let rays: u64 = exposures.iter().map(|exposure| exposure.rays).sum();

@@ -6,7 +6,7 @@
 //!   K^2 integral of 4 sin^2(pi f t) / (f (1 + (f / bandwidth)^2)) df = 2 K^2 (gamma + ln a - (e^-a Ei(a) - e^a E1(a)) / 2).
 //!
 //! A signal alone has no such lower limit: its noise is counted from 1 Hz, K^2 ln(1 + bandwidth^2) / 2 with the bandwidth in Hz; what
-//! is slower is an offset that black-level correction takes. Pixels, rows and frames are drawn apart.
+//! is slower is an offset that black-level correction takes. Pixels, rows and frames are drawn independently.
 
 use super::{PixelParams, SampleNoise, SampleSigmas, Sampling};
 use crate::draw::EffectNumber;

@@ -1,7 +1,7 @@
 //! Parasitic light. Adds the light that falls on the storage node while a row waits, in mean photoelectrons.
 //!
 //! Model: the storage node responds to light with `parasitic_light` of the photodiode's sensitivity (1/PLS of global-shutter
-//! datasheets), so a row that waits gathers signal * parasitic_light * wait / exposure besides. The light of the exposure is taken to
+//! datasheets), so a row that waits gathers an additional signal * parasitic_light * wait / exposure. The light of the exposure is taken to
 //! last through the wait; an exposure of 0 s gathers no light. It acts before photoelectrons are counted.
 
 use super::{PixelParams, scale_all};

@@ -5,7 +5,7 @@
 //! emission have the mean `rts_rate_hz`; the share of time that a trap is filled is even over traps. Two samples t apart find states with
 //! correlation exp(-2 rate t), so their difference is -A, 0 or +A: the three peaks that double sampling leaves (Wang, Rao, Mierop and
 //! Theuwissen, "Random telegraph signal in CMOS image sensor pixels", IEDM 2006). A signal alone carries 0 or A. Frames are taken to
-//! lie many times 1/rate apart: states of two frames are drawn apart.
+//! lie many times 1/rate apart: states of two frames are drawn independently.
 
 use std::borrow::Cow;
 

@@ -1,6 +1,6 @@
 //! Noise of the samples. Adds a normal draw to each sample, in microvolts.
 //!
-//! One type for every noise that is a normal draw a pixel, frame and sample. Where reset and signal are converted apart (digital
+//! One type for every noise that is a normal draw a pixel, frame and sample. Where reset and signal are converted separately (digital
 //! CDS) each sample has its draw; else one draw represents the difference.
 
 use super::add_scaled;
@@ -41,7 +41,7 @@ pub struct Sampling {
 pub struct SampleSigmas {
     /// Of the signal sample (or of the difference), in uV.
     pub signal_uv: f64,
-    /// Of the reset sample in uV; 0 where it is not converted apart.
+    /// Of the reset sample in uV; 0 where it is not converted separately.
     pub reset_uv: f64,
 }
 

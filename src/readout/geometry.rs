@@ -26,7 +26,7 @@ pub struct Window {
 pub enum BinningMode {
     /// Their charges meet on a shared floating diffusion: one conversion of the sum, all their rows in one line.
     Charge,
-    /// Each is converted by itself, a line an array row, and codes are averaged behind the converters.
+    /// Each is converted individually, a line an array row, and codes are averaged behind the converters.
     Average,
     /// Only the first of them is read.
     Skip,

@@ -1,7 +1,7 @@
 //! Intersects rays with triangles, sixteen at a time: the nearest hit of each ray, or whether anything is in the way.
 //!
 //! The edge functions are those of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): corners are sheared into the
-//! plane across the ray, each by itself, so neighbours see the same corners; there an edge function's sign is never wrong, only zero, and
+//! plane across the ray, each alone, so neighbours see the same corners; there an edge function's sign is never wrong, only zero, and
 //! zero belongs to both sides. Boxes are padded by more than the shear's rounding, and a hit lies within its triangle's box as the
 //! ray's own slabs see it, so the traversal may skip whatever they rule out. Of equal distances the triangle of lowest index wins.
 //! So a hit is a function of the triangles and the ray alone: other rays of the packet, the order and the tree do not change it.

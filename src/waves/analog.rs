@@ -24,7 +24,7 @@ impl<'a> Analog<'a> {
         Self { converter, columns, held_uv: vec![0.0; all.len()], all, running: None }
     }
 
-    /// The row's sample is held at the comparators' inputs. A reset level that is not converted apart is not seen.
+    /// The row's sample is held at the comparators' inputs. A reset level that is not converted separately is not seen.
     pub fn hold(&mut self, row: &RowSamples, sample: Sample) {
         let samples_uv = match sample {
             Sample::Reset => &row.reset_uv,

@@ -22,7 +22,7 @@ pub(super) struct Reading {
     /// Counter of its first effect.
     first_slot: usize,
     converter: Converter,
-    /// Counted into the slot of its draws, so that readings of one exposure err apart.
+    /// Counted into the slot of its draws, so that readings of one exposure have independent errors.
     number: u32,
 }
 

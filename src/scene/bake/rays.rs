@@ -93,7 +93,7 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
 /// Light of the random rays of one side.
 #[derive(Clone, Debug, Default)]
 pub struct Bounced {
-    /// Light that shines by itself: sky, glowing surfaces where lamps are not aimed at, lamps in mirrors.
+    /// Emitted light: sky, emissive surfaces without shadow rays, lamps in mirrors.
     pub seen: ByGroup<f64>,
     /// Sum of the squares of the light of each ray.
     pub squares: ByGroup<f64>,
@@ -244,7 +244,7 @@ struct End {
     /// Whether rays are aimed at the lamp that was met.
     is_aimed: bool,
     group: usize,
-    /// What shines from there by itself.
+    /// Emitted light from there.
     light: Bands,
     mirror: Option<Mirror>,
 }
@@ -275,7 +275,7 @@ impl Mirror {
 }
 
 impl Scene {
-    /// What a ray met: the nearest sample on the side it came from, the light that shines from there by itself, and whether it
+    /// What a ray met: the nearest sample on the side it came from, the light emitted there, and whether it
     /// goes on. Taking the nearest of three samples instead of their mean moves light by half a spacing and loses none.
     fn end_of(&self, hits: &Hits, lane: usize, direction: [f32; 3]) -> End {
         let triangle = hits.triangle[lane];

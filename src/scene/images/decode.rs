@@ -88,7 +88,7 @@ fn checked_size(name: &str, width_px: u64, height_px: u64) -> Result<Size, Error
 }
 
 impl Picture {
-    /// Takes a file apart. `name` is what the user calls it; `transfer` none: by the kind of file.
+    /// Decodes a file. `name` is what the user calls it; `transfer` none: by the kind of file.
     ///
     /// # Errors
     /// Neither PNG nor OpenEXR; cut off, too large, transparent, without channels that are known; values that are no light.
