@@ -1,7 +1,7 @@
 //! Verbs of the command line. Data goes to stdout, progress and words to stderr.
 //!
-//! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 3 some cells failed, 4 input/output. With `--json` every line on
-//! stderr is one JSON object (docs/machine.md).
+//! Exit codes: 0 done, 1 the run failed, 2 usage or configuration, 3 some cells failed, 4 input/output. With `--json` every line on stderr
+//! is one JSON object (docs/machine.md).
 
 /// As `print!`, for readers that may leave early: `sensel schema | head` ends in silence, not in a panic.
 macro_rules! out {

@@ -30,10 +30,10 @@ pub struct HostParams {
     pub track_clk_per_feature: f64,
 }
 
-/// A microcontroller of the class of GAP9. Published visual-inertial odometry with FAST and BRIEF takes under 100 mW at 20 frames a
-/// second there (ETH-PBL, levio, abstract): under 5 mJ a frame, which this model gives for VGA pictures and 500 features. The split
-/// between extraction, tracking and idle power is an estimate. So is that of its clocks at 370 MHz, which add up to less than the 50 ms
-/// that 20 frames a second leave.
+/// A microcontroller of the class of GAP9. Published visual-inertial odometry with FAST and BRIEF takes under 100 mW at 20 frames a second
+/// there (ETH-PBL, levio, abstract): under 5 mJ a frame, which this model gives for VGA pictures and 500 features. The split between
+/// extraction, tracking and idle power is an estimate. So is that of its clocks at 370 MHz, which add up to less than the 50 ms that 20
+/// frames a second leave.
 const MICROCONTROLLER: HostParams = HostParams {
     name: "microcontroller",
     receive_pj_per_byte: 50.0,
