@@ -4,8 +4,8 @@
 //!
 //! Pictures (PNG) are warped, blurred, made noisy and cut to fewer bits; features of the first picture are looked for in the second, for
 //! our extractor at several word lengths, for the same method in floating point, and for OpenCV's ORB at one level where
-//! SENSEL_JUDGE_PYTHON names a Python with OpenCV. Without --pictures they are scikit-image's, which that Python writes: those that settings
-//! were chosen on, or with --judge the others. Writes quality.json and quality.svg, and prints the tables of docs/quality.md.
+//! SENSEL_JUDGE_PYTHON names a Python with OpenCV. Without --pictures they are scikit-image's, which that Python writes: those that
+//! settings were chosen on, or with --judge the others. Writes quality.json and quality.svg, and prints the tables of docs/quality.md.
 
 #![allow(missing_docs)]
 
