@@ -95,7 +95,7 @@ pub struct Measured {
 
 impl Default for Measured {
     fn default() -> Self {
-        let keys = ["cost", "tracking.ms_per_frame", "ladder", "measured"];
+        let keys = ["cost", "tracking.ms_per_frame", "timing.waterfall.measured_host_us", "ladder", "measured"];
         Self { keys: keys.map(str::to_owned).to_vec(), threads: 1 }
     }
 }
