@@ -264,7 +264,7 @@ fn keys_of_light_are_refused_with_file_line_and_what_would_do() {
         ("bake = \"quick\"", "full, direct"),
         ("bake_rays_max = 1e6", "scene.bake = \"direct\""),
         ("bake_memory_mb_max = 1.0", "16 to 1,000,000"),
-        ("environment_yaw_deg = 20.0", "no effect here; scene.environment"),
+        ("environment_yaw_deg = 20.0", "no effect here; use scene.environment"),
         ("environment = \"sky.exr\"", "scene.environment"),
         ("sky.kind = \"foggy\"", "none, overcast, clear"),
         ("sky.sun_elevation_deg = 20.0", "no effect here"),

@@ -283,7 +283,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     ("[motion]\nfile = \"a.txt\"\nkind = \"walk\"\n", "motion.kind = walk: does not go with a file"),
     ("[motion]\nkind = \"jump\"\n", "use still or sway, walk, run, spin or spline"),
-    ("[motion]\nkind = \"spline\"\n", "motion.pose = 0 poses: too few control poses; 4 or more"),
+    ("[motion]\nkind = \"spline\"\n", "motion.pose = 0 poses: too few control poses; use 4 or more"),
     ("[motion]\nkind = \"walk\"\nspeed_m_per_s = 0.0\n", "use 0.001 to 20"),
     ("[motion]\nkind = \"walk\"\nstep_rate_hz = 9.0\n", "use 0.5 to 4"),
     ("[motion]\nkind = \"walk\"\nstep_rate_sd_hz = 0.5\n", "use 0 to 0.3"),

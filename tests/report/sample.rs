@@ -51,6 +51,7 @@ fn frame(truth: &TimedPose) -> FrameRecord {
         found: sensel::num::u32_truncated(905.0 + 60.0 * wave),
         tracked: sensel::num::u32_truncated(240.0 + 45.0 * wave),
         innovation_px: Some(0.42),
+        orientation_deg: Some(0.2),
         truth_m: truth.world_from_body.translation_m.to_array(),
         ..FrameRecord::default()
     }
@@ -101,6 +102,11 @@ pub fn report() -> Report {
     report.set_trajectory(figures, 1.0);
     report.tracking.prediction_error_m = Some(0.0061);
     report.tracking.innovation_px = Some(0.42);
+    report.tracking.orientation_deg = Some(0.2);
+    for steps in ["frame", "first_feature"] {
+        let reason = "a step without a limit has no slack".to_owned();
+        report.not_measurable.insert(format!("timing.waterfall.{steps}.slack_us"), reason);
+    }
     report.tracking.single_picture_sigma_m = Some(0.0009);
     report.tracking.relocalise_s = Some(0.2);
     let event = |t_s, event: &str| TrackingEvent { t_s, event: event.to_owned() };
