@@ -120,7 +120,7 @@ fn what_cannot_be_measured_is_refused_by_key() {
         (&["--points", "12"], "points = 12: out of range; use 40 to 1000"),
         (&["--stack", "9"], "stack = 9: out of range; use 32 to 2000"),
         (&["--size", "8x8"], "size = 8x8: out of range; use 16x16 to 640x480"),
-        (&["--size", "large"], "WIDTHxHEIGHT such as 320x240 would do"),
+        (&["--size", "large"], "use WIDTHxHEIGHT such as 320x240"),
         (&["--set", "sensor.pixel.quantum_efficiency=0"], "use above 0"),
         (&["--set", "sensor.adc.bits=99"], "sensor.adc.bits = 99"),
     ];

@@ -66,7 +66,7 @@ fn options(arguments: &CharacterizeArguments) -> Result<Options, Error> {
 fn size(text: &str) -> Result<Size, Error> {
     let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     let (width_px, height_px) =
-        sides.ok_or_else(|| Error::key("size", text, "is no size; WIDTHxHEIGHT such as 320x240 would do"))?;
+        sides.ok_or_else(|| Error::key("size", text, "is no size; use WIDTHxHEIGHT such as 320x240"))?;
     Ok(Size { width_px, height_px })
 }
 

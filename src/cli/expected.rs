@@ -29,7 +29,7 @@ pub fn check(verb: &RunVerbArguments) -> Result<(), Error> {
         return Err(Error::Unknown { what: "stage to keep", name: word.clone(), known });
     }
     if verb.check_every.is_some() || verb.waves.waves.is_some() {
-        let reason = "the rung expected converts nothing; without --check-every and --waves, or sampled, would do";
+        let reason = "the rung expected converts nothing; leave out --check-every and --waves, or use sampled";
         return Err(Error::key("run.rung", "expected", reason));
     }
     Ok(())

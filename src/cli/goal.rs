@@ -19,19 +19,19 @@ pub fn of(verb: &RunVerbArguments, shared: &Shared) -> Result<Option<Goal>, Erro
     let goal = match (verb.accuracy, &verb.time_budget) {
         (None, None) => return Ok(None),
         (Some(accuracy), _) if (0.1..=10.0).contains(&accuracy) => Goal::Accuracy(accuracy),
-        (Some(accuracy), _) => return Err(Error::key("--accuracy", accuracy, "out of range; 0.1 to 10 would do")),
+        (Some(accuracy), _) => return Err(Error::key("--accuracy", accuracy, "out of range; use 0.1 to 10")),
         (None, Some(time)) => Goal::Time(milliseconds(time)?),
     };
     for assignment in &shared.set {
         let (key, value) = assignment.split_once('=').unwrap_or((assignment, ""));
         let key = key.trim();
         if DECIDED.contains(&key) || key == "run.reflections" {
-            let reason = "is what --accuracy and --time-budget decide; one of the two would do";
+            let reason = "is what --accuracy and --time-budget decide; give one of the two";
             return Err(Error::key(key, value.trim(), reason));
         }
     }
     if verb.run.rung.as_deref().is_some_and(|rung| rung != "sampled") {
-        let reason = "--accuracy and --time-budget choose settings of the rung sampled; without --rung would do";
+        let reason = "--accuracy and --time-budget choose settings of the rung sampled; leave out --rung";
         return Err(Error::key("--rung", verb.run.rung.as_deref().unwrap_or_default(), reason));
     }
     Ok(Some(goal))
@@ -45,7 +45,7 @@ fn milliseconds(text: &str) -> Result<f64, Error> {
         (None, None) => None,
     };
     let in_range = found.filter(|ms| (0.1..=1e7).contains(ms));
-    in_range.ok_or_else(|| Error::key("--time-budget", text, "a time as 50ms or 0.2s, 0.1ms or more, would do"))
+    in_range.ok_or_else(|| Error::key("--time-budget", text, "use a time of 0.1ms or more, as 50ms or 0.2s"))
 }
 
 /// The setup of the cheapest settings that meet the goal; says which, and why. Bytes are promised for the configuration that the run

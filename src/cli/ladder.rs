@@ -63,11 +63,11 @@ fn options(arguments: &LadderArguments) -> Result<Options, Error> {
         if (least..=most).contains(&value) {
             Ok(value)
         } else {
-            Err(Error::key(key, value, format!("out of range; {least} to {most} would do")))
+            Err(Error::key(key, value, format!("out of range; use {least} to {most}")))
         }
     };
     if !(0.1..=10.0).contains(&arguments.finest) {
-        return Err(Error::key("--finest", arguments.finest, "out of range; 0.1 to 10 would do"));
+        return Err(Error::key("--finest", arguments.finest, "out of range; use 0.1 to 10"));
     }
     Ok(Options {
         frames: within("--frames", arguments.frames, 1, 100)?,

@@ -108,7 +108,7 @@ impl Source {
             (Some("pictures"), _) => Ok(Self::Pictures),
             (Some(_), Some(key)) => {
                 let (key, value) = key.split_once('=').unwrap_or((key, ""));
-                let reason = "packets bring what the sensor found; --from pictures would do";
+                let reason = "packets bring what the sensor found; use --from pictures";
                 Err(Error::key(key.trim(), value.trim(), reason))
             }
             (Some(_), None) => Ok(Self::Packets),
@@ -234,7 +234,7 @@ fn output_file(shared: &Shared) -> Result<PathBuf, Error> {
     match place::output_file(shared, &["tum", "txt"], "a trajectory in TUM's format", usual)? {
         Some(file) => Ok(file),
         None if Path::new(usual).exists() => {
-            let reason = "exists already; --out FILE would do".to_owned();
+            let reason = "exists already; name another with --out FILE".to_owned();
             Err(Error::Content { file: usual.to_owned(), reason })
         }
         None => Ok(PathBuf::from(usual)),

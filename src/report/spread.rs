@@ -35,7 +35,7 @@ pub struct SpectrumPoint {
 pub fn interval_of_rms(squares: &[f64], block: usize, seed: u64) -> Result<[f64; 2], NotMeasurable> {
     let blocks = squares.len() / block.max(1);
     if blocks < BLOCKS_MIN || block == 0 {
-        let reason = format!("an interval is drawn from blocks of {block} frames; {blocks} are too few, 5 would do");
+        let reason = format!("an interval is drawn from blocks of {block} frames; {blocks} are too few, use 5 or more");
         return Err(NotMeasurable::Absent(reason));
     }
     let starts = u64_from(squares.len() - block + 1);
