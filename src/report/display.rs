@@ -1,4 +1,4 @@
-//! Codes for a person's eye. Enters: codes. Leaves: eight-bit grey values near the curve of a display.
+//! Converts codes to eight-bit grey values near the curve of a display.
 
 use crate::num::{low_u8, u32_truncated};
 use crate::plane::Plane;

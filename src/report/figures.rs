@@ -1,5 +1,5 @@
-//! Errors of a trajectory, each equal to the figure of the same name of evo. Enters: true and estimated poses of one
-//! body frame. Leaves: metres, seconds and shares, or the named reason why a figure cannot be measured.
+//! Errors of a trajectory, each equal to evo's figure of the same name, in metres, seconds and shares. A figure that cannot be measured
+//! has a named reason instead.
 
 use glam::DVec3;
 

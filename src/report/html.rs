@@ -1,5 +1,5 @@
-//! `report.html`: one self-contained page that a person wants to look at. Enters: a report and pictures of frames.
-//! Leaves: HTML without scripts, network or fonts from elsewhere. Every number on it stands in the report as well.
+//! Writes `report.html` from a report and pictures of frames: one self-contained page without network or outside fonts. Every number on it
+//! is in the report as well.
 
 mod alternatives;
 mod bandwidth;

@@ -1,5 +1,4 @@
-//! Text of `report.json`. Enters: a report. Leaves: JSON with keys in a fixed order, or the path of a number that is
-//! none.
+//! Writes a report as JSON with keys in a fixed order, or names the path of a value that is not a number.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! The Pareto picture of a ladder as a file of its own. Enters: a ladder. Leaves: SVG; letters are text.
+//! Writes the Pareto picture of a ladder as a stand-alone SVG whose letters are text.
 
 use plotters::prelude::*;
 

@@ -1,5 +1,4 @@
-//! How sure a figure is, and how its error is spread over frequency. Enters: the position errors of one run's frames. Leaves: bootstrap
-//! intervals in metres, an amplitude spectrum in metres a root hertz.
+//! Bootstrap intervals of a run's figures in metres, and the amplitude spectrum of its position error in metres per root hertz.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,4 @@
-//! Words and numbers of the page. Enters: values. Leaves: escaped text, three significant digits, a unit that reads
-//! well.
+//! Formats values for the page: escaped text, three significant digits, and a readable unit.
 
 pub(super) use crate::report::escape::escaped;
 
