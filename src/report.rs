@@ -1,7 +1,7 @@
 //! What a person reads: pose error, bits, joules, latency, and what the simulation cost in time.
 //!
-//! Enters: true and estimated poses, counts, times and the plan of a run. Leaves: figures, `report.json` and (feature
-//! `cli`) one self-contained page. It never reads a clock or a file and never simulates.
+//! Computes figures from true and estimated poses, counts, times and the plan of a run, and writes `report.json` and
+//! (feature `cli`) one self-contained page. It never reads a clock or a file and never simulates.
 
 pub mod align;
 pub mod alternatives_record;

@@ -1,6 +1,6 @@
-//! Features drawn over their picture. Enters: codes, features. Leaves: a PNG file.
+//! Draws features over their picture into a PNG file.
 //!
-//! A feature is a circle whose radius doubles with each octave, and a line from its middle along its orientation.
+//! A feature is a circle whose radius doubles with each octave, and a line from its centre along its orientation.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! Least-squares alignment of two point sets (Umeyama 1991). Finds the similarity that maps the second set of positions in metres onto the
-//! first, or the reason why none is determined. Symbols are those of the paper.
+//! Least-squares alignment of two point sets (Umeyama 1991). Finds the similarity that maps the second set of positions
+//! in metres onto the first, or the reason why none is determined. Symbols are those of the paper.
 
 use glam::DVec3;
 

@@ -1,5 +1,4 @@
-//! Pairs two trajectories by time as evo's nearest-time association does. Enters: poses with rising time stamps.
-//! Leaves: pairs.
+//! Pairs two trajectories by time, as evo's nearest-time association does. Time stamps must rise.
 
 use crate::pose::TimedPose;
 

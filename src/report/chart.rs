@@ -1,4 +1,4 @@
-//! Charts in the page's colours. Enters: points with units in their labels. Leaves: inline SVG whose text is text.
+//! Draws charts in the page's colours as inline SVG whose text is text. Labels hold the units.
 //!
 //! Plotters draws in marker colours, which are then replaced by the page's variables, so a chart follows light and
 //! dark.

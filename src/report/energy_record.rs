@@ -1,4 +1,4 @@
-//! The energy part of `report.json`. Enters: an energy account. Leaves: picojoules and milliwatts as plain data.
+//! The energy part of `report.json`: an energy account as picojoules and milliwatts.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Text inside markup. Enters: any text. Leaves: text that is safe between tags and in quoted attributes of HTML and SVG.
+//! Escapes text for use between tags and in quoted attributes of HTML and SVG.
 
 /// Text that is safe between tags and in quoted attributes.
 pub(crate) fn escaped(text: &str) -> String {

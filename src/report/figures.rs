@@ -1,5 +1,5 @@
-//! Errors of a trajectory, each equal to evo's figure of the same name, in metres, seconds and shares. A figure that cannot be measured
-//! has a named reason instead.
+//! Errors of a trajectory, each equal to evo's figure of the same name, in metres, seconds and shares. A figure that
+//! cannot be measured has a named reason instead.
 
 use glam::DVec3;
 

@@ -1,5 +1,5 @@
-//! Writes `report.html` from a report and pictures of frames: one self-contained page without network or outside fonts. Every number on it
-//! is in the report as well.
+//! Writes `report.html` from a report and pictures of frames: one self-contained page without network or outside fonts.
+//! Every number on it is in the report as well.
 
 mod alternatives;
 mod bandwidth;

@@ -1,4 +1,5 @@
-//! Bootstrap intervals of a run's figures in metres, and the amplitude spectrum of its position error in metres per root hertz.
+//! Bootstrap intervals of a run's figures in metres, and the amplitude spectrum of its position error in metres per
+//! root hertz.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,5 @@
-//! The line-time budget of a sensor as one picture: the spans of a line with what is left of it, and two frames in time over rows.
-//! Enters: spans in us. Leaves: a table for a terminal, or an SVG that stands alone and follows light and dark.
+//! Draws the line-time budget of a sensor: the spans of a line with its slack, and two frames over time and rows. The
+//! result is a table for a terminal, or a stand-alone SVG that follows light and dark.
 
 mod lines;
 mod picture;

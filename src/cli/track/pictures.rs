@@ -1,8 +1,8 @@
-//! A recording's pictures through the extractor on the host. Enters: an EuRoC folder of any number of cameras, or a TUM one of one. Leaves:
-//! the features of one frame of the rig after the other.
+//! Runs the host's extractor on the pictures of a recording, frame by frame: an EuRoC folder of any number of cameras,
+//! or a TUM folder of one.
 //!
-//! Files hold 8 or 16 bits, whatever the sensor had. Codes whose lower bits nobody has ever seen set come from a sensor of fewer, and the
-//! extractor is told so: it then does what it would have done on that sensor.
+//! Files hold 8 or 16 bits, whatever the sensor had. Where the lower bits of all codes are zero, the sensor had fewer
+//! bits, and the extractor is configured for that depth.
 
 use sensel::compute::{AlwaysReady, AtOnce, Extractor, ExtractorParams, Feature, Pixels, Records};
 use sensel::error::Error;

@@ -1,5 +1,5 @@
-//! What a recording says of the rig beside its pictures. Enters: an EuRoC folder, or one camera's. Leaves: calibration, truth, inertial
-//! unit, and where its pictures are.
+//! Reads what an EuRoC folder, or the folder of one of its cameras, says of the rig: calibration, truth, IMU, and the
+//! paths of its pictures.
 
 use std::path::Path;
 

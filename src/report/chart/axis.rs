@@ -1,4 +1,4 @@
-//! Axes and their ticks. Enters: a span. Leaves: round places and their labels.
+//! Chooses round tick positions and their labels for the span of an axis.
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 

@@ -1,5 +1,5 @@
-//! Section of the page that shows what accuracy costs in time: the reader picks an error and sees the time. It has no scripts; the style
-//! sheet alone shows the answer of the chosen button.
+//! Section of the page that shows what accuracy costs in time: the reader picks an error and sees the time. It has no
+//! scripts; the style sheet alone shows the answer of the chosen button.
 
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::html::{ladder_charts, section};

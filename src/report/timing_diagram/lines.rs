@@ -1,4 +1,4 @@
-//! Spans on a lane, and the axis below. Enters: spans in us and a scale. Leaves: SVG; the height at which it ends.
+//! Draws spans in us on a lane, and the axis below it, as SVG.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! The picture as a whole: heading, one line, two frames. Enters: the diagram. Leaves: SVG of fixed width; letters are text.
+//! Assembles the timing picture as SVG of fixed width: heading, one line, two frames. Letters are text.
 
 use std::fmt::Write as _;
 
