@@ -24,6 +24,14 @@ fn json(arguments: &[&str]) -> Value {
 }
 
 #[test]
+fn power_of_a_preset_is_estimated_by_its_name_alone() {
+    let by_name = json(&["power", "ov7251", "--estimate", "--json"]);
+    let in_a_room = json(&["power", "box", "--set", "sensor.preset=ov7251", "--estimate", "--json"]);
+    assert_eq!(by_name["energy"]["rails"], in_a_room["energy"]["rails"]);
+    assert!(by_name["energy"]["power_mw"].as_f64().unwrap() > 1.0, "{by_name}");
+}
+
+#[test]
 fn the_hm01b0_does_not_keep_up_and_the_named_clock_and_engines_do() {
     let folder = folder_with_sensor();
     let mine = folder.join("mine.toml");

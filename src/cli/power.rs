@@ -11,7 +11,7 @@ use sensel::run::{Counted, ESTIMATED_LEVEL, LinkSplit, NoClock, SensorSetup, Ses
 use serde_json::{Value, json};
 
 use super::args::{PowerArguments, RunArguments, Shared};
-use super::{listing, progress, run, words};
+use super::{listing, place, progress, run, words};
 
 /// Frames that are counted unless the user says otherwise: features change slowly from frame to frame.
 const FRAMES: u32 = 10;
@@ -45,9 +45,14 @@ pub fn main(arguments: &PowerArguments, shared: &Shared) -> Result<(), Error> {
     words::check_strict(shared, figures.extractor.as_ref())
 }
 
-/// From a sensor alone.
+/// From a sensor alone: a preset's name is enough.
 fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
-    let located = run::located(arguments, shared)?;
+    let is_sensor_alone = arguments.frames.is_none() && arguments.rung.is_none() && arguments.effects.is_none();
+    let located = if is_sensor_alone {
+        place::locate_sensor(arguments.scenario.as_deref(), shared)?
+    } else {
+        run::located(arguments, shared)?
+    };
     let sensor = SensorSetup::new(&located.resolved)?;
     let resolve = |error: Error| located.resolved.tree.locate(error);
     let account = sensor.estimated_energy(ESTIMATED_LEVEL).map_err(resolve)?;
