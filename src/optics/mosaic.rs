@@ -181,7 +181,7 @@ mod tests {
             ("", &[], "no pattern"),
             ("RGGBR", &[R, G, B], "up to 4 x 4"),
             ("RGGB", &[R, G], "qe_by_filter.B"),
-            ("RGGR", &[R, G, B], "leaving out qe_by_filter.B"),
+            ("RGGR", &[R, G, B], "leave out qe_by_filter.B"),
         ] {
             match Mosaic::parse(pattern, filters) {
                 Ok(_) => assert!(words.is_empty(), "{pattern} passes"),
