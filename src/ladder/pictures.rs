@@ -59,7 +59,7 @@ pub fn mean_square(errors: &[Squares]) -> f64 {
     sum.mean()
 }
 
-/// Renders every setting's pictures so many times, in turns; the first pass gives the error, every pass the cost.
+/// Renders every setting's pictures `repeats` times, in turns; the first pass gives the error, every pass the cost.
 pub fn render_all(
     bench: &Bench<'_>,
     reference: &Reference,

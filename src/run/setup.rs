@@ -306,7 +306,7 @@ struct TakenOver<'a> {
 }
 
 impl<'a> TakenOver<'a> {
-    /// Cameras follow from lens, rig, the pixels that are read, and what lies between lens and photodiode.
+    /// Cameras follow from lens, rig, the pixels that are read, and the filters between lens and photodiode.
     fn cameras_for(&self, scenario: &Scenario, sensor: &SensorSetup) -> Option<&'a Setup> {
         let (own, own_sensor) = (&self.setup.resolved.scenario, &self.setup.sensor);
         let pixel_of = |scenario: &Scenario| {
