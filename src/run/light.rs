@@ -87,7 +87,9 @@ fn found(scenario: &Scenario, assets: &dyn Assets) -> Result<Found, Error> {
         (Some(file), None, None) => {
             let named = |error: Error| error.named_by("scene.file", file);
             let bytes = assets.read(file).map_err(named)?;
-            Scene::from_gltf_in(file, &bytes, &section.surroundings, &|name| assets.read(name)).map_err(named)?
+            let units = section.file_units()?;
+            Scene::from_gltf_in(file, &bytes, &units, &section.surroundings, &|name| assets.read(name))
+                .map_err(named)?
         }
         (None, Some(generator), None) => generated::scene(generator, &section.surroundings, &|name| assets.read(name))?,
         (None, None, Some(target)) => {
