@@ -1,9 +1,9 @@
 //! `sensel scene`: what a glTF file holds, what of it is not read, and a scenario whose camera sees it.
 
 mod contact_sheet;
+mod scenario;
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use sensel::error::Error;
@@ -48,7 +48,7 @@ pub fn main(arguments: &SceneArguments, shared: &Shared) -> Result<(), Error> {
             let reason = "has no place from which a camera sees a surface; no scenario was written";
             Error::Content { file: found.name.clone(), reason: reason.to_owned() }
         })?;
-        place::write_output("--out", scenario, found.scenario(view).as_bytes())?;
+        place::write_output("--out", scenario, scenario::text(&found, view).as_bytes())?;
     }
     words::warn(&found.warnings());
     if shared.json {
@@ -239,51 +239,6 @@ impl Found {
             "notes": self.scene.notes,
             "warnings": self.warnings(),
         })
-    }
-
-    /// A scenario that looks from a view.
-    fn scenario(&self, view: &View) -> String {
-        let Pose { rotation, translation_m } = view.world_from_camera;
-        // A motion starts level along -z: the rest of the view's orientation is the motion's.
-        let turn = (rotation * views::looking(0.0, 0.0).inverse()).normalize();
-        let rounded = |values: &[f64], digits: usize| {
-            let texts: Vec<String> = values.iter().map(|value| format!("{value:.digits$}")).collect();
-            texts.join(", ")
-        };
-        let mut text = format!(
-            "# {}, from 'sensel scene'.\n[scene]\nfile = {}\n",
-            self.name,
-            toml::Value::from(self.name.as_str())
-        );
-        if self.units.metres != 1.0 {
-            let _ =
-                writeln!(text, "scale = {:?}                      # metres of a unit of the file", self.units.metres);
-        }
-        if self.units.up == UpAxis::Z {
-            text.push_str("up = \"z\"\n");
-        }
-        text.push_str("illuminance_lux = 500.0          # on a horizontal plane at the camera: a well-lit room; 10,000 is an overcast day\n");
-        if self.lamps.is_empty() && self.open > 0.05 {
-            text.push_str("\n[scene.sky]\nkind = \"overcast\"                # the file has no light of its own\n");
-        } else if self.lamps.is_empty() {
-            let lamp_m = translation_m + 0.3 * view.nearest_m.min(1.0) * glam::DVec3::Y;
-            let _ = write!(
-                text,
-                "\n[[scene.lamp]]                   # the file has no light, and no sky reaches the camera\nposition_m = [{}]\nradius_m = 0.02\nflux_lm = 800.0\n",
-                rounded(&lamp_m.to_array(), 3)
-            );
-        }
-        // A sway of some centimetres suits a room; small things get less.
-        let scale = (view.median_m / 2.0).clamp(0.02, 1.0);
-        let _ = write!(
-            text,
-            "\n[motion]\nkind = \"sway\"                    # or walk, run, spin, or a file of poses\nscale = {scale:.2}\noffset_m = [{}]\nworld_from_motion = [{}]\n",
-            rounded(&translation_m.to_array(), 3),
-            rounded(&turn.to_array(), 9)
-        );
-        text.push_str("\n[run]\nframes = 30\n\n[optics]\npreset = \"radtan_90\"             # 90 degrees across; 'sensel presets' lists others\n");
-        text.push_str("\n[sensor]\npreset = \"paper_6t_vga\"         # or another of 'sensel presets', or \"./my_sensor.toml\"\n\n[sensor.readout]\nexposure_us = 4000.0\n");
-        text
     }
 }
 

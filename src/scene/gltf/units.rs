@@ -1,4 +1,4 @@
-//! What a glTF file's coordinates mean: metres of a unit, and the axis that points up. glTF says metres and y; many files do not keep to it.
+//! What a glTF file's coordinates mean: metres of a unit, and the axis that points up. glTF says metres and y; many files do not.
 
 use glam::DMat4;
 
