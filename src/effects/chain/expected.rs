@@ -121,7 +121,7 @@ impl Chain {
         Expected { mean_dn: moments.map(|pixel| pixel[0]), variance_dn2: moments.map(|pixel| pixel[1]) }
     }
 
-    fn expected_row(&self, photons: &[f32], at: super::RowAt, buffers: &mut RowBuffers) -> Row {
+    fn expected_row(&self, photons: &[f32], at: super::row::RowAt, buffers: &mut RowBuffers) -> Row {
         let pixel = &self.parameters.pixel;
         buffers.values.copy_from_slice(photons);
         pixel::photons_to_mean_electrons(pixel, &mut buffers.values);
@@ -147,7 +147,7 @@ impl Chain {
         row
     }
 
-    fn expect(&self, effect: &dyn Effect, at: super::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
+    fn expect(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
         let pixel = &self.parameters.pixel;
         match effect.name() {
             "shot_noise" => row.variance.iter_mut().zip(&row.mean).for_each(|(variance, mean_e)| *variance += mean_e),
@@ -207,7 +207,7 @@ impl Chain {
     }
 
     /// Effects without draws act on two points, a sigma above and below the mean.
-    fn through(&self, effect: &dyn Effect, at: super::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
+    fn through(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
         let reset_uv = row.reset_uv.clone();
         let mut ends: [Vec<f32>; 2] = Default::default();
         for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
