@@ -14,18 +14,12 @@ mod container;
 mod lights;
 mod material;
 mod node;
-pub mod picture;
-mod units;
 
+use super::file_units::FileUnits;
 use super::mesh::Mesh;
-use super::{Scene, Surroundings, Viewpoint};
+use super::{Read, Scene, Surroundings, Viewpoint};
 use crate::error::Error;
 use buffers::Buffers;
-
-pub use units::{FileUnits, UpAxis};
-
-/// Reads a file by a path within the scene's folder.
-pub type Read<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, Error>;
 
 /// Files beside a glTF file.
 pub struct Files<'a> {

@@ -16,6 +16,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub use blend::Blend;
 pub use decode::{Picture, Transfer};
 
+pub use super::PictureBytes;
+
 use super::light::{BANDS, Illuminant};
 use super::lit::ExitanceBounds;
 use crate::error::Error;
@@ -26,15 +28,6 @@ use crate::units::{Size, Span};
 
 /// Decoded pictures that a stream keeps, in bytes.
 pub const CACHE_BYTES: usize = 256 << 20;
-
-/// Where a stream's files are read from while a run goes on.
-pub trait PictureBytes: Send + Sync {
-    /// The bytes of a file of the scenario.
-    ///
-    /// # Errors
-    /// The file is not there any more, or the disk says no.
-    fn read(&self, name: &str) -> Result<Vec<u8>, Error>;
-}
 
 /// The camera that the pictures were made with: a pinhole with radial-tangential distortion, looking where the sensor's camera looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
