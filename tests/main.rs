@@ -41,6 +41,7 @@ mod estimation;
 mod extractor;
 mod facts;
 mod few_bits;
+mod fit;
 mod front;
 mod gait;
 mod gates;

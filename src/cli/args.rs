@@ -87,6 +87,8 @@ pub enum Verb {
     Compare(CompareArguments),
     /// A design space: many runs, one table, one page.
     Sweep(SweepArguments),
+    /// Finds a sensor's parameters with intervals from its frames, dark and bright: the inverse of characterize.
+    Fit(FitArguments),
     /// Says what a glTF file holds and what of it is not read, and writes a scenario whose camera sees it.
     Scene(SceneArguments),
 }
@@ -199,6 +201,19 @@ pub struct TimingArguments {
     /// Waveforms of a test picture, a wedge from dark to full scale.
     #[command(flatten)]
     pub waves: WaveArguments,
+}
+
+/// Frames of a sensor.
+#[derive(Args, Debug)]
+pub struct FitArguments {
+    /// A folder with emva1288.txt and the frames that it names: pairs at several exposures, and stacks, bright and dark.
+    pub folder: PathBuf,
+    /// Sensor preset or file that has what the frames do not tell.
+    #[arg(long, default_value = "paper_6t_vga")]
+    pub preset: String,
+    /// Of the die while the frames were taken; 300 unless given.
+    #[arg(long, value_name = "K")]
+    pub temperature_k: Option<f64>,
 }
 
 /// A scene from elsewhere.
