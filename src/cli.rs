@@ -83,7 +83,8 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
 }
 
 /// All verbs of this version.
-const VERBS: &str = "run, plan, ladder, timing, power, features, track, characterize, compare, sweep, fit, scene, presets, schema, config";
+const VERBS: &str = "run, plan, ladder, timing, waves, power, features, track, characterize, compare, sweep, fit, scene, presets, \
+    schema, config";
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
@@ -107,6 +108,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Run(own)) => run::main(own, shared),
         Some(Verb::Plan(own)) => plan::main(own, shared),
         Some(Verb::Timing(own)) => timing::main(own, shared),
+        Some(Verb::Waves(own)) => waves::main(own, shared),
         Some(Verb::Power(own)) => power::main(own, shared),
         Some(Verb::Features(own)) => features::main(own, shared),
         Some(Verb::Track(own)) => track::main(own, shared),

@@ -32,6 +32,7 @@ mod answers;
 mod characterize;
 mod chips;
 mod command_line;
+mod compare_coverage;
 mod compute;
 mod determinism;
 mod effects;
