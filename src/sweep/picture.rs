@@ -44,6 +44,19 @@ fn lowest(estimate: &Estimate) -> f64 {
     estimate.interval.map(|[low, _]| low).filter(|low| *low > 0.0).unwrap_or(estimate.mean)
 }
 
+/// The right corner that is further from the last means.
+fn legend_place(interaction: &Interaction) -> SeriesLabelPosition {
+    let means =
+        |series: &super::interaction::Series| series.means.iter().flatten().map(|one| one.mean).collect::<Vec<_>>();
+    let all: Vec<f64> = interaction.series.iter().flat_map(means).collect();
+    let last: Vec<f64> = interaction.series.iter().filter_map(|series| means(series).last().copied()).collect();
+    if super::statistics::mean(&last) > super::statistics::mean(&all) {
+        SeriesLabelPosition::LowerRight
+    } else {
+        SeriesLabelPosition::UpperRight
+    }
+}
+
 fn draw<Y>(text: &mut String, interaction: &Interaction, y: Y) -> Result<(), DrawingAreaErrorKind<std::io::Error>>
 where
     Y: AsRangedCoord<Value = f64>,
@@ -96,7 +109,7 @@ where
     if interaction.series.iter().any(|series| !series.name.is_empty()) {
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(legend_place(interaction))
             .background_style(WHITE.mix(0.85))
             .border_style(BLACK.mix(0.3))
             .label_font(("sans-serif", 14))
