@@ -41,6 +41,7 @@ pub mod surroundings;
 pub mod target;
 pub mod texture;
 pub mod tracer;
+pub mod views;
 
 pub use bake::{Bake, BakeCost, BakeSettings};
 pub use environment::Environment;

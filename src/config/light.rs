@@ -2,9 +2,13 @@
 
 use super::check::{one_of, within};
 use super::scenario::Scenario;
+#[cfg(feature = "gltf")]
+use super::scenario::Scene as SceneKeys;
 use crate::error::Error;
 use crate::num::f64_from_u64;
 use crate::scene::flicker::{Flicker, Waveform};
+#[cfg(feature = "gltf")]
+use crate::scene::gltf::{FileUnits, UpAxis};
 use crate::scene::light::BLACKBODY_K;
 use crate::scene::sky::{Sky, SkyKind};
 use crate::scene::{BakeCost, Illuminant};
@@ -73,6 +77,18 @@ impl BakeLimits {
             return Err(Error::key(key, self.most.bytes / 1_000_000, reason(needed, "MB", key, MEGABYTES_MOST)));
         }
         Ok(())
+    }
+}
+
+#[cfg(feature = "gltf")]
+impl SceneKeys {
+    /// What the coordinates of its file mean.
+    ///
+    /// # Errors
+    /// Values out of range.
+    pub fn file_units(&self) -> Result<FileUnits, Error> {
+        let metres = within("scene.scale", self.scale, 1e-6..=1e6, "1e-6 to 1e6")?;
+        Ok(FileUnits { metres, up: one_of("scene.up", &self.up, &[("y", UpAxis::Y), ("z", UpAxis::Z)])? })
     }
 }
 

@@ -117,7 +117,8 @@ fn from_file(
     section: &crate::config::scenario::Scene,
     assets: &dyn Assets,
 ) -> Result<Scene, Error> {
-    Scene::from_gltf_in(file, bytes, &section.surroundings, &|name| assets.read(name))
+    let units = section.file_units()?;
+    Scene::from_gltf_in(file, bytes, &units, &section.surroundings, &|name| assets.read(name))
 }
 
 #[cfg(not(feature = "gltf"))]

@@ -22,6 +22,7 @@ use super::light::{BANDS, Illuminant};
 use super::lit::ExitanceBounds;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize, greater, lesser};
+use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::units::{Size, Span};
 
@@ -204,7 +205,8 @@ impl ImageStream {
             let Some(idle) = cache.iter().position(|(known, _)| !numbers.contains(known)) else { break };
             cache.remove(idle);
         }
-        for (number, picture) in missing.iter().zip(self.decode_all(&missing)) {
+        let decoded = collected(missing.len(), |place| self.decode(missing[place]));
+        for (number, picture) in missing.iter().zip(decoded) {
             let picture = picture?;
             if picture.size() != self.size {
                 let reason = "has another size than when the run began".to_owned();
@@ -217,18 +219,6 @@ impl ImageStream {
             picture.clone()
         };
         Ok(numbers.iter().map(find).collect())
-    }
-
-    fn decode_all(&self, numbers: &[usize]) -> Vec<Result<Picture, Error>> {
-        #[cfg(feature = "parallel")]
-        {
-            use rayon::prelude::*;
-            numbers.par_iter().map(|&number| self.decode(number)).collect()
-        }
-        #[cfg(not(feature = "parallel"))]
-        {
-            numbers.iter().map(|&number| self.decode(number)).collect()
-        }
     }
 
     fn decode(&self, number: usize) -> Result<Picture, Error> {
