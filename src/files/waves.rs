@@ -71,6 +71,6 @@ impl WaveFile {
             WaveFormat::Fst => fst_bytes(waves),
             WaveFormat::Vcd => vcd_bytes(waves),
         };
-        replace_file(&self.path, &bytes.map_err(super::io_error(&self.path))?)
+        replace_file(&self.path, &bytes.map_err(super::errors::io_error(&self.path))?)
     }
 }

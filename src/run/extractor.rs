@@ -2,9 +2,12 @@
 
 use super::sensor::SensorSetup;
 use super::warnings::Warnings;
-use crate::compute::{Counts, Extracted};
+use crate::compute::{AlwaysReady, Counts, Extracted, Extractor, RowByRow};
+use crate::error::Error;
+use crate::events::Events;
 use crate::link::Flow;
 use crate::num::{f64_from_u64, u64_from, u64_truncated};
+use crate::plane::Plane;
 use crate::report::record::{ExtractorClocks, FeatureFigures};
 
 /// Sums over cameras and frames.
@@ -91,4 +94,33 @@ impl ExtractorTotals {
             ..FeatureFigures::default()
         }
     }
+}
+
+/// What each camera's extractor makes of its picture, and the events of that.
+pub(super) fn extract_all(
+    sensor: &SensorSetup,
+    extractors: &mut [Extractor],
+    codes: &[Plane<u16>],
+) -> Vec<Result<(Extracted, Events), Error>> {
+    let one = |(extractor, plane): (&mut Extractor, &Plane<u16>)| extract_one(sensor, extractor, plane);
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        extractors.par_iter_mut().zip(codes).map(one).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    extractors.iter_mut().zip(codes).map(one).collect()
+}
+
+/// What an extractor makes of a picture whose rows come as the readout's do, and the events of that.
+pub(super) fn extract_one(
+    sensor: &SensorSetup,
+    extractor: &mut Extractor,
+    codes: &Plane<u16>,
+) -> Result<(Extracted, Events), Error> {
+    let mut events = Events::default();
+    let mut rows = RowByRow { first_clk: 0, spacing: sensor.row_spacing() };
+    let pattern_px = sensor.pattern_px();
+    let extracted = extractor.frame(codes, sensor.bits(), pattern_px, (&mut rows, &mut AlwaysReady), &mut events)?;
+    Ok((extracted, events))
 }

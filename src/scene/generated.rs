@@ -1,11 +1,12 @@
 //! Scenes made by code, by name. An unknown name gives an error that lists the known names.
 
+use super::geometry::Scene;
 use super::gltf::Read;
 use super::gltf::picture::{Budget, Picture};
 use super::light::with_infrared;
 use super::mesh::Mesh;
 use super::texture::{Texture, Wrap};
-use super::{Scene, Surroundings, box_room, hall, photo_box, street};
+use super::{Surroundings, box_room, hall, photo_box, street};
 use crate::error::Error;
 
 /// The names.

@@ -11,54 +11,20 @@
 mod accessor;
 mod buffers;
 mod container;
+mod content;
 mod lights;
 mod material;
 mod node;
 pub mod picture;
+mod reader;
 
+use super::Surroundings;
+use super::geometry::Scene;
 use super::mesh::Mesh;
-use super::{Scene, Surroundings, Viewpoint};
 use crate::error::Error;
 use buffers::Buffers;
-
-/// Reads a file by a path within the scene's folder.
-pub type Read<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, Error>;
-
-/// Files beside a glTF file.
-pub struct Files<'a> {
-    read: Read<'a>,
-}
-
-/// Most sentences about one file.
-const NOTES_MAX: usize = 100;
-
-/// Sentences for the user, each once, in the order in which they came up.
-#[derive(Debug, Default)]
-pub struct Notes(Vec<String>);
-
-impl Notes {
-    fn add(&mut self, note: impl Into<String>) {
-        let note = note.into();
-        if self.0.contains(&note) {
-            return;
-        }
-        match self.0.len() {
-            ..NOTES_MAX => self.0.push(note),
-            NOTES_MAX => self.0.push("there is more of this kind".to_owned()),
-            _ => {}
-        }
-    }
-}
-
-/// What a file holds.
-pub(super) struct Content {
-    /// Geometry and materials.
-    pub mesh: Mesh,
-    /// Cameras.
-    pub viewpoints: Vec<Viewpoint>,
-    /// What was left out or repaired.
-    pub notes: Vec<String>,
-}
+pub(super) use content::Content;
+pub use content::{Files, Notes, Read};
 
 impl Scene {
     /// Reads a binary glTF file that needs no others, unchanged: no sky, lamps as strong as stated. `name` is its name in messages.
@@ -107,7 +73,7 @@ fn content(bytes: &[u8], files: &Files<'_>) -> Result<Content, String> {
     let kinds = material::read_all(&container.document, &buffers, files, &mut mesh, &mut notes)?;
     let scene =
         container.document.default_scene().or_else(|| container.document.scenes().next()).ok_or("it has no scene")?;
-    let mut reader = node::Reader::new(&container, &buffers, kinds, mesh, notes);
+    let mut reader = reader::Reader::new(&container, &buffers, kinds, mesh, notes);
     for node in scene.nodes() {
         reader.node(&node, glam::DMat4::IDENTITY, 0)?;
     }

@@ -12,7 +12,7 @@ use sensel::run::{NoProgress, PhotonStore, Session, Setup, Stopwatch};
 use sensel::sweep::record::CellCost;
 use sensel::sweep::{Cell, CellRecord};
 
-use super::Loaded;
+use super::loaded::Loaded;
 
 /// What runs cells one after the other and keeps what they have in common.
 pub struct Worker<'a> {

@@ -1,6 +1,6 @@
 //! The charge of every pixel, in electrons, after the pixel's effects and before conversion.
 
-use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot, map_chunks};
+use super::state::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot, map_chunks};
 use crate::plane::Plane;
 
 impl Chain {

@@ -4,7 +4,7 @@
 use glam::DVec2;
 
 use super::surface::{Point, Surfaces, idle, is_inside, set_lane};
-use super::{View, by_row};
+use super::view::{View, by_row};
 use crate::num::{f32_nearest, f64_from_usize};
 use crate::plane::Plane;
 use crate::pose::Pose;

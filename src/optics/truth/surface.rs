@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{View, by_row};
+use super::view::{View, by_row};
 use crate::num::{f32_nearest, f64_from_usize, greater, index};
 use crate::plane::Plane;
 use crate::pose::Pose;

@@ -11,8 +11,8 @@ use super::super::light::with_infrared;
 use super::super::mesh::{Material, Mesh};
 use super::super::texture::Wrap;
 use super::buffers::{Buffers, fetched};
+use super::content::{Files, Notes};
 use super::picture::{Budget, Picture};
-use super::{Files, Notes};
 use crate::num::u32_from;
 
 /// Where on a surface its picture lies.
