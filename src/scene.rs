@@ -7,18 +7,23 @@
 
 pub mod bake;
 pub mod box_room;
+#[cfg(feature = "pictures")]
 pub mod build;
 pub mod bulb;
 pub mod bvh;
 mod chance;
 pub mod cut_out;
 pub mod environment;
+pub mod file_units;
 pub mod flicker;
 pub mod generated;
 mod geometry;
+#[cfg(feature = "gltf")]
 pub mod gltf;
+#[cfg(feature = "pictures")]
 pub mod hall;
 mod hashing;
+#[cfg(feature = "pictures")]
 pub mod images;
 pub mod lamps;
 pub mod lanes;
@@ -27,20 +32,26 @@ pub mod lit;
 pub mod mesh;
 pub mod motion;
 pub mod nearest;
+#[cfg(feature = "pictures")]
 pub mod pattern;
+#[cfg(feature = "pictures")]
 pub mod photo_box;
 pub mod samples;
 pub mod sky;
+#[cfg(feature = "pictures")]
 pub mod street;
 pub mod surroundings;
 pub mod target;
 pub mod texture;
 pub mod tracer;
+mod source;
 mod vectors;
+pub mod views;
 
 pub use bake::{Bake, BakeCost, BakeSettings};
 pub use environment::Environment;
 pub use flicker::Flicker;
+#[cfg(feature = "pictures")]
 pub use images::{ImageSequence, ImageStream};
 pub use lamps::fixture::Lamp;
 pub use light::Illuminant;
@@ -48,3 +59,4 @@ pub use lit::{ExitanceBounds, LitScene};
 pub use surroundings::{Panel, Surroundings};
 
 pub use geometry::{Scene, Viewpoint};
+pub use source::{PictureBytes, Read};

@@ -66,6 +66,7 @@ mod report;
 mod rigs;
 mod rtl;
 mod sampling;
+mod scene_verb;
 mod scenes;
 mod statistics;
 mod sweeps;

@@ -20,6 +20,7 @@ const ORDER: &[&str] = &[
     "pose",
     "error",
     "picture",
+    "parallel",
     "simd",
     "draw",
     "events",

@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::events::Events;
 use crate::link::Flow;
 use crate::num::{f64_from_u64, u64_from, u64_truncated};
+use crate::parallel::chunks_collected;
 use crate::plane::Plane;
 use crate::report::record::{ExtractorClocks, FeatureFigures};
 
@@ -102,14 +103,7 @@ pub(super) fn extract_all(
     extractors: &mut [Extractor],
     codes: &[Plane<u16>],
 ) -> Vec<Result<(Extracted, Events), Error>> {
-    let one = |(extractor, plane): (&mut Extractor, &Plane<u16>)| extract_one(sensor, extractor, plane);
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        extractors.par_iter_mut().zip(codes).map(one).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    extractors.iter_mut().zip(codes).map(one).collect()
+    chunks_collected(extractors, 1, |camera, extractor| extract_one(sensor, &mut extractor[0], &codes[camera]))
 }
 
 /// What an extractor makes of a picture whose rows come as the readout's do, and the events of that.

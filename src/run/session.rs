@@ -19,6 +19,7 @@ use crate::energy::EnergyAccount;
 use crate::error::Error;
 use crate::fidelity::Rung;
 use crate::num::{f64_from_usize, u32_from, u64_from};
+use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
@@ -145,13 +146,15 @@ impl Session {
     /// A picture that cannot be read any more.
     pub fn expose(&self) -> Result<Vec<Vec<SharedExposure>>, Error> {
         let frame = self.next_frame();
-        let of = |(camera, schedule): (usize, &Schedule)| match self.still.again(camera, schedule, frame) {
+        let schedules = self.setup.exposure.schedules(frame);
+        let of = |camera: usize| match self.still.again(camera, &schedules[camera], frame) {
             Some(seen) => Ok(seen),
             None => {
-                Ok(self.setup.exposures_of(frame, camera, schedule)?.into_iter().map(SharedExposure::from).collect())
+                let seen = self.setup.exposures_of(frame, camera, &schedules[camera])?;
+                Ok(seen.into_iter().map(SharedExposure::from).collect())
             }
         };
-        self.setup.exposure.schedules(frame).iter().enumerate().map(of).collect()
+        collected(schedules.len(), of).into_iter().collect()
     }
 
     /// The next frame from what its cameras saw: runs that differ behind the lens alone may share it.

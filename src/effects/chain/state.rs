@@ -110,21 +110,6 @@ pub(super) fn add(hits: &mut [u64], more: &[u64]) {
     }
 }
 
-#[cfg(feature = "parallel")]
-pub(super) fn map_chunks<V: Send, T: Send>(
-    values: &mut [V],
-    size: usize,
-    chunk: impl Fn((usize, &mut [V])) -> T + Sync + Send,
-) -> Vec<T> {
-    use rayon::prelude::*;
-    values.par_chunks_mut(size).enumerate().map(chunk).collect()
-}
-
-#[cfg(not(feature = "parallel"))]
-pub(super) fn map_chunks<V, T>(values: &mut [V], size: usize, chunk: impl Fn((usize, &mut [V])) -> T) -> Vec<T> {
-    values.chunks_mut(size).enumerate().map(chunk).collect()
-}
-
 /// Rows behind metal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BlackRows {

@@ -2,10 +2,7 @@
 
 use super::super::geometry::Viewpoint;
 use super::super::mesh::Mesh;
-use crate::error::Error;
-
-/// Reads a file by a path within the scene's folder.
-pub type Read<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, Error>;
+use crate::scene::source::Read;
 
 /// Files beside a glTF file.
 pub struct Files<'a> {

@@ -10,9 +10,9 @@ use super::super::cut_out::CutOut;
 use super::super::light::with_infrared;
 use super::super::mesh::{Material, Mesh};
 use super::super::texture::Wrap;
+use super::super::texture::picture::{Budget, Picture};
 use super::buffers::{Buffers, fetched};
 use super::content::{Files, Notes};
-use super::picture::{Budget, Picture};
 use crate::num::u32_from;
 
 /// Where on a surface its picture lies.
