@@ -12,11 +12,28 @@ const CRATES: [(&str, &str); 3] = [("src", "lib"), ("rtl_models/src", "lib"), ("
 /// A module as the names on its path; the root's is empty.
 type Module = Vec<String>;
 
+/// Code up to its module of tests, without other lines that only tests compile.
+fn without_tests(text: &str) -> String {
+    let mut found = String::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if line.starts_with("#[cfg(test)]") || line.starts_with("#[cfg(all(test") {
+            match lines.by_ref().find(|line| !line.starts_with("#[")) {
+                Some(item) if !item.contains("mod ") || item.ends_with(';') => continue,
+                _ => break,
+            }
+        }
+        found.push_str(line);
+        found.push('\n');
+    }
+    found
+}
+
 /// Code without comments, texts and test modules. A test may use what it likes, since nothing uses a test.
 fn code(text: &str) -> String {
-    let text = text.split("\n#[cfg(test)]\nmod tests").next().unwrap_or_default();
     let mut found = String::new();
-    let mut rest = text;
+    let text = without_tests(text);
+    let mut rest = &text[..];
     while let Some(at) = rest.find(['"', '/', '\'']) {
         found.push_str(&rest[..at]);
         rest = &rest[at..];
@@ -127,17 +144,19 @@ fn target(path: &str, module: &Module, sources: &BTreeMap<Module, PathBuf>) -> O
     Some(whole)
 }
 
-/// Files that can be reached from each other, by the imports of each.
+/// What can be reached from a file over imports.
+fn reached<'a>(from: &'a Module, imports: &'a BTreeMap<Module, BTreeSet<Module>>) -> BTreeSet<&'a Module> {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![from];
+    while let Some(module) = open.pop() {
+        open.extend(imports[module].iter().filter(|next| seen.insert(*next)));
+    }
+    seen
+}
+
+/// Imports that lie on a circle.
 fn circles(imports: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<(Module, Module)> {
-    let reached = |from: &Module| {
-        let mut seen = BTreeSet::new();
-        let mut open = vec![from];
-        while let Some(module) = open.pop() {
-            open.extend(imports[module].iter().filter(|next| seen.insert(*next)));
-        }
-        seen
-    };
-    let all: BTreeMap<&Module, BTreeSet<&Module>> = imports.keys().map(|from| (from, reached(from))).collect();
+    let all: BTreeMap<&Module, _> = imports.keys().map(|from| (from, reached(from, imports))).collect();
     let pairs = imports.iter().flat_map(|(from, next)| next.iter().map(move |to| (from, to)));
     pairs.filter(|(from, to)| all[to].contains(from)).map(|(from, to)| (from.clone(), to.clone())).collect()
 }
