@@ -30,6 +30,7 @@ mod output;
 mod place;
 mod plan;
 mod power;
+mod setup;
 mod progress;
 mod run;
 mod scene;

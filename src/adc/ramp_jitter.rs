@@ -4,7 +4,7 @@
 //! 1241-2010). A column samples the clock once a conversion, at its crossing, so each conversion and column has one draw of sigma
 //! slope * `ramp_jitter_ps`. The slope is that of the step before the crossing, in which the clock that counts last lies.
 
-use super::convert::Converter;
+use super::columns::Converter;
 use super::params::AdcParams;
 use crate::draw::{DrawKey, EffectNumber, fill_uniforms, normals};
 use crate::effect::{Domain, Effect, Omission, RowPass};

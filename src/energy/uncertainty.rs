@@ -5,7 +5,7 @@
 //! constants is a factor common to all items, the model's discrepancy.
 
 use super::constant::Constant;
-use super::model::Item;
+use super::item::Item;
 use super::technology::{Scaling, Technology};
 use crate::draw::{DrawKey, normal_quantile, uniform_at};
 use crate::num::{index, lesser};

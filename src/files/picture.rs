@@ -6,7 +6,7 @@ use std::path::Path;
 
 use image::{ColorType, DynamicImage, ImageReader};
 
-use super::io_error;
+use super::errors::io_error;
 use super::open::{open_input, read_opened};
 use crate::error::Error;
 use crate::plane::Plane;

@@ -75,6 +75,6 @@ impl WaveFile {
             WaveFormat::Vcd => vcd_bytes(waves),
             WaveFormat::Svg => Ok(crate::waves::plot::svg(waves, name).into_bytes()),
         };
-        replace_file(&self.path, &bytes.map_err(super::io_error(&self.path))?)
+        replace_file(&self.path, &bytes.map_err(super::errors::io_error(&self.path))?)
     }
 }

@@ -13,6 +13,7 @@ mod frames;
 mod header;
 mod ladder;
 mod ladder_charts;
+mod parts;
 mod plan;
 mod power_strip;
 mod pose_axes;
@@ -25,44 +26,10 @@ mod verdict;
 mod warnings;
 mod waterfall;
 
-use crate::plane::Plane;
 use crate::report::ladder_record::LadderRecord;
 use crate::report::record::Report;
+pub use parts::{Mark, Picture, Pictures};
 use text::escaped;
-
-/// Why writing into a `String` is expected to work.
-const TEXT: &str = "writing to a string cannot fail";
-
-/// Frames to show.
-#[derive(Clone, Debug, Default)]
-pub struct Pictures {
-    /// In the order of the page; three to six look best.
-    pub strip: Vec<Picture>,
-    /// A picture of a row's conversions beside the page, by its relative path.
-    pub waves: Option<String>,
-}
-
-/// One frame of a sensor with what was found in it.
-#[derive(Clone, Debug)]
-pub struct Picture {
-    /// Codes brought to 8 bits.
-    pub values: Plane<u8>,
-    /// For a person: camera, frame and time.
-    pub caption: String,
-    /// Drawn over the frame.
-    pub marks: Vec<Mark>,
-}
-
-/// A feature of a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mark {
-    /// Column; pixel centres are integers.
-    pub x_px: f64,
-    /// Row; pixel centres are integers.
-    pub y_px: f64,
-    /// Whether the tracker used it.
-    pub tracked: bool,
-}
 
 /// The whole page.
 pub fn html(report: &Report, pictures: &Pictures) -> String {
@@ -125,19 +92,6 @@ fn page(title: &str, body: &str) -> String {
 /// Two sections side by side where the screen is wide enough.
 fn pair(left: &str, right: &str) -> String {
     format!("<div class=\"pair\">{left}{right}</div>")
-}
-
-/// A section with its heading and a sentence that says what it shows.
-fn section(heading: &str, lead: &str, content: &str) -> String {
-    format!("<section><h2>{}</h2><p class=\"soft\">{}</p>{content}</section>", escaped(heading), escaped(lead))
-}
-
-/// A paragraph with the reason why a figure has no value, if there is one.
-fn reason(report: &Report, path: &str) -> String {
-    match report.not_measurable.get(path) {
-        Some(reason) => format!("<p class=\"note\">Not measured: {}.</p>", escaped(reason)),
-        None => String::new(),
-    }
 }
 
 fn footer(report: &Report) -> String {

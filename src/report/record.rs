@@ -8,11 +8,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::measurable::{Figure, NotMeasurable};
 use crate::report::alternatives_record::Alternatives;
 use crate::report::bootstrap::Statistic;
 use crate::report::cameras_alone::CamerasAlone;
 use crate::report::energy_record::EnergyRecord;
-use crate::report::figures::{Figure, NotMeasurable, TrajectoryFigures};
+use crate::report::figures::TrajectoryFigures;
 use crate::report::gates_record::Gates;
 use crate::report::ladder_record::LadderRecord;
 pub use crate::report::latency_record::ExtractorClocks;

@@ -1,6 +1,6 @@
 //! The charge of every pixel, in electrons, after the pixel's effects and before conversion.
 
-use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot};
+use super::state::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot};
 use crate::parallel::over_chunks;
 use crate::plane::Plane;
 

@@ -4,6 +4,7 @@
 
 use super::super::Parameters;
 use super::row::{RowAt, RowBuffers, apply_all};
+pub(super) use super::state::Reading;
 use crate::adc::{self, Columns, Converter, RowWork};
 use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{Domain, Effect};
@@ -11,20 +12,6 @@ use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::pixel;
 use crate::rtl_simulator::SharedRtlSimulator;
-
-/// A conversion gain with everything behind it.
-pub(super) struct Reading {
-    pub parameters: Parameters,
-    /// Effects on sensed electrons and on microvolts, in physical order.
-    pub effects: Vec<Box<dyn Effect>>,
-    /// Effects of the microvolts begin here.
-    sampled_from: usize,
-    /// Counter of its first effect.
-    first_slot: usize,
-    converter: Converter,
-    /// Counted into the slot of its draws, so that readings of one exposure have independent errors.
-    number: u32,
-}
 
 impl Reading {
     /// The reading of that number; effects of earlier domains are left to the caller.

@@ -5,7 +5,6 @@
 //! a level are sampled until they reach it, and the level is the one at which the picture meets its target.
 
 use super::first_batch::{FirstBatch, LEFT_TYPICAL};
-use super::pixel::FIRST;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
 use crate::parallel::collected;
 
@@ -250,6 +249,12 @@ pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) 
     }
     Some(f32::from_bits(u32_from(met) << BELOW))
 }
+
+/// Strata of time that the level of flickering lamps is known for.
+pub const STRATA: usize = 16;
+
+/// Samples that a refinement begins with: one in each of 4 by 4 cells.
+pub const FIRST: u32 = 16;
 
 #[cfg(test)]
 mod tests {

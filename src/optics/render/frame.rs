@@ -1,14 +1,14 @@
 //! Runs the steps of a render over a whole picture, on all cores where the feature is on. A pixel's result depends on its own samples
 //! only, so the order of work never shows.
 
-use super::Sampling;
-use super::allocation::{Estimate, Stage, missed};
+use super::allocation::{Estimate, FIRST, STRATA, Stage, missed};
 use super::estimate::PixelSamples;
 use super::first_batch::FirstBatch;
-use super::pixel::{FIRST, Pixel, STRATA, StoppingRule};
-use super::rays::View;
+use super::pixel::{Pixel, StoppingRule};
 use super::replicate::Replicate;
+use super::settings::Sampling;
 use super::tile::{COLUMNS, Pass, ROWS, Rows};
+use super::view::View;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
 use crate::optics::motion::Timeline;
 use crate::parallel::{collected, over_chunks};

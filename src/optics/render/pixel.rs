@@ -5,13 +5,14 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+pub use super::allocation::{FIRST, STRATA};
 use super::allocation::{may_count, ratio};
 use super::estimate::{OF_BEFORE, PixelSamples};
 use super::footprint::SampleShare;
-use super::rays::{Aim, Pixels, View};
 use super::shear::sheared_lanes;
 use super::sobol::points;
 use super::tile::{COLUMNS, ROWS};
+use super::view::{Aim, Pixels, View};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
 use crate::optics::motion::{PacketMotion, Timeline};
@@ -19,12 +20,6 @@ use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::Bands;
 use crate::scene::tracer::Stack;
 use crate::simd::{Kernel, dispatch};
-
-/// Strata of time that the level of flickering lamps is known for.
-pub const STRATA: usize = 16;
-
-/// Samples that a refinement begins with: one in each of 4 by 4 cells.
-pub const FIRST: u32 = 16;
 
 /// When a pixel has enough samples.
 #[derive(Clone, Copy, Debug)]

@@ -2,45 +2,18 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::footprint::{Differentials, Look, SampleShare, footprint};
+use super::footprint::{Differentials, Look, footprint};
 use super::reflect::Reflection;
+pub use super::view::{Aim, Pixels, View};
+pub(super) use super::view::{Filter, Traced};
 use crate::optics::camera::Camera;
-use crate::optics::motion::{PacketMotion, Turn, Turns};
-use crate::scene::LitScene;
+use crate::optics::motion::{Turn, Turns};
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, splat3, unrolled};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::{Face, OnTriangle, by_band};
 use crate::scene::texture::Footprint;
-use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline_through};
+use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
 use crate::simd::dispatch;
-
-/// What all rays of a render share.
-#[derive(Clone, Copy)]
-pub struct View<'a> {
-    /// What is seen.
-    pub scene: &'a LitScene,
-    /// By what.
-    pub camera: &'a Camera,
-    /// Reflections that a ray follows; 0 where nothing in the scene keeps an image.
-    pub reflections: u32,
-    /// Whether it follows those of gloss, or of mirrors only.
-    pub follows_gloss: bool,
-}
-
-/// The pixels that the lanes look through.
-#[derive(Clone, Copy)]
-pub struct Pixels {
-    /// Bearings of their corners.
-    pub corners: [Vectors; 4],
-    /// Their widths, as angles.
-    pub spread: Floats,
-    /// Photons of each band per lux-equivalent.
-    pub photons_per_lux: [Floats; BANDS],
-    /// How far rays go; below zero where the lens has no bearing.
-    pub t_max: Floats,
-    /// Seeds of rough reflections.
-    pub facet_seeds: [u32; LANES],
-}
 
 impl Pixels {
     /// None yet.
@@ -97,28 +70,6 @@ impl Pixels {
         let step = pose.turned([to[0] - from[0], to[1] - from[1], to[2] - from[2]]);
         [step[0] * t_m, step[1] * t_m, step[2] * t_m]
     }
-}
-
-/// Where, when and for how much of its pixel each lane's ray stands.
-pub struct Aim<'a> {
-    /// Place in the pixel from its left and from its upper edge, and in the exposure, each 0..1.
-    pub place: [Floats; 3],
-    /// The camera's motion over the lanes' pieces of time.
-    pub motion: PacketMotion<'a>,
-    /// Share of that piece that is over.
-    pub share: Floats,
-    /// Pieces of an exposure; 0 where nothing moves.
-    pub pieces: f32,
-    /// Level of the flickering lamps.
-    pub lamp_levels: &'a [f32; LANES],
-    /// Lanes that count: the first ones.
-    pub lanes: usize,
-    /// What of its pixel and of the exposure a sample stands for.
-    pub shares: &'a SampleShare,
-    /// How far each look-up of a texture is moved, in pixels to the right and down; none: towards the middle, as shares say.
-    pub moves: Option<&'a [Floats; 2]>,
-    /// The samples' numbers.
-    pub numbers: &'a [u32; LANES],
 }
 
 impl Aim<'_> {
@@ -266,14 +217,6 @@ impl View<'_> {
     }
 }
 
-/// What a look-up of a texture averages over.
-pub(super) enum Filter<'a> {
-    /// A share of the pixel and of the motion, by ray differentials.
-    Primary { pixels: &'a Pixels, bearing: &'a Vectors, pose: &'a Turns },
-    /// A circle, by the length of the path.
-    Reflected { width_m: Floats },
-}
-
 /// The ray whose footprint serves others.
 struct Leader {
     lane: usize,
@@ -289,12 +232,6 @@ pub struct Sampled {
     pub photons: Floats,
     /// Distance of what each met, in metres.
     pub gone_m: Floats,
-}
-
-/// A packet of rays and what they met.
-pub(super) struct Traced {
-    pub hits: Hits,
-    pub packet: Packet,
 }
 
 /// A lane in the middle of a tile.

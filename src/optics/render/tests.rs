@@ -1,6 +1,7 @@
 //! Renders of small scenes: photometry, equal bits, bounds, and the stated error against the true one.
 
 use super::*;
+use crate::draw::DrawKey;
 use crate::num::f32_nearest;
 use crate::optics::camera::{Aperture, Pupil, RollOff};
 use crate::optics::lens::Lens;

@@ -4,8 +4,8 @@
 
 use super::first_batch::{FirstBatch, Quarters};
 use super::footprint::SampleShare;
-use super::rays::{Aim, Pixels, View};
 use super::sobol::{self, Place, Seeds};
+use super::view::{Aim, Pixels, View};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, index, low_u32, u32_from, u32_truncated_f32, u64_from};
 use crate::optics::motion::{PacketMotion, Timeline};

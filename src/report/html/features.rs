@@ -1,7 +1,7 @@
 //! Features found and tracked over time, and the picture's brightness beside them.
 
+use super::parts::section;
 use crate::report::chart::{Axes, Ink, Series, Shape, chart};
-use crate::report::html::section;
 use crate::report::html::text::digits;
 use crate::report::record::{FrameRecord, Report};
 

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
+use super::parts::{TEXT, section};
 use crate::num::{f64_from_u64, f64_from_usize};
+use crate::report::html::power_strip;
 use crate::report::html::text::{digits, escaped, grouped, si};
-use crate::report::html::{TEXT, power_strip, section};
 use crate::report::record::{Phase, Report};
 
 /// Width of a lane on a common screen, and of a letter in it: a span too narrow for its name goes without; the table
