@@ -2,7 +2,6 @@
 //!
 //! The key of a row is built by mixing, never by adding constants, so that neighbours share no state. Column c owns one
 //! 32-bit uniform of its row for each draw, and every distribution is the exact quantile of that uniform.
-
 //!
 //! Computes 32-bit uniforms, standard normals and Poisson counts from a key and, for Poisson draws, from means in electrons.
 
@@ -18,7 +17,7 @@ pub use uniform::{fill_uniforms, uniform_at};
 
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
-/// The published number of an effect: part of every key, never reused, never its place in a list.
+/// The published number of an effect: part of every key, never reused, never its place in a list. `tests/effects/numbers.rs` lists all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct EffectNumber(pub u64);
 

@@ -44,7 +44,7 @@ pub struct CameraFrame {
     pub electrons: Option<Plane<f32>>,
     /// Codes as they leave the readout.
     pub codes: Plane<u16>,
-    /// Features as they leave the extractor.
+    /// Features that the sensor sends: those of the extractor less the ones that the link dropped.
     pub features: Vec<Feature>,
     /// The clock in which each of them leaves it, from the frame's first pixel; empty where the host extracts.
     pub features_clk: Vec<u64>,
