@@ -1,9 +1,10 @@
 //! When comparators go high, in closed form. Computes the first clock at which each comparator is high, from levels in nV and delays.
 //!
-//! A crossing is that clock, the comparator's delay included. Without kickback a column's crossing follows from its own level. With kickback all columns that share the ramp are one system,
-//! solved from event to event: at clock t all columns compare with edge t plus the shift; comparators that go high at t shift the
-//! ramp from t + 1 on. Between two events a search finds the next level that the ramp passes: all columns see one ramp, so it is
-//! always the lowest level that is left. `Comparators` of the clocked rung steps through the same definition.
+//! A crossing is that clock, the comparator's delay included. Without kickback a column's crossing follows from its own level. With
+//! kickback all columns that share the ramp are one system, solved from event to event: at clock t all columns compare with edge t
+//! plus the shift; comparators that go high at t shift the ramp from t + 1 on. Between two events a search finds the next level that
+//! the ramp passes: all columns see one ramp, so it is always the lowest level that is left. `Comparators` of the clocked rung steps
+//! through the same definition.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
