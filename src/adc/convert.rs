@@ -19,7 +19,7 @@ use crate::fidelity::Rung;
 use crate::num::{f32_nearest, low_u16};
 use crate::rtl_simulator::SharedRtlSimulator;
 
-/// First clocks, counted from 1, at which the columns' comparators are high; `u32::MAX`: never.
+/// Crossings: the first clocks, counted from 1, at which the columns' comparators are high, delays included; `u32::MAX`: never.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Crossings {
     /// Of the reset conversion; empty where it is not converted separately.
@@ -35,8 +35,8 @@ impl Converter {
         let kickback = Kickback::from_params(params);
         let alike = params.comparator_delay_clk == 0 && params.comparator_delay_sigma_clk == 0.0;
         Self {
-            kernel: edges.is_plain().then(|| LinearKernel::new(params)),
-            is_plain: edges.is_plain() && kickback.is_none() && alike,
+            kernel: edges.has_equal_steps().then(|| LinearKernel::new(params)),
+            is_plain: edges.has_equal_steps() && kickback.is_none() && alike,
             pedestal_nv: edges.edge_nv(params.pedestal_lsb()),
             params: params.clone(),
             edges,
@@ -105,7 +105,7 @@ impl Converter {
         }
     }
 
-    /// Edges at or below a signal sample on the undisturbed ramp: the clock before its crossing.
+    /// Edges at or below a signal sample on the undisturbed ramp: the clock before the ramp passes its level.
     pub(super) fn undisturbed_count(&self, sample_uv: f32) -> u32 {
         self.edges.count(self.level_nv(sample_uv), self.params.code_max())
     }

@@ -167,7 +167,7 @@ pub struct AdcParams {
     pub supply_ripple_hz: f64,
     /// Noise of the comparator in uV, one draw a conversion and column, besides the read noise, 0 to 1e6.
     pub comparator_noise_uv: f64,
-    /// Clocks between the ramp's crossing and the comparator's edge, 0 to 1000.
+    /// Clocks from the ramp's passing of a level to the comparator's edge, 0 to 1000.
     pub comparator_delay_clk: u32,
     /// Sigma of that delay over the columns of the die in clocks, 0 to 100.
     pub comparator_delay_sigma_clk: f64,

@@ -35,7 +35,7 @@ impl RampJitter {
         let uv_per_nv = 1e-15 * f64_from_u64(params.clock_hz) * params.ramp_jitter_ps;
         let span_uv = 1000.0 * params.lsb_uv() * uv_per_nv;
         let last = params.code_max();
-        let (sigmas_uv, sigma_uv_max) = if converter.edges.is_plain() {
+        let (sigmas_uv, sigma_uv_max) = if converter.edges.has_equal_steps() {
             (vec![f32_nearest(span_uv)], span_uv)
         } else {
             let step_nv = |k: u32| converter.edge_nv((k + 1).min(last)) - converter.edge_nv((k + 1).min(last) - 1);

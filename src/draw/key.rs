@@ -2,7 +2,7 @@
 
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
-/// The published number of an effect: part of every key, never reused, never its place in a list.
+/// The published number of an effect: part of every key, never reused, never its place in a list. `tests/effects/numbers.rs` lists all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct EffectNumber(pub u64);
 

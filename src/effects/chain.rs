@@ -85,8 +85,8 @@ impl Chain {
     ) -> Self {
         assert!(merge.readings() == 2 && self.readings.len() == 1, "two readings become one code");
         effects.retain(|effect| effect.domain() >= Domain::SensedElectrons);
-        let first_slot = self.slots();
-        self.readings.push(Reading::new(parameters, effects, 1, first_slot));
+        let first_counter = self.counters();
+        self.readings.push(Reading::new(parameters, effects, 1, first_counter));
         self.merge = Some(merge);
         self.knowing_what_is_full()
     }
@@ -132,7 +132,7 @@ impl Chain {
     /// of the window.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         let mut events = Events::default();
-        let mut hits = vec![0; self.slots()];
+        let mut hits = vec![0; self.counters()];
         let (shot, left_e) = self.shot(photons, capture, times, &mut events, &mut hits);
         let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
         let mut codes = Plane::filled(size, 0_u16);
@@ -154,7 +154,7 @@ impl Chain {
     }
 
     /// Counters that a capture needs: one for each effect of each reading.
-    fn slots(&self) -> usize {
+    fn counters(&self) -> usize {
         self.gathering.len() + self.readings.iter().map(|reading| reading.effects.len()).sum::<usize>()
     }
 
@@ -179,7 +179,7 @@ impl Chain {
         times: &[RowTimes],
         rows: &[RowIndex],
     ) -> Vec<Vec<u16>> {
-        let (shot, _) = self.shot(photons, capture, times, &mut Events::default(), &mut vec![0; self.slots()]);
+        let (shot, _) = self.shot(photons, capture, times, &mut Events::default(), &mut vec![0; self.counters()]);
         let width = self.layout.as_ref().map_or(photons.size(), Layout::output_size).width_px;
         let mut buffers = self.buffers(photons.width_px());
         let mut codes_of = |row: &RowIndex| {
@@ -214,7 +214,7 @@ impl Chain {
     /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
     /// of the whole array see this row alone. The row begins at the array's first column.
     pub fn row_samples(&self, photons: &[f32], capture: Capture<'_>, row: RowIndex, times: RowTimes) -> RowSamples {
-        let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1, self.slots());
+        let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1, self.counters());
         let at = self.at(capture, crate::num::index(row.0), times);
         buffers.values.copy_from_slice(photons);
         self.gather(at, &mut buffers);
@@ -241,7 +241,7 @@ impl Chain {
 
     fn buffers(&self, window_width: usize) -> RowBuffers {
         let width = self.layout.as_ref().map_or(window_width, Layout::buffer_width);
-        RowBuffers::new(width, self.samples(), self.readings.len(), self.slots())
+        RowBuffers::new(width, self.samples(), self.readings.len(), self.counters())
     }
 
     fn array_effects(&self) -> &[Box<dyn Effect>] {
@@ -278,10 +278,10 @@ impl Chain {
         let (place, before_e) = (self.place(capture, 0), capture.before_e);
         let pixels = u64_from(charge_e.values().len());
         let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e, left_e: None };
-        let first_slot = self.gathering.len() - self.array_effects().len();
+        let first_counter = self.gathering.len() - self.array_effects().len();
         for (place, effect) in self.array_effects().iter().enumerate() {
             effect.apply_to_array(&mut pass);
-            hits[first_slot + place] += pixels;
+            hits[first_counter + place] += pixels;
         }
         pass.left_e
     }

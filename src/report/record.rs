@@ -236,12 +236,24 @@ pub struct FeatureFigures {
     pub min_tracked: Option<u32>,
     /// Corners with a whole patch per frame and camera, mean.
     pub corners: f64,
-    /// Of these, those that their cells did not keep, mean.
+    /// Corners within 16 pixels of an edge, which have no whole patch and are not among `corners`, mean.
+    #[serde(default)]
+    pub without_patch: f64,
+    /// Of the corners, those that their cells did not keep, mean.
     pub unselected: f64,
-    /// Lost before a full queue or because their rows were overwritten, mean.
+    /// Lost between cell and engine, mean: the sum of `dropped` and `late`.
     pub lost: f64,
+    /// Of the lost, those that a full queue dropped, mean.
+    #[serde(default)]
+    pub dropped: f64,
+    /// Of the lost, those whose rows were overwritten before an engine had loaded them, mean.
+    #[serde(default)]
+    pub late: f64,
     /// Clocks per frame and camera in which rows waited for candidates, mean.
     pub stalled_clk: f64,
+    /// Clocks per frame and camera in which the extractor could not take a pixel, mean.
+    #[serde(default)]
+    pub not_ready_clk: f64,
     /// Threshold of the run's last frame in DN of the extractor's words; none where the sensor extracts nothing.
     pub threshold: Option<u16>,
 }

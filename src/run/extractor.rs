@@ -88,9 +88,13 @@ impl ExtractorTotals {
         let counts = &self.counts;
         FeatureFigures {
             corners: mean(counts.corners),
+            without_patch: mean(counts.without_patch),
             unselected: mean(counts.unselected),
             lost: mean(counts.dropped + counts.late),
+            dropped: mean(counts.dropped),
+            late: mean(counts.late),
             stalled_clk: mean(counts.stalled_clk),
+            not_ready_clk: mean(counts.not_ready_clk),
             threshold: (self.frames > 0).then_some(self.threshold),
             ..FeatureFigures::default()
         }

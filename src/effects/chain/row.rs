@@ -115,7 +115,7 @@ impl Chain {
     ) -> Vec<RowSamples> {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
-        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.slots()]).0);
+        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.counters()]).0);
         let read = self.layout.as_ref().map(Layout::read_columns);
         let picked = |row: Vec<f32>| match &read {
             Some(read) => read.iter().filter_map(|&place| row.get(place).copied()).collect(),

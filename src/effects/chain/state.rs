@@ -128,9 +128,9 @@ pub(super) struct Reading {
     pub effects: Vec<Box<dyn Effect>>,
     /// Effects of the microvolts begin here.
     pub(super) sampled_from: usize,
-    /// Counter of its first effect.
-    pub(super) first_slot: usize,
+    /// Index of the hit counter of its first effect.
+    pub(super) first_counter: usize,
     pub(super) converter: Converter,
-    /// Counted into the slot of its draws, so that readings of one exposure have independent errors.
+    /// Added to the exposure slot of its draws, so that readings of one exposure have independent errors.
     pub(super) number: u32,
 }

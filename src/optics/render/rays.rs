@@ -122,7 +122,7 @@ impl Aim<'_> {
 }
 
 impl View<'_> {
-    /// Photons of a sample in each lane, and how far it went.
+    /// Photons of a sample in each lane, and the distance of its hit.
     #[inline(always)]
     pub fn sample(&self, pixels: &Pixels, aim: &Aim, stack: &mut Stack) -> Sampled {
         let (bearing, pose, packet) = aim.rays(pixels);
@@ -135,11 +135,11 @@ impl View<'_> {
         }
         let [r, g, b, n] = lux;
         let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
-        let mut left = Floats::splat(0.0);
+        let mut roll_off = Floats::splat(0.0);
         for lane in 0..LANES {
-            left.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
+            roll_off.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
         }
-        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * left, gone_m: traced.hits.t }
+        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, distance_m: traced.hits.t }
     }
 
     /// Light by band of what each ray met, and whether any of that keeps an image. Rays that met one triangle at about one distance are
@@ -147,13 +147,13 @@ impl View<'_> {
     #[inline(always)]
     pub(super) fn shade(&self, traced: &Traced, aim: &Aim, filter: &Filter) -> ([Floats; BANDS], bool) {
         let hits = &traced.hits;
-        let mut left = Floats::splat(0.0).below(traced.packet.t_max);
+        let mut unshaded = Floats::splat(0.0).below(traced.packet.t_max);
         let (mut lux, mut is_glossy) = ([Floats::splat(0.0); BANDS], false);
-        while left.any() {
-            let leader = if left.0[MIDDLE] != 0 { MIDDLE } else { next_lane(&mut left.bits()) };
+        while unshaded.any() {
+            let leader = if unshaded.0[MIDDLE] != 0 { MIDDLE } else { next_lane(&mut unshaded.bits()) };
             let triangle = hits.triangle[leader];
             let t_m = Floats::splat(hits.t.0[leader]);
-            let mut lanes = (hits.t - t_m).abs().at_most(t_m * Floats::splat(ALIKE)) & left;
+            let mut lanes = (hits.t - t_m).abs().at_most(t_m * Floats::splat(ALIKE)) & unshaded;
             for lane in 0..LANES {
                 lanes.0[lane] &= if hits.triangle[lane] == triangle { u32::MAX } else { 0 };
             }
@@ -167,7 +167,7 @@ impl View<'_> {
             };
             lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
             for lane in 0..LANES {
-                left.0[lane] &= !lanes.0[lane];
+                unshaded.0[lane] &= !lanes.0[lane];
             }
         }
         (lux, is_glossy)
@@ -230,8 +230,8 @@ struct Leader {
 pub struct Sampled {
     /// Photons.
     pub photons: Floats,
-    /// Distance of what each met, in metres.
-    pub gone_m: Floats,
+    /// Distance of each hit, in metres.
+    pub distance_m: Floats,
 }
 
 /// A lane in the middle of a tile.

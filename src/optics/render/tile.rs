@@ -112,7 +112,7 @@ impl Rows<'_> {
     fn gather(&self, pixels: &Pixels, seeds: &Seeds, stack: &mut Stack) -> (Quarters, Floats) {
         let mut parts = Quarters::new(self.pass.count);
         let mut nearest_m = Floats::splat(f32::MAX);
-        let shares = SampleShare::even(self.pass.shares[0], self.pass.shares[1]);
+        let shares = SampleShare::new(self.pass.shares[0], self.pass.shares[1]);
         let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
         for number in 0..self.pass.count {
             let mut place = sobol::place(number, seeds);
@@ -138,7 +138,7 @@ impl Rows<'_> {
             };
             let sampled = self.view.sample(pixels, &aim, stack);
             parts.add(number, sampled.photons);
-            nearest_m = nearest_m.lesser(sampled.gone_m);
+            nearest_m = nearest_m.lesser(sampled.distance_m);
         }
         (parts, nearest_m)
     }
