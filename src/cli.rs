@@ -31,6 +31,7 @@ mod plan;
 mod power;
 mod progress;
 mod run;
+mod scene;
 mod sweep;
 mod timing;
 mod track;
@@ -81,8 +82,7 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
 }
 
 /// All verbs of this version.
-const VERBS: &str =
-    "run, plan, ladder, timing, waves, power, features, track, characterize, compare, sweep, presets, schema, config";
+const VERBS: &str = "run, plan, ladder, timing, waves, power, features, track, characterize, compare, sweep, scene, presets, schema, config";
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
@@ -96,6 +96,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
                 | Verb::Characterize(_)
                 | Verb::Compare(_)
                 | Verb::Sweep(_)
+                | Verb::Scene(_)
         )
     );
     place::check_shared(shared, writes)?;
@@ -118,5 +119,6 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Characterize(own)) => characterize::main(own, shared),
         Some(Verb::Compare(own)) => compare::main(own, shared),
         Some(Verb::Sweep(own)) => sweep::main(own, shared),
+        Some(Verb::Scene(own)) => scene::main(own, shared),
     }
 }

@@ -155,10 +155,17 @@ impl Resolved {
 
 fn typed(tree: &Tree) -> Result<Scenario, Error> {
     let value = toml::Value::Table(tree.values().clone());
-    let mut scenario: Scenario = serde_path_to_error::deserialize(value).map_err(|error| {
-        let path = error.path().to_string();
-        let message = error.inner().message().to_owned();
-        suggest::explain(tree, &path, &message)
+    let mut track = serde_path_to_error::Track::new();
+    let reader = serde_path_to_error::Deserializer::new(value, &mut track);
+    // Behind a trait object, so that the reader's code is compiled once and not once for each section: the browser loads it.
+    let mut reader = <dyn erased_serde::Deserializer>::erase(reader);
+    let scenario: Result<Scenario, _> = erased_serde::deserialize(&mut reader);
+    drop(reader);
+    let mut scenario = scenario.map_err(|error| {
+        // The reader's own lines say where; the path does so already.
+        let text = error.to_string();
+        let message = text.split("\nin `").next().unwrap_or_default().trim_end();
+        suggest::explain(tree, &track.path().to_string(), message)
     })?;
     scenario.state_render_keys();
     Ok(scenario)

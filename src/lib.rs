@@ -37,6 +37,7 @@ pub mod pose;
 pub mod error;
 #[cfg(feature = "exr")]
 pub mod picture;
+pub mod parallel;
 pub mod simd;
 pub mod draw;
 pub mod events;

@@ -10,6 +10,7 @@ pub mod mosaic;
 mod motion;
 pub mod psf;
 pub mod render;
+#[cfg(feature = "pictures")]
 pub mod resample;
 pub mod roll_off;
 pub mod truth;
@@ -20,5 +21,6 @@ pub use expose::{ImagePath, expose, expose_by};
 pub use mosaic::Mosaic;
 pub use psf::Psf;
 pub use render::{Exposure, Sampling, render};
+#[cfg(feature = "pictures")]
 pub use resample::resample;
 pub use roll_off::{RollOff, Shading};

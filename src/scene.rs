@@ -7,16 +7,21 @@
 
 pub mod bake;
 pub mod box_room;
+#[cfg(feature = "pictures")]
 pub mod build;
 pub mod bulb;
 pub mod bvh;
 mod chance;
 pub mod cut_out;
 pub mod environment;
+pub mod file_units;
 pub mod flicker;
 pub mod generated;
+#[cfg(feature = "gltf")]
 pub mod gltf;
+#[cfg(feature = "pictures")]
 pub mod hall;
+#[cfg(feature = "pictures")]
 pub mod images;
 pub mod lamps;
 pub mod lanes;
@@ -25,19 +30,24 @@ pub mod lit;
 pub mod mesh;
 pub mod motion;
 pub mod nearest;
+#[cfg(feature = "pictures")]
 pub mod pattern;
+#[cfg(feature = "pictures")]
 pub mod photo_box;
 pub mod samples;
 pub mod sky;
+#[cfg(feature = "pictures")]
 pub mod street;
 pub mod surroundings;
 pub mod target;
 pub mod texture;
 pub mod tracer;
+pub mod views;
 
 pub use bake::{Bake, BakeCost, BakeSettings};
 pub use environment::Environment;
 pub use flicker::Flicker;
+#[cfg(feature = "pictures")]
 pub use images::{ImageSequence, ImageStream};
 pub use lamps::fixture::Lamp;
 pub use light::Illuminant;
@@ -51,6 +61,18 @@ use lamps::Lamps;
 use light::Bands;
 use mesh::Mesh;
 use samples::Layout;
+
+/// Reads a file by a path within the scene's folder.
+pub type Read<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, Error>;
+
+/// Where files are read from while a run goes on.
+pub trait PictureBytes: Send + Sync {
+    /// The bytes of a file of the scenario.
+    ///
+    /// # Errors
+    /// The file is not there any more, or the disk says no.
+    fn read(&self, name: &str) -> Result<Vec<u8>, Error>;
+}
 
 /// Geometry and materials, ready for rays.
 #[derive(Clone, Debug)]
@@ -145,7 +167,12 @@ impl Scene {
 
     /// Bakes the irradiance of all surfaces. `progress` is told the share done, from 0 to 1, from any thread.
     pub fn bake(&self, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Bake {
-        Bake::of(self, settings, progress)
+        self.bake_under(settings, self.bake_key(settings), progress)
+    }
+
+    /// The same where the key is known: it takes as long as reading all textures.
+    pub(crate) fn bake_under(&self, settings: &BakeSettings, key: [u8; 32], progress: &(dyn Fn(f64) + Sync)) -> Bake {
+        Bake::of(self, settings, key, progress)
     }
 
     /// What a bake of this scene depends on: geometry, materials, textures, sky, what flickers, settings and the method's version.

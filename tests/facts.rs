@@ -63,7 +63,10 @@ fn samples(resolved: &Resolved, folder: &Path) -> usize {
     let section = &resolved.scenario.scene;
     let read = |name: &str| files.read(name);
     let scene = match (&section.file, &section.generator) {
-        (Some(file), _) => Scene::from_gltf_in(file, &files.read(file).unwrap(), &section.surroundings, &read).unwrap(),
+        (Some(file), _) => {
+            let (bytes, units) = (files.read(file).unwrap(), section.file_units().unwrap());
+            Scene::from_gltf_in(file, &bytes, &units, &section.surroundings, &read).unwrap()
+        }
         (_, Some(generator)) => generated::scene(generator, &section.surroundings, &read).unwrap(),
         (None, None) => return 0,
     };

@@ -13,6 +13,7 @@ use file::{File, glb, jpeg_of_size, png, png_of_size};
 use glam::DVec3;
 use sensel::draw::DrawKey;
 use sensel::error::Error;
+use sensel::scene::file_units::FileUnits;
 use sensel::scene::tracer::Holes;
 use sensel::scene::{BakeSettings, Illuminant, Scene, Surroundings};
 
@@ -194,13 +195,17 @@ fn files_beside_the_scene_are_read_and_others_refused_by_name() {
         Ok(binary.clone())
     };
     let text = file.json.to_string();
-    let scene = Scene::from_gltf_in("models/a.gltf", text.as_bytes(), &Surroundings::default(), &read).unwrap();
+    let scene =
+        Scene::from_gltf_in("models/a.gltf", text.as_bytes(), &FileUnits::default(), &Surroundings::default(), &read)
+            .unwrap();
     assert_eq!(scene.mesh.triangles.len(), 2);
     file.json["buffers"][0]["uri"] =
         format!("data:application/octet-stream;base64,{}", STANDARD.encode(&binary)).into();
     let text = file.json.to_string();
     let nothing = |name: &str| -> Result<Vec<u8>, Error> { panic!("{name} is read") };
-    let scene = Scene::from_gltf_in("a.gltf", text.as_bytes(), &Surroundings::default(), &nothing).unwrap();
+    let scene =
+        Scene::from_gltf_in("a.gltf", text.as_bytes(), &FileUnits::default(), &Surroundings::default(), &nothing)
+            .unwrap();
     assert_eq!(scene.mesh.triangles.len(), 2);
     let mut refused = 0;
     for uri in [
@@ -216,7 +221,9 @@ fn files_beside_the_scene_are_read_and_others_refused_by_name() {
     ] {
         file.json["buffers"][0]["uri"] = uri.into();
         let text = file.json.to_string();
-        let error = Scene::from_gltf_in("a.gltf", text.as_bytes(), &Surroundings::default(), &nothing).unwrap_err();
+        let error =
+            Scene::from_gltf_in("a.gltf", text.as_bytes(), &FileUnits::default(), &Surroundings::default(), &nothing)
+                .unwrap_err();
         assert!(error.to_string().contains(&format!("'{uri}'")), "{error}");
         refused += 1;
     }

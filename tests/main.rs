@@ -67,6 +67,7 @@ mod report;
 mod rigs;
 mod rtl;
 mod sampling;
+mod scene_verb;
 mod scenes;
 mod statistics;
 mod sweeps;

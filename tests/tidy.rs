@@ -18,6 +18,7 @@ const ORDER: &[&str] = &[
     "pose",
     "error",
     "picture",
+    "parallel",
     "simd",
     "draw",
     "events",

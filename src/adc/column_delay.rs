@@ -4,7 +4,7 @@
 //! columns, so the delay does not depend on the signal, and mismatch makes it differ from column to column of the die. A normal of
 //! mean and sigma, rounded half-even to whole clocks, not below 0.
 
-use super::AdcParams;
+use super::params::AdcParams;
 use crate::draw::{DrawKey, fill_uniforms, normals};
 use crate::num::u32_truncated;
 

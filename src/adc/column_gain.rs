@@ -3,7 +3,7 @@
 //! Model: a normal gain of mean 1 and sigma `column_gain_sigma` for each column of the die (column amplifier and ramp tap
 //! mismatch), equal in all rows and frames.
 
-use super::AdcParams;
+use super::params::AdcParams;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -4,7 +4,7 @@
 //! carries all of `column_offset_uv`; a difference carries `column_offset_residual_uv`. Where both samples are converted, both
 //! carry the offset, and the signal also the residual of the difference.
 
-use super::AdcParams;
+use super::params::AdcParams;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -6,7 +6,7 @@
 //! Circuits). The two rates meet where V_ov / 2 is missing. What is missing after `settle_signal_us` is a pure function of the pixel's own
 //! signal.
 
-use super::AdcParams;
+use super::params::AdcParams;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -3,7 +3,7 @@
 //! Model: the comparator's decision noise referred to its input, one draw a conversion (DESIGN: conversion). It adds to the read
 //! noise, which has its own draw. A difference on a capacitor is converted once and so has one draw.
 
-use super::AdcParams;
+use super::params::AdcParams;
 use crate::draw::EffectNumber;
 use crate::effect::Effect;
 use crate::pixel::SampleNoise;

@@ -6,11 +6,12 @@
 //! of the signal ramp, clipped to 0 .. 2^b - 1 (an up/down counter that starts at the black level). The pedestal is a level of the
 //! actual ramp. docs/adc.md has the details.
 
+use super::column_delay;
 use super::crossings::{NEVER, crossings};
 use super::kickback::Kickback;
 use super::linear::{LinearKernel, ROUNDER};
+use super::params::{AdcParams, Cds};
 use super::ramp::RampEdges;
-use super::{AdcParams, Cds, column_delay};
 use crate::draw::DrawKey;
 use crate::fidelity::Rung;
 use crate::num::{f32_nearest, low_u16};

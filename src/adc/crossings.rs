@@ -8,9 +8,9 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::convert::{Columns, Sample};
 use super::kickback::{Kickback, Shift};
 use super::ramp::RampEdges;
-use super::{Columns, Sample};
 
 /// The comparator stays low for the whole conversion.
 pub(super) const NEVER: u32 = u32::MAX;

@@ -4,7 +4,7 @@
 //! A count is a straight line of the sample, rounded down. In f32 that line is off by a known part of a code, so only samples that
 //! close to an edge need the exact count of `LinearKernel`, the slow twin.
 
-use super::AdcParams;
+use super::params::AdcParams;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_i64, low_u16};
 
 /// Columns that are decided together: a block with one sample in doubt goes to the slow twin as a whole.

@@ -5,7 +5,7 @@
 //! clock t act from clock t + 1 on, each by the whole step; m clocks later `round(2^24 2^(-m / half life)) / 2^24` of the shift is
 //! left, rounded to whole nV, halves up. A clock with flips makes a shift anew from what is left of the one before.
 
-use super::AdcParams;
+use super::params::AdcParams;
 use crate::num::{i64_half_even, index};
 use crate::words::DecayShare;
 

@@ -2,8 +2,9 @@
 
 use rtl_models::cds::CdsConfig;
 
+use super::convert::Sample;
+use super::ramp::RampEdges;
 use super::span::{GAIN_LEAST, GAIN_MOST};
-use super::{RampEdges, Sample};
 use crate::error::Error;
 use crate::num::{f64_from_i64, f64_from_u64, i64_half_even, low_u16};
 use crate::pixel::{PixelParams, SampleSigmas, Samples, within};

@@ -8,7 +8,7 @@
 //! an input that is straight between clocks the solution is exact, `y[k+1] = x[k+1] - m tau + (y[k] - x[k] + m tau) exp(-1 / tau)`
 //! with m = x[k+1] - x[k]; for equal steps s it is y[k] = s (k - tau (1 - exp(-k / tau))).
 
-use super::{AdcParams, Ramp};
+use super::params::{AdcParams, Ramp};
 use crate::error::Error;
 use crate::num::{f64_from_i64, f64_from_u64, f64_from_usize, greater, i64_half_even, index, u32_from};
 

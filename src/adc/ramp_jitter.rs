@@ -4,7 +4,8 @@
 //! 1241-2010). A column samples the clock once a conversion, at its crossing, so each conversion and column has one draw of sigma
 //! slope * `ramp_jitter_ps`. The slope is that of the step before the crossing, in which the clock that counts last lies.
 
-use super::{AdcParams, Converter};
+use super::convert::Converter;
+use super::params::AdcParams;
 use crate::draw::{DrawKey, EffectNumber, fill_uniforms, normals};
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;
@@ -41,7 +42,7 @@ impl RampJitter {
             let sigmas = (0..=last).map(|k| f32_nearest(uv_per_nv * f64_from_i64(step_nv(k)))).collect();
             (sigmas, uv_per_nv * f64_from_i64(converter.edges.steps_nv().1))
         };
-        let conversions = if params.cds == super::Cds::Digital { 2.0 } else { 1.0 };
+        let conversions = if params.cds == super::params::Cds::Digital { 2.0 } else { 1.0 };
         Some(Box::new(Self { converter, sigmas_uv, sigma_uv_max, conversions }))
     }
 

@@ -5,7 +5,7 @@
 //! `ramp_noise` is the noise of the ramp's start in each conversion: all columns that are converted together share it, reset and signal
 //! each have their own (EMVA 1288 release 4.0 splits row, column and pixel variances in the same way).
 
-use super::AdcParams;
+use super::params::AdcParams;
 use crate::draw::{DrawKey, EffectNumber, RowPlace, fill_uniforms, normals};
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -1,6 +1,6 @@
 //! The span of the ramp: full scale and gain together.
 
-use super::AdcParams;
+use super::params::AdcParams;
 use crate::error::Error;
 
 /// Greatest gain of a ramp.

@@ -9,7 +9,8 @@
 //! the rounding of the time itself (2^-53 of it: 4e-7 periods of 1 MHz after an hour). Within a conversion
 //! sin(p + w k) = sin p cos w k + cos p sin w k, from a table over the clocks k.
 
-use super::{AdcParams, Cds, Converter, Sample};
+use super::convert::{Converter, Sample};
+use super::params::{AdcParams, Cds};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -4,13 +4,14 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::Bench;
 use super::analysis::{Figures, Summary, figures};
 use super::defects::{Histogram, high_passed, histogram};
 use super::measure::{Measurement, Point};
+use super::set::Set;
 use super::spatial::{Profile, profiles, spectrogram, transposed};
 use super::truth::{Truth, Want};
 use super::uncertainty::{DieErrors, standard_errors, variance_squares};
-use super::{Bench, Set};
 use crate::adc::density::{Density, Linearity, linearity, ramp_histogram};
 use crate::adc::{AdcParams, Converter};
 use crate::config::Resolved;

@@ -89,6 +89,8 @@ pub enum Verb {
     Compare(CompareArguments),
     /// A design space: many runs, one table, one page.
     Sweep(SweepArguments),
+    /// Says what a glTF file holds and what of it is not read, and writes a scenario whose camera sees it.
+    Scene(SceneArguments),
 }
 
 /// A scenario and how much of it.
@@ -215,6 +217,22 @@ pub struct WavesArguments {
     /// Columns, as 0,100,639 (default: the first, the middle and the last); the first six are drawn.
     #[arg(long, value_name = "LIST")]
     pub columns: Option<String>,
+}
+
+/// A scene from elsewhere.
+#[derive(Args, Debug)]
+pub struct SceneArguments {
+    /// A glTF file (.glb or .gltf).
+    pub file: PathBuf,
+    /// Metres of a unit of the file; 0.01 for one in centimetres.
+    #[arg(long, default_value_t = 1.0)]
+    pub scale: f64,
+    /// Axis of the file that points up: y (as glTF says) or z.
+    #[arg(long, default_value = "y")]
+    pub up: String,
+    /// Draws the best views of the scene, one beside the other, as PNG.
+    #[arg(long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
 }
 
 /// A picture for the extractor.

@@ -144,7 +144,7 @@ pub(super) fn frame<T: Word>(
 ///
 /// # Errors
 /// As `frame`, and those of the simulator.
-pub(super) fn frame_in<T: super::Word>(
+pub(super) fn frame_in<T: super::word::Word>(
     silicon: &dyn RtlSimulator,
     params: &ExtractorParams,
     threshold: u16,

@@ -71,9 +71,10 @@ fn link(link: &super::scenario::Link) -> [(bool, &'static str, &'static [&'stati
 }
 
 /// Keys of `[scene]` that say something about light that is not there.
-fn light(scene: &super::scenario::Scene) -> [(bool, &'static str, &'static [&'static str]); 6] {
+fn light(scene: &super::scenario::Scene) -> [(bool, &'static str, &'static [&'static str]); 7] {
     let flickers = scene.flicker.waveform != "none";
     [
+        (scene.file.is_none(), "scene.file", &["scale", "up"]),
         (
             scene.sky.kind == "none",
             "scene.sky.kind = \"overcast\" or \"clear\"",

@@ -1,9 +1,10 @@
 //! From the light's keys to its spectrum, level, sky and flicker.
 
 use super::check::{one_of, within};
-use super::scenario::Scenario;
+use super::scenario::{Scenario, Scene as SceneKeys};
 use crate::error::Error;
 use crate::num::f64_from_u64;
+use crate::scene::file_units::{FileUnits, UpAxis};
 use crate::scene::flicker::{Flicker, Waveform};
 use crate::scene::light::BLACKBODY_K;
 use crate::scene::sky::{Sky, SkyKind};
@@ -22,11 +23,26 @@ pub enum Level {
     Absolute,
 }
 
-/// How far light is followed, and what that may cost.
+/// How light is baked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BakeKind {
+    /// Over all bounces, by as many rays as the scene affords.
+    Full,
+    /// Over all bounces, by few rays.
+    Draft,
+    /// Only what lamps and sky send straight.
+    Direct,
+}
+
+impl BakeKind {
+    const ALL: [(&'static str, Self); 3] = [("full", Self::Full), ("draft", Self::Draft), ("direct", Self::Direct)];
+}
+
+/// How light is baked, and what that may cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BakeLimits {
-    /// Over all bounces, or not at all.
-    pub bounces: bool,
+    /// Over all bounces or not, and by how many rays.
+    pub kind: BakeKind,
     /// Most that a bake may take.
     pub most: BakeCost,
 }
@@ -37,11 +53,12 @@ impl BakeLimits {
     /// # Errors
     /// More rays or memory than allowed.
     pub fn check(&self, cost: BakeCost) -> Result<(), Error> {
-        let direct = if self.bounces { ", or set scene.bake = \"direct\", which needs far fewer" } else { "" };
+        let follows = self.kind != BakeKind::Direct;
+        let direct = if follows { ", or set scene.bake = \"direct\", which needs far fewer" } else { "" };
         let reason = |needed: u64, unit: &str, key: &str, most: u64| {
             // No key takes more than its own maximum.
             if needed > most {
-                let simpler = if self.bounces { "set scene.bake = \"direct\" or simplify" } else { "simplify" };
+                let simpler = if follows { "set scene.bake = \"direct\" or simplify" } else { "simplify" };
                 return format!(
                     "this scene's light takes {needed} {unit}, more than {key} can allow ({most}); {simpler} the scene"
                 );
@@ -57,6 +74,17 @@ impl BakeLimits {
             return Err(Error::key(key, self.most.bytes / 1_000_000, reason(needed, "MB", key, MEGABYTES_MOST)));
         }
         Ok(())
+    }
+}
+
+impl SceneKeys {
+    /// What the coordinates of its file mean.
+    ///
+    /// # Errors
+    /// Values out of range.
+    pub fn file_units(&self) -> Result<FileUnits, Error> {
+        let metres = within("scene.scale", self.scale, 1e-6..=1e6, "1e-6 to 1e6")?;
+        Ok(FileUnits { metres, up: one_of("scene.up", &self.up, &[("y", UpAxis::Y), ("z", UpAxis::Z)])? })
     }
 }
 
@@ -104,7 +132,7 @@ impl Scenario {
     /// An unknown name, limits out of range.
     pub fn bake_limits(&self) -> Result<BakeLimits, Error> {
         let scene = &self.scene;
-        let bounces = one_of("scene.bake", &scene.bake, &[("full", true), ("direct", false)])?;
+        let kind = one_of("scene.bake", &scene.bake, &BakeKind::ALL)?;
         let rays = within("scene.bake_rays_max", scene.bake_rays_max, 1e6..=f64_from_u64(RAYS_MOST), "1e6 to 1e13")?;
         let megabytes = within(
             "scene.bake_memory_mb_max",
@@ -113,7 +141,7 @@ impl Scenario {
             "16 to 1,000,000",
         )?;
         let whole = crate::num::u64_truncated;
-        Ok(BakeLimits { bounces, most: BakeCost { rays: whole(rays), bytes: whole(1e6 * megabytes) } })
+        Ok(BakeLimits { kind, most: BakeCost { rays: whole(rays), bytes: whole(1e6 * megabytes) } })
     }
 
     /// Sun and sky by code, if any.

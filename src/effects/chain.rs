@@ -23,6 +23,7 @@ use crate::effect::{ArrayPass, Domain, Effect};
 use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::num::{u32_from, u64_from};
+use crate::parallel::chunks_collected;
 use crate::pixel::{self, Samples};
 use crate::plane::Plane;
 use crate::readout::{Geometry, HdrMerge};
@@ -229,7 +230,7 @@ impl Chain {
         let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
         let mut codes = Plane::filled(size, 0_u16);
         let width = codes.width_px();
-        let chunk = |(index, rows): (usize, &mut [u16])| {
+        let chunk = |index: usize, rows: &mut [u16]| {
             let mut buffers = self.buffers(photons.width_px());
             let mut events = Events::default();
             for (offset, row_codes) in rows.chunks_exact_mut(width).enumerate() {
@@ -237,7 +238,7 @@ impl Chain {
             }
             (events, buffers.hits)
         };
-        for (part, of_chunk) in &map_chunks(codes.values_mut(), width * ROWS_PER_CHUNK, chunk) {
+        for (part, of_chunk) in &chunks_collected(codes.values_mut(), width * ROWS_PER_CHUNK, chunk) {
             events.merge(part);
             add(&mut hits, of_chunk);
         }
@@ -351,7 +352,7 @@ impl Chain {
         let width = shot.photons.width_px();
         let (first_row, first_column) =
             self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()));
-        let chunk = |(index, rows): (usize, &mut [f32])| {
+        let chunk = |index: usize, rows: &mut [f32]| {
             let mut buffers = self.buffers(width);
             for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
                 self.load(shot, first_row + index * ROWS_PER_CHUNK + offset, &mut buffers);
@@ -359,7 +360,7 @@ impl Chain {
             }
             buffers.hits
         };
-        for of_chunk in &map_chunks(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk) {
+        for of_chunk in &chunks_collected(charge_e.values_mut(), width * ROWS_PER_CHUNK, chunk) {
             add(hits, of_chunk);
         }
         let left_e = self.act_on_array(&mut charge_e, shot.capture, hits);
@@ -404,19 +405,4 @@ fn add(hits: &mut [u64], more: &[u64]) {
     for (hits, more) in hits.iter_mut().zip(more) {
         *hits += more;
     }
-}
-
-#[cfg(feature = "parallel")]
-fn map_chunks<V: Send, T: Send>(
-    values: &mut [V],
-    size: usize,
-    chunk: impl Fn((usize, &mut [V])) -> T + Sync + Send,
-) -> Vec<T> {
-    use rayon::prelude::*;
-    values.par_chunks_mut(size).enumerate().map(chunk).collect()
-}
-
-#[cfg(not(feature = "parallel"))]
-fn map_chunks<V, T>(values: &mut [V], size: usize, chunk: impl Fn((usize, &mut [V])) -> T) -> Vec<T> {
-    values.chunks_mut(size).enumerate().map(chunk).collect()
 }

@@ -4,7 +4,8 @@
 //! LP-11. Times are the specification's minima (D-PHY 1.2, table "global operation timing parameters"), each rounded up to
 //! whole byte clocks as a transmitter's counters do. The clock lane runs all the time.
 
-use crate::link::{CRC_BYTES, HEADER_BYTES, LinkParams};
+use super::packet::{CRC_BYTES, HEADER_BYTES};
+use super::params::LinkParams;
 use crate::num::{f64_from_u64, u64_from};
 use crate::units::Clocks;
 

@@ -5,10 +5,9 @@
 //! exposure ns u32, row time ns u32, temperature mK u32, width u16, height u16, gain of the ramp in 1/65536 u32: 40 bytes. How many
 //! features follow is not known when this line leaves; the last feature packet says so.
 
-use crate::link::RawKind;
+use super::raw::RawKind;
 use crate::link::records::Reader;
-use crate::num::low_u8;
-use crate::num::low_u16;
+use crate::num::{low_u8, low_u16};
 use crate::units::{FrameIndex, Size};
 use crate::words::RampGain;
 

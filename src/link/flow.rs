@@ -8,11 +8,12 @@
 
 use std::collections::VecDeque;
 
+use super::embedded::EMBEDDED_BYTES;
+use super::packet::{CRC_BYTES, HEADER_BYTES};
 use crate::error::Error;
 use crate::link::params::LinkParams;
 use crate::link::plan::Packet;
 use crate::link::records::{self, FEATURE_BYTES, FEATURE_HEADER_BYTES, FEATURES_PER_PACKET_MAX};
-use crate::link::{CRC_BYTES, EMBEDDED_BYTES, HEADER_BYTES};
 use crate::num::{index, u32_from, u64_from};
 use crate::units::Clocks;
 

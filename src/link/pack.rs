@@ -1,9 +1,9 @@
 //! The sensor's side of the link. Packs the codes and features of a frame into packets, back to back.
 
+use super::raw::RawKind;
 use crate::compute::Feature;
 use crate::error::Error;
 use crate::events::{Event, Events};
-use crate::link::RawKind;
 use crate::link::embedded::{self, FrameMetadata, FrameShape};
 use crate::link::packet::{DataType, frame_number, push_long, push_short};
 use crate::link::params::LinkParams;

@@ -1,6 +1,6 @@
 //! Short and long packets. Adds header, ECC and CRC to a payload.
 
-use crate::link::RawKind;
+use super::raw::RawKind;
 use crate::link::checks::{crc16, ecc};
 use crate::num::{low_u16, low_u32};
 use crate::units::FrameIndex;

@@ -1,7 +1,7 @@
 //! Parameters of the link: checks the values of a config.
 
+use super::raw::RawKind;
 use crate::error::Error;
-use crate::link::RawKind;
 use crate::units::FrameIndex;
 
 /// What a frame carries.

@@ -1,7 +1,7 @@
 //! Bits, clocks and utilisation of a frame on the link.
 
+use super::params::LinkParams;
 use crate::error::Error;
-use crate::link::LinkParams;
 use crate::link::plan::{FramePlan, Packet, after_the_rows};
 use crate::link::records;
 use crate::num::{f64_from_u64, index, u64_from};

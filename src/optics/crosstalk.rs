@@ -7,9 +7,8 @@
 //! in, of the same filter for patterns of two.
 
 use crate::num::f32_nearest;
+use crate::parallel::over_chunks;
 use crate::plane::Plane;
-
-use super::psf::over_rows;
 
 /// A plane after `share` of each pixel's photons moved to its four neighbours. 0 changes nothing.
 pub fn shared_out(plane: &Plane<f32>, share: f64) -> Plane<f32> {
@@ -18,7 +17,7 @@ pub fn shared_out(plane: &Plane<f32>, share: f64) -> Plane<f32> {
     }
     let mut shared = Plane::filled(plane.size(), 0.0_f32);
     let (width, height) = (plane.width_px(), plane.height_px());
-    over_rows(shared.values_mut(), width, &|y, values| {
+    over_chunks(shared.values_mut(), width, |y, values| {
         let (above, row, below) = (plane.row(before(y, height)), plane.row(y), plane.row(after(y, height)));
         for (x, value) in values.iter_mut().enumerate() {
             let around = [row[before(x, width)], row[after(x, width)], above[x], below[x]].map(f64::from);

@@ -13,6 +13,7 @@
 use core::f64::consts::{PI, TAU};
 
 use crate::num::{f32_nearest, f64_from_usize, greater, index, lesser, u32_truncated};
+use crate::parallel::over_chunks;
 use crate::plane::Plane;
 
 /// What blurs.
@@ -177,7 +178,7 @@ impl Kernel {
     pub fn blurred(&self, plane: &Plane<f32>) -> Plane<f32> {
         let mut blurred = Plane::filled(plane.size(), 0.0_f32);
         let width = plane.width_px();
-        over_rows(blurred.values_mut(), width, &|row, values| self.row(plane, row, values));
+        over_chunks(blurred.values_mut(), width, |row, values| self.row(plane, row, values));
         blurred
     }
 
@@ -218,19 +219,6 @@ fn mirrored(at: usize, length: usize, reach: usize) -> usize {
     // Whole periods of two lengths lie before the first value, or one length less.
     let at = (at + length * (reach % 2)) % (2 * length);
     if at < length { at } else { 2 * length - 1 - at }
-}
-
-/// Rows on all cores where the feature is on.
-pub(super) fn over_rows(values: &mut [f32], width: usize, work: &(dyn Fn(usize, &mut [f32]) + Sync)) {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        values.par_chunks_mut(width).enumerate().for_each(|(row, values)| work(row, values));
-    }
-    #[cfg(not(feature = "parallel"))]
-    {
-        values.chunks_mut(width).enumerate().for_each(|(row, values)| work(row, values));
-    }
 }
 
 #[cfg(test)]

@@ -148,12 +148,7 @@ fn stratified_by_pixel(picture: Picture, samples: u32) -> Exposure {
     let Sampling { saturation_photons, .. } = picture.sampling;
     let seen = picture.even(1);
     let rule = StoppingRule { samples, least_gain: None, saturation_photons, share: Some(pixel::share(samples)) };
-    let mut refined: Vec<Refined> = (0..seen.len())
-        .map(|at| Refined {
-            at,
-            net: PixelSamples::new(allocation::missed(&seen, index(picture.view.camera.size.width_px), at)),
-        })
-        .collect();
+    let mut refined: Vec<Refined> = (0..seen.len()).map(|at| Refined { at, net: PixelSamples::new(0.0) }).collect();
     picture.refine(&mut refined, &seen, &rule);
     let of = |Refined { net, .. }: &Refined| Estimate::refined(net.photons, net.variance(), 1, samples);
     let estimates: Vec<Estimate> = refined.iter().map(of).collect();
@@ -180,7 +175,7 @@ fn to_target(picture: Picture) -> Exposure {
             let is_first = estimate.stage != Stage::Refined;
             if is_first && estimate.may_count(saturation_photons) && estimate.marginal_gain() >= least {
                 estimate.stage = Stage::Refined;
-                refined.push(Refined { at, net: PixelSamples::new(allocation::missed(&seen, width, at)) });
+                refined.push(Refined { at, net: PixelSamples::new(0.0) });
             }
         }
         picture.refine(&mut refined, &seen, &rule);

@@ -20,6 +20,7 @@ use super::lens::{Lens, Mapping, Radtan};
 use super::render::Exposure;
 use crate::error::Error;
 use crate::num::{f32_nearest, index};
+use crate::parallel::over_chunks;
 use crate::plane::Plane;
 use crate::scene::images::{ImageStream, Picture, PictureCamera};
 use crate::scene::light::BANDS;
@@ -135,7 +136,7 @@ pub fn resample(stream: &ImageStream, camera: &Camera, shutter: &[Span]) -> Resu
                 .collect();
             add_row(&view, row, &counted, per_lux_s, values);
         };
-        over_rows(photons.values_mut(), width, &one);
+        over_chunks(photons.values_mut(), width, one);
     }
     Ok(Exposure { photons, render_variance_ratio: f64::INFINITY, rays: 0 })
 }
@@ -242,17 +243,4 @@ pub fn depth(stream: &ImageStream, camera: &Camera, t_s: f64) -> Result<Option<P
         }
     }
     Ok(Some(plane))
-}
-
-/// Rows on all cores where the feature is on; a row's values depend on no other.
-fn over_rows(values: &mut [f32], width: usize, work: &(dyn Fn(usize, &mut [f32]) + Sync)) {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        values.par_chunks_mut(width).enumerate().for_each(|(row, values)| work(row, values));
-    }
-    #[cfg(not(feature = "parallel"))]
-    {
-        values.chunks_mut(width).enumerate().for_each(|(row, values)| work(row, values));
-    }
 }

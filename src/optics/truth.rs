@@ -86,17 +86,3 @@ impl<'a> View<'a> {
         Pose::new(a.rotation.lerp(b.rotation, share), a.translation_m.lerp(b.translation_m, share))
     }
 }
-
-/// Values of all rows in order, on all cores where the feature is on.
-fn by_row<T: Send>(rows: usize, work: &(dyn Fn(usize) -> Vec<T> + Sync)) -> Vec<T> {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        let parts: Vec<Vec<T>> = (0..rows).into_par_iter().map(work).collect();
-        parts.into_iter().flatten().collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    {
-        (0..rows).flat_map(work).collect()
-    }
-}

@@ -8,9 +8,9 @@
 //! to the last bit when the picture is mirrored or turned, and needs no threads. What is still over after `SWEEPS_MAX` sweeps
 //! goes to the drain.
 
-use super::PixelParams;
 use super::dark_rates::DarkRates;
 use super::full_well::well_excess;
+use super::params::PixelParams;
 use crate::draw::EffectNumber;
 use crate::effect::{ArrayPass, Domain, Effect, Omission, RowPass};
 use crate::facts::{DieSpread, Facts};

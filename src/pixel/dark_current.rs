@@ -10,8 +10,9 @@ use std::borrow::Cow;
 
 use super::dark_rates::DarkRates;
 use super::die::{Die, dark_factor};
+use super::params::PixelParams;
+use super::row::add_scaled;
 use super::row_memory::RowMemory;
-use super::{PixelParams, add_scaled};
 use crate::draw::{DrawKey, EffectNumber, fill_uniforms, normals, poisson, poisson_of_one_mean};
 use crate::effect::{Domain, Effect, Omission, RowPass, all_full};
 use crate::facts::{Facts, readable};

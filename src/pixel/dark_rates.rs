@@ -1,7 +1,7 @@
 //! Rates of dark charge: electrons a second at the die's temperature, and bounds over pixels and dies.
 
-use super::PixelParams;
 use super::die::NORMAL_MAX;
+use super::params::PixelParams;
 use crate::facts::DieSpread;
 
 /// What gathers without light.

@@ -2,8 +2,8 @@
 //!
 //! Model: at places of the die the photodiode is not connected: no photoelectron arrives, dark charge and noise stay.
 
-use super::PixelParams;
 use super::die::Die;
+use super::params::PixelParams;
 use super::places::Places;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};

@@ -1,10 +1,10 @@
 //! The list of a die's defects: each defective pixel with its kind, in order of kind, row and column, at the places that the effects use.
 
-use super::PixelParams;
 use super::dark_rates::DarkRates;
 use super::dead_pixels::dead_places;
 use super::die::{Die, dark_factor, exponential};
 use super::hot_pixels::hot_places;
+use super::params::PixelParams;
 use super::places::{Places, Site};
 use super::stuck_pixels::{is_high, stuck_places};
 use crate::num::index;

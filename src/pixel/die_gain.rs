@@ -4,7 +4,8 @@
 //! capacitance follows the process.
 
 use super::die::Die;
-use super::{PixelParams, scale_all};
+use super::params::PixelParams;
+use super::row::scale_all;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::{DieSpread, Facts};

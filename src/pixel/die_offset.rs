@@ -4,7 +4,8 @@
 //! remove: what the references of ramp and black level differ by. It acts after the columns' gains.
 
 use super::die::Die;
-use super::{PixelParams, add_to_all};
+use super::params::PixelParams;
+use super::row::add_to_all;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -3,8 +3,10 @@
 //! Model: a normal offset of sigma `dsnu_e` for each pixel of the die, independent of exposure (EMVA 1288 release 4.0, DSNU
 //! without its structured part).
 
+use super::params::PixelParams;
+use super::pattern::Pattern;
+use super::row::add_scaled;
 use super::well_bias::WellBias;
-use super::{Pattern, PixelParams, add_scaled};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -8,7 +8,8 @@
 //! A signal alone has no such lower limit: its noise is counted from 1 Hz, K^2 ln(1 + bandwidth^2) / 2 with the bandwidth in Hz; what
 //! is slower is an offset that black-level correction takes. Pixels, rows and frames are drawn independently.
 
-use super::{PixelParams, SampleNoise, SampleSigmas, Sampling};
+use super::params::PixelParams;
+use super::sample_noise::{SampleNoise, SampleSigmas, Sampling};
 use crate::draw::EffectNumber;
 use crate::effect::Effect;
 

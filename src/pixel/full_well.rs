@@ -2,9 +2,9 @@
 //!
 //! Model: a hard clip at the saturation capacity (EMVA 1288 release 4.0); charge beyond it is lost.
 
-use super::PixelParams;
 use super::dark_rates::DarkRates;
 use super::die::NORMAL_MAX;
+use super::params::PixelParams;
 use super::row::clip_above;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};

@@ -4,8 +4,8 @@
 //! gain that is lost at full well (Janesick, "Photon Transfer": nonlinearity of V/e-). Beyond the full well the share stays c; below 0 it
 //! is 0. It acts before any noise of the column.
 
-use super::PixelParams;
 use super::dark_rates::DarkRates;
+use super::params::PixelParams;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -4,9 +4,9 @@
 //! `hot_dark_e_per_s` at 300 K, drawn as Poisson over exposure and wait (radiation and metal defects each add a generation centre; the
 //! tail of measured dark-current histograms is exponential: Virmontois et al., IEEE Trans. Nucl. Sci. 57, 2010).
 
-use super::PixelParams;
 use super::dark_rates::DarkRates;
 use super::die::{Die, EXPONENTIAL_MAX, dark_factor, exponential};
+use super::params::PixelParams;
 use super::places::Places;
 use crate::draw::{EffectNumber, fill_uniforms, poisson_quantile};
 use crate::effect::{Domain, Effect, Omission, RowPass};

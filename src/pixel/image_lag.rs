@@ -7,8 +7,9 @@
 //! read has the mean Q and stays Poisson; without light it falls by a factor l a frame. The first frame finds an empty array.
 //! Charge that stayed does not count against the full well of the next exposure.
 
+use super::params::PixelParams;
+use super::row::add_scaled;
 use super::thinning::binomial;
-use super::{PixelParams, add_scaled};
 use crate::draw::{DrawKey, EffectNumber, RowPlace, fill_uniforms};
 use crate::effect::{ArrayPass, Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

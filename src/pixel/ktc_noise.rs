@@ -4,7 +4,8 @@
 //! removes it where both samples share a reset (4T, 6T), doubles its variance where they do not (3T, 5T). The part that both
 //! samples of one reset share is left out of both: it moves a conversion along the ramp and cancels in the difference.
 
-use super::{PixelParams, SampleNoise, SampleSigmas, Samples};
+use super::params::PixelParams;
+use super::sample_noise::{SampleNoise, SampleSigmas, Samples};
 use crate::draw::EffectNumber;
 use crate::effect::Effect;
 

@@ -4,7 +4,8 @@
 //! datasheets), so a row that waits gathers an additional signal * parasitic_light * wait / exposure. The light of the exposure is taken to
 //! last through the wait; an exposure of 0 s gathers no light. It acts before photoelectrons are counted.
 
-use super::{PixelParams, scale_all};
+use super::params::PixelParams;
+use super::row::scale_all;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -3,8 +3,10 @@
 //! Model: a normal gain of mean 1 and sigma `prnu` for each pixel of the die (EMVA 1288 release 4.0, PRNU without its
 //! structured part).
 
+use super::params::PixelParams;
+use super::pattern::Pattern;
+use super::row::scale_by_pattern;
 use super::well_bias::WellBias;
-use super::{Pattern, PixelParams, scale_by_pattern};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -3,7 +3,8 @@
 //! Model: one normal draw of sigma `read_noise_uv` a pixel and frame, after double sampling and at the ADC's input (EMVA 1288
 //! release 4.0, temporal dark noise without quantisation); where both samples are converted, half its variance in each.
 
-use super::{PixelParams, SampleNoise, SampleSigmas, Samples};
+use super::params::PixelParams;
+use super::sample_noise::{SampleNoise, SampleSigmas, Samples};
 use crate::draw::EffectNumber;
 use crate::effect::Effect;
 

@@ -10,8 +10,9 @@
 use std::borrow::Cow;
 
 use super::die::{Die, exponential};
+use super::params::PixelParams;
 use super::row_memory::RowMemory;
-use super::{PixelParams, Samples, Sampling};
+use super::sample_noise::{Samples, Sampling};
 use crate::draw::{EffectNumber, fill_uniforms};
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -3,7 +3,7 @@
 //! One type for every noise that is a normal draw a pixel, frame and sample. Where reset and signal are converted separately (digital
 //! CDS) each sample has its draw; else one draw represents the difference.
 
-use super::add_scaled;
+use super::row::add_scaled;
 use crate::draw::{EffectNumber, fill_uniforms, normals};
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -3,7 +3,7 @@
 //! Model: each pixel's charge is an exact Poisson draw of its mean (photodetection as a Poisson process; Saleh and Teich,
 //! "Fundamentals of Photonics"), the quantile of the column's uniform.
 
-use super::PixelParams;
+use super::params::PixelParams;
 use super::well_bias::WellBias;
 use crate::draw::{EffectNumber, fill_uniforms, poisson};
 use crate::effect::{Domain, Effect, Omission, RowPass, all_empty, all_full};

@@ -4,8 +4,9 @@
 //! junction and sub-threshold leakage (their dependence on the charge that is left is not modelled). Electrons go one by one, a
 //! binomial draw: what is left of a Poisson count is Poisson.
 
+use super::params::PixelParams;
+use super::row::add_scaled;
 use super::thinning::binomial;
-use super::{PixelParams, add_scaled};
 use crate::draw::{EffectNumber, fill_uniforms};
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

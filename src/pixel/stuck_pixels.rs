@@ -2,8 +2,8 @@
 //!
 //! Model: at some pixels of the die the signal sample is at the bottom or the top of the range, half of them each, in any light.
 
-use super::PixelParams;
 use super::die::Die;
+use super::params::PixelParams;
 use super::places::{Places, Site};
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};

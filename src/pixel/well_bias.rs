@@ -5,9 +5,9 @@
 //! (Jensen), and by no more than that of (C - X)+. Effects are removed one after the other, shot noise last, so that patterns
 //! are judged under a Poisson charge.
 
-use super::PixelParams;
 use super::dark_rates::DarkRates;
 use super::full_well::well_excess;
+use super::params::PixelParams;
 use crate::facts::Facts;
 use crate::num::{greater, lesser};
 

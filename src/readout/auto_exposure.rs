@@ -7,8 +7,8 @@
 //! mostly noise) is followed by better ones; a saturated frame gives too low a light, so exposure falls without overshoot. Inside the
 //! dead band nothing is written: it is wider than what rounding to lines and to gain steps leaves.
 
-use super::Schedule;
 use super::registers::{ExposureSettings, Registers};
+use super::schedule::Schedule;
 use crate::error::Error;
 use crate::num::{f64_from_u64, greater, lesser, u64_truncated};
 use crate::pixel::within;

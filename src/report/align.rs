@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 
+use super::figures::NotMeasurable;
 use crate::num::{f64_from_usize, greater};
-use crate::report::NotMeasurable;
 
 /// A 3 x 3 matrix, by rows.
 type Rows = [[f64; 3]; 3];

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::rtl_simulator::RtlSimulator;
-use crate::scene::images::PictureBytes;
+use crate::scene::PictureBytes;
 
 /// Files of a scenario, and a place for baked light.
 pub trait Assets: Sync {

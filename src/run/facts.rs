@@ -81,6 +81,7 @@ impl Lit<'_> {
             greatest: depth_m[1],
             how: match self.world {
                 World::Scene(_) => "boxes around the path to the nearest and farthest triangle".to_owned(),
+                #[cfg(feature = "pictures")]
                 World::Images(_) => "pictures from elsewhere".to_owned(),
             },
         });

@@ -7,7 +7,7 @@ use super::assets::Assets;
 use super::light::found_scene;
 use crate::config::Resolved;
 use crate::error::Error;
-use crate::scene::images::PictureBytes;
+use crate::scene::PictureBytes;
 
 /// Remembers the hash of each file that is read.
 struct Recorder<'a> {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::assets::{Assets, Progress};
 use crate::config::Scenario;
 use crate::config::check::within;
-use crate::config::light::{BakeLimits, Level};
+use crate::config::light::{BakeKind, BakeLimits, Level};
 use crate::error::Error;
 use crate::scene::surroundings::PANEL;
 use crate::scene::{Bake, BakeCost, BakeSettings, Environment, LitScene, Scene, generated, target};
@@ -57,10 +57,14 @@ pub fn lit_scene(
 pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
     let limits = scenario.bake_limits()?;
     match found(scenario, assets)? {
-        Found::Scene(scene) if kept(&scene, limits, assets).is_none() => {
-            limits.check(BakeCost::of(&scene, &settings(&scene, limits)))
+        Found::Scene(scene) => {
+            let settings = settings(&scene, limits);
+            match kept(scene.bake_key(&settings), assets) {
+                Some(_) => Ok(()),
+                None => limits.check(BakeCost::of(&scene, &settings)),
+            }
         }
-        Found::Scene(_) | Found::Target(_) => Ok(()),
+        Found::Target(_) => Ok(()),
     }
 }
 
@@ -87,7 +91,7 @@ fn found(scenario: &Scenario, assets: &dyn Assets) -> Result<Found, Error> {
         (Some(file), None, None) => {
             let named = |error: Error| error.named_by("scene.file", file);
             let bytes = assets.read(file).map_err(named)?;
-            Scene::from_gltf_in(file, &bytes, &section.surroundings, &|name| assets.read(name)).map_err(named)?
+            from_file(file, &bytes, section, assets).map_err(named)?
         }
         (None, Some(generator), None) => generated::scene(generator, &section.surroundings, &|name| assets.read(name))?,
         (None, None, Some(target)) => {
@@ -104,6 +108,22 @@ fn found(scenario: &Scenario, assets: &dyn Assets) -> Result<Found, Error> {
     flickering(scene, section, flicker.is_some())?
         .with_lamps(&section.lamp, illuminant)
         .map(|scene| Found::Scene(Box::new(scene)))
+}
+
+#[cfg(feature = "gltf")]
+fn from_file(
+    file: &str,
+    bytes: &[u8],
+    section: &crate::config::scenario::Scene,
+    assets: &dyn Assets,
+) -> Result<Scene, Error> {
+    Scene::from_gltf_in(file, bytes, &section.file_units()?, &section.surroundings, &|name| assets.read(name))
+}
+
+#[cfg(not(feature = "gltf"))]
+fn from_file(file: &str, _: &[u8], _: &crate::config::scenario::Scene, _: &dyn Assets) -> Result<Scene, Error> {
+    let reason = "this build reads no glTF; use scene.generator, or a build with the feature gltf".to_owned();
+    Err(Error::Content { file: file.to_owned(), reason })
 }
 
 /// Light from beyond all surfaces: of a picture or of sun and sky, if either is asked for.
@@ -157,6 +177,7 @@ fn flickering(scene: Scene, section: &crate::config::scenario::Scene, flickers: 
 ///
 /// # Errors
 /// A scene that is named as well.
+#[cfg(feature = "pictures")]
 pub fn only_images(section: &crate::config::scenario::Scene) -> Result<(), Error> {
     section.surroundings.check()?;
     within("scene.reflectance", section.reflectance, 0.0..=1.0, "0 to 1")?;
@@ -175,26 +196,28 @@ fn not_one_scene(section: &crate::config::scenario::Scene) -> Error {
 }
 
 fn settings(scene: &Scene, limits: BakeLimits) -> BakeSettings {
-    let full = BakeSettings::of(scene);
-    if limits.bounces { full } else { full.direct() }
+    match limits.kind {
+        BakeKind::Full => BakeSettings::of(scene),
+        BakeKind::Draft => BakeSettings::DRAFT,
+        BakeKind::Direct => BakeSettings::of(scene).direct(),
+    }
 }
 
-/// The scene's light, where it was baked before.
-fn kept(scene: &Scene, limits: BakeLimits, assets: &dyn Assets) -> Option<Bake> {
-    let key = scene.bake_key(&settings(scene, limits));
+/// The light of a key, where it was baked before.
+fn kept(key: [u8; 32], assets: &dyn Assets) -> Option<Bake> {
     let name = blake3::Hash::from_bytes(key).to_hex().to_string();
     let stored = assets.load(&name).and_then(|bytes| Bake::from_bytes(&name, &bytes).ok());
     stored.filter(|bake| bake.key() == key)
 }
 
 fn baked(scene: &Scene, limits: BakeLimits, assets: &dyn Assets, progress: &dyn Progress) -> Result<Bake, Error> {
-    if let Some(bake) = kept(scene, limits, assets) {
+    let settings = settings(scene, limits);
+    let key = scene.bake_key(&settings);
+    if let Some(bake) = kept(key, assets) {
         return Ok(bake);
     }
-    let settings = settings(scene, limits);
     limits.check(BakeCost::of(scene, &settings))?;
-    let bake = scene.bake(&settings, &|share| progress.at("light", share));
-    let key = blake3::Hash::from_bytes(scene.bake_key(&settings)).to_hex().to_string();
-    assets.store(&key, &bake.to_bytes());
+    let bake = scene.bake_under(&settings, key, &|share| progress.at("light", share));
+    assets.store(&blake3::Hash::from_bytes(key).to_hex(), &bake.to_bytes());
     Ok(bake)
 }

@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use super::expose::RenderInputs;
 use super::setup::Setup;
-use super::world::World;
 use crate::error::Error;
 use crate::fidelity::RenderSettings;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_truncated, u64_from};
@@ -35,7 +34,7 @@ pub trait PhotonStore: Send + Sync {
 impl RenderInputs<'_> {
     /// The key of this exposure's photons, in lower-case hexadecimal; none for pictures from elsewhere, which are not stored.
     pub fn photon_key(&self) -> Option<String> {
-        let World::Scene(scene) = self.world else { return None };
+        let scene = self.world.scene()?;
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"sensel photons 1");
         hasher.update(SOURCES.as_bytes());

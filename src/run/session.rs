@@ -25,6 +25,7 @@ use crate::error::Error;
 use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::num::{f64_from_usize, u32_from, u64_from};
+use crate::parallel::{chunks_collected, collected};
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
@@ -241,13 +242,15 @@ impl Session {
     /// A picture that cannot be read any more.
     pub fn expose(&self) -> Result<Vec<Vec<SharedExposure>>, Error> {
         let frame = self.next_frame();
-        let of = |(camera, schedule): (usize, &Schedule)| match self.still.again(camera, schedule, frame) {
+        let schedules = self.setup.exposure.schedules(frame);
+        let of = |camera: usize| match self.still.again(camera, &schedules[camera], frame) {
             Some(seen) => Ok(seen),
             None => {
-                Ok(self.setup.exposures_of(frame, camera, schedule)?.into_iter().map(SharedExposure::from).collect())
+                let seen = self.setup.exposures_of(frame, camera, &schedules[camera])?;
+                Ok(seen.into_iter().map(SharedExposure::from).collect())
             }
         };
-        self.setup.exposure.schedules(frame).iter().enumerate().map(of).collect()
+        collected(schedules.len(), of).into_iter().collect()
     }
 
     /// The next frame from what its cameras saw: runs that differ behind the lens alone may share it.
@@ -419,14 +422,7 @@ fn extract_all(
     extractors: &mut [Extractor],
     codes: &[Plane<u16>],
 ) -> Vec<Result<(Extracted, Events), Error>> {
-    let one = |(extractor, plane): (&mut Extractor, &Plane<u16>)| extract_one(sensor, extractor, plane);
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        extractors.par_iter_mut().zip(codes).map(one).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    extractors.iter_mut().zip(codes).map(one).collect()
+    chunks_collected(extractors, 1, |camera, extractor| extract_one(sensor, &mut extractor[0], &codes[camera]))
 }
 
 /// What an extractor makes of a picture whose rows come as the readout's do, and the events of that.

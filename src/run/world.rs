@@ -1,20 +1,26 @@
 //! The world of a run, a scene with geometry or external pictures: photons, bounds on them, and depth.
 
+#[cfg(feature = "pictures")]
 mod pictures;
 
 use glam::DVec3;
 
-use super::assets::{Assets, NoProgress, Progress};
+use super::assets::{Assets, Progress};
 use super::light::{check_scene, lit_scene};
 use crate::config::Scenario;
 use crate::effects::regions::LightBounds;
 use crate::error::Error;
+#[cfg(feature = "pictures")]
 use crate::num::{greater, lesser};
-use crate::optics::{self, Camera, Exposure, Sampling, resample};
+#[cfg(feature = "pictures")]
+use crate::optics::resample;
+use crate::optics::{self, Camera, Exposure, Sampling};
 use crate::plane::Plane;
 use crate::pose::Pose;
+#[cfg(feature = "pictures")]
+use crate::scene::ImageSequence;
 use crate::scene::motion::Motion;
-use crate::scene::{Illuminant, ImageSequence, LitScene};
+use crate::scene::{Illuminant, LitScene};
 use crate::units::Span;
 
 /// What is looked at.
@@ -22,6 +28,7 @@ pub enum World {
     /// Geometry under light.
     Scene(Box<LitScene>),
     /// Pictures over time, one stream a camera.
+    #[cfg(feature = "pictures")]
     Images(ImageSequence),
 }
 
@@ -49,8 +56,11 @@ impl World {
         progress: &dyn Progress,
     ) -> Result<(Self, Vec<String>), Error> {
         match &scenario.scene.images {
+            #[cfg(feature = "pictures")]
             Some(folders) => pictures::sequence(scenario, folders, demand, assets, progress)
                 .map(|(sequence, notes)| (Self::Images(sequence), notes)),
+            #[cfg(not(feature = "pictures"))]
+            Some(folders) => Err(no_pictures(folders)),
             None => lit_scene(scenario, demand.start_m, assets, progress).map(|lit| {
                 let notes = lit.scene().notes.clone();
                 // Bounds of the light belong to the scene under its light, as its bake does: the planner reads them.
@@ -64,9 +74,15 @@ impl World {
     ///
     /// # Errors
     /// As `new`, without checks that need the baked light.
+    #[cfg_attr(not(feature = "pictures"), expect(unused_variables, reason = "only pictures have to last for a run"))]
     pub fn check(scenario: &Scenario, demand: &Demand, assets: &dyn Assets) -> Result<(), Error> {
         match &scenario.scene.images {
-            Some(folders) => pictures::sequence(scenario, folders, demand, assets, &NoProgress).map(|_| ()),
+            #[cfg(feature = "pictures")]
+            Some(folders) => {
+                pictures::sequence(scenario, folders, demand, assets, &super::assets::NoProgress).map(|_| ())
+            }
+            #[cfg(not(feature = "pictures"))]
+            Some(folders) => Err(no_pictures(folders)),
             None => check_scene(scenario, assets),
         }
     }
@@ -75,6 +91,7 @@ impl World {
     pub fn scene(&self) -> Option<&LitScene> {
         match self {
             Self::Scene(scene) => Some(&**scene),
+            #[cfg(feature = "pictures")]
             Self::Images(_) => None,
         }
     }
@@ -88,6 +105,7 @@ impl World {
     pub fn illuminant(&self) -> Illuminant {
         match self {
             Self::Scene(scene) => scene.illuminant(),
+            #[cfg(feature = "pictures")]
             Self::Images(sequence) => sequence.streams[0].illuminant(),
         }
     }
@@ -96,6 +114,7 @@ impl World {
     ///
     /// # Errors
     /// A picture that cannot be read any more.
+    #[cfg_attr(not(feature = "pictures"), expect(unused_variables, reason = "only pictures have a stream a camera"))]
     pub fn expose(
         &self,
         (number, camera): (usize, &Camera),
@@ -105,6 +124,7 @@ impl World {
     ) -> Result<Exposure, Error> {
         match self {
             Self::Scene(scene) => Ok(optics::expose(scene, camera, shutter, world_from_body, sampling)),
+            #[cfg(feature = "pictures")]
             Self::Images(sequence) => {
                 let stream = &sequence.streams[number];
                 optics::expose_by(stream.illuminant(), camera, &|camera| resample::resample(stream, camera, shutter))
@@ -117,6 +137,7 @@ impl World {
         let of = |exposure_s: f64| match self {
             // The cameras of a rig are alike, and a scene's bounds hold wherever they stand.
             Self::Scene(scene) => optics::photon_bounds(scene, &cameras[0], exposure_s),
+            #[cfg(feature = "pictures")]
             Self::Images(sequence) => {
                 let mut bounds = [f64::INFINITY, 0.0];
                 for (stream, camera) in sequence.streams.iter().zip(cameras) {
@@ -136,9 +157,11 @@ impl World {
     ///
     /// # Errors
     /// As [`World::expose`].
+    #[cfg_attr(not(feature = "pictures"), expect(unused_variables, reason = "only pictures have a stream a camera"))]
     pub fn depth(&self, (number, camera): (usize, &Camera), t_s: f64) -> Result<Option<Plane<f32>>, Error> {
         match self {
             Self::Scene(_) => Ok(None),
+            #[cfg(feature = "pictures")]
             Self::Images(sequence) => resample::depth(&sequence.streams[number], camera, t_s),
         }
     }
@@ -147,7 +170,14 @@ impl World {
     pub fn has_depth(&self) -> bool {
         match self {
             Self::Scene(_) => true,
+            #[cfg(feature = "pictures")]
             Self::Images(sequence) => sequence.streams.iter().all(crate::scene::ImageStream::has_depth),
         }
     }
+}
+
+#[cfg(not(feature = "pictures"))]
+fn no_pictures(folders: &crate::config::scenario::Folders) -> Error {
+    let reason = "this build reads no pictures; use scene.generator, or a build with the feature pictures";
+    Error::key("scene.images", format!("{:?}", folders.list()), reason)
 }

@@ -153,15 +153,15 @@ impl Bake {
         }
     }
 
-    /// Bakes a scene. `progress` is told the share done, from any thread.
-    pub(super) fn of(scene: &Scene, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Self {
+    /// Bakes a scene, whose key under these settings is known. `progress` is told the share done, from any thread.
+    pub(super) fn of(scene: &Scene, settings: &BakeSettings, key: [u8; 32], progress: &(dyn Fn(f64) + Sync)) -> Self {
         progress(0.0);
         let traced = Traced::of(scene, settings, &|share| progress(0.95 * share));
         let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
         let irradiance = settled(scene, &traced, &stand_ins, 0);
         let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
         progress(1.0);
-        Self { key: scene.bake_key(settings), irradiance, flickering, bounces: settings.bounces }
+        Self { key, irradiance, flickering, bounces: settings.bounces }
     }
 }
 

@@ -73,12 +73,14 @@ fn textured_quad(mesh: &mut Mesh, key: DrawKey, face: usize, corners_m: [[f32; 3
 /// Tiles, rectangles of all sizes and value noise: corners at every scale.
 fn pattern(key: DrawKey, width: u32, height: u32) -> Vec<[u8; 3]> {
     let tint: [i32; 3] = [0, 1, 2].map(|band| 215 + draw(key.with(1), band, 41));
+    let (coarse, fine) =
+        (Corners::<32>::new(key.with(3), [width, height]), Corners::<8>::new(key.with(4), [width, height]));
     let mut grey: Vec<i32> = Vec::with_capacity(index(width) * index(height));
     for y in 0..height {
-        for x in 0..width {
-            let tile = 150 + 22 * (draw(key.with(2), u64::from(x / 64) << 32 | u64::from(y / 64), 5));
-            let noise = value_noise(key.with(3), x, y, 32) / 3 + value_noise(key.with(4), x, y, 8) / 6;
-            grey.push(tile + noise - 64);
+        for first in (0..width).step_by(64) {
+            let tile = 150 + 22 * draw(key.with(2), u64::from(first / 64) << 32 | u64::from(y / 64), 5);
+            let texels = first..(first + 64).min(width);
+            grey.extend(texels.map(|x| tile + coarse.noise(x, y) / 3 + fine.noise(x, y) / 6 - 64));
         }
     }
     let area = width * height;
@@ -109,13 +111,27 @@ fn draw(key: DrawKey, number: u64, limit: u32) -> i32 {
     i32::try_from(low_u32(key.with(number).0 >> 16) % limit).expect("limits here are small")
 }
 
-/// Noise of 0..256 with cells of so many texels, linear between draws at the cells' corners.
-fn value_noise(key: DrawKey, x: u32, y: u32, cell: u32) -> i32 {
-    let at = |x: u32, y: u32| draw(key, u64::from(x) << 32 | u64::from(y), 256);
-    let (cx, cy) = (x / cell, y / cell);
-    let whole = i32::try_from(cell).expect("cells are small");
-    let [fx, fy] = [x % cell, y % cell].map(|part| i32::try_from(part).expect("cells are small"));
-    let above = at(cx, cy) * (whole - fx) + at(cx + 1, cy) * fx;
-    let below = at(cx, cy + 1) * (whole - fx) + at(cx + 1, cy + 1) * fx;
-    (above * (whole - fy) + below * fy) / (whole * whole)
+/// Draws of 0..256 at the corners of cells of so many texels: each once, although many texels lie between them.
+struct Corners<const CELL: u32> {
+    across: usize,
+    draws: Vec<i32>,
+}
+
+impl<const CELL: u32> Corners<CELL> {
+    fn new(key: DrawKey, [width, height]: [u32; 2]) -> Self {
+        let [across, down] = [width, height].map(|texels| texels / CELL + 2);
+        let of_row = |y: u32| (0..across).map(move |x| draw(key, u64::from(x) << 32 | u64::from(y), 256));
+        Self { across: index(across), draws: (0..down).flat_map(of_row).collect() }
+    }
+
+    /// Noise of 0..256, linear between the corners.
+    #[inline(always)]
+    fn noise(&self, x: u32, y: u32) -> i32 {
+        let above = index(y / CELL) * self.across + index(x / CELL);
+        let below = above + self.across;
+        let whole = CELL.cast_signed();
+        let [fx, fy] = [x % CELL, y % CELL].map(u32::cast_signed);
+        let between = |left: usize| self.draws[left] * (whole - fx) + self.draws[left + 1] * fx;
+        (between(above) * (whole - fy) + between(below) * fy) / (whole * whole)
+    }
 }

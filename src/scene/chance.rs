@@ -2,6 +2,7 @@
 
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_u64, low_u32};
+use crate::parallel::collected;
 
 /// Two uniform numbers in 0..1 (32 bits each) of one draw of a key's stream.
 #[inline]
@@ -36,14 +37,5 @@ pub fn turned([x, y, z]: [f32; 3], [s, t]: &[[f32; 3]; 2], normal: [f32; 3]) -> 
 /// Work on a list in fixed chunks, on all cores where the feature is on; results are in order, independent of scheduling.
 pub fn in_chunks<T: Send>(count: usize, chunk: usize, work: impl Fn(std::ops::Range<usize>) -> T + Sync) -> Vec<T> {
     let range = |number: usize| number * chunk..((number + 1) * chunk).min(count);
-    let chunks = count.div_ceil(chunk);
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        (0..chunks).into_par_iter().map(|number| work(range(number))).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    {
-        (0..chunks).map(|number| work(range(number))).collect()
-    }
+    collected(count.div_ceil(chunk), |number| work(range(number)))
 }

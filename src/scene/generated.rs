@@ -1,11 +1,12 @@
 //! Scenes made by code, by name. An unknown name gives an error that lists the known names.
 
-use super::gltf::Read;
-use super::gltf::picture::{Budget, Picture};
 use super::light::with_infrared;
 use super::mesh::Mesh;
-use super::texture::{Texture, Wrap};
-use super::{Scene, Surroundings, box_room, hall, photo_box, street};
+#[cfg(feature = "pictures")]
+use super::texture::Texture;
+use super::{Read, Scene, Surroundings, box_room};
+#[cfg(feature = "pictures")]
+use super::{hall, photo_box, street};
 use crate::error::Error;
 
 /// The names.
@@ -27,6 +28,26 @@ pub fn scene(name: &str, surroundings: &Surroundings, read: Read<'_>) -> Result<
 fn mesh(name: &str, read: Read<'_>) -> Result<Mesh, Error> {
     match name {
         "box" => Ok(box_room::box_room(BOX_ROOM_SEED).mesh),
+        _ => with_photographs(name, read),
+    }
+}
+
+fn unknown(name: &str) -> Error {
+    Error::key("scene.generator", name, format!("not known; use one of {}", NAMES.join(", ")))
+}
+
+#[cfg(not(feature = "pictures"))]
+fn with_photographs(name: &str, _: Read<'_>) -> Result<Mesh, Error> {
+    if NAMES.contains(&name) {
+        let reason = "needs photographs, which this build does not read; use box";
+        return Err(Error::key("scene.generator", name, reason));
+    }
+    Err(unknown(name))
+}
+
+#[cfg(feature = "pictures")]
+fn with_photographs(name: &str, read: Read<'_>) -> Result<Mesh, Error> {
+    match name {
         "hall" => Ok(hall::hall(hall::Pictures {
             marble: photograph("marble", read)?,
             tiles: photograph("floor_tiles", read)?,
@@ -39,16 +60,15 @@ fn mesh(name: &str, read: Read<'_>) -> Result<Mesh, Error> {
             Ok(photo_box::photo_box([tiles?, marble?, wood?, first?, second?]))
         }
         "street" => Ok(street::street(photograph("wood", read)?)),
-        _ => {
-            let reason = format!("not known; use one of {}", NAMES.join(", "));
-            Err(Error::key("scene.generator", name, reason))
-        }
+        _ => Err(unknown(name)),
     }
 }
 
+#[cfg(feature = "pictures")]
 fn photograph(name: &str, read: Read<'_>) -> Result<Texture, Error> {
+    use super::texture::picture::{Budget, Picture};
     let file = format!("textures/{name}.jpg");
     let picture = Picture::decoded(&read(&file)?, &mut Budget::default());
     let picture = picture.map_err(|reason| Error::Content { file, reason })?;
-    Ok(picture.texture([Wrap::Repeat; 2]))
+    Ok(picture.texture([super::texture::Wrap::Repeat; 2]))
 }

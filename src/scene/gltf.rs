@@ -14,15 +14,12 @@ mod container;
 mod lights;
 mod material;
 mod node;
-pub mod picture;
 
+use super::file_units::FileUnits;
 use super::mesh::Mesh;
-use super::{Scene, Surroundings, Viewpoint};
+use super::{Read, Scene, Surroundings, Viewpoint};
 use crate::error::Error;
 use buffers::Buffers;
-
-/// Reads a file by a path within the scene's folder.
-pub type Read<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, Error>;
 
 /// Files beside a glTF file.
 pub struct Files<'a> {
@@ -74,7 +71,7 @@ impl Scene {
     /// # Errors
     /// As `from_glb`.
     pub fn from_glb_in(name: &str, bytes: &[u8], surroundings: &Surroundings) -> Result<Self, Error> {
-        Self::from_gltf_in(name, bytes, surroundings, &|file| {
+        Self::from_gltf_in(name, bytes, &FileUnits::default(), surroundings, &|file| {
             let reason = "is outside the file; use a .glb with everything embedded".to_owned();
             Err(Error::Content { file: file.to_owned(), reason })
         })
@@ -85,10 +82,17 @@ impl Scene {
     ///
     /// # Errors
     /// As `from_glb`.
-    pub fn from_gltf_in(name: &str, bytes: &[u8], surroundings: &Surroundings, read: Read<'_>) -> Result<Self, Error> {
+    pub fn from_gltf_in(
+        name: &str,
+        bytes: &[u8],
+        units: &FileUnits,
+        surroundings: &Surroundings,
+        read: Read<'_>,
+    ) -> Result<Self, Error> {
         let folder = name.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
         let files = Files { read: &|file: &str| read(&format!("{folder}{file}")) };
-        let content = content(bytes, &files).map_err(|reason| Error::Content { file: name.to_owned(), reason })?;
+        let content =
+            content(bytes, units, &files).map_err(|reason| Error::Content { file: name.to_owned(), reason })?;
         let mut mesh = content.mesh;
         surroundings.furnish(&mut mesh);
         let mut scene = Self::new(name, mesh, super::light::with_infrared(surroundings.sky))?;
@@ -97,7 +101,7 @@ impl Scene {
     }
 }
 
-fn content(bytes: &[u8], files: &Files<'_>) -> Result<Content, String> {
+fn content(bytes: &[u8], units: &FileUnits, files: &Files<'_>) -> Result<Content, String> {
     let container = container::open(bytes)?;
     let (mut mesh, mut notes) = (Mesh::default(), Notes::default());
     for name in &container.ignored {
@@ -109,7 +113,7 @@ fn content(bytes: &[u8], files: &Files<'_>) -> Result<Content, String> {
         container.document.default_scene().or_else(|| container.document.scenes().next()).ok_or("it has no scene")?;
     let mut reader = node::Reader::new(&container, &buffers, kinds, mesh, notes);
     for node in scene.nodes() {
-        reader.node(&node, glam::DMat4::IDENTITY, 0)?;
+        reader.node(&node, units.world_from_file(), 0)?;
     }
     Ok(reader.content())
 }

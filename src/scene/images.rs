@@ -16,24 +16,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub use blend::Blend;
 pub use decode::{Picture, Transfer};
 
+pub use super::PictureBytes;
+
 use super::light::{BANDS, Illuminant};
 use super::lit::ExitanceBounds;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize, greater, lesser};
+use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::units::{Size, Span};
 
 /// Decoded pictures that a stream keeps, in bytes.
 pub const CACHE_BYTES: usize = 256 << 20;
-
-/// Where a stream's files are read from while a run goes on.
-pub trait PictureBytes: Send + Sync {
-    /// The bytes of a file of the scenario.
-    ///
-    /// # Errors
-    /// The file is not there any more, or the disk says no.
-    fn read(&self, name: &str) -> Result<Vec<u8>, Error>;
-}
 
 /// The camera that the pictures were made with: a pinhole with radial-tangential distortion, looking where the sensor's camera looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -211,7 +205,8 @@ impl ImageStream {
             let Some(idle) = cache.iter().position(|(known, _)| !numbers.contains(known)) else { break };
             cache.remove(idle);
         }
-        for (number, picture) in missing.iter().zip(self.decode_all(&missing)) {
+        let decoded = collected(missing.len(), |place| self.decode(missing[place]));
+        for (number, picture) in missing.iter().zip(decoded) {
             let picture = picture?;
             if picture.size() != self.size {
                 let reason = "has another size than when the run began".to_owned();
@@ -224,18 +219,6 @@ impl ImageStream {
             picture.clone()
         };
         Ok(numbers.iter().map(find).collect())
-    }
-
-    fn decode_all(&self, numbers: &[usize]) -> Vec<Result<Picture, Error>> {
-        #[cfg(feature = "parallel")]
-        {
-            use rayon::prelude::*;
-            numbers.par_iter().map(|&number| self.decode(number)).collect()
-        }
-        #[cfg(not(feature = "parallel"))]
-        {
-            numbers.iter().map(|&number| self.decode(number)).collect()
-        }
     }
 
     fn decode(&self, number: usize) -> Result<Picture, Error> {

@@ -9,6 +9,7 @@ use super::design::{Point, assignments, factor_names, points};
 use super::file::SweepFile;
 use crate::config::Resolved;
 use crate::error::Error;
+use crate::parallel::collected;
 
 /// Merges a scenario with defaults, presets and these assignments.
 pub type Layered = Box<dyn Fn(&[String]) -> Result<Resolved, Error> + Send + Sync>;
@@ -80,14 +81,8 @@ impl Cells {
             let resolved = this.resolve(cell).map_err(located)?;
             Ok(Cell { name: name_of(&resolved, &assets_hash(&resolved)?), group: group_of(&resolved)?, ..cell.clone() })
         };
-        #[cfg(feature = "parallel")]
-        let cells: Result<Vec<Cell>, Error> = {
-            use rayon::prelude::*;
-            unnamed.par_iter().map(named).collect()
-        };
-        #[cfg(not(feature = "parallel"))]
-        let cells: Result<Vec<Cell>, Error> = unnamed.iter().map(named).collect();
-        this.cells = cells?;
+        let cells = collected(unnamed.len(), |number| named(&unnamed[number]));
+        this.cells = cells.into_iter().collect::<Result<_, Error>>()?;
         this.refuse_twins()?;
         Ok(this)
     }

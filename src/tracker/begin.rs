@@ -1,11 +1,12 @@
 //! Initialises the map, from one frame of cameras with overlapping views or from two frames. The first frame's body is the origin.
 
+use super::answer::{Status, TrackedFrame, Work};
 use super::extend::{self, Growth, adjust_window};
 use super::map::Map;
 use super::rig::View;
 use super::start::Stage;
 use super::sweep::{Motion, Moving};
-use super::{DRAWS, LastKeyframe, Status, TrackedFrame, Tracker, Work, unlocated};
+use super::{DRAWS, LastKeyframe, Tracker, unlocated};
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser};
 use crate::pose::Pose;

@@ -8,10 +8,10 @@
 #[cfg(test)]
 mod tests;
 
+use super::answer::Work;
 use crate::draw::DrawKey;
 use crate::num::{index, u32_from};
 use crate::pose::Pose;
-use crate::tracker::Work;
 use crate::tracker::lie::Sim3;
 use crate::tracker::locate::{Frame, LandmarkMatch};
 use crate::tracker::map::{Landmark, Map, Sighting};

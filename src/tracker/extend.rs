@@ -2,6 +2,8 @@
 //!
 //! Positions are metres in the map's frame.
 
+use super::answer::Work;
+use super::params::TrackerParams;
 use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::locate::LandmarkMatch;
@@ -13,7 +15,6 @@ use crate::tracker::rig::{Keypoint, RigCamera, View};
 use crate::tracker::start::Begun;
 use crate::tracker::sweep::{Moving, RatePrior};
 use crate::tracker::unit::solve_in_unit;
-use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
 /// Keypoints of a keyframe that no landmark claims, by camera; a later view may give them depth.

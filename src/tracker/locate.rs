@@ -4,6 +4,8 @@
 use glam::{DMat3, DVec3};
 use nalgebra::Matrix6;
 
+use super::answer::Work;
+use super::params::TrackerParams;
 use crate::draw::DrawKey;
 use crate::num::{greater, index, lesser, u32_from};
 use crate::tracker::map::{Landmark, Map};
@@ -15,7 +17,6 @@ use crate::tracker::refine::{
 use crate::tracker::rig::{RigCamera, View};
 use crate::tracker::shift;
 use crate::tracker::sweep::{Motion, Moving, RatePrior};
-use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
 /// A landmark found on a picture.

@@ -8,6 +8,8 @@
 
 use glam::DVec3;
 
+use super::answer::Work;
+use super::params::TrackerParams;
 use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_from, u64_from};
 use crate::pose::Pose;
@@ -21,7 +23,6 @@ use crate::tracker::rig::{Keypoint, RigCamera};
 use crate::tracker::start::{MONO_DEPTH_M, median_depth};
 use crate::tracker::sweep::{Moving, mean_rate};
 use crate::tracker::unit::solve_in_unit;
-use crate::tracker::{TrackerParams, Work};
 use crate::units::CameraIndex;
 
 /// Largest difference between the two halves' baseline directions and rotations, in radians. The whole is then certain to half

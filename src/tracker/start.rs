@@ -8,6 +8,8 @@
 
 use glam::{DQuat, DVec3};
 
+use super::answer::Work;
+use super::params::TrackerParams;
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser, u64_from};
 use crate::pose::Pose;
@@ -18,7 +20,6 @@ use crate::tracker::proof::{self, Hypothesis, PathView};
 use crate::tracker::rig::{Keypoint, RigCamera, View};
 use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
 use crate::tracker::tracks::{Tracks, median_step_px};
-use crate::tracker::{TrackerParams, Work};
 
 /// Median depth of the first points of a map without a metre, in its unit. The tracker's lengths are those of a room, so this is one's.
 pub const MONO_DEPTH_M: f64 = 2.0;

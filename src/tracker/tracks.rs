@@ -6,10 +6,11 @@
 
 use glam::{DQuat, DVec3};
 
+use super::answer::Work;
+use super::params::TrackerParams;
 use crate::num::u64_from;
 use crate::tracker::matching::{Best, Descriptor, Rule, one_to_one};
 use crate::tracker::rig::{RigCamera, View};
-use crate::tracker::{TrackerParams, Work};
 
 /// Frames for which a corner that flickers is looked for where the turns have taken it.
 const MISSING_FRAMES_MAX: u32 = 15;

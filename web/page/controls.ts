@@ -5,20 +5,19 @@ import { byId, make } from "./ink.js";
 export class Controls {
   private readonly parts = new Map<string, { host: HTMLElement; set: (value: string) => void; error: HTMLElement }>();
 
-  constructor(private readonly changed: (id: string, value: string) => void) {
-    const groups = new Map<string, HTMLElement>();
-    for (const one of controls) {
-      let group = groups.get(one.group);
-      if (!group) {
-        group = make("fieldset", {}, make("legend", {}, one.group));
-        groups.set(one.group, group);
-        byId("controls").append(group);
-      }
-      group.append(this.build(one));
+  constructor(private readonly changed: (id: string, value: string) => void) {}
+
+  /** Makes the controls, a group in a task of its own, so that the page answers meanwhile; then shows a design. */
+  async build(design: () => Design): Promise<void> {
+    for (const name of new Set(controls.map((one) => one.group))) {
+      const own = controls.filter((one) => one.group === name);
+      byId("controls").append(make("fieldset", {}, make("legend", {}, name), ...own.map((one) => this.made(one))));
+      await new Promise((done) => setTimeout(done, 0));
     }
+    this.show(design());
   }
 
-  private build(one: Control): HTMLElement {
+  private made(one: Control): HTMLElement {
     const error = make("p", { class: "error", id: `${one.id}-error`, role: "alert" });
     const help = make("p", { class: "help", id: `${one.id}-help` }, one.help);
     if (one.scale === "choice") {
@@ -79,7 +78,8 @@ export class Controls {
   /** Shows a design; what was typed wrong stays. */
   show(design: Design): void {
     for (const one of controls) {
-      const part = this.parts.get(one.id)!;
+      const part = this.parts.get(one.id);
+      if (!part) continue;
       if (!part.host.querySelector("[aria-invalid]")) part.set(design[one.id]!);
       part.host.hidden = one.when ? !one.when(design) : false;
     }

@@ -1,6 +1,7 @@
 //! Pose, energy, latency, and where the time of this machine goes: figures of the run so far.
-import uPlot from "./uPlot.esm.js";
+import type uPlot from "./uPlot.esm.js";
 import { byId, colours, energy, make, sheet, short, time } from "./ink.js";
+import { plots } from "./plots.js";
 import { drawPhases } from "./rows.js";
 import type { Summary } from "./simulator.js";
 
@@ -40,7 +41,7 @@ export class Cost {
     if (ate_m !== null) this.grown.push([summary.frame, 1000 * ate_m, 1000 * (jitter_d2_m ?? NaN)]);
   }
 
-  showPose(trajectory: Float64Array, truth: Float64Array, summary: Summary): void {
+  async showPose(trajectory: Float64Array, truth: Float64Array, summary: Summary): Promise<void> {
     [this.trajectory, this.truth, this.summary] = [trajectory, truth, summary];
     const { tracking } = summary;
     definitions(byId("pose-figures"), [
@@ -52,17 +53,17 @@ export class Cost {
       ? `Frame ${summary.frame}: the estimate lies ${short(1000 * trajectory[trajectory.length - 1]!)} mm from the truth.`
       : "The tracker has no pose yet. One camera needs motion and some frames; two cameras find a pose sooner. Press Play.";
     this.draw();
-    this.grow();
+    this.grow(await plots());
   }
 
-  private grow(): void {
+  private grow(UPlot: typeof uPlot): void {
     const host = byId("pose-plot"), tint = colours();
     this.curve?.destroy();
     this.curve = undefined;
     if (this.grown.length < 2 || host.clientWidth === 0) return;
     const axis = { stroke: tint.soft, grid: { stroke: tint.grid, width: 1 }, ticks: { stroke: tint.grid, width: 1 } };
     const column = (place: 0 | 1 | 2): number[] => this.grown.map((entry) => entry[place]);
-    this.curve = new uPlot({
+    this.curve = new UPlot({
       width: host.clientWidth, height: 180, scales: { x: { time: false } }, legend: { show: false },
       axes: [{ ...axis, label: "frame" }, { ...axis, label: "mm", size: 54 }],
       series: [{}, { stroke: tint.accent, width: 2 }, { stroke: tint.ramp, width: 2 }],
@@ -87,11 +88,6 @@ export class Cost {
     ]);
     byId("energy-text").textContent = blocks.length
       ? `${blocks[0]![0].replaceAll("_", " ")} takes ${short((100 * blocks[0]![1]) / spent.total_pj)} % of the sensor's energy.` : "";
-    const total = summary.stages_ms.reduce((sum, [, ms]) => sum + ms, 0), frames = summary.frame + 1;
-    bars(byId("stage-times"), summary.stages_ms.map(([name, ms]) =>
-      [name.replaceAll("_", " "), ms, `${short(ms / frames)} ms`]), "accent");
-    const frame_ms = total / frames;
-    byId("stage-text").textContent = `${short(frame_ms)} ms a frame in this browser, ${short(1000 / frame_ms)} frames a second.`;
     const last_us = summary.timing.feature_latency_us;
     definitions(byId("latency-figures"), [
       ["Mid-exposure to last bit", time(summary.timing.latency_us)],
@@ -99,6 +95,14 @@ export class Cost {
       ["Frame time", time(summary.frame_us)], ["Frames a second", short(summary.fps)],
     ]);
     this.draw();
+  }
+
+  showStages(summary: Summary): void {
+    const total = summary.stages_ms.reduce((sum, [, ms]) => sum + ms, 0), frames = summary.frame + 1;
+    bars(byId("stage-times"), summary.stages_ms.map(([name, ms]) =>
+      [name.replaceAll("_", " "), ms, `${short(ms / frames)} ms`]), "accent");
+    const frame_ms = total / frames;
+    byId("stage-text").textContent = `${short(frame_ms)} ms a frame in this browser, ${short(1000 / frame_ms)} frames a second.`;
   }
 
   showAccuracy(rows: AccuracyRow[]): void {

@@ -64,6 +64,11 @@ export const controls: Control[] = [
     help: "The reset level is subtracted from the signal. That removes reset noise and the columns' offsets." },
   { id: "threshold", keys: ["compute.threshold"], group: "Extractor", label: "FAST threshold", unit: "DN", scale: "linear", min: 2, max: 80,
     step: 1, help: "A corner needs nine neighbours in an arc that all differ from its centre by more than this." },
+  { id: "word", keys: ["compute.pipeline_bits"], group: "Extractor", label: "Word of a pixel", unit: "bit", scale: "linear", min: 8,
+    max: 12, step: 1, help: "What the extractor computes with. Longer words cost memory and energy; the threshold keeps its share of the range." },
+  { id: "descriptor", keys: ["compute.descriptor_bits"], group: "Extractor", label: "Descriptor", unit: "bit", scale: "choice",
+    choices: [["64", "64 bit"], ["128", "128 bit"], ["192", "192 bit"], ["256", "256 bit"]],
+    help: "Comparisons that describe a corner. Fewer save bits on the link; more tell alike corners apart." },
   { id: "link", keys: ["link.mode"], group: "Extractor", label: "Link carries", unit: "", scale: "choice",
     choices: [["both", "Both"], ["frames", "Frames"], ["features", "Features"]],
     help: "What leaves the chip: rows of codes, feature packets, or both." },
@@ -77,8 +82,9 @@ export const controls: Control[] = [
 
 export const defaults: Design = {
   lux: "1000", scene: "box", motion: "sway", rate: "180", lens: "pinhole_90", fnumber: "2", exposure: "6", shutter: "global", hts: "928",
-  well: "10000", read: "100", kelvin: "300", bits: "10", gain: "1", ramp: "linear", cds: "digital", threshold: "20", link: "both",
-  rig: "0.0", size: "320", rays: "1", off: "", seed: "1",
+  well: "10000", read: "100", kelvin: "300", bits: "10", gain: "1", ramp: "linear", cds: "digital", threshold: "20",
+  word: "8", descriptor: "256", link: "both",
+  rig: "0.0", size: "320", rays: "1", off: "", seed: "1", frames: "300",
 };
 
 export const control = (id: string): Control => {
@@ -136,20 +142,27 @@ export function fromAddress(text: string): { design: Design; more: URLSearchPara
   if (/^[a-z_,]*$/.test(off)) design.off = off;
   const seed = more.get("seed") ?? "1";
   if (/^\d{1,9}$/.test(seed)) design.seed = seed;
+  const frames = more.get("frames") ?? "300";
+  if (/^[1-9]\d{0,2}$/.test(frames)) design.frames = frames;
   return { design, more };
 }
+
+/** Rooms, and where the camera stands in them. */
+const rooms: Record<string, string> = { box: "[0.0, 1.5, 0.3]" };
 
 const decimal = (text: string): string => (/[.e]/.test(text) ? text : `${text}.0`);
 
 /** The scenario of a design, as the program reads it. */
-export function scenario(design: Design, frames = 300): string {
+export function scenario(design: Design, frames = Number(design.frames)): string {
   const off = (design.off ?? "").split(",").filter(Boolean);
-  const [source, offset] = design.scene === "box" ? ["generator", "[0.0, 1.5, 0.3]"] : ["target", "[0.0, 0.0, 0.0]"];
+  const room = rooms[design.scene!];
   const lines = [
     "# Made by the page of sensel. `sensel run page.toml` gives the same hashes.",
     `seed = ${design.seed}`,
-    "[scene]", `${source} = "${design.scene}"`, `illuminance_lux = ${decimal(design.lux!)}`,
-    "[motion]", `kind = "${design.motion}"`, `offset_m = ${offset}`,
+    "[scene]", `${room ? "generator" : "target"} = "${design.scene}"`,
+    // The light of rooms by few rays: the first picture comes within a second.
+    ...(room ? ['bake = "draft"'] : []), `illuminance_lux = ${decimal(design.lux!)}`,
+    "[motion]", `kind = "${design.motion}"`, `offset_m = ${room ?? "[0.0, 0.0, 0.0]"}`,
     ...(design.motion === "spin" ? [`rate_deg_per_s = ${decimal(design.rate!)}`] : []),
     "[rig]", `baseline_mm = ${design.rig}`,
     "[run]", `frames = ${frames}`, `samples_per_pixel = ${design.rays}`,
@@ -162,7 +175,8 @@ export function scenario(design: Design, frames = 300): string {
     ...(design.ramp === "piecewise" ? ["ramp_points = [[0.5, 0.2]]"] : []),
     "[sensor.readout]", `exposure_us = ${decimal(String(Number((Number(design.exposure) * 1000).toPrecision(6))))}`,
     `shutter = "${design.shutter}"`, `hts = ${design.hts}`,
-    "[compute]", `threshold = ${design.threshold}`, "target_features = 0",
+    "[compute]", `threshold = ${Number(design.threshold) * 2 ** (Number(design.word) - 8)}`, "target_features = 0",
+    `pipeline_bits = ${design.word}`, `descriptor_bits = ${design.descriptor}`,
     "[link]", `mode = "${design.link}"`,
   ];
   return `${lines.join("\n")}\n`;

@@ -3,7 +3,7 @@ import { bits, byId, colours, make, sheet, short, time } from "./ink.js";
 import type { Summary } from "./simulator.js";
 
 export interface Corner {
-  number: number; x: number; y: number; pixel: [number, number]; score: number; angle_turns: number; threshold: number;
+  number: number; x: number; y: number; pixel: [number, number]; score: number; angle_turns: number; bits: number; threshold: number;
   smoothed: boolean; left: number; top: number; values: number[][]; circle: [number, number][]; descriptor: number[];
   out_clk: number | null; pixel_rate_hz: number;
 }
@@ -64,7 +64,9 @@ export class Features {
     }
     const rows = corner.values.length, columns = corner.values[0]!.length, cell = Math.min(width / columns, height / rows);
     const [cx, cy] = corner.pixel, centre = corner.values[cy - corner.top]?.[cx - corner.left] ?? 0;
-    corner.values.forEach((row, y) => row.forEach((value, x) => {
+    const grey = (value: number): number => Math.round((255 * value) / (2 ** corner.bits - 1));
+    corner.values.forEach((row, y) => row.forEach((word, x) => {
+      const value = grey(word);
       context.fillStyle = `rgb(${value} ${value} ${value})`;
       context.fillRect(x * cell, y * cell, cell + 0.5, cell + 0.5);
     }));
@@ -80,12 +82,12 @@ export class Features {
       context.strokeStyle = difference > corner.threshold ? "#ffb000" : difference < -corner.threshold ? "#4cc9f0" : "#888";
       context.lineWidth = 3;
       context.strokeRect(x * cell + 1.5, y * cell + 1.5, cell - 3, cell - 3);
-      context.fillStyle = value > 110 ? "#000" : "#fff";
+      context.fillStyle = grey(value) > 110 ? "#000" : "#fff";
       context.fillText(String(value), (x + 0.5) * cell, (y + 0.5) * cell + 4);
     }
     context.strokeStyle = "#fff";
     context.strokeRect((cx - corner.left) * cell + 1.5, (cy - corner.top) * cell + 1.5, cell - 3, cell - 3);
-    context.fillStyle = centre > 110 ? "#000" : "#fff";
+    context.fillStyle = grey(centre) > 110 ? "#000" : "#fff";
     context.fillText(String(centre), (cx - corner.left + 0.5) * cell, (cy - corner.top + 0.5) * cell + 4);
     context.font = "12px system-ui, sans-serif";
     context.textAlign = "start";

@@ -13,13 +13,14 @@ import { Rows } from "./rows.js";
 import { Cancelled, type FrameAnswer, Simulator, type Summary } from "./simulator.js";
 import { stories } from "./stories.js";
 
-const tabs = ["pixel", "rows", "features", "noise", "pose", "energy", "compare"];
+const tabs = ["pixel", "rows", "features", "noise", "pose", "energy", "ladder", "compare"];
 const address = fromAddress(location.hash.slice(1));
 let design: Design = address.design;
 let other: Design | undefined = address.more.has("b") ? fromAddress(address.more.get("b")!).design : undefined;
 let tab = tabs.includes(address.more.get("tab") ?? "") ? address.more.get("tab")! : "pixel";
 let story = stories.find((one) => one.id === address.more.get("story"));
 let storyStep = 0;
+let shownFrames = 0;
 let playing = false, dirty = true, working = false, wanted = false;
 
 const simulator = new Simulator(progress), second = new Simulator(progress);
@@ -65,11 +66,16 @@ function switchEffect(name: string, on: boolean): void {
   restart();
 }
 
+/** The design that the controls are those of. */
+function shownDesign(): Design {
+  return tab === "compare" ? other ?? design : design;
+}
+
 function restart(): void {
   dirty = true;
   stopped = false;
   byId("problem").textContent = "";
-  controls.show(tab === "compare" ? other ?? design : design);
+  controls.show(shownDesign());
   remember();
   void work();
 }
@@ -78,17 +84,21 @@ function restart(): void {
 async function work(): Promise<void> {
   if (working) return;
   working = true;
-  byId("cancel").hidden = false;
-  const late = setTimeout(() => progress("simulating", 0), 200);
+  const late = setTimeout(() => {
+    byId("cancel").hidden = false;
+    progress("simulating", 0);
+  }, 200);
   try {
     const started = dirty;
     // A step that was asked for while a new design had not begun yet comes after its first frame.
     if (started) dirty = false;
     else wanted = false;
-    const text = scenario(design);
-    const answer = await (started ? simulator.ask<FrameAnswer>("start", text) : simulator.ask<FrameAnswer>("step"));
-    if (other && tab === "compare") {
-      const beside = await (started ? second.ask<FrameAnswer>("start", scenario(other)) : second.ask<FrameAnswer>("step"));
+    const frame = (core: Simulator, one: Design): Promise<FrameAnswer> =>
+      (started ? core.ask<FrameAnswer>("start", scenario(one)) : core.ask<FrameAnswer>("step"));
+    // Each design has its own worker: both frames are made at the same time.
+    const both = other && tab === "compare" ? [frame(simulator, design), frame(second, other)] : [frame(simulator, design)];
+    const [answer, beside] = await Promise.all(both) as [FrameAnswer, FrameAnswer | undefined];
+    if (beside) {
       picture.wiper = Number(byId<HTMLInputElement>("wiper").value) / 100;
       picture.showOther(beside);
       compare.add(answer.summary, beside.summary);
@@ -98,12 +108,13 @@ async function work(): Promise<void> {
     controls.clear();
     byId("problem").textContent = "";
     picture.show(answer);
+    shownFrames += 1;
     describe(answer);
     cost.note(answer.summary);
     await refresh();
   } catch (error) {
     [playing, wanted] = [false, false];
-    if (!(error instanceof Cancelled)) complain((error as Error).message);
+    if (!(error instanceof Cancelled)) await complain((error as Error).message);
     else dirty = true;
   } finally {
     clearTimeout(late);
@@ -118,7 +129,8 @@ async function work(): Promise<void> {
 
 let stopped = false;
 
-function complain(message: string): void {
+async function complain(message: string): Promise<void> {
+  await built;
   const id = controlOf(message);
   const said = message.replace(/^scenario:\d+: /, "");
   controls.complain(id, said);
@@ -132,6 +144,7 @@ function describe({ summary, milliseconds }: FrameAnswer): void {
   const shutter = summary.rolling ? "row after row" : "all rows at once";
   byId("caption").textContent = `Frame ${summary.frame}: at ${light} lux each pixel gathers about ${photons} photons in ` +
     `${short(summary.exposure_us / 1000)} ms, ${shutter}; the extractor finds ${summary.features} corners.${clipped}`;
+  document.body.dataset.first ??= performance.now().toFixed(0);
   document.body.dataset.frame = String(summary.frame);
   document.body.dataset.ms = milliseconds.toFixed(1);
   byId("machine").textContent = `${short(milliseconds)} ms in this browser`;
@@ -175,12 +188,14 @@ async function refresh(): Promise<void> {
     await noise.show(await simulator.ask<NoiseAnswer>("noise"), summary, (design.off ?? "").split(",").filter(Boolean));
   } else if (tab === "pose") {
     const [path, truth] = await Promise.all([simulator.ask<Float64Array>("trajectory"), simulator.ask<Float64Array>("truth")]);
-    cost.showPose(path, truth, summary);
+    await cost.showPose(path, truth, summary);
   } else if (tab === "energy") {
     cost.showEnergy(summary);
+  } else if (tab === "ladder") {
+    cost.showStages(summary);
   } else {
     const changed = other ? Object.keys(other).filter((key) => other![key] !== design[key]) : [];
-    compare.show(changed.map((key) => (key in defaults && key !== "off" && key !== "seed" ? control(key).label : key)));
+    compare.show(changed.map((key) => (key in defaults && !["off", "seed", "frames"].includes(key) ? control(key).label : key)));
   }
   document.body.dataset.shown = `${tab} ${summary.frame} ${place.x},${place.y}`;
 }
@@ -204,7 +219,7 @@ function choose(name: string, focus = false): void {
     picture.wiper = 1;
     picture.draw();
   }
-  controls.show(name === "compare" ? other ?? design : design);
+  controls.show(shownDesign());
   byId("controls-title").textContent = name === "compare" ? "Design B" : "Design";
   remember();
   schedule();
@@ -230,7 +245,7 @@ function tell(): void {
   byId<HTMLButtonElement>("story-back").disabled = storyStep === 0;
   if (step.design) {
     design = { ...defaults, ...step.design };
-    other = undefined;
+    other = step.other && { ...design, ...step.other };
     picture.wiper = 1;
     picture.showOther(undefined);
     dirty = true;
@@ -316,7 +331,7 @@ function connect(): void {
 async function measure(): Promise<void> {
   byId("cancel").hidden = false;
   try {
-    noise.showTransfer(await simulator.ask<TransferAnswer>("transfer"));
+    await noise.showTransfer(await simulator.ask<TransferAnswer>("transfer"));
   } catch (error) {
     quiet(error as Error);
   } finally {
@@ -325,14 +340,21 @@ async function measure(): Promise<void> {
   }
 }
 
-/** Frames of the same moment with more and more rays, and clock by clock: what they take here, and how far they are from the best. */
+/** The first frame by each knob and rung: what it takes here, and how far it is from the best. */
 async function judge(): Promise<void> {
   byId("cancel").hidden = false;
   try {
-    const rays = ["1", "2", "4", "8", "16"], best = scenario({ ...design, rays: "64" }, 2);
-    const settings: [string, string][] = rays.map((count) => [`${count} rays a pixel`, scenario({ ...design, rays: count }, 2)]);
-    const clocked = scenario({ ...design, rays: "64" }, 2).replace("[run]", '[run]\nrung = "clocked"');
-    settings.push(["64 rays, clock by clock", clocked], ["64 rays: the reference", best]);
+    const by = (rays: string, ...keys: string[]): string =>
+      scenario({ ...design, rays }, 2).replace("[run]", ["[run]", ...keys].join("\n"));
+    // Effects that a person switched off stay off.
+    const all = design.off ? [] : ['effects = "all"'], tolerance = (ratio: string): string =>
+      by("1", ...all).replace("samples_per_pixel = 1", `render_tolerance = ${ratio}`);
+    const settings: [string, string][] = [
+      ["1 ray a pixel", by("1", ...all)], ["4 rays a pixel", by("4", ...all)], ["16 rays a pixel", by("16", ...all)],
+      ["rays to a variance of 4", tolerance("4.0")], ["rays to a variance of 1", tolerance("1.0")],
+      ["64 rays, effects by plan", by("64")], ["64 rays, all effects, clock by clock", by("64", 'rung = "clocked"', ...all)],
+      ["64 rays, all effects, closed form", by("64", ...all)],
+    ];
     cost.showAccuracy(await simulator.ask<AccuracyRow[]>("accuracy", settings));
   } catch (error) {
     quiet(error as Error);
@@ -390,6 +412,13 @@ connect();
 choose(tab);
 if (story) tell();
 else restart();
-// For the page's own tests: the core's figures of any pixels of the frame that is shown.
-const probes = (places: [number, number][]): Promise<unknown> => simulator.ask("probes", places);
-Object.assign(globalThis, { sensel: { probes, scenario: () => scenario(design) } });
+// The core is at work already; the controls are made meanwhile.
+const built = controls.build(shownDesign);
+// For the page's own tests.
+Object.assign(globalThis, { sensel: {
+  probes: (places: [number, number][]) => simulator.ask("probes", places),
+  scenario: () => scenario(design),
+  memory: () => simulator.ask("memory"),
+  stages: () => picture.last?.summary.stages_ms,
+  frames: () => shownFrames,
+} });

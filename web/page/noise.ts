@@ -1,7 +1,8 @@
 //! The noise of a frame taken apart by effect, and the photon-transfer curve of the same sensor.
-import uPlot from "./uPlot.esm.js";
+import type uPlot from "./uPlot.esm.js";
 import { byId, colours, make, short, sheet } from "./ink.js";
 import { paint } from "./picture.js";
+import { plots } from "./plots.js";
 import type { Summary } from "./simulator.js";
 
 interface Part {
@@ -89,14 +90,14 @@ export class Noise {
     context.textAlign = "start";
   }
 
-  showTransfer(answer: TransferAnswer): void {
-    const tint = colours(), host = byId("transfer-plot");
+  async showTransfer(answer: TransferAnswer): Promise<void> {
+    const UPlot = await plots(), tint = colours(), host = byId("transfer-plot");
     const lit = answer.points.filter((point) => point.signal_dn > 0 && point.variance_dn2 > 0);
     this.curve?.destroy();
     const gain = answer.figures.K ?? NaN, signal = lit.map((point) => point.signal_dn);
     const data: uPlot.AlignedData = [signal, lit.map((point) => point.variance_dn2), signal.map((dn) => dn * gain)];
     const axis = { stroke: tint.soft, grid: { stroke: tint.grid, width: 1 }, ticks: { stroke: tint.grid, width: 1 } };
-    this.curve = new uPlot({
+    this.curve = new UPlot({
       width: host.clientWidth || 320, height: 240, legend: { show: false }, scales: { x: { time: false, distr: 3 }, y: { distr: 3 } },
       axes: [{ ...axis, label: "signal above dark, DN" }, { ...axis, label: "variance above dark, DN²", size: 60 }],
       series: [{}, { stroke: tint.accent, width: 0, points: { show: true, size: 6, fill: tint.accent } },

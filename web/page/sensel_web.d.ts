@@ -1,10 +1,12 @@
 //! The part of the core's JavaScript glue that the worker uses.
-export default function init(options: { module_or_path: WebAssembly.Module }): Promise<unknown>;
+export default function init(options: { module_or_path: WebAssembly.Module }): Promise<{ memory: WebAssembly.Memory }>;
 
 export class Session {
   constructor(scenario: string);
+  beside(scenario: string): Session;
   free(): void;
   step(): void;
+  readonly frames: number;
   readonly width: number;
   readonly height: number;
   pixels(): Uint8Array;

@@ -34,7 +34,7 @@ export interface Summary {
 }
 
 export type Operation = "start" | "step" | "probe" | "probes" | "conversion" | "rows" | "packets" | "corner" | "noise" | "noisePicture"
-  | "transfer" | "accuracy" | "trajectory" | "truth" | "report" | "waveform" | "scenario";
+  | "transfer" | "accuracy" | "trajectory" | "truth" | "report" | "waveform" | "scenario" | "memory";
 
 /** The run was ended by a person. */
 export class Cancelled extends Error {}
@@ -57,8 +57,8 @@ export class Simulator {
   constructor(private readonly progress: (what: string, share: number) => void) {}
 
   /** Asks for something; the answer comes when the requests before it are done. */
-  async ask<T>(operation: Operation, ...args: unknown[]): Promise<T> {
-    const worker = await this.started();
+  ask<T>(operation: Operation, ...args: unknown[]): Promise<T> {
+    const worker = this.worker ?? this.start();
     this.serial += 1;
     const id = this.serial;
     return new Promise<T>((resolve, reject) => {
@@ -80,16 +80,17 @@ export class Simulator {
     this.waiting.clear();
   }
 
-  private async started(): Promise<Worker> {
-    const module = await moduleOnce();
-    if (this.worker) return this.worker;
+  /** A worker, which loads its own code while the module is still on its way. */
+  start(): Worker {
     const worker = new Worker("worker.js", { type: "module" });
-    worker.postMessage({ module });
     worker.onmessage = ({ data }) => this.answered(data);
-    worker.onerror = (event) => {
-      for (const { reject } of this.waiting.values()) reject(new Error(event.message || "the worker failed"));
+    const fail = (message: string): void => {
+      for (const { reject } of this.waiting.values()) reject(new Error(message));
       this.waiting.clear();
     };
+    worker.onerror = (event) => fail(event.message || "the worker failed");
+    moduleOnce().then((module) => worker.postMessage({ module }),
+      (error: Error) => fail(`the simulator could not be loaded: ${error.message}`));
     this.worker = worker;
     return worker;
   }

@@ -1,10 +1,14 @@
 //! Seven stories of one idea each. A step sets the design and the panel, says what to look at, and leaves the page free to use.
 import type { Design } from "./design.js";
 
-export interface Step { text: string; design?: Design; tab: string; play?: boolean }
+/** `other`: what design B has otherwise, where the step sets two side by side. */
+export interface Step { text: string; design?: Design; other?: Design; tab: string; play?: boolean }
 export interface Story { id: string; title: string; steps: Step[] }
 
 const bright: Design = { lux: "500", scene: "box", motion: "still", shutter: "global", exposure: "6", bits: "10", cds: "digital" };
+
+/** A board of squares that passes: four frames, again and again. */
+const turning: Design = { ...bright, scene: "checkerboard", motion: "spin", rate: "400", exposure: "0.5", lux: "5000", frames: "4" };
 
 export const stories: Story[] = [
   { id: "photons", title: "Why counting photons is noisy", steps: [
@@ -20,32 +24,36 @@ export const stories: Story[] = [
   ] },
   { id: "ramp", title: "What a ramp does", steps: [
     { text: "A column has one comparator and one counter. A ramp rises; the counter runs until the ramp passes the pixel's voltage. " +
-      "Run the conversion, or drag the time by hand.", design: bright, tab: "pixel" },
+      "The count is the pixel's code. Run the conversion, or drag the time by hand.", design: bright, tab: "pixel" },
     { text: "Four bits: the ramp has 15 steps only. The conversion is short, and the code is coarse.",
       design: { ...bright, bits: "4" }, tab: "pixel" },
     { text: "Twelve bits: 4,095 steps. The ramp takes 8.5 µs of the line, and the line has to be long enough for it.",
       design: { ...bright, bits: "12", hts: "1200" }, tab: "rows" },
-    { text: "A ramp that rises slowly at first spends its steps where eyes and corners need them. Try gain and ramp shape.",
+    { text: "A ramp that rises slowly at first has its fine steps in the dark, where eyes and corners need them. Try gain and ramp shape.",
       design: { ...bright, bits: "8", ramp: "piecewise" }, tab: "pixel" },
+    { text: "To run every ramp clock by clock takes long. So the simulator has a ladder: a formula gives the code at once, and the " +
+      "clocks prove it. Press Measure: both rungs give the same codes, at very different times.", design: bright, tab: "ladder" },
   ] },
   { id: "leans", title: "Why the picture leans", steps: [
-    { text: "The camera turns at 400° a second behind a global shutter. All rows see the same moment; upright edges stay upright.",
-      design: { ...bright, motion: "spin", rate: "400", exposure: "0.5", lux: "5000" }, tab: "rows", play: true },
+    { text: "The camera turns at 400° a second behind a global shutter. All rows see the same moment: upright edges stay upright.",
+      design: turning, tab: "rows", play: true },
     { text: "A rolling shutter exposes each row one line later than the row above. The camera has turned meanwhile: edges lean.",
-      design: { ...bright, motion: "spin", rate: "400", exposure: "0.5", lux: "5000", shutter: "rolling" }, tab: "rows", play: true },
+      design: { ...turning, shutter: "rolling" }, tab: "rows", play: true },
+    { text: "Both at once: global on the left of the wiper, rolling on the right. Drag it: the top row is the same in both, and each row " +
+      "below has moved a little further.", design: turning, other: { shutter: "rolling" }, tab: "compare" },
     { text: "A line of three times the length makes the lean three times as large. Look at the bars and at the picture together.",
-      design: { ...bright, motion: "spin", rate: "400", exposure: "0.5", lux: "5000", shutter: "rolling", hts: "2800" }, tab: "rows",
-      play: true },
+      design: { ...turning, shutter: "rolling", hts: "2800" }, tab: "rows", play: true },
     { text: "Exposure does not change the lean. It blurs. Drag line length and exposure and compare.",
-      design: { ...bright, motion: "spin", rate: "400", exposure: "6", shutter: "rolling" }, tab: "rows", play: true },
+      design: { ...turning, lux: "500", exposure: "6", shutter: "rolling" }, tab: "rows", play: true },
   ] },
-  { id: "cds", title: "What double sampling removes", steps: [
-    { text: "Resetting a pixel leaves a random voltage. With digital double sampling it is converted first, counted down, and then the " +
-      "signal is counted up: what both share cancels.", design: { ...bright, lux: "20" }, tab: "pixel" },
-    { text: "Without double sampling the reset noise stays, 469 µV or 47 electrons of it, and each column adds its own offset: stripes.",
-      design: { ...bright, lux: "20", cds: "none" }, tab: "noise" },
+  { id: "cds", title: "What double sampling (CDS) removes", steps: [
+    { text: "Resetting a pixel leaves a random voltage. Correlated double sampling, CDS, converts it first and counts down. Then it " +
+      "converts the signal and counts up. What both share cancels. Drag the time and watch the counter turn.",
+      design: { ...bright, lux: "60" }, tab: "pixel" },
+    { text: "Left of the wiper with CDS, right without. The reset noise stays, 469 µV or 47 electrons of it, and each column adds its " +
+      "own offset: stripes.", design: { ...bright, lux: "60" }, other: { cds: "none" }, tab: "compare" },
     { text: "The list shows what came in: ktc noise and column offset. Switch them off one by one and on again.",
-      design: { ...bright, lux: "20", cds: "none" }, tab: "noise" },
+      design: { ...bright, lux: "60", cds: "none" }, tab: "noise" },
   ] },
   { id: "two-bits", title: "Two bits are enough until dark", steps: [
     { text: "Ten bits in good light. The extractor finds its corners; each circle is one.", design: { ...bright, motion: "sway" },

@@ -5,7 +5,13 @@ type Request = { id: number; operation: string; args: unknown[] };
 
 const scope = self as unknown as DedicatedWorkerGlobalScope & { senselProgress: (what: string, share: number) => void };
 let session: Session | undefined;
-let ready: Promise<unknown> | undefined;
+let scenario: string | undefined;
+let count = 0;
+let memory: WebAssembly.Memory | undefined;
+// The module comes from the page, which fetches it once for all workers.
+let give: (module: WebAssembly.Module) => void;
+const ready = new Promise<WebAssembly.Module>((given) => { give = given; })
+  .then((module) => init({ module_or_path: module })).then((core) => { memory = core.memory; });
 let began = 0, told = 0;
 
 // Progress is said of what takes longer than a fifth of a second, ten times a second at most.
@@ -21,9 +27,19 @@ const running = (): Session => {
   return session;
 };
 
+/** A run of a scenario. What it has in common with the run before is taken over: the scene, its light, the motion. */
+function begin(text: string): Session {
+  const next = session ? session.beside(text) : new Session(text);
+  session?.free();
+  [session, scenario, count] = [next, text, 0];
+  return next;
+}
+
+/** The next frame; after a run's last one its first. So a page that plays for hours holds one run's records. */
 function step(): unknown {
-  const started = performance.now(), run = running();
+  const started = performance.now(), run = count < running().frames ? running() : begin(scenario!);
   run.step();
+  count += 1;
   const milliseconds = performance.now() - started;
   return { width: run.width, height: run.height, pixels: run.pixels(), codes: run.codes(), features: run.features(),
     summary: JSON.parse(run.summary()), milliseconds };
@@ -33,7 +49,7 @@ function step(): unknown {
 function accuracy(settings: [string, string][]): unknown {
   const taken = settings.map(([name, scenario], place) => {
     scope.senselProgress(name, place / settings.length);
-    const one = new Session(scenario);
+    const one = running().beside(scenario);
     const started = performance.now();
     one.step();
     const ms = performance.now() - started, codes = one.codes();
@@ -54,10 +70,8 @@ function accuracy(settings: [string, string][]): unknown {
 }
 
 const operations: Record<string, (...args: never[]) => unknown> = {
-  start: (scenario: string) => {
-    const next = new Session(scenario);
-    session?.free();
-    session = next;
+  start: (text: string) => {
+    begin(text);
     return step();
   },
   step,
@@ -76,6 +90,7 @@ const operations: Record<string, (...args: never[]) => unknown> = {
   report: () => running().report(),
   waveform: (x: number, y: number, format: string) => running().waveform(x, y, format),
   scenario: () => running().scenario(),
+  memory: () => memory!.buffer.byteLength,
 };
 
 /** The buffers of an answer, which move instead of being copied. */
@@ -87,7 +102,7 @@ function buffers(value: unknown): ArrayBuffer[] {
 
 scope.onmessage = async ({ data }: MessageEvent<Request | { module: WebAssembly.Module }>) => {
   if ("module" in data) {
-    ready = init({ module_or_path: data.module });
+    give(data.module);
     return;
   }
   try {

@@ -1,4 +1,4 @@
-//! What the page gives the core: a clock for the cost of stages, and an function that is told the progress of long work.
+//! What the page gives the core: a clock for the cost of stages, and a function that is told the progress of long work.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;

@@ -62,13 +62,13 @@ impl Session {
         Ok(Self { run, frame: None, taken: None, noise: None })
     }
 
-    /// Another scenario of sensor, effects and link over the same scene, motion and rig: nothing is lit again.
+    /// A run of another scenario, which takes over the scene, its light and the motion where they are the same. The bytes are those of `new`.
     ///
     /// # Errors
     /// As `new`.
-    pub fn again(&self, scenario: &str) -> Result<Session, JsError> {
+    pub fn beside(&self, scenario: &str) -> Result<Session, JsError> {
         let resolved = Resolved::from_layers("scenario", scenario, &[]).map_err(|error| failed(&error))?;
-        let setup = self.run.setup().again(resolved).map_err(|error| failed(&error))?;
+        let setup = self.run.setup().beside(resolved, &Memory, &Tell).map_err(|error| failed(&error))?;
         let run = Run::new(setup).map_err(|error| failed(&error))?;
         Ok(Self { run, frame: None, taken: None, noise: None })
     }
@@ -82,6 +82,12 @@ impl Session {
         self.frame = Some(frame);
         (self.taken, self.noise) = (None, None);
         Ok(())
+    }
+
+    /// Frames of the whole run.
+    #[wasm_bindgen(getter)]
+    pub fn frames(&self) -> u32 {
+        self.run.setup().frames
     }
 
     /// Columns of the picture.

@@ -1,4 +1,4 @@
-//! The window around a corner as the extractor sees it: 8-bit values, and the circle of 16 pixels that decides the score.
+//! The window around a corner as the extractor sees it: words of its pipeline, and the circle of 16 pixels that decides the score.
 
 use sensel::compute::blocks::{BORDER_PX, CIRCLE};
 use sensel::error::Error;
@@ -35,6 +35,7 @@ pub fn corner(sensor: &SensorSetup, camera: &CameraFrame, number: u32) -> Result
         "score": feature.score,
         "angle_turns": f64::from(feature.angle),
         "octave": feature.octave,
+        "bits": params.pipeline_bits,
         "threshold": params.threshold,
         "smoothed": sensor.bits() <= 4,
         "left": u64_from(left),

@@ -12,7 +12,8 @@ use sensel::link::{Decoder, LinkCounts, Received};
 use sensel::num::{u64_from, u64_half_even};
 use sensel::run::{Host, SensorSetup};
 
-use super::{Brought, place};
+use super::super::place;
+use super::Brought;
 
 /// Bytes that are read at once.
 const PIECE_BYTES: usize = 1 << 20;

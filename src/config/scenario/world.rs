@@ -7,6 +7,10 @@ sections! {
     Scene {
         /// A glTF binary in the scenario's folder.
         file: Option<String>,
+        /// Metres of a unit of the file, 1e-6 to 1e6: glTF says metres, a file in centimetres needs 0.01.
+        scale: f64,
+        /// Axis of the file that points up: "y", as glTF says, or "z".
+        up: String,
         /// A scene made by code: "box", "hall", "photo_box", "street".
         generator: Option<String>,
         /// A calibration target: "flat", "blank_wall", "slanted_edge", "grey_wedge", "checkerboard", "point_sources".
@@ -47,7 +51,8 @@ sections! {
         lamp: Vec<crate::scene::Lamp>,
         /// How lamps flicker.
         flicker: FlickerKeys,
-        /// "full": light after all bounces. "direct": only what lamps and sky send straight, in a fraction of the time.
+        /// "full": light after all bounces. "draft": the same by few rays, for a first look. "direct": only what lamps and sky send straight, in a
+        /// fraction of the time.
         bake: String,
         /// A bake that takes more rays than this is refused beforehand, 1e6 to 1e13.
         bake_rays_max: f64,

@@ -1,6 +1,7 @@
 //! The charge of every pixel, in electrons, after the pixel's effects and before conversion.
 
-use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot, map_chunks};
+use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, Shot};
+use crate::parallel::over_chunks;
 use crate::plane::Plane;
 
 impl Chain {
@@ -15,7 +16,7 @@ impl Chain {
             self.layout.as_ref().map_or((0, 0), |layout| (layout.first_row(), layout.first_column()));
         let mut electrons = Plane::filled(photons.size(), 0.0_f32);
         let width = photons.width_px();
-        let chunk = |(number, rows): (usize, &mut [f32])| {
+        let chunk = |number: usize, rows: &mut [f32]| {
             let mut buffers = self.buffers(width);
             for (offset, row_e) in rows.chunks_exact_mut(width).enumerate() {
                 let array_row = first_row + number * ROWS_PER_CHUNK + offset;
@@ -24,7 +25,7 @@ impl Chain {
                 row_e.copy_from_slice(&buffers.values[first_column..]);
             }
         };
-        map_chunks(electrons.values_mut(), width * ROWS_PER_CHUNK, chunk);
+        over_chunks(electrons.values_mut(), width * ROWS_PER_CHUNK, chunk);
         electrons
     }
 }

@@ -7,12 +7,13 @@
 //! refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
 
 use super::row::RowBuffers;
-use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes, map_chunks};
+use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes};
 use crate::adc::{Moments, NoisyLevel, clipped};
 use crate::effect::Effect;
 use crate::effects::sampling;
 use crate::error::Error;
 use crate::num::f32_nearest;
+use crate::parallel::over_chunks;
 use crate::pixel::{self, Samples, flicker_variance_uv2, ktc_sigmas};
 use crate::plane::Plane;
 
@@ -101,7 +102,7 @@ impl Chain {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let width = photons.width_px();
         let mut moments = Plane::filled(photons.size(), [0.0_f32; 2]);
-        let chunk = |(index, rows): (usize, &mut [[f32; 2]])| {
+        let chunk = |index: usize, rows: &mut [[f32; 2]]| {
             let mut buffers = self.buffers(width);
             for (offset, moments) in rows.chunks_exact_mut(width).enumerate() {
                 let row = index * ROWS_PER_CHUNK + offset;
@@ -116,11 +117,11 @@ impl Chain {
                 }
             }
         };
-        map_chunks(moments.values_mut(), width * ROWS_PER_CHUNK, chunk);
+        over_chunks(moments.values_mut(), width * ROWS_PER_CHUNK, chunk);
         Expected { mean_dn: moments.map(|pixel| pixel[0]), variance_dn2: moments.map(|pixel| pixel[1]) }
     }
 
-    fn expected_row(&self, photons: &[f32], at: super::RowAt, buffers: &mut RowBuffers) -> Row {
+    fn expected_row(&self, photons: &[f32], at: super::row::RowAt, buffers: &mut RowBuffers) -> Row {
         let pixel = &self.parameters.pixel;
         buffers.values.copy_from_slice(photons);
         pixel::photons_to_mean_electrons(pixel, &mut buffers.values);
@@ -146,7 +147,7 @@ impl Chain {
         row
     }
 
-    fn expect(&self, effect: &dyn Effect, at: super::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
+    fn expect(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
         let pixel = &self.parameters.pixel;
         match effect.name() {
             "shot_noise" => row.variance.iter_mut().zip(&row.mean).for_each(|(variance, mean_e)| *variance += mean_e),
@@ -206,7 +207,7 @@ impl Chain {
     }
 
     /// Effects without draws act on two points, a sigma above and below the mean.
-    fn through(&self, effect: &dyn Effect, at: super::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
+    fn through(&self, effect: &dyn Effect, at: super::row::RowAt, buffers: &mut RowBuffers, row: &mut Row) {
         let reset_uv = row.reset_uv.clone();
         let mut ends: [Vec<f32>; 2] = Default::default();
         for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {

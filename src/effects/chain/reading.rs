@@ -2,8 +2,8 @@
 //!
 //! A pixel is read once, or with dual conversion gain twice: the same charge at two gains, each conversion with independent noise.
 
-use super::row::apply_all;
-use super::{Parameters, RowAt, RowBuffers};
+use super::super::Parameters;
+use super::row::{RowAt, RowBuffers, apply_all};
 use crate::adc::{self, Columns, Converter, RowWork};
 use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{Domain, Effect};

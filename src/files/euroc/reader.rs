@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DQuat, DVec3};
 use image::{DynamicImage, ImageFormat, ImageReader};
 
+use super::writer::ImuReading;
 use super::yaml::{Document, Refusal, shortened};
-use super::{EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, ImuReading, lens};
+use super::{EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, lens};
 use crate::error::Error;
 use crate::files::open::is_there;
 use crate::files::{content_error, read_bytes, read_text};

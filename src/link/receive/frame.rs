@@ -3,9 +3,9 @@
 //! A row gets a place only where that place is certain: by the number of the line-start packet in front of it, or, where rows are
 //! not numbered, by counting: rows that arrived and rows' lengths that were skipped have to make up the announced height exactly.
 
+use super::super::raw::RawKind;
 use super::Received;
 use crate::compute::Feature;
-use crate::link::RawKind;
 use crate::link::embedded::{self, FrameMetadata, FrameShape};
 use crate::link::packet::{CRC_BYTES, DataType, HEADER_BYTES, frame_number};
 use crate::link::records::{self, Records};

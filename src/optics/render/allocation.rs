@@ -7,6 +7,7 @@
 use super::first_batch::{FirstBatch, LEFT_TYPICAL};
 use super::pixel::FIRST;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
+use crate::parallel::collected;
 
 /// Estimate of a pixel.
 #[derive(Clone, Copy, Debug)]
@@ -152,13 +153,7 @@ pub fn first_estimates(seen: &[FirstBatch], width: usize, samples: u32, saturati
     };
     let row = |y: usize| -> Vec<(f32, f32, f32)> { (0..width).map(|x| one(x, y)).collect() };
     let height = seen.len() / width;
-    #[cfg(feature = "parallel")]
-    let rows: Vec<Vec<(f32, f32, f32)>> = {
-        use rayon::prelude::*;
-        (0..height).into_par_iter().map(row).collect()
-    };
-    #[cfg(not(feature = "parallel"))]
-    let rows: Vec<Vec<(f32, f32, f32)>> = (0..height).map(row).collect();
+    let rows = collected(height, row);
     // What halves tell over what contrasts do.
     let (mut left, mut less) = (0.0_f64, 0.0_f64);
     for (pixel, (contrast, ..)) in seen.iter().zip(rows.iter().flatten()) {

@@ -2,7 +2,7 @@
 //! only, so the order of work never shows.
 
 use super::Sampling;
-use super::allocation::{Estimate, Stage};
+use super::allocation::{Estimate, Stage, missed};
 use super::estimate::PixelSamples;
 use super::first_batch::FirstBatch;
 use super::pixel::{FIRST, Pixel, STRATA, StoppingRule};
@@ -11,6 +11,7 @@ use super::replicate::Replicate;
 use super::tile::{COLUMNS, Pass, ROWS, Rows};
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
 use crate::optics::motion::Timeline;
+use crate::parallel::{collected, over_chunks};
 use crate::pose::Pose;
 use crate::scene::lanes::LANES;
 use crate::scene::light::{BANDS, Bands};
@@ -53,32 +54,6 @@ pub struct Refined {
 /// Rows of each group; those beyond the last repeat it.
 fn rows_of(group: usize, height: usize) -> [usize; ROWS] {
     std::array::from_fn(|row| (group * ROWS + row).min(height - 1))
-}
-
-/// Results by number.
-pub fn collected<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        (0..count).into_par_iter().map(of).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    {
-        (0..count).map(of).collect()
-    }
-}
-
-/// Work on chunks of a list, by number of the chunk.
-pub fn over_chunks<T: Send>(all: &mut [T], length: usize, work: impl Fn(usize, &mut [T]) + Send + Sync) {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        all.par_chunks_mut(length).enumerate().for_each(|(number, chunk)| work(number, chunk));
-    }
-    #[cfg(not(feature = "parallel"))]
-    {
-        all.chunks_mut(length).enumerate().for_each(|(number, chunk)| work(number, chunk));
-    }
 }
 
 impl<'a> Picture<'a> {
@@ -183,6 +158,9 @@ impl<'a> Picture<'a> {
         over_chunks(refined, CHUNK, |_, refined| {
             let mut stack = Stack::new();
             for Refined { at, net } in refined {
+                if net.samples == 0 {
+                    net.missed = missed(seen, self.width(), *at);
+                }
                 self.pixel(*at, OF_REFINED).refine(net, self.nearest_m(seen, *at), rule, &mut stack);
             }
         });
@@ -206,7 +184,7 @@ impl<'a> Picture<'a> {
                 let at = replicates[chunk * EACH + number].at;
                 let mut net_of = |kind: u64, samples: u32| {
                     let rule = StoppingRule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
-                    let mut net = PixelSamples::new(super::allocation::missed(seen, self.width(), at));
+                    let mut net = PixelSamples::new(missed(seen, self.width(), at));
                     self.pixel(at, OF_REFINED | kind).refine(&mut net, self.nearest_m(seen, at), &rule, &mut stack);
                     (net.photons, net.samples)
                 };

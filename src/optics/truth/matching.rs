@@ -3,9 +3,10 @@
 
 use glam::DVec2;
 
-use super::surface::{Point, idle, is_inside, set_lane};
-use super::{Surfaces, View, by_row};
+use super::View;
+use super::surface::{Point, Surfaces, idle, is_inside, set_lane};
 use crate::num::{f32_nearest, f64_from_usize};
+use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::Scene;
@@ -62,9 +63,9 @@ pub fn matches(scene: &Scene, from: &View<'_>, surfaces: &Surfaces, to: &View<'_
             found.push(search.match_of(surfaces.point(from, column, row), here_px));
         }
         mark_occluded(scene, &mut found);
-        found.into_iter().map(|found| (found.shift_px.map(f32_nearest), found.seen)).collect()
+        found.into_iter().map(|found| (found.shift_px.map(f32_nearest), found.seen)).collect::<Vec<_>>()
     };
-    let found: Vec<([f32; 2], Visibility)> = by_row(surfaces.range_m.height_px(), &work);
+    let found: Vec<([f32; 2], Visibility)> = collected(surfaces.range_m.height_px(), work).concat();
     let of = |axis: usize| Plane::from_values(size, found.iter().map(|(shift_px, _)| shift_px[axis]).collect());
     let seen = Plane::from_values(size, found.iter().map(|(_, seen)| *seen).collect());
     Matches { dx_px: of(0), dy_px: of(1), seen }

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
-use super::{View, by_row};
+use super::View;
 use crate::num::{f32_nearest, f64_from_usize, greater, index};
+use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::Scene;
@@ -28,7 +29,7 @@ pub struct Surfaces {
 /// Finds the surfaces of a view.
 pub fn surfaces(scene: &Scene, view: &View<'_>) -> Surfaces {
     let size = view.camera.size;
-    let found = by_row(index(size.height_px), &|row| surfaces_of_row(scene, view, row));
+    let found = collected(index(size.height_px), |row| surfaces_of_row(scene, view, row)).concat();
     let (range_m, triangle) = found.into_iter().unzip();
     Surfaces { range_m: Plane::from_values(size, range_m), triangle: Plane::from_values(size, triangle) }
 }
@@ -149,16 +150,14 @@ impl Surfaces {
         nothing: T,
         value: &(dyn Fn(usize, usize, f64, u32) -> T + Sync),
     ) -> Plane<T> {
-        let values = by_row(self.range_m.height_px(), &|row| {
+        let values = collected(self.range_m.height_px(), |row| {
             let seen = self.range_m.row(row).iter().zip(self.triangle.row(row)).enumerate();
-            seen.map(
-                |(column, (&range_m, &triangle))| {
-                    if triangle == MISS { nothing } else { value(column, row, range_m, triangle) }
-                },
-            )
-            .collect()
+            let of = |(column, (&range_m, &triangle)): (usize, (&f64, &u32))| {
+                if triangle == MISS { nothing } else { value(column, row, range_m, triangle) }
+            };
+            seen.map(of).collect::<Vec<T>>()
         });
-        Plane::from_values(self.size(), values)
+        Plane::from_values(self.size(), values.concat())
     }
 }
 

@@ -10,8 +10,8 @@ use super::super::cut_out::CutOut;
 use super::super::light::with_infrared;
 use super::super::mesh::{Material, Mesh};
 use super::super::texture::Wrap;
+use super::super::texture::picture::{Budget, Picture};
 use super::buffers::{Buffers, fetched};
-use super::picture::{Budget, Picture};
 use super::{Files, Notes};
 use crate::num::u32_from;
 

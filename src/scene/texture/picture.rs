@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use image::{ImageFormat, ImageReader, Limits};
 
-use super::super::texture::{Texture, Wrap};
+use super::{Texture, Wrap};
 
 /// Edge of a picture at most.
 const EDGE_PX_MAX: u32 = 8_192;
@@ -99,7 +99,7 @@ impl Picture {
         let mut sums = [0.0_f64; 3];
         for code in &self.codes {
             for band in 0..3 {
-                sums[band] += super::super::texture::linear_from_srgb(code[band]);
+                sums[band] += super::linear_from_srgb(code[band]);
             }
         }
         sums.map(|sum| crate::num::f32_nearest(sum / crate::num::f64_from_usize(self.codes.len())))

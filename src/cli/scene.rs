@@ -1,0 +1,254 @@
+//! `sensel scene`: what a glTF file holds, what of it is not read, and a scenario whose camera sees it.
+
+mod contact_sheet;
+mod scenario;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use sensel::error::Error;
+use sensel::files::input::InputFolders;
+use sensel::files::open::is_there;
+use sensel::num::index;
+use sensel::pose::Pose;
+use sensel::scene::file_units::{FileUnits, UpAxis};
+use sensel::scene::images::PictureBytes as _;
+use sensel::scene::views::{self, Extent, View};
+use sensel::scene::{Scene, Surroundings};
+use serde_json::json;
+
+use super::args::{SceneArguments, Shared};
+use super::{listing, place, words};
+
+/// Views of the contact sheet.
+const VIEWS: usize = 6;
+/// Scenes larger or smaller than this are probably not in metres.
+const USUAL_M: [f64; 2] = [0.1, 100.0];
+
+/// `sensel scene`.
+pub fn main(arguments: &SceneArguments, shared: &Shared) -> Result<(), Error> {
+    let SceneArguments { file, picture, .. } = arguments;
+    let scenario = place::output_file(shared, &["toml"], "a scenario", "scene.toml")?;
+    if let Some(scenario) = &scenario {
+        check_scenario_place(scenario, file)?;
+    }
+    if let Some(picture) = picture {
+        place::check_ending("--picture", picture, &["png"], "PNG")?;
+        place::check_output("--picture", picture)?;
+    }
+    let units = units_of(arguments)?;
+    let (name, scene) = read(file, &units)?;
+    let found = Found::of(name, scene, units);
+    if let Some(picture) = picture {
+        let png = contact_sheet::png(&found.scene, &found.views)?;
+        place::write_output("--picture", picture, &png)?;
+    }
+    if let Some(scenario) = &scenario {
+        let view = found.views.first().ok_or_else(|| {
+            let reason = "has no place from which a camera sees a surface; no scenario was written";
+            Error::Content { file: found.name.clone(), reason: reason.to_owned() }
+        })?;
+        place::write_output("--out", scenario, scenario::text(&found, view).as_bytes())?;
+    }
+    words::warn(&found.warnings());
+    if shared.json {
+        listing::print_json(&found.as_json());
+    } else {
+        found.print();
+        if let Some(scenario) = &scenario {
+            outln!("  scenario      {0}: run it by 'sensel run {0}'", scenario.display());
+        }
+    }
+    Ok(())
+}
+
+/// A scenario reads its files from its own folder, and no file of the user is replaced.
+fn check_scenario_place(scenario: &Path, file: &Path) -> Result<(), Error> {
+    let folder = |path: &Path| place::real(path).parent().map(Path::to_owned);
+    if folder(scenario) != folder(file) {
+        let beside = file.with_extension("toml");
+        let reason = format!("a scenario reads its scene from its own folder; use {}", beside.display());
+        return Err(Error::key("--out", scenario.display(), reason));
+    }
+    if scenario.exists() {
+        return Err(Error::key("--out", scenario.display(), "is there already; name a new file"));
+    }
+    place::check_output("--out", scenario)
+}
+
+fn units_of(arguments: &SceneArguments) -> Result<FileUnits, Error> {
+    let SceneArguments { scale, up, .. } = arguments;
+    if !(1e-6..=1e6).contains(scale) {
+        return Err(Error::key("--scale", scale, "out of range; use 1e-6 to 1e6"));
+    }
+    let up = match up.as_str() {
+        "y" => UpAxis::Y,
+        "z" => UpAxis::Z,
+        other => return Err(Error::key("--up", other, "not known; use y or z")),
+    };
+    Ok(FileUnits { metres: *scale, up })
+}
+
+/// The scene of a file, and the file's own name.
+fn read(file: &Path, units: &FileUnits) -> Result<(String, Scene), Error> {
+    let folder = file.parent().map_or_else(PathBuf::new, Path::to_owned);
+    let Some(name) = file.file_name().and_then(|name| name.to_str()) else {
+        return Err(Error::key("FILE", file.display(), "names no file; use a .glb or .gltf"));
+    };
+    if !is_there(file) {
+        return Err(Error::key("FILE", file.display(), "is not there; name a .glb or .gltf file"));
+    }
+    let files = InputFolders::new(vec![folder]);
+    let bytes = files.read(name)?;
+    let scene = Scene::from_gltf_in(name, &bytes, units, &Surroundings::default(), &|other| files.read(other))?;
+    Ok((name.to_owned(), scene))
+}
+
+/// What a file holds.
+struct Found {
+    name: String,
+    scene: Scene,
+    units: FileUnits,
+    extent: Extent,
+    views: Vec<View>,
+    /// Materials that shine.
+    lamps: Vec<String>,
+    /// Share of the sky that is seen from the best view, straight up and around.
+    open: f64,
+}
+
+impl Found {
+    fn of(name: String, scene: Scene, units: FileUnits) -> Self {
+        let (extent, views) = (Extent::of(&scene), views::best(&scene, VIEWS));
+        let shining = |material: &&sensel::scene::mesh::Material| material.is_emissive();
+        let lamps = scene.mesh.materials.iter().filter(shining).map(|material| material.name.clone()).collect();
+        let open = views.first().map_or(0.0, |view| {
+            let up = Pose::new(views::looking(0.0, 0.5 * std::f64::consts::PI), view.world_from_camera.translation_m);
+            let overhead = views::judged(&scene, &extent, "overhead", up);
+            1.0 - overhead.covered - overhead.behind
+        });
+        Self { name, scene, units, extent, views, lamps, open }
+    }
+
+    /// Numbers of the materials that a triangle has, with how many have each.
+    fn materials(&self) -> BTreeMap<u32, usize> {
+        let mut used = BTreeMap::new();
+        for &material in &self.scene.mesh.material_of {
+            *used.entry(material).or_insert(0) += 1;
+        }
+        used
+    }
+
+    fn is_unusual(&self) -> bool {
+        let largest_m = self.extent.size_m().max_element();
+        !(USUAL_M[0]..=USUAL_M[1]).contains(&largest_m)
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.is_unusual() {
+            let largest_m = self.extent.size_m().max_element();
+            let scale = self.units.metres * if largest_m > 1.0 { 0.01 } else { 10.0 };
+            warnings.push(format!(
+                "{} is {} across if its units are metres; if they are not, use --scale, such as --scale {scale}",
+                self.name,
+                length(largest_m)
+            ));
+        }
+        let viewpoints = self.scene.viewpoints.len();
+        let own = self.views.iter().filter(|view| view.name != "found").count();
+        if own < viewpoints.min(VIEWS) {
+            warnings.push(format!(
+                "{} of its {viewpoints} cameras see hardly any surface, or stand inside one",
+                viewpoints.min(VIEWS) - own
+            ));
+        }
+        warnings
+    }
+
+    fn print(&self) {
+        let size_m = self.extent.size_m();
+        let mesh = &self.scene.mesh;
+        let (materials, textures) = (self.materials().len(), mesh.textures.len());
+        outln!("{}", self.name);
+        outln!(
+            "  extent        {} x {} x {} (width, height, depth)",
+            length(size_m.x),
+            length(size_m.y),
+            length(size_m.z)
+        );
+        outln!("  triangles     {}, of {materials} materials with {textures} textures", mesh.triangles.len());
+        let lamps = if self.lamps.is_empty() { "none".to_owned() } else { self.lamps.join(", ") };
+        outln!("  lights        {lamps}");
+        let cameras: Vec<&str> = self.scene.viewpoints.iter().map(|view| view.name.as_str()).collect();
+        outln!("  cameras       {}", if cameras.is_empty() { "none".to_owned() } else { cameras.join(", ") });
+        for note in &self.scene.notes {
+            outln!("  note          {note}");
+        }
+        match self.views.first() {
+            None => outln!("  view          none: no camera that was tried sees a surface"),
+            Some(view) => {
+                let at_m = view.world_from_camera.translation_m;
+                outln!(
+                    "  view          {} from ({:.2}, {:.2}, {:.2}) m: surfaces fill {:.0} % of a picture of 90 degrees, the nearest at {}",
+                    if view.name == "found" { "found" } else { view.name.as_str() },
+                    at_m.x,
+                    at_m.y,
+                    at_m.z,
+                    100.0 * view.covered,
+                    length(view.nearest_m)
+                );
+            }
+        }
+    }
+
+    fn as_json(&self) -> serde_json::Value {
+        let mesh = &self.scene.mesh;
+        let material = |(number, triangles): (u32, usize)| {
+            let material = &mesh.materials[index(number)];
+            json!({
+                "name": material.name,
+                "triangles": triangles,
+                "has_texture": material.texture.is_some(),
+                "is_emissive": material.is_emissive(),
+                "metallic": material.metallic,
+                "roughness": material.roughness,
+                "double_sided": material.double_sided,
+            })
+        };
+        let view = |view: &View| {
+            json!({
+                "name": view.name,
+                "position_m": view.world_from_camera.translation_m.to_array(),
+                "world_from_camera_xyzw": view.world_from_camera.rotation.to_array(),
+                "covered": view.covered,
+                "behind_surfaces": view.behind,
+                "nearest_m": view.nearest_m,
+                "median_m": view.median_m,
+            })
+        };
+        json!({
+            "file": self.name,
+            "extent_m": {"least": self.extent.least_m.to_array(), "greatest": self.extent.greatest_m.to_array()},
+            "triangles": mesh.triangles.len(),
+            "textures": mesh.textures.len(),
+            "materials": self.materials().into_iter().map(material).collect::<Vec<_>>(),
+            "lights": self.lamps,
+            "cameras": self.scene.viewpoints.iter().map(|camera| camera.name.clone()).collect::<Vec<_>>(),
+            "views": self.views.iter().map(view).collect::<Vec<_>>(),
+            "notes": self.scene.notes,
+            "warnings": self.warnings(),
+        })
+    }
+}
+
+/// A length in the unit that a person would use.
+fn length(value_m: f64) -> String {
+    match value_m {
+        value_m if !value_m.is_finite() => "nothing".to_owned(),
+        value_m if value_m < 0.01 => format!("{:.2} mm", 1e3 * value_m),
+        value_m if value_m < 1.0 => format!("{:.1} cm", 1e2 * value_m),
+        value_m if value_m < 1e4 => format!("{value_m:.2} m"),
+        value_m => format!("{:.1} km", 1e-3 * value_m),
+    }
+}

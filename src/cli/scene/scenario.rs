@@ -1,0 +1,80 @@
+//! The text of a scenario that looks at a file's scene from a view.
+
+use glam::DVec3;
+use sensel::pose::Pose;
+use sensel::scene::file_units::UpAxis;
+use sensel::scene::views::{self, View};
+
+use super::Found;
+
+/// What follows the light.
+const CAMERA: &str = r#"
+[motion]
+kind = "sway"                    # or walk, run, spin, or a file of poses
+scale = {scale}
+offset_m = [{place}]
+world_from_motion = [{turn}]
+
+[run]
+frames = 30
+
+[optics]
+preset = "radtan_90"             # 90 degrees across; 'sensel presets' lists others
+
+[sensor]
+preset = "paper_6t_vga"          # or another of 'sensel presets', or "./my_sensor.toml"
+
+[sensor.readout]
+exposure_us = 4000.0
+"#;
+
+/// For a file without light, under a sky that the camera sees.
+const SKY: &str = r#"
+[scene.sky]
+kind = "overcast"                # the file has no light
+"#;
+
+/// For a file without light that is closed.
+const LAMP: &str = r"
+[[scene.lamp]]                   # the file has no light, and the camera sees no sky
+position_m = [{lamp}]
+radius_m = 0.02
+flux_lm = 800.0
+";
+
+/// A scenario that looks from a view.
+pub fn text(found: &Found, view: &View) -> String {
+    let Pose { rotation, translation_m } = view.world_from_camera;
+    // A motion starts level along -z: the rest of the view's orientation is the motion's.
+    let turn = (rotation * views::looking(0.0, 0.0).inverse()).normalize();
+    let file = toml::Value::from(found.name.as_str());
+    let mut text = format!("# {}, from 'sensel scene'.\n[scene]\nfile = {file}\n", found.name);
+    if found.units.metres != 1.0 {
+        text.push_str(&format!(
+            "scale = {:?}                     # metres of a unit of the file\n",
+            found.units.metres
+        ));
+    }
+    if found.units.up == UpAxis::Z {
+        text.push_str("up = \"z\"\n");
+    }
+    text.push_str("illuminance_lux = 500.0          # at the camera, on a horizontal plane: a well-lit room\n");
+    let lamp_m = translation_m + 0.3 * view.nearest_m.min(1.0) * DVec3::Y;
+    match (found.lamps.is_empty(), found.open > 0.05) {
+        (false, _) => {}
+        (true, true) => text.push_str(SKY),
+        (true, false) => text.push_str(&LAMP.replace("{lamp}", &rounded(&lamp_m.to_array(), 3))),
+    }
+    // A sway of some centimetres suits a room; small things get less.
+    let scale = (view.median_m / 2.0).clamp(0.02, 1.0);
+    let camera = CAMERA
+        .replace("{scale}", &format!("{scale:.2}"))
+        .replace("{place}", &rounded(&translation_m.to_array(), 3))
+        .replace("{turn}", &rounded(&turn.to_array(), 9));
+    text + &camera
+}
+
+fn rounded(values: &[f64], digits: usize) -> String {
+    let texts: Vec<String> = values.iter().map(|value| format!("{value:.digits$}")).collect();
+    texts.join(", ")
+}

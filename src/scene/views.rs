@@ -1,0 +1,234 @@
+//! Looks for places from which a camera sees much of a scene: at the file's own cameras, inside its bounds, and around them.
+
+use glam::{DQuat, DVec3};
+
+use super::lanes::{Floats, LANES};
+use super::mesh::dot;
+use super::tracer::{MISS, Packet, Stack, closest_through};
+use super::{Scene, Viewpoint};
+use crate::num::{f32_nearest, f64_from_usize, index};
+use crate::pose::Pose;
+
+/// Rays of a trial: columns and rows.
+const GRID: [usize; 2] = [16, 12];
+/// Tangent of half the width that a trial looks at, and of half the height: 90 degrees across, 4 to 3.
+const HALF: [f64; 2] = [1.0, 0.75];
+/// Places inside the bounds along x, y and z.
+const INSIDE: [usize; 3] = [7, 3, 7];
+/// Directions from each place inside, and places around the bounds.
+const TURNS: usize = 12;
+/// Heights of the places around, as angles.
+const ELEVATIONS_DEG: [f64; 3] = [5.0, 20.0, 40.0];
+/// A surface nearer than this share of the scene's size fills the picture with next to nothing.
+const NEAR: f64 = 0.01;
+
+/// Box around a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// Least coordinates in metres.
+    pub least_m: DVec3,
+    /// Greatest coordinates in metres.
+    pub greatest_m: DVec3,
+}
+
+impl Extent {
+    /// Of all triangles.
+    pub fn of(scene: &Scene) -> Self {
+        let mut extent = Self { least_m: DVec3::INFINITY, greatest_m: DVec3::NEG_INFINITY };
+        for triangle in 0..scene.mesh.triangles.len() {
+            for corner in scene.mesh.corners_m(triangle) {
+                let corner_m = DVec3::from_array(corner.map(f64::from));
+                extent.least_m = extent.least_m.min(corner_m);
+                extent.greatest_m = extent.greatest_m.max(corner_m);
+            }
+        }
+        extent
+    }
+
+    /// Width, height and depth in metres.
+    pub fn size_m(&self) -> DVec3 {
+        self.greatest_m - self.least_m
+    }
+}
+
+/// A place to look from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Where it comes from: a camera of the file by name, or found here.
+    pub name: String,
+    /// Looking along +z, y down.
+    pub world_from_camera: Pose,
+    /// Share of its rays that meet a surface's front.
+    pub covered: f64,
+    /// Share of its rays that meet the back of a surface that has one side only: the camera is inside something.
+    pub behind: f64,
+    /// Distance of the nearest surface in metres.
+    pub nearest_m: f64,
+    /// Median distance of what is met, in metres.
+    pub median_m: f64,
+    /// How much there is to see: more is better, 0 for nothing.
+    pub score: f64,
+}
+
+/// Orientation of a level camera that looks along -z turned by `yaw_rad` to the left about y, and up by `pitch_rad`.
+pub fn looking(yaw_rad: f64, pitch_rad: f64) -> DQuat {
+    let level = DQuat::from_rotation_x(std::f64::consts::PI);
+    DQuat::from_rotation_y(yaw_rad) * DQuat::from_rotation_x(pitch_rad) * level
+}
+
+/// The best views of a scene, the best first: the file's cameras that see something, then those found inside and around it.
+/// Views that are found stand apart from each other.
+pub fn best(scene: &Scene, count: usize) -> Vec<View> {
+    let extent = Extent::of(scene);
+    let named = |view: &Viewpoint| judged(scene, &extent, &view.name, view.world_from_camera);
+    let mut chosen: Vec<View> = scene.viewpoints.iter().map(named).filter(|view| view.score > 0.0).collect();
+    chosen.sort_by(|a, b| b.score.total_cmp(&a.score));
+    chosen.truncate(count);
+    let poses: Vec<Pose> = inside(&extent).into_iter().chain(around(&extent)).collect();
+    let mut found = crate::parallel::collected(poses.len(), |number| judged(scene, &extent, "found", poses[number]));
+    found.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let apart_m = 0.2 * extent.size_m().length();
+    for view in found.into_iter().filter(|view| view.score > 0.0) {
+        if chosen.len() >= count {
+            break;
+        }
+        let is_new = |other: &View| {
+            let way_m = (other.world_from_camera.translation_m - view.world_from_camera.translation_m).length();
+            way_m > apart_m || forward(other).dot(forward(&view)) < 0.3
+        };
+        if chosen.iter().all(is_new) {
+            chosen.push(view);
+        }
+    }
+    chosen
+}
+
+fn forward(view: &View) -> DVec3 {
+    view.world_from_camera.direction(DVec3::Z)
+}
+
+/// Level cameras on a grid within the bounds.
+fn inside(extent: &Extent) -> Vec<Pose> {
+    let mut poses = Vec::new();
+    for x in 0..INSIDE[0] {
+        for y in 0..INSIDE[1] {
+            for z in 0..INSIDE[2] {
+                let share = |number: usize, of: usize| (f64_from_usize(number) + 0.5) / f64_from_usize(of);
+                let at = DVec3::new(share(x, INSIDE[0]), share(y, INSIDE[1]), share(z, INSIDE[2]));
+                let place_m = extent.least_m + at * extent.size_m();
+                for turn in 0..TURNS {
+                    poses.push(Pose::new(looking(turn_rad(turn), 0.0), place_m));
+                }
+            }
+        }
+    }
+    poses
+}
+
+/// Cameras on circles around the bounds that look at their middle, so far away that the whole is within a picture's height.
+fn around(extent: &Extent) -> Vec<Pose> {
+    let middle_m = 0.5 * (extent.least_m + extent.greatest_m);
+    let radius_m = 0.5 * extent.size_m().length();
+    let distance_m = radius_m / libm::sin(libm::atan(HALF[1]));
+    let mut poses = Vec::new();
+    for elevation_deg in ELEVATIONS_DEG {
+        let elevation_rad = elevation_deg.to_radians();
+        for turn in 0..TURNS {
+            let orientation = looking(turn_rad(turn), -elevation_rad);
+            let ahead = orientation * DVec3::Z;
+            poses.push(Pose::new(orientation, middle_m - ahead * distance_m));
+        }
+    }
+    poses
+}
+
+fn turn_rad(turn: usize) -> f64 {
+    2.0 * std::f64::consts::PI * f64_from_usize(turn) / f64_from_usize(TURNS)
+}
+
+/// What a camera sees from a place.
+pub fn judged(scene: &Scene, extent: &Extent, name: &str, world_from_camera: Pose) -> View {
+    let mut stack = Stack::new();
+    let (mut distances_m, mut materials, mut behind) = (Vec::new(), Vec::new(), 0_usize);
+    let count = GRID[0] * GRID[1];
+    for first in (0..count).step_by(LANES) {
+        let mut packet = Packet {
+            origin_m: [Floats::splat(0.0); 3],
+            direction: [Floats::splat(0.0); 3],
+            t_min: Floats::splat(0.0),
+            t_max: Floats::splat(f32::MAX),
+        };
+        for lane in 0..LANES {
+            let (column, row) = ((first + lane) % GRID[0], (first + lane) / GRID[0]);
+            let share = |number: usize, of: usize| 2.0 * (f64_from_usize(number) + 0.5) / f64_from_usize(of) - 1.0;
+            let bearing = DVec3::new(HALF[0] * share(column, GRID[0]), HALF[1] * share(row, GRID[1]), 1.0);
+            let direction = world_from_camera.direction(bearing.normalize()).to_array();
+            for axis in 0..3 {
+                packet.origin_m[axis].0[lane] = f32_nearest(world_from_camera.translation_m[axis]);
+                packet.direction[axis].0[lane] = f32_nearest(direction[axis]);
+            }
+        }
+        let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
+        for lane in 0..LANES {
+            if hits.triangle[lane] == MISS {
+                continue;
+            }
+            let triangle = index(hits.triangle[lane]);
+            let material = scene.mesh.material_of[triangle];
+            let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
+            let is_back = dot(scene.layout.triangles[triangle].normal, direction) > 0.0;
+            if is_back && !scene.mesh.materials[index(material)].double_sided {
+                behind += 1;
+                continue;
+            }
+            distances_m.push(f64::from(hits.t.0[lane]));
+            materials.push(material);
+        }
+    }
+    distances_m.sort_by(f64::total_cmp);
+    materials.sort_unstable();
+    materials.dedup();
+    let all = f64_from_usize(count);
+    let (covered, behind) = (f64_from_usize(distances_m.len()) / all, f64_from_usize(behind) / all);
+    let at = |share: f64| {
+        let place = index(crate::num::u32_truncated(share * f64_from_usize(distances_m.len())));
+        distances_m.get(place.min(distances_m.len().saturating_sub(1))).copied().unwrap_or(f64::INFINITY)
+    };
+    let nearest_m = at(0.0);
+    let is_near = at(0.1) < NEAR * extent.size_m().length();
+    // Octaves of distance that the middle eight tenths span, and kinds of material: depth and variety are what a tracker needs.
+    let depth = if distances_m.is_empty() { 0.0 } else { libm::log2(at(0.9) / at(0.1).max(1e-9)).clamp(0.0, 4.0) };
+    let variety = libm::log2(1.0 + f64_from_usize(materials.len())).min(4.0);
+    let is_seen = covered > 0.02 && behind < 0.05 && !is_near;
+    let score = if is_seen { covered * (1.0 + depth) * (1.0 + variety) } else { 0.0 };
+    View { name: name.to_owned(), world_from_camera, covered, behind, nearest_m, median_m: at(0.5), score }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::box_room;
+
+    #[test]
+    fn a_camera_in_a_room_sees_its_walls_and_one_in_a_solid_sees_their_backs() {
+        let scene = box_room::box_room(1);
+        let extent = Extent::of(&scene);
+        let views = best(&scene, 4);
+        assert!(views.len() == 4 && views[0].covered > 0.95 && views[0].behind < 0.05, "{views:?}");
+        let middle_m = 0.5 * (extent.least_m + extent.greatest_m);
+        let far = Pose::new(looking(0.0, 0.0), middle_m + DVec3::new(0.0, 0.0, -100.0));
+        assert_eq!(judged(&scene, &extent, "away", far).score, 0.0);
+    }
+
+    #[test]
+    fn a_level_camera_looks_along_minus_z_with_y_down() {
+        let level = looking(0.0, 0.0);
+        assert!(
+            (level * DVec3::Z - DVec3::NEG_Z).length() < 1e-12 && (level * DVec3::Y - DVec3::NEG_Y).length() < 1e-12
+        );
+        let up = looking(0.0, 0.3) * DVec3::Z;
+        assert!(up.y > 0.29, "{up}");
+        // A quarter turn to the left looks along -x.
+        assert!((looking(std::f64::consts::FRAC_PI_2, 0.0) * DVec3::Z - DVec3::NEG_X).length() < 1e-12);
+    }
+}
