@@ -1,6 +1,8 @@
 //! A small part of the study of docs/compare.md: intervals of `compare` hold the mean of many seeds, and a run beside itself shows no
 //! difference.
 
+#![allow(dead_code)] // Not every item of the study is used here.
+
 use sensel::report::compare::{Verdict, compare};
 
 #[path = "../examples/compare_coverage/designs.rs"]
