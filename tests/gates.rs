@@ -14,7 +14,10 @@ struct Unseen {
 }
 
 fn unseen() -> Vec<Unseen> {
-    let text = include_str!("vectors/gates_unseen.csv");
+    settings_of(include_str!("vectors/gates_unseen.csv"))
+}
+
+fn settings_of(text: &str) -> Vec<Unseen> {
     let of = |line: &str| {
         let fields: Vec<&str> = line.split(',').collect();
         let values: BTreeMap<&str, u32> = fields[0]
@@ -57,6 +60,18 @@ fn settings_that_the_table_has_not_seen_lie_within_the_stated_interval() {
     }
     println!("{held:?} of {}", settings.len());
     assert!(held.iter().all(|&held| 10 * held >= 9 * settings.len()), "{held:?} of {}", settings.len());
+}
+
+/// Settings that were drawn after the range had been chosen. A known gap: one of five has its cells outside, and one its memory bits.
+#[test]
+fn settings_drawn_after_the_range_was_chosen_lie_as_the_page_says() {
+    let settings = settings_of(include_str!("vectors/gates_fresh.csv"));
+    let within = |ratio: f64, factor: f64| (1.0 / factor..=factor).contains(&ratio);
+    let count = |of: &dyn Fn(&Unseen) -> bool| settings.iter().filter(|one| of(one)).count();
+    let cells = count(&|one| within(one.hardware.all().cells / one.cells, cells_factor()));
+    let flip_flops = count(&|one| within(one.hardware.all().flip_flops / one.flip_flops, 1.03));
+    let sram_bits = count(&|one| within(one.hardware.all().sram_bits / one.sram_bits, 1.03));
+    assert_eq!([settings.len(), cells, flip_flops, sram_bits], [5, 4, 5, 4]);
 }
 
 #[cfg(feature = "outside")]

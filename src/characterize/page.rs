@@ -383,7 +383,7 @@ fn figures(record: &Characterization) -> String {
         "Figures",
         "Measured on the frames, with the standard error that their number leaves, beside what the configuration implies.",
         &format!(
-            "<div class=\"scroll\"><table><thead><tr><th>figure</th><th>meaning</th><th class=\"num\">measured</th>\
+            "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th>figure</th><th>meaning</th><th class=\"num\">measured</th>\
              <th class=\"num\">standard error</th><th class=\"num\">expected, 4.5 standard errors</th>\
              <th class=\"num\">configured</th></tr></thead>\
              <tbody>{rows}</tbody></table></div>{}",

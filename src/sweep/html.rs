@@ -266,6 +266,7 @@ fn table_section(table: &Table, figures: &[FigureReport]) -> String {
     }
     format!(
         "<section><h2>Cells</h2><p><label>Filter by text in any column <input id=\"filter\" type=\"search\"></label></p>\
-         <div class=\"scroll\"><table id=\"cells\"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></section>"
+         <div class=\"scroll\" tabindex=\"0\">\
+         <table id=\"cells\"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div></section>"
     )
 }

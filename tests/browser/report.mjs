@@ -2,7 +2,7 @@
 //
 //   node tests/browser/report.mjs            # pictures go to target/check/report
 import { execFileSync } from "node:child_process";
-import { mkdirSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { axe, launch, open, program, root } from "./browser.mjs";
 import { Checks } from "./check.mjs";
@@ -17,7 +17,7 @@ const [a, b, compared] = ["a", "b", "compared"].map((name) => join(folder, name)
 sensel("run", "box", ...small, "--out", a);
 sensel("run", "box", ...small, "--set", "sensor.adc.bits=6", "--out", b);
 sensel("compare", a, b, "--out", compared);
-const pages = { report: join(a, "report.html"), compare: join(compared, "compare.html"), waves: join(a, "waves.svg") };
+const pages = { report: join(a, "report.html"), compare: join(compared, "compare.html") };
 // A4 pages that a report may fill: its sections, with no page of white between them.
 const MOST_SHEETS = { report: 12, compare: 5 };
 
@@ -31,15 +31,13 @@ for (const [name, path] of Object.entries(pages)) {
         await page.screenshot({ path: join(folder, `${name}_${width}_${dark ? "dark" : "light"}.png`), fullPage: true });
         checks.that(`${at}: the console has no complaint`, complaints.length === 0, complaints);
         checks.that(`${at}: nothing is asked of a network`, asked.every((one) => /^(file|data|blob):/.test(one)), asked);
-        if (name !== "waves") {
-          const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-          checks.that(`${at} does not scroll sideways`, wide <= 0, wide);
-          await page.evaluate(axe);
-          const found = await page.evaluate(() => axe.run(document, { resultTypes: ["violations"] }));
-          const serious = found.violations.filter((one) => ["serious", "critical"].includes(one.impact));
-          checks.that(`axe finds nothing serious in ${at}`, serious.length === 0,
-            ...serious.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).slice(0, 3).join(" ")}`));
-        }
+        const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+        checks.that(`${at} does not scroll sideways`, wide <= 0, wide);
+        await page.evaluate(axe);
+        const found = await page.evaluate(() => axe.run(document, { resultTypes: ["violations"] }));
+        const serious = found.violations.filter((one) => ["serious", "critical"].includes(one.impact));
+        checks.that(`axe finds nothing serious in ${at}`, serious.length === 0,
+          ...serious.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).slice(0, 3).join(" ")}`));
         await context.close();
       });
     }
@@ -55,9 +53,18 @@ for (const [name, most] of Object.entries(MOST_SHEETS)) {
     await context.close();
   });
 }
-await checks.part("the report links the picture of a row's conversions", async () => {
-  const { page, context } = await open(browser, `file://${pages.report}`);
-  checks.that("the link is there", await page.locator("a[href='waves.svg']").count() === 1);
+await checks.part("the report links the picture of a row's conversions, and its charts zoom", async () => {
+  const { page, context, complaints } = await open(browser, `file://${pages.report}`);
+  checks.that("the link is there", await page.locator("a[href='waves.svg']").count() === 1 && existsSync(join(a, "waves.svg")));
+  const buttons = page.locator("button.zoom");
+  checks.that("charts have a button", await buttons.count() > 0);
+  await buttons.first().click();
+  const chart = page.locator("figure.is-zoomed").first();
+  await chart.locator("canvas").waitFor();
+  await chart.screenshot({ path: join(folder, "zoomed.png") });
+  await buttons.first().click();
+  checks.that("the picture is back", await page.locator("figure.is-zoomed").count() === 0);
+  checks.that("the console has no complaint", complaints.length === 0, complaints);
   await context.close();
 });
 await browser.close();

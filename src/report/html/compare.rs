@@ -70,7 +70,7 @@ fn header(comparison: &Comparison, names: &[String]) -> String {
     let rows: String = heads.zip(names).map(row).collect();
     format!(
         "<header class=\"top\"><p class=\"kicker\">sensel \u{b7} compare</p><h1>{}: {} against A</h1>\
-         <div class=\"scroll\"><table><thead><tr>\
+         <div class=\"scroll\" tabindex=\"0\"><table><thead><tr>\
          <th scope=\"col\">run</th><th scope=\"col\">folder</th><th scope=\"col\">scenario</th><th scope=\"col\" class=\"num\">seed</th>\
          <th scope=\"col\" class=\"num\">frames</th><th scope=\"col\">config</th></tr></thead><tbody>{rows}</tbody></table></div></header>",
         escaped(&comparison.base.scenario),

@@ -80,7 +80,7 @@ fn entries(report: &Report) -> String {
         .expect(TEXT);
     }
     format!(
-        "<details><summary>Every event and constant</summary><div class=\"scroll\"><table><thead><tr>\
+        "<details><summary>Every event and constant</summary><div class=\"scroll\" tabindex=\"0\"><table><thead><tr>\
          <th scope=\"col\">event</th><th scope=\"col\">block</th><th scope=\"col\">rail</th>\
          <th scope=\"col\" class=\"num\">per frame</th><th scope=\"col\" class=\"num\">constant</th>\
          <th scope=\"col\" class=\"num\">within</th>\

@@ -106,7 +106,8 @@ fn table(record: &LadderRecord) -> String {
     };
     let rows: String = record.rows.iter().map(row).collect();
     format!(
-        "<details><summary>Every rung, knob and combination</summary><div class=\"scroll\"><table><thead><tr>{head}</tr></thead>\
+        "<details><summary>Every rung, knob and combination</summary><div class=\"scroll\" tabindex=\"0\">\
+         <table><thead><tr>{head}</tr></thead>\
          <tbody>{rows}</tbody></table></div></details>"
     )
 }

@@ -17,7 +17,7 @@ pub(super) fn plan(report: &Report) -> String {
     let kept: String = plan.kept.iter().map(|name| kept_row(name, plan.kept_reasons.get(name))).collect();
     let omitted: String = plan.omitted.iter().map(omitted_row).collect();
     let table = format!(
-        "<div class=\"scroll\"><table><thead><tr><th scope=\"col\">effect</th><th scope=\"col\">decision</th>\
+        "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">effect</th><th scope=\"col\">decision</th>\
          <th scope=\"col\" class=\"num\">bias, e\u{2212}</th>\
          <th scope=\"col\" class=\"num\">sigma, e\u{2212}</th><th scope=\"col\">reason</th></tr></thead>\
          <tbody>{kept}{omitted}</tbody></table></div>"
@@ -58,7 +58,7 @@ fn facts(plan: &PlanRecord) -> String {
     let rows: String = plan.facts.iter().map(row).collect();
     let tiles: String = plan.tiles.iter().map(tile_row).collect();
     format!(
-        "<div class=\"scroll\"><table><thead><tr><th scope=\"col\">known before the run</th>\
+        "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">known before the run</th>\
          <th scope=\"col\" class=\"num\">least</th><th scope=\"col\" class=\"num\">greatest</th>\
          <th scope=\"col\">from</th></tr></thead><tbody>{rows}{tiles}</tbody></table></div>"
     )

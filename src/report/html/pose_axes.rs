@@ -86,7 +86,8 @@ pub(super) fn fused_and_alone(report: &Report) -> String {
         )
     };
     let table = format!(
-        "<div class=\"scroll\"><table><thead><tr><th scope=\"col\">figure</th><th scope=\"col\" class=\"num\">cameras alone</th>\
+        "<div class=\"scroll\" tabindex=\"0\">\
+         <table><thead><tr><th scope=\"col\">figure</th><th scope=\"col\" class=\"num\">cameras alone</th>\
          <th scope=\"col\" class=\"num\">fused with the inertial unit</th></tr></thead><tbody>{}</tbody></table></div>",
         rows.iter().map(row).collect::<String>()
     );

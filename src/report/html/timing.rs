@@ -91,7 +91,7 @@ fn table(report: &Report) -> String {
     };
     let rows: String = report.timing.line.iter().chain(&report.timing.frame).map(row).collect();
     format!(
-        "<details><summary>The same as numbers</summary><div class=\"scroll\"><table><thead><tr><th scope=\"col\">span\
+        "<details><summary>The same as numbers</summary><div class=\"scroll\" tabindex=\"0\"><table><thead><tr><th scope=\"col\">span\
          </th><th scope=\"col\">of</th>\
          <th scope=\"col\" class=\"num\">from</th><th scope=\"col\" class=\"num\">to</th>\
          <th scope=\"col\" class=\"num\">length</th></tr></thead>\

@@ -61,7 +61,8 @@ fn steps(heading: &str, steps: &[LatencyStep], full_us: f64) -> String {
         )
     };
     format!(
-        "<h3>{heading}</h3><div class=\"scroll\"><table class=\"bars waterfall\"><thead><tr><th scope=\"col\">step</th><td></td>\
+        "<h3>{heading}</h3><div class=\"scroll\" tabindex=\"0\">\
+         <table class=\"bars waterfall\"><thead><tr><th scope=\"col\">step</th><td></td>\
          <th scope=\"col\" class=\"num\">takes</th><th scope=\"col\" class=\"num\">until</th>\
          <th scope=\"col\" class=\"num\">slack</th></tr></thead>\
          <tbody>{}</tbody></table></div>",
