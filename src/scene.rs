@@ -14,6 +14,7 @@ pub mod bvh;
 mod chance;
 pub mod cut_out;
 pub mod environment;
+pub mod file_units;
 pub mod flicker;
 pub mod generated;
 #[cfg(feature = "gltf")]

@@ -5,9 +5,12 @@ pub mod design;
 pub mod file;
 pub mod gather;
 mod html;
+pub mod interaction;
 mod parquet;
+pub mod picture;
 pub mod record;
 pub mod report;
+pub mod signal;
 pub mod specification;
 pub mod statistics;
 

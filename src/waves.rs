@@ -10,6 +10,7 @@ pub mod encode;
 mod frame;
 mod lanes;
 mod lines;
+pub mod plot;
 mod power;
 mod rows;
 mod selection;

@@ -13,7 +13,7 @@ use file::{File, glb, jpeg_of_size, png, png_of_size};
 use glam::DVec3;
 use sensel::draw::DrawKey;
 use sensel::error::Error;
-use sensel::scene::gltf::FileUnits;
+use sensel::scene::file_units::FileUnits;
 use sensel::scene::tracer::Holes;
 use sensel::scene::{BakeSettings, Illuminant, Scene, Surroundings};
 

@@ -11,7 +11,7 @@ use sensel::files::input::InputFolders;
 use sensel::files::open::is_there;
 use sensel::num::index;
 use sensel::pose::Pose;
-use sensel::scene::gltf::{FileUnits, UpAxis};
+use sensel::scene::file_units::{FileUnits, UpAxis};
 use sensel::scene::images::PictureBytes as _;
 use sensel::scene::views::{self, Extent, View};
 use sensel::scene::{Scene, Surroundings};

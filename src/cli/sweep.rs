@@ -16,7 +16,7 @@ use sensel::files::sweep::{FoundCells, SweepFolder};
 use sensel::run::inputs_hash;
 use sensel::sweep::cells::Base;
 use sensel::sweep::gather::Table;
-use sensel::sweep::{Cells, SweepFile, report};
+use sensel::sweep::{Cells, SweepFile, picture, report};
 
 use super::args::{Shared, SweepArguments, SweepFileArguments, SweepPart};
 use super::run::FolderAssets;
@@ -56,6 +56,16 @@ pub fn main(arguments: &SweepArguments, shared: &Shared) -> Result<(), Error> {
             let title = title(&loaded);
             let page = report::page(&title, &loaded.sweep.report, &table, &verdicts)?;
             let place = folder.write_file("report.html", page.as_bytes())?;
+            let mut tables = String::new();
+            for interaction in report::interactions(&loaded.sweep.report, &table)? {
+                tables.push_str(&format!("{}\n", interaction.markdown()));
+                if let Some(svg) = picture::svg(&interaction) {
+                    folder.write_file(&format!("{}.svg", interaction.file_name()), svg.as_bytes())?;
+                }
+            }
+            if !tables.is_empty() {
+                folder.write_file("report.md", tables.as_bytes())?;
+            }
             said(shared, &[("report", &place)], table.rows, loaded.cells.cells.len());
             Ok(())
         }

@@ -1,14 +1,11 @@
 //! From the light's keys to its spectrum, level, sky and flicker.
 
 use super::check::{one_of, within};
-use super::scenario::Scenario;
-#[cfg(feature = "gltf")]
-use super::scenario::Scene as SceneKeys;
+use super::scenario::{Scenario, Scene as SceneKeys};
 use crate::error::Error;
 use crate::num::f64_from_u64;
+use crate::scene::file_units::{FileUnits, UpAxis};
 use crate::scene::flicker::{Flicker, Waveform};
-#[cfg(feature = "gltf")]
-use crate::scene::gltf::{FileUnits, UpAxis};
 use crate::scene::light::BLACKBODY_K;
 use crate::scene::sky::{Sky, SkyKind};
 use crate::scene::{BakeCost, Illuminant};
@@ -80,7 +77,6 @@ impl BakeLimits {
     }
 }
 
-#[cfg(feature = "gltf")]
 impl SceneKeys {
     /// What the coordinates of its file mean.
     ///

@@ -117,8 +117,7 @@ fn from_file(
     section: &crate::config::scenario::Scene,
     assets: &dyn Assets,
 ) -> Result<Scene, Error> {
-    let units = section.file_units()?;
-    Scene::from_gltf_in(file, bytes, &units, &section.surroundings, &|name| assets.read(name))
+    Scene::from_gltf_in(file, bytes, &section.file_units()?, &section.surroundings, &|name| assets.read(name))
 }
 
 #[cfg(not(feature = "gltf"))]

@@ -14,14 +14,12 @@ mod container;
 mod lights;
 mod material;
 mod node;
-mod units;
 
+use super::file_units::FileUnits;
 use super::mesh::Mesh;
 use super::{Read, Scene, Surroundings, Viewpoint};
 use crate::error::Error;
 use buffers::Buffers;
-
-pub use units::{FileUnits, UpAxis};
 
 /// Files beside a glTF file.
 pub struct Files<'a> {

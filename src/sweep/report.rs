@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use rand::RngExt;
 
-use super::file::ReportWishes;
+use super::file::{PictureWish, ReportWishes};
 use super::gather::{Role, Table, Values};
 use super::html;
+use super::interaction::Interaction;
 use super::record::find_figure;
 use super::specification::Judgement;
 use super::statistics::{Estimate, mean, standard_error};
@@ -99,18 +100,11 @@ pub struct FigureReport {
 /// # Errors
 /// A figure that no cell has; a sweep without a finished cell.
 pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[PointVerdict]) -> Result<String, Error> {
-    let known: Vec<String> =
-        table.columns.iter().filter(|column| column.role == Role::Figure).map(|column| column.name.clone()).collect();
+    let known = figure_names(table);
     if known.is_empty() {
         return Err(Error::Run("no cell is finished; run the sweep first".to_owned()));
     }
-    let full = |key: &str, asked: &str| -> Result<String, Error> {
-        find_figure(asked, known.iter()).cloned().map_err(|near| Error::Unknown {
-            what: "figure",
-            name: format!("{asked} ({key})"),
-            known: near.join(", "),
-        })
-    };
+    let full = |key: &str, asked: &str| full_name(&known, key, asked);
     let usual = |names: &[&str]| {
         names.iter().filter(|name| known.iter().any(|one| one == *name)).map(|name| (*name).to_owned()).collect()
     };
@@ -129,7 +123,31 @@ pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[Point
     let reports: Vec<FigureReport> = figures.iter().map(|figure| figure_report(table, figure)).collect();
     let fronts: Vec<([String; 2], Vec<FrontPoint>)> =
         fronts.into_iter().map(|pair| (pair.clone(), front(table, [&pair[0], &pair[1]]))).collect();
-    Ok(html::page(title, table, &reports, &fronts, verdicts))
+    let pictures = interactions(wishes, table)?;
+    Ok(html::page(title, table, &reports, (&fronts, &pictures), verdicts))
+}
+
+/// The pictures that a sweep file asks for.
+///
+/// # Errors
+/// A figure, factor or level that no cell has.
+pub fn interactions(wishes: &ReportWishes, table: &Table) -> Result<Vec<Interaction>, Error> {
+    let known = figure_names(table);
+    let one = |wish: &PictureWish| Interaction::of(table, &full_name(&known, "report.picture", &wish.figure)?, wish);
+    wishes.picture.iter().map(one).collect()
+}
+
+fn figure_names(table: &Table) -> Vec<String> {
+    let figures = table.columns.iter().filter(|column| column.role == Role::Figure);
+    figures.map(|column| column.name.clone()).collect()
+}
+
+fn full_name(known: &[String], key: &str, asked: &str) -> Result<String, Error> {
+    find_figure(asked, known.iter()).cloned().map_err(|near| Error::Unknown {
+        what: "figure",
+        name: format!("{asked} ({key})"),
+        known: near.join(", "),
+    })
 }
 
 /// Effects and differences of one figure.
@@ -146,7 +164,10 @@ fn names(table: &Table, role: Role) -> Vec<&str> {
     table.columns.iter().filter(|column| column.role == role).map(|column| column.name.as_str()).collect()
 }
 
-fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
+/// Levels of a factor: name, place on an axis where it is a number, rows.
+pub(super) type Levels = Vec<(String, Option<f64>, Vec<usize>)>;
+
+pub(super) fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
     match table.column(name).map(|column| &column.values) {
         Some(Values::Number(all)) => all.clone(),
         _ => vec![None; table.rows],
@@ -154,7 +175,7 @@ fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
 }
 
 /// Each row's level of a factor, in the order of the levels.
-fn levels(table: &Table, factor: &str) -> Vec<(String, Option<f64>, Vec<usize>)> {
+pub(super) fn levels(table: &Table, factor: &str) -> Levels {
     let Some(column) = table.column(factor) else { return Vec::new() };
     let mut found: Vec<(String, Option<f64>, Vec<usize>)> = Vec::new();
     let mut place: BTreeMap<String, usize> = BTreeMap::new();
@@ -218,7 +239,7 @@ fn first_order(classes: &[&[f64]]) -> Option<f64> {
 }
 
 /// Everything of a row but one factor and its figures.
-fn rest_of(table: &Table, factor: &str, row: usize) -> String {
+pub(super) fn rest_of(table: &Table, factor: &str, row: usize) -> String {
     let is_kept = |role: Role| matches!(role, Role::Factor | Role::Replicate);
     let kept = table.columns.iter().filter(|column| is_kept(column.role) && column.name != factor);
     kept.map(|column| column.values.text(row)).collect::<Vec<_>>().join("\u{1f}")

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use sensel::pose::Pose;
-use sensel::scene::gltf::UpAxis;
+use sensel::scene::file_units::UpAxis;
 use sensel::scene::views::{self, View};
 
 use super::Found;

@@ -2,7 +2,7 @@
 
 use glam::DMat4;
 
-use super::super::motion::Y_UP_FROM_Z_UP;
+use super::motion::Y_UP_FROM_Z_UP;
 
 /// Axis that points up in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,7 +31,7 @@ impl Default for FileUnits {
 
 impl FileUnits {
     /// From the file's coordinates to metres with y up.
-    pub(super) fn world_from_file(&self) -> DMat4 {
+    pub fn world_from_file(&self) -> DMat4 {
         let scaled = DMat4::from_scale(glam::DVec3::splat(self.metres));
         match self.up {
             UpAxis::Y => scaled,
