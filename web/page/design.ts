@@ -160,7 +160,7 @@ export function scenario(design: Design, frames = Number(design.frames)): string
     "# Made by the page of sensel. `sensel run page.toml` gives the same hashes.",
     `seed = ${design.seed}`,
     "[scene]", `${room ? "generator" : "target"} = "${design.scene}"`,
-    // The light of rooms by few rays: the first picture comes within a second.
+    // The light of rooms by few rays: the first picture comes sooner.
     ...(room ? ['bake = "draft"'] : []), `illuminance_lux = ${decimal(design.lux!)}`,
     "[motion]", `kind = "${design.motion}"`, `offset_m = ${room ?? "[0.0, 0.0, 0.0]"}`,
     // Boards stand where a still camera looks; motions look the other way.
