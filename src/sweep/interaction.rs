@@ -18,7 +18,9 @@ pub struct Interaction {
     pub figure: String,
     /// The factor along the axis.
     pub by: String,
-    /// Its levels.
+    /// The other factor.
+    pub split: Option<String>,
+    /// Levels of the one along the axis.
     pub levels: Vec<String>,
     /// One entry a level of the other factor.
     pub series: Vec<Series>,
@@ -75,16 +77,15 @@ impl Interaction {
             series(table, &wish.by, name, (&along, base.as_ref()), &|row| values[row].filter(|_| is_in.contains(&row)))
         };
         let series = apart.iter().map(one).collect();
-        let (figure, by, y_log) = (figure.to_owned(), wish.by.clone(), wish.y_log);
-        Ok(Self { figure, by, levels: names, series, y_log, base })
+        let (figure, by, split) = (figure.to_owned(), wish.by.clone(), wish.split.clone());
+        Ok(Self { figure, by, split, levels: names, series, y_log: wish.y_log, base })
     }
 
     /// Name of its files.
     pub fn file_name(&self) -> String {
-        format!("{}_by_{}", self.figure, self.by)
-            .chars()
-            .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
-            .collect()
+        let split = self.split.as_ref().map_or_else(String::new, |split| format!("_and_{split}"));
+        let name = format!("{}_by_{}{split}", self.figure, self.by);
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
     }
 
     /// The figure with its unit.
@@ -214,7 +215,7 @@ mod tests {
         assert!((of(0, 1) - 4.0).abs() < 1e-12 && (of(1, 1) - 1.0).abs() < 1e-12);
         assert_eq!(found.series[0].means[1].unwrap().mean, 6.0);
         assert!(found.markdown().contains("| 8 | 6.000"), "{}", found.markdown());
-        assert_eq!(found.file_name(), "tracking_ate_m_by_bits");
+        assert_eq!(found.file_name(), "tracking_ate_m_by_bits_and_smoothing");
     }
 
     #[test]
