@@ -13,6 +13,7 @@ mod beyond;
 pub mod channel;
 mod defects;
 mod dither;
+pub mod fit;
 mod fits;
 pub mod measure;
 mod model;

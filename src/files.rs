@@ -4,6 +4,7 @@
 pub mod cache;
 mod disk;
 pub mod emva;
+pub mod emva_reader;
 mod errors;
 pub mod euroc;
 pub mod finished;

@@ -11,6 +11,7 @@ mod frame;
 mod lanes;
 mod lines;
 mod plan;
+pub mod plot;
 mod power;
 mod rows;
 mod selection;

@@ -3,8 +3,12 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
+#[path = "sweeps/disk.rs"]
+mod disk;
 #[path = "sweeps/kill.rs"]
 mod kill;
+#[path = "sweeps/outside.rs"]
+mod outside;
 #[path = "sweeps/refusals.rs"]
 mod refusals;
 

@@ -28,7 +28,10 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let keep =
         if ends_at_image { expected::check(verb).map(|()| Keep::default())? } else { Keep::parse(&verb.run.keep)? };
     let sensor = sensel::run::SensorSetup::new(&located.resolved)?;
-    let mut waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, &located.resolved)?;
+    let mut waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, (&located.resolved, &name))?;
+    if waves.is_none() {
+        waves = WaveRequest::picture(&target, &sensor, (located.resolved.scenario.frames()?, &name));
+    }
     let waves_within = waves.as_ref().and_then(|waves| waves.within(&target));
     let goal = goal::of(verb, shared)?;
     OutputFolder::check(&target)?;
@@ -72,8 +75,9 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
         (Some(waves), Some(codes)) => waves.write_watched(&session, codes),
         _ => Ok(()),
     };
-    if waves_within.is_some() {
+    if let Some(path) = &waves_within {
         write_waves()?;
+        output.link_waves(path);
     }
     output.finish(&session, &report)?;
     if waves_within.is_none() {

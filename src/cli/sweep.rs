@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use sensel::error::Error;
 use sensel::files::sweep::SweepFolder;
 use sensel::sweep::gather::Table;
-use sensel::sweep::report;
+use sensel::sweep::{picture, report};
 
 use super::args::{Shared, SweepArguments, SweepPart};
 pub use loaded::Loaded;
@@ -33,6 +33,16 @@ pub fn main(arguments: &SweepArguments, shared: &Shared) -> Result<(), Error> {
             let title = title(&loaded);
             let page = report::page(&title, &loaded.sweep.report, &table, &verdicts)?;
             let place = folder.write_file("report.html", page.as_bytes())?;
+            let mut tables = String::new();
+            for interaction in report::interactions(&loaded.sweep.report, &table)? {
+                tables.push_str(&format!("{}\n", interaction.markdown()));
+                if let Some(svg) = picture::svg(&interaction) {
+                    folder.write_file(&format!("{}.svg", interaction.file_name()), svg.as_bytes())?;
+                }
+            }
+            if !tables.is_empty() {
+                folder.write_file("report.md", tables.as_bytes())?;
+            }
             said(shared, &[("report", &place)], table.rows, loaded.cells.cells.len());
             Ok(())
         }

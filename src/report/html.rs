@@ -48,7 +48,7 @@ pub fn html(report: &Report, pictures: &Pictures) -> String {
         pose_axes::fused_and_alone(report),
         pair(&pose_error::pose_error(report), &features::features(report)),
         energy::energy(report),
-        pair(&bandwidth::bandwidth(report), &timing::timing(report)),
+        pair(&bandwidth::bandwidth(report), &timing::timing(report, pictures.waves.as_deref())),
         plan::plan(report),
         pair(&cost::cost(report), &config::hashes(report)),
         report.ladder.as_ref().map_or_else(String::new, ladder::ladder),
@@ -75,9 +75,17 @@ pub fn ladder_html(record: &LadderRecord) -> String {
 fn page(title: &str, body: &str) -> String {
     let style = include_str!("html/style.css");
     let head = "<meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">";
+    // uPlot stands in the page once, and only where a chart zooms.
+    let zoom = if body.contains("<figure class=\"chart\" data-zooms>") {
+        let [style, plot, own] =
+            [include_str!("html/uplot.min.css"), include_str!("html/uplot.min.js"), include_str!("html/zoom.js")];
+        format!("<style>{style}</style>\n<script>{plot}</script>\n<script>\n{own}</script>\n")
+    } else {
+        String::new()
+    };
     format!(
         "<!doctype html>\n<html lang=\"en\"><head>{head}<title>{title}</title>\n<style>\n{style}</style></head>\n\
-         <body>\n{body}\n</body></html>\n"
+         <body>\n{body}\n{zoom}</body></html>\n"
     )
 }
 

@@ -78,7 +78,8 @@ impl Cells {
         let unnamed = unnamed(sweep, &points);
         let named = |cell: &Cell| {
             let resolved = this.resolve(cell).map_err(located)?;
-            Ok(Cell { name: name_of(&resolved, &assets_hash(&resolved)?), group: group_of(&resolved)?, ..cell.clone() })
+            let name = name_of(&resolved, &assets_hash(&resolved)?, sweep.cameras_alone);
+            Ok(Cell { name, group: group_of(&resolved)?, ..cell.clone() })
         };
         let cells = collected(unnamed.len(), |number| named(&unnamed[number]));
         this.cells = cells.into_iter().collect::<Result<_, Error>>()?;
@@ -184,11 +185,14 @@ fn unnamed(sweep: &SweepFile, points: &[Point]) -> Vec<Cell> {
     cells
 }
 
-fn name_of(resolved: &Resolved, assets: &str) -> String {
+fn name_of(resolved: &Resolved, assets: &str, cameras_alone: bool) -> String {
     let mut hasher = blake3::Hasher::new();
     for part in ["sensel cell 1", SOURCES, &resolved.hash(), assets] {
         hasher.update(part.as_bytes());
         hasher.update(&[0]);
+    }
+    if cameras_alone {
+        hasher.update(b"cameras_alone");
     }
     hasher.finalize().to_hex()[..32].to_owned()
 }

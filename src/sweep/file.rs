@@ -31,6 +31,9 @@ pub struct SweepFile {
     pub seeds: Option<Numbers>,
     /// Replicates: dies, as a count from 1 on or as a list.
     pub dies: Option<Numbers>,
+    /// Whether every cell also tracks its packets without the inertial unit (figures `cameras_alone.*`).
+    #[serde(default)]
+    pub cameras_alone: bool,
     /// Replicates: trajectories, each a name and its keys.
     #[serde(default)]
     pub trajectory: Vec<Level>,
@@ -65,6 +68,26 @@ pub struct ReportWishes {
     /// Pairs of figures whose front is drawn, both wanted small.
     #[serde(default)]
     pub fronts: Vec<[String; 2]>,
+    /// Figures drawn by the levels of one factor, apart for those of another; each is a picture and a table as files too.
+    #[serde(default)]
+    pub picture: Vec<PictureWish>,
+}
+
+/// A picture of a report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PictureWish {
+    /// The figure.
+    pub figure: String,
+    /// The factor along the axis.
+    pub by: String,
+    /// A factor whose levels are drawn apart.
+    pub split: Option<String>,
+    /// A level of `by`: ratios of paired cells to it are told as well.
+    pub base: Option<toml::Value>,
+    /// Whether the figure's axis is logarithmic.
+    #[serde(default)]
+    pub y_log: bool,
 }
 
 /// A count from 1 on, or a list.

@@ -1,10 +1,13 @@
 //! The page of a gathered sweep: one file, no network; its table is sorted and filtered by a few lines of script.
 
+use super::interaction::{Interaction, Series};
+use super::picture;
 use super::record::unit_of;
 use super::statistics::Estimate;
 use super::table::{Role, Table};
+pub(super) use super::verdicts::digits;
 use super::verdicts::{Difference, Effect, FigureReport, FrontPoint, PointVerdict, cells};
-use crate::report::chart::{Axes, Ink, Series, Shape, chart};
+use crate::report::chart::{self, Axes, Ink, Shape, chart};
 use crate::report::escape::escaped;
 
 /// Columns of the table that a page shows; the others stand in the Parquet file.
@@ -18,7 +21,7 @@ pub(super) fn page(
     title: &str,
     table: &Table,
     figures: &[FigureReport],
-    fronts: &[([String; 2], Vec<FrontPoint>)],
+    (fronts, pictures): (&[([String; 2], Vec<FrontPoint>)], &[Interaction]),
     verdicts: &[PointVerdict],
 ) -> String {
     let title = escaped(title);
@@ -28,6 +31,9 @@ pub(super) fn page(
         cells(table)
     );
     body.push_str(&verdict_section(verdicts));
+    for picture in pictures {
+        body.push_str(&picture_section(picture));
+    }
     for figure in figures {
         body.push_str(&figure_section(figure));
     }
@@ -41,25 +47,6 @@ pub(super) fn page(
          <script>{SCRIPT}</script></body></html>\n",
         env!("CARGO_PKG_VERSION")
     )
-}
-
-/// Three significant digits, or a whole number.
-fn digits(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e6).contains(&size) {
-        let places = if size >= 100.0 {
-            1
-        } else if size >= 1.0 {
-            3
-        } else {
-            5
-        };
-        format!("{value:.places$}")
-    } else {
-        format!("{value:.3e}")
-    }
 }
 
 fn estimate(value: &Estimate) -> String {
@@ -106,6 +93,38 @@ fn verdict_section(verdicts: &[PointVerdict]) -> String {
     section + "</section>"
 }
 
+fn picture_section(interaction: &Interaction) -> String {
+    let title = escaped(&format!("{} by {}", interaction.label(), interaction.by));
+    let picture = picture::svg(interaction).unwrap_or_default();
+    let row = |(place, level): (usize, &String)| {
+        let of = |series: &Series| {
+            let one = |value: &Option<Estimate>| value.as_ref().map_or_else(|| "<td></td>".to_owned(), ends_cell);
+            let ratio = interaction.base.as_ref().map_or_else(String::new, |_| one(&series.ratios[place]));
+            one(&series.means[place]) + &ratio
+        };
+        format!("<tr><td>{}</td>{}</tr>", escaped(level), interaction.series.iter().map(of).collect::<String>())
+    };
+    let rows: String = interaction.levels.iter().enumerate().map(row).collect();
+    let head = |series: &Series| {
+        let base = interaction.base.as_ref();
+        let ratio = base.map_or_else(String::new, |base| format!("<th>ratio to {}</th>", escaped(base)));
+        format!("<th>{}</th>{ratio}", if series.name.is_empty() { "mean".to_owned() } else { escaped(&series.name) })
+    };
+    let heads: String = interaction.series.iter().map(head).collect();
+    format!(
+        "<section><h2>{title}</h2><figure class=\"picture\">{picture}</figure><p class=\"note\">Means with 95 % intervals; ratios are \
+         geometric means over pairs of equal draws.</p><div class=\"scroll\"><table><thead><tr><th>{}</th>{heads}</tr></thead>\
+         <tbody>{rows}</tbody></table></div></section>",
+        escaped(&interaction.by)
+    )
+}
+
+/// A mean with its interval in one cell.
+fn ends_cell(value: &Estimate) -> String {
+    let ends = value.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)));
+    format!("<td class=\"n\">{}{ends}</td>", digits(value.mean))
+}
+
 fn figure_section(report: &FigureReport) -> String {
     let name = escaped(&label(&report.figure));
     let effects: String = report.effects.iter().map(|effect| effect_part(effect, &report.figure)).collect();
@@ -135,8 +154,8 @@ fn effect_part(effect: &Effect, figure: &str) -> String {
             .collect();
         let title = format!("{figure} by {}", effect.factor);
         let axes = Axes { title: &title, x_label: &effect.factor, y_label: &label(figure), ..Axes::default() };
-        let mean = Series { name: "mean", ink: Ink::One, shape: Shape::Dots, runs: vec![means] };
-        chart(&axes, &[mean, Series { name: "95 % interval", ink: Ink::One, shape: Shape::Line(2), runs: bars }])
+        let mean = chart::Series { name: "mean", ink: Ink::One, shape: Shape::Dots, runs: vec![means] };
+        chart(&axes, &[mean, chart::Series { name: "95 % interval", ink: Ink::One, shape: Shape::Line(2), runs: bars }])
     });
     format!("<div class=\"pair\"><div>{table}</div>{picture}</div>")
 }
@@ -173,23 +192,19 @@ fn front_section(pair: &[String; 2], points: &[FrontPoint]) -> String {
     let (x_label, y_label) = (label(&pair[0]), label(&pair[1]));
     let axes = Axes { title: &title, x_label: &x_label, y_label: &y_label, ..Axes::default() };
     let series = [
-        Series { name: "on the front", ink: Ink::One, shape: Shape::Dots, runs: runs(true) },
-        Series { name: "beaten in both", ink: Ink::Two, shape: Shape::Dots, runs: runs(false) },
+        chart::Series { name: "on the front", ink: Ink::One, shape: Shape::Dots, runs: runs(true) },
+        chart::Series { name: "beaten in both", ink: Ink::Two, shape: Shape::Dots, runs: runs(false) },
     ];
     let mut sorted: Vec<&FrontPoint> =
         points.iter().filter(|point| point.is_on_front || point.share_on_front > 0.05).collect();
     sorted.sort_by(|a, b| a.place[0].mean.total_cmp(&b.place[0].mean));
     let row = |point: &&FrontPoint| {
-        let ends = |value: &Estimate| {
-            value.interval.map_or_else(String::new, |[low, high]| format!(" ({} to {})", digits(low), digits(high)))
-        };
-        let value = |value: &Estimate| format!("<td class=\"n\">{}{}</td>", digits(value.mean), ends(value));
         let share = 100.0 * point.share_on_front;
         format!(
             "<tr><td>{}</td>{}{}<td class=\"n\">{share:.0} %</td></tr>",
             escaped(&point.name),
-            value(&point.place[0]),
-            value(&point.place[1])
+            ends_cell(&point.place[0]),
+            ends_cell(&point.place[1])
         )
     };
     format!(

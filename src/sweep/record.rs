@@ -5,10 +5,14 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::signal::SignalSum;
 use crate::report::Report;
 
 /// Parts of a report that hold figures.
-const SECTIONS: [&str; 6] = ["bandwidth", "energy", "features", "link", "timing", "tracking"];
+const SECTIONS: [&str; 7] = ["bandwidth", "cameras_alone", "energy", "features", "link", "timing", "tracking"];
+
+/// Of two figures with one last part, the one outside this part is meant.
+const SECOND: &str = "cameras_alone.";
 
 /// Figures of the picture of the run itself.
 const SCENARIO: [&str; 4] = ["duration_s", "path_m", "render_variance_ratio", "samples_per_pixel"];
@@ -47,7 +51,7 @@ pub struct CellCost {
 
 impl CellRecord {
     /// The figures of a run's report.
-    pub fn of_report(cell: &str, report: &Report, cost: CellCost) -> Self {
+    pub fn of_report(cell: &str, report: &Report, signal: &SignalSum, cost: CellCost) -> Self {
         let value = serde_json::to_value(report).expect("a report has a JSON form");
         let mut figures = BTreeMap::new();
         for section in SECTIONS {
@@ -56,6 +60,9 @@ impl CellRecord {
         for name in SCENARIO {
             put(format!("scenario.{name}"), &value["scenario"][name], &mut figures);
         }
+        figures.insert("scenario.mean_signal_share".to_owned(), signal.mean_share());
+        figures.insert("scenario.mean_signal_e".to_owned(), signal.mean_e());
+        figures.insert("scenario.saturated_share".to_owned(), signal.saturated_share());
         Self { cell: cell.to_owned(), error: None, figures, cost }
     }
 
@@ -154,8 +161,10 @@ pub fn find_figure<'a>(asked: &str, known: impl Iterator<Item = &'a String>) -> 
     }
     let ending = format!(".{asked}");
     let ends: Vec<&String> = known.iter().copied().filter(|name| name.ends_with(&ending)).collect();
+    let first: Vec<&String> = ends.iter().copied().filter(|name| !name.starts_with(SECOND)).collect();
     match ends[..] {
         [one] => Ok(one),
+        _ if first.len() == 1 => Ok(first[0]),
         [] => {
             let distance = |name: &&String| {
                 let last = name.rsplit('.').next().unwrap_or(name);
@@ -193,6 +202,8 @@ mod tests {
         assert_eq!(find_figure("ate_m", known.iter()).unwrap(), "tracking.ate_m");
         assert_eq!(find_figure("energy.power_mw", known.iter()).unwrap(), "energy.power_mw");
         assert_eq!(find_figure("power_mw", known.iter()).unwrap_err().len(), 2);
+        let both = ["cameras_alone.ate_m", "tracking.ate_m"].map(str::to_owned);
+        assert_eq!(find_figure("ate_m", both.iter()).unwrap(), "tracking.ate_m");
         assert_eq!(find_figure("ate_mm", known.iter()).unwrap_err()[0], "tracking.ate_m");
     }
 

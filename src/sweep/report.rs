@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use rand::RngExt;
 
-use super::file::ReportWishes;
+use super::file::{PictureWish, ReportWishes};
 use super::html;
+use super::interaction::Interaction;
+pub(super) use super::levels::{figures, levels, rest_of};
 use super::record::find_figure;
 use super::statistics::{Estimate, mean, standard_error};
-use super::table::{Role, Table, Values};
+use super::table::{Role, Table};
 pub use super::verdicts::{Difference, Effect, FigureReport, FrontPoint, PointVerdict};
 use crate::draw::DrawKey;
 use crate::error::Error;
@@ -27,10 +29,6 @@ const FIGURES: [&str; 6] = [
 /// Fronts where a sweep file names none.
 const FRONTS: [[&str; 2]; 2] = [["energy.power_mw", "tracking.ate_m"], ["bandwidth.link_bits_per_s", "tracking.ate_m"]];
 
-/// A factor with more values than this is cut into classes of equal numbers of cells.
-const LEVELS_MAX: usize = 12;
-/// These classes.
-const CLASSES: usize = 6;
 /// Resamples of the replicates that say how sure a place on a front is.
 const RESAMPLES: u64 = 400;
 
@@ -39,18 +37,11 @@ const RESAMPLES: u64 = 400;
 /// # Errors
 /// A figure that no cell has; a sweep without a finished cell.
 pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[PointVerdict]) -> Result<String, Error> {
-    let known: Vec<String> =
-        table.columns.iter().filter(|column| column.role == Role::Figure).map(|column| column.name.clone()).collect();
+    let known = figure_names(table);
     if known.is_empty() {
         return Err(Error::Run("no cell is finished; run the sweep first".to_owned()));
     }
-    let full = |key: &str, asked: &str| -> Result<String, Error> {
-        find_figure(asked, known.iter()).cloned().map_err(|near| Error::Unknown {
-            what: "figure",
-            name: format!("{asked} ({key})"),
-            known: near.join(", "),
-        })
-    };
+    let full = |key: &str, asked: &str| full_name(&known, key, asked);
     let usual = |names: &[&str]| {
         names.iter().filter(|name| known.iter().any(|one| one == *name)).map(|name| (*name).to_owned()).collect()
     };
@@ -69,7 +60,31 @@ pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[Point
     let reports: Vec<FigureReport> = figures.iter().map(|figure| figure_report(table, figure)).collect();
     let fronts: Vec<([String; 2], Vec<FrontPoint>)> =
         fronts.into_iter().map(|pair| (pair.clone(), front(table, [&pair[0], &pair[1]]))).collect();
-    Ok(html::page(title, table, &reports, &fronts, verdicts))
+    let pictures = interactions(wishes, table)?;
+    Ok(html::page(title, table, &reports, (&fronts, &pictures), verdicts))
+}
+
+/// The pictures that a sweep file asks for.
+///
+/// # Errors
+/// A figure, factor or level that no cell has.
+pub fn interactions(wishes: &ReportWishes, table: &Table) -> Result<Vec<Interaction>, Error> {
+    let known = figure_names(table);
+    let one = |wish: &PictureWish| Interaction::of(table, &full_name(&known, "report.picture", &wish.figure)?, wish);
+    wishes.picture.iter().map(one).collect()
+}
+
+fn figure_names(table: &Table) -> Vec<String> {
+    let figures = table.columns.iter().filter(|column| column.role == Role::Figure);
+    figures.map(|column| column.name.clone()).collect()
+}
+
+fn full_name(known: &[String], key: &str, asked: &str) -> Result<String, Error> {
+    find_figure(asked, known.iter()).cloned().map_err(|near| Error::Unknown {
+        what: "figure",
+        name: format!("{asked} ({key})"),
+        known: near.join(", "),
+    })
 }
 
 /// Effects and differences of one figure.
@@ -84,48 +99,6 @@ pub fn figure_report(table: &Table, figure: &str) -> FigureReport {
 
 fn names(table: &Table, role: Role) -> Vec<&str> {
     table.columns.iter().filter(|column| column.role == role).map(|column| column.name.as_str()).collect()
-}
-
-fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
-    match table.column(name).map(|column| &column.values) {
-        Some(Values::Number(all)) => all.clone(),
-        _ => vec![None; table.rows],
-    }
-}
-
-/// Each row's level of a factor, in the order of the levels.
-fn levels(table: &Table, factor: &str) -> Vec<(String, Option<f64>, Vec<usize>)> {
-    let Some(column) = table.column(factor) else { return Vec::new() };
-    let mut found: Vec<(String, Option<f64>, Vec<usize>)> = Vec::new();
-    let mut place: BTreeMap<String, usize> = BTreeMap::new();
-    for row in 0..table.rows {
-        let text = column.values.text(row);
-        let number = *place.entry(text.clone()).or_insert_with(|| {
-            found.push((text, column.values.number(row), Vec::new()));
-            found.len() - 1
-        });
-        found[number].2.push(row);
-    }
-    if found.iter().all(|(_, value, _)| value.is_some()) {
-        found.sort_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)));
-        if found.len() > LEVELS_MAX {
-            return classes(&found);
-        }
-    }
-    found
-}
-
-/// Neighbouring values together, in classes of about equal numbers of cells.
-fn classes(found: &[(String, Option<f64>, Vec<usize>)]) -> Vec<(String, Option<f64>, Vec<usize>)> {
-    let count = found.len();
-    (0..CLASSES)
-        .map(|class| {
-            let part = &found[count * class / CLASSES..count * (class + 1) / CLASSES];
-            let values: Vec<f64> = part.iter().filter_map(|(_, value, _)| *value).collect();
-            let name = format!("{:.4} to {:.4}", values[0], values[values.len() - 1]);
-            (name, Some(mean(&values)), part.iter().flat_map(|(_, _, rows)| rows.clone()).collect())
-        })
-        .collect()
 }
 
 fn effect(table: &Table, factor: &str, figure: &str) -> Effect {
@@ -155,13 +128,6 @@ fn first_order(classes: &[&[f64]]) -> Option<f64> {
     // Omega squared (Hays 1963): unbiased to first order.
     let noise = (total - between) / (count - groups);
     (total > 0.0).then(|| crate::num::greater((between - (groups - 1.0) * noise) / (total + noise), 0.0))
-}
-
-/// Everything of a row but one factor and its figures.
-fn rest_of(table: &Table, factor: &str, row: usize) -> String {
-    let is_kept = |role: Role| matches!(role, Role::Factor | Role::Replicate);
-    let kept = table.columns.iter().filter(|column| is_kept(column.role) && column.name != factor);
-    kept.map(|column| column.values.text(row)).collect::<Vec<_>>().join("\u{1f}")
 }
 
 fn differences(table: &Table, factor: &str, figure: &str) -> Vec<Difference> {

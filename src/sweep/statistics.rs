@@ -192,6 +192,10 @@ mod tests {
                 open += u32::from(verdict == Verdict::Open);
             }
         }
+        println!(
+            "of {trials} trials {} passed at the poor share (stated: 5 %) and {} failed at the good one (stated: 10 %)",
+            errors[0], errors[1]
+        );
         // At a true rate equal to the stated one, a count above this has a probability below 0.1 % (normal, 3.1 sigma).
         let most = |rate: f64| rate * 2000.0 + 3.1 * (2000.0 * rate * (1.0 - rate)).sqrt();
         assert!(f64::from(errors[0]) <= most(0.05), "{errors:?}");
@@ -224,6 +228,9 @@ mod tests {
             let differences: Vec<f64> = one.iter().zip(&other).map(|(one, other)| other - one).collect();
             paired_held += u32::from(inside(Estimate::of(&differences).unwrap(), 0.0));
         }
+        println!(
+            "of {studies} studies {held} intervals of a mean and {paired_held} of a paired difference hold the truth"
+        );
         assert!((930..=970).contains(&held), "{held}");
         assert!((930..=970).contains(&paired_held), "{paired_held}");
     }

@@ -344,5 +344,5 @@ pub fn pictures() -> Pictures {
         ("Left camera, frame 150, 5.00 s", 40.0),
         ("Left camera, frame 299, 9.97 s", 90.0),
     ];
-    Pictures { strip: frames.into_iter().map(picture).collect() }
+    Pictures { strip: frames.into_iter().map(picture).collect(), waves: Some("waves.svg".to_owned()) }
 }

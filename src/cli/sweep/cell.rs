@@ -10,9 +10,13 @@ use sensel::fidelity::Rung;
 use sensel::run::session::STAGES;
 use sensel::run::{NoProgress, PhotonStore, Session, Setup, Stopwatch};
 use sensel::sweep::record::CellCost;
+use sensel::sweep::signal::SignalSum;
 use sensel::sweep::{Cell, CellRecord};
 
 use super::loaded::Loaded;
+
+/// The second tracker among the costs of a report.
+const ALONE: &str = "tracker_cameras_alone";
 
 /// What runs cells one after the other and keeps what they have in common.
 pub struct Worker<'a> {
@@ -79,18 +83,25 @@ impl<'a> Worker<'a> {
         let frames = setup.frames;
         let mut session = Session::new(setup)?;
         session.leave_pictures_unhashed();
+        if self.loaded.sweep.cameras_alone {
+            session.track_cameras_alone()?;
+        }
+        let mut signal = SignalSum::new(session.setup());
         for _ in 0..frames {
             if self.interrupted.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            session.step(watch)?;
+            signal.add(&session.step(watch)?);
         }
         let report = session.report(&cell.name)?;
-        let stages_s: BTreeMap<String, f64> =
+        let mut stages_s: BTreeMap<String, f64> =
             STAGES[1..].iter().map(|&stage| (stage.to_owned(), session.stage_s(stage))).collect();
+        if let Some(cost) = report.cost.get(ALONE) {
+            stages_s.insert(ALONE.to_owned(), 1e-3 * cost.ms_per_frame * f64::from(frames));
+        }
         let photons_s = session.stage_s(STAGES[0]);
         self.last = Some(session.into_setup());
         let cost = CellCost { cpu_s: watch.now_s() - started_s, photons_s, stages_s };
-        Ok(CellRecord::of_report(&cell.name, &report, cost))
+        Ok(CellRecord::of_report(&cell.name, &report, &signal, cost))
     }
 }

@@ -12,6 +12,7 @@ use sensel::files::photons::PhotonFiles;
 use sensel::files::sweep::SweepFolder;
 use sensel::run::probe::Place;
 use sensel::run::{PhotonStore, Setup, Stopwatch};
+use sensel::sweep::record::CellCost;
 use sensel::sweep::report::PointVerdict;
 use sensel::sweep::statistics::Verdict;
 use sensel::sweep::{Cell, CellRecord};
@@ -37,6 +38,8 @@ struct Running<'a> {
     threads: usize,
     failed: AtomicUsize,
     done: AtomicUsize,
+    /// What the cells that ran now cost.
+    cost: Mutex<CellCost>,
     /// What ends the run: a disk that takes nothing.
     ended: Mutex<Option<Error>>,
 }
@@ -62,6 +65,7 @@ pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &Shared) -> Result
         threads,
         failed: AtomicUsize::new(0),
         done: AtomicUsize::new(0),
+        cost: Mutex::new(CellCost::default()),
         ended: Mutex::new(None),
     };
     let missing = |cell: &&Cell| !found.records.contains_key(&cell.name);
@@ -71,7 +75,9 @@ pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &Shared) -> Result
     } else {
         running.all(&remaining, shared)?;
     }
-    let found = super::loaded::found(loaded, &folder);
+    if running.done.load(Ordering::Relaxed) > 0 {
+        found = super::loaded::found(loaded, &folder);
+    }
     let verdicts = specs::judged(&specifications, &loaded.cells, &found.records)?;
     running.summary(chosen.len(), &verdicts, watch.now_s(), shared);
     match running.failed.load(Ordering::Relaxed) {
@@ -247,6 +253,7 @@ impl Running<'_> {
         }
         self.folder.write(&record)?;
         self.done.fetch_add(1, Ordering::Relaxed);
+        add(&mut self.cost.lock().expect("no thread panics while it holds a cost"), &record.cost);
         bar.inc();
         Ok(())
     }
@@ -268,6 +275,9 @@ impl Running<'_> {
 
     fn summary(&self, cells: usize, verdicts: &[PointVerdict], seconds: f64, shared: &Shared) {
         let (done, failed) = (self.done.load(Ordering::Relaxed), self.failed.load(Ordering::Relaxed));
+        let cost = self.cost.lock().expect("no thread panics while it holds a cost");
+        let stages_s: f64 = cost.stages_s.values().sum();
+        let ms_per_cell = |seconds: f64| 1e3 * seconds / sensel::num::f64_from_usize(done.max(1));
         let photons = self.store.as_ref().map(|store| store.counts()).unwrap_or_default();
         if shared.json {
             let value = serde_json::json!({
@@ -275,6 +285,11 @@ impl Running<'_> {
                 "run": done,
                 "failed": failed,
                 "folder": self.folder.path().display().to_string(),
+                "cpu_ms_per_cell": {
+                    "all": ms_per_cell(cost.cpu_s),
+                    "photons": ms_per_cell(cost.photons_s),
+                    "stages": ms_per_cell(stages_s),
+                },
                 "photons": {"found": photons.found, "rendered": photons.rendered, "damaged": photons.damaged},
                 "specs": specs::as_json(verdicts),
             });
@@ -284,10 +299,27 @@ impl Running<'_> {
                 "{cells} cells, {done} of them run now in {seconds:.1} s, {failed} failed: {}",
                 self.folder.path().display()
             );
+            if done > 0 {
+                outln!(
+                    "a cell: {:.1} ms of processor time, of which {:.1} ms for its photons and {:.1} ms for sensor to tracker",
+                    ms_per_cell(cost.cpu_s),
+                    ms_per_cell(cost.photons_s),
+                    ms_per_cell(stages_s)
+                );
+            }
             if photons.found + photons.rendered > 0 {
                 outln!("photons: {} exposures from the store, {} rendered", photons.found, photons.rendered);
             }
             specs::say(verdicts);
         }
+    }
+}
+
+/// Adds a cell's cost.
+fn add(sum: &mut CellCost, cost: &CellCost) {
+    sum.cpu_s += cost.cpu_s;
+    sum.photons_s += cost.photons_s;
+    for (stage, seconds) in &cost.stages_s {
+        *sum.stages_s.entry(stage.clone()).or_default() += seconds;
     }
 }

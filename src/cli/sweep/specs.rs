@@ -6,15 +6,16 @@ use sensel::error::Error;
 use sensel::report::Report;
 use sensel::sweep::record::CellCost;
 use sensel::sweep::report::PointVerdict;
+use sensel::sweep::signal::SignalSum;
 use sensel::sweep::specification::Specification;
 use sensel::sweep::{CellRecord, Cells};
 
 /// Figures whose names depend on the run: they are looked for in a finished cell alone.
-const OF_A_RUN: [&str; 2] = ["energy.blocks.", "energy.rails."];
+const OF_A_RUN: [&str; 3] = ["cameras_alone.", "energy.blocks.", "energy.rails."];
 
 /// Reads all `--spec` texts. A figure that no report has is refused before anything runs.
 pub fn parse(texts: &[String]) -> Result<Vec<Specification>, Error> {
-    let any = CellRecord::of_report("", &Report::default(), CellCost::default());
+    let any = CellRecord::of_report("", &Report::default(), &SignalSum::default(), CellCost::default());
     let checked = |text: &String| {
         let specification = Specification::parse(text)?;
         if !OF_A_RUN.iter().any(|start| specification.figure.starts_with(start)) {

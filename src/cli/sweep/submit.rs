@@ -42,7 +42,8 @@ pub fn main(own: &SweepSubmitArguments, loaded: &Loaded, shared: &Shared) -> Res
     outln!(
         "# {cells} cells in {shards} parts. Submit with: sbatch SCRIPT. A part that is run again goes on where it stopped."
     );
-    outln!("# When all tasks have ended: sensel sweep gather {}", quoted(&shown(&loaded.file)));
+    let (file, target) = (quoted(&shown(&loaded.file)), quoted(&shown(&loaded.target)));
+    outln!("# When all tasks have ended: sensel sweep gather {file} --out {target}");
     outln!("#SBATCH --job-name={}", job_name(&name_of(&loaded.file)));
     outln!("#SBATCH --array=1-{shards}");
     outln!("#SBATCH --cpus-per-task={}", own.cpus);
@@ -52,7 +53,7 @@ pub fn main(own: &SweepSubmitArguments, loaded: &Loaded, shared: &Shared) -> Res
     outln!(
         "exec {} sweep run {}{options} --threads \"${{SLURM_CPUS_PER_TASK:-{}}}\" --shard \"${{SLURM_ARRAY_TASK_ID}}/{shards}\"",
         quoted(&shown(&program)),
-        quoted(&shown(&loaded.file)),
+        file,
         own.cpus
     );
     Ok(())

@@ -12,6 +12,8 @@ pub(super) const TEXT: &str = "writing to a string cannot fail";
 pub struct Pictures {
     /// In the order of the page; three to six look best.
     pub strip: Vec<Picture>,
+    /// A picture of a row's conversions beside the page, by its relative path.
+    pub waves: Option<String>,
 }
 
 /// One frame of a sensor with what was found in it.

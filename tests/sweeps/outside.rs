@@ -1,0 +1,77 @@
+//! Sweeps beyond this program: its table in other tools, its cells on Dask and on Slurm.
+#![cfg(feature = "outside")]
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::{Place, SMALL};
+
+/// A script of the judges; its absence is a failure, not a pass.
+fn judge(script: &str, arguments: &[&str]) -> Value {
+    let python = std::env::var("SENSEL_JUDGE_PYTHON").expect("./check names the judges' Python in SENSEL_JUDGE_PYTHON");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut command = Command::new(python);
+    command.arg(root.join("tests/judges").join(script)).args(arguments).env("PYTHONPATH", root.join("python"));
+    let output = command.output().expect("the judges' Python runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{script}: {text}{}", String::from_utf8_lossy(&output.stderr));
+    let last = text.lines().last().unwrap_or_default();
+    serde_json::from_str(last).unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+/// 120 cells with columns of every type.
+fn wide() -> String {
+    let levels = "[[factor]]\nname = \"subpixel\"\n[[factor.level]]\nname = \"on, \\\"as usual\\\"\"\n\
+                  set = { \"compute.subpixel\" = true }\n[[factor.level]]\nname = \"off\"\nset = { \"compute.subpixel\" = false }\n";
+    SMALL.replace("seeds = 2", "seeds = 15\ncameras_alone = true") + levels
+}
+
+#[test]
+fn the_table_opens_in_pyarrow_duckdb_and_polars_with_units_and_types() {
+    let place = Place::new("tools", &wide().replace("seeds = 15", "seeds = 2"));
+    place.done("run", "out", &["--quiet"]);
+    let csv = String::from_utf8(place.gathered("out")[1].clone()).unwrap();
+    let file = |name: &str| place.scratch.join(&format!("out/{name}"));
+    let found = judge("parquet_check.py", &[&file("cells.parquet"), &file("cells.csv")]);
+    let columns = csv.lines().next().unwrap().split(',').count();
+    assert_eq!((found["rows"].as_u64(), found["columns"].as_u64()), (Some(16), u64::try_from(columns).ok()));
+    assert_eq!(found["compared"].as_u64(), u64::try_from(3 * 16 * columns).ok(), "every value in three tools");
+    for (name, unit) in
+        [("tracking.ate_m", "m"), ("cameras_alone.ate_m", "m"), ("energy.power_mw", "mW"), ("subpixel", "")]
+    {
+        assert_eq!(found["units"][name], unit, "{name}");
+    }
+}
+
+#[test]
+fn a_dask_worker_that_is_killed_in_mid_sweep_costs_no_cell() {
+    let place = Place::new("dask", &wide());
+    place.done("run", "alone", &["--quiet"]);
+    let (file, out, cache) = (place.scratch.join("sweep.toml"), place.scratch.join("out"), place.scratch.join("cache"));
+    let store = ["--cache", &cache, "--photons-gib", "1"];
+    let said = judge("dask_sweep.py", &[&[env!("CARGO_BIN_EXE_sensel"), &file, &out], &store[..]].concat());
+    assert_eq!((said["exit"].as_u64(), said["workers"].as_u64()), (Some(0), Some(2)), "{said}");
+    // The worker and the program that it ran.
+    assert!(said["killed"].as_u64().unwrap() >= 2, "a worker was killed while it ran cells: {said}");
+    assert!((1..120).contains(&said["finished_at_kill"].as_u64().unwrap()), "in mid-sweep: {said}");
+    assert!(place.gathered("out") == place.gathered("alone"), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn slurm_runs_the_array_script_and_its_table_is_byte_identical() {
+    if !rustix::process::geteuid().is_root() {
+        println!("Slurm's daemons need root; the script runs in bash alone (a_script_for_slurm_names_every_part)");
+        return;
+    }
+    let place = Place::new("slurm-daemons", &wide());
+    place.done("run", "alone", &["--quiet"]);
+    let submit = ["--engine", "slurm", "--shards", "4", "--cpus", "1"];
+    let script = place.scratch.join("job.sh");
+    std::fs::write(&script, place.done("submit", "out", &submit).stdout).unwrap();
+    let said = judge("slurm_sweep.py", &[&script]);
+    assert_eq!((said["exit"].as_u64(), said["tasks"].as_u64()), (Some(0), Some(4)), "{said}");
+    assert!(place.gathered("out") == place.gathered("alone"), "{said}");
+}
