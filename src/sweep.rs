@@ -6,6 +6,7 @@ pub mod file;
 pub mod gather;
 mod html;
 pub mod interaction;
+mod levels;
 mod parquet;
 pub mod picture;
 pub mod record;
