@@ -1,6 +1,7 @@
 //! Writes signals and their changes as an FST or VCD file for GTKWave and Surfer, or as a picture of one row, by the file's extension.
 //!
-//! FST and VCD hold the same: one tick is a picosecond, and only changes are written. No date stands in them: the same waves give the same bytes.
+//! FST and VCD hold the same: one tick is a picosecond, and only changes are written. They contain no date, so the same waves give the
+//! same bytes.
 
 use std::path::{Path, PathBuf};
 

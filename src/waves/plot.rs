@@ -1,7 +1,5 @@
-//! Draws the conversions of the first row that is shown as a stand-alone SVG.
-//!
-//! Phases, ramp and samples, comparators, counters and codes stand over one time axis. Letters are text, and colours follow the reader's
-//! light or dark. Everything drawn stands in the waves.
+//! Draws the conversions of the first shown row as a stand-alone SVG: phases, ramp and samples, comparators, counters and codes over one
+//! time axis. Letters are text; colours follow the reader's light or dark mode. All values come from the waves.
 
 use std::fmt::Write as _;
 

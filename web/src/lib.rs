@@ -64,7 +64,7 @@ impl Session {
         Ok(Self { run, frame: None, taken: None, noise: None })
     }
 
-    /// A run of another scenario, which takes over the scene, its light and the motion where they are the same. The bytes are those of `new`.
+    /// A run of another scenario. It takes over the scene, its light and the motion if they are the same. The bytes are those of `new`.
     ///
     /// # Errors
     /// As `new`.
