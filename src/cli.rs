@@ -21,6 +21,7 @@ mod draw;
 mod expected;
 mod failure;
 mod features;
+mod fit;
 mod goal;
 mod interrupt;
 mod ladder;
@@ -29,6 +30,7 @@ mod output;
 mod place;
 mod plan;
 mod power;
+mod setup;
 mod progress;
 mod run;
 mod scene;
@@ -82,8 +84,8 @@ fn to_stdout(text: std::fmt::Arguments<'_>) {
 }
 
 /// All verbs of this version.
-const VERBS: &str =
-    "run, plan, ladder, timing, power, features, track, characterize, compare, sweep, scene, presets, schema, config";
+const VERBS: &str = "run, plan, ladder, timing, waves, power, features, track, characterize, compare, sweep, fit, scene, presets, \
+    schema, config";
 
 fn dispatch(arguments: &Arguments) -> Result<(), Error> {
     let shared = &arguments.shared;
@@ -98,6 +100,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
                 | Verb::Compare(_)
                 | Verb::Sweep(_)
                 | Verb::Scene(_)
+                | Verb::Fit(_)
         )
     );
     place::check_shared(shared, writes)?;
@@ -106,6 +109,7 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Run(own)) => run::main(own, shared),
         Some(Verb::Plan(own)) => plan::main(own, shared),
         Some(Verb::Timing(own)) => timing::main(own, shared),
+        Some(Verb::Waves(own)) => waves::main(own, shared),
         Some(Verb::Power(own)) => power::main(own, shared),
         Some(Verb::Features(own)) => features::main(own, shared),
         Some(Verb::Track(own)) => track::main(own, shared),
@@ -120,5 +124,6 @@ fn dispatch(arguments: &Arguments) -> Result<(), Error> {
         Some(Verb::Compare(own)) => compare::main(own, shared),
         Some(Verb::Sweep(own)) => sweep::main(own, shared),
         Some(Verb::Scene(own)) => scene::main(own, shared),
+        Some(Verb::Fit(own)) => fit::main(own, shared),
     }
 }

@@ -208,7 +208,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_unique_and_stand_in_physical_order() {
+    fn no_name_of_an_effect_is_listed_twice() {
         let names = names();
         for (index, name) in names.iter().enumerate() {
             assert!(!names[..index].contains(name), "{name} is listed twice");

@@ -4,6 +4,8 @@
 pub mod cache;
 mod disk;
 pub mod emva;
+pub mod emva_reader;
+mod errors;
 pub mod euroc;
 pub mod finished;
 pub mod folder;
@@ -24,12 +26,7 @@ pub mod waves;
 use std::path::Path;
 
 use crate::error::Error;
-
-/// The library's error for what the operating system said about a path.
-pub fn io_error(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
-    let path = path.display().to_string();
-    move |source| Error::Io { path, source }
-}
+pub use errors::{content_error, io_error};
 
 /// A file's whole text without a byte order mark, refused beyond `bytes_max` (hostile or mistaken inputs are named before they fill the
 /// memory).
@@ -47,11 +44,6 @@ pub fn read_text(path: &Path, bytes_max: u64) -> Result<String, Error> {
 /// What the operating system says, something that is no regular file, or a file that is too long.
 pub fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, Error> {
     open::read_opened(open::open_input(path)?, path, bytes_max)
-}
-
-/// A file whose content is not what its name promises.
-pub fn content_error(path: &Path, reason: impl Into<String>) -> Error {
-    Error::Content { file: path.display().to_string(), reason: reason.into() }
 }
 
 #[cfg(test)]

@@ -14,12 +14,15 @@ mod schedule;
 mod schedule_tests;
 mod slots;
 
-pub use auto_exposure::{AutoExposure, AutoExposureParams, CodeRange, RegisterWrite};
+pub use auto_exposure::{AutoExposure, CodeRange, RegisterWrite};
 pub use budget::{DemandKind, LineDemand};
 pub use clock::{ClockSpan, FrameClock};
-pub use geometry::{BinningMode, Geometry, Window};
+pub use geometry::Geometry;
 pub use hdr::{HdrMerge, MERGED_BITS_MAX};
-pub use params::{Exposure, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Shutter, Trigger};
+pub use params::{
+    AutoExposureParams, BinningMode, Exposure, FrameLength, Hdr, LongExposure, Pulses, ReadoutParams, Shutter, Trigger,
+    Window,
+};
 pub use registers::{ExposureSettings, Registers};
 pub use schedule::Schedule;
 pub use slots::{FrameDemand, Slot};

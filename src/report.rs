@@ -24,6 +24,7 @@ pub mod ladder_picture;
 pub mod ladder_record;
 pub mod latency_record;
 pub mod link_record;
+mod measurable;
 pub mod ordered;
 pub mod plan_record;
 pub mod pose_series;
@@ -32,6 +33,7 @@ pub mod spread;
 pub mod timing_diagram;
 
 pub use display::display_curve;
-pub use figures::{Figure, NotMeasurable, TrajectoryFigures, median, prediction_error_m, trajectory_figures};
+pub use figures::{TrajectoryFigures, median, prediction_error_m, trajectory_figures};
+pub use measurable::{Figure, NotMeasurable};
 pub use ordered::Ordered;
 pub use record::Report;

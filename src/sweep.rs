@@ -13,10 +13,9 @@ pub mod report;
 pub mod signal;
 pub mod specification;
 pub mod statistics;
+mod table;
+mod verdicts;
 
-pub use cells::{Cell, Cells};
+pub use cells::{Cell, Cells, SOURCES};
 pub use file::SweepFile;
 pub use record::CellRecord;
-
-/// Fingerprint of the code that decides a figure.
-pub const SOURCES: &str = env!("SENSEL_FIGURE_SOURCES");

@@ -13,8 +13,10 @@ mod begin;
 mod close;
 pub mod covariance;
 pub mod dense;
+mod depth;
 pub mod epipolar;
 pub mod extend;
+mod frame;
 pub mod initial;
 pub mod lie;
 mod judge;
@@ -27,6 +29,8 @@ mod params;
 pub mod polynomial;
 pub mod pose_graph;
 pub mod preintegrate;
+mod prior;
+mod problem;
 mod proof;
 pub mod ransac;
 pub mod refine;
@@ -47,8 +51,8 @@ use crate::pose::{Pose, TimedPose};
 pub use answer::{FrameInput, Inlier, Status, TrackedFrame, Work};
 use close::LoopCandidate;
 use extend::{Growth, PendingKeypoints, adjust_window};
+use frame::{Frame, LocalisedPose};
 use lie::Twist;
-use locate::{Frame, LocalisedPose};
 pub use map::Landmark;
 use map::Map;
 pub use params::TrackerParams;
@@ -160,7 +164,7 @@ impl Tracker {
             usual_sigma_m: 0.0,
             weak_frames: 0,
             place_sigma_px_min: params.place_sigma_px,
-            place_sigma_px_max: begin::UNPROVEN_NOISE * params.place_sigma_px,
+            place_sigma_px_max: params::UNPROVEN_NOISE * params.place_sigma_px,
         })
     }
 

@@ -10,6 +10,8 @@ pub mod encode;
 mod frame;
 mod lanes;
 mod lines;
+mod plan;
+pub mod plot;
 mod power;
 mod rows;
 mod selection;
@@ -30,36 +32,11 @@ use clocks::{Frequency, instant_ps};
 use frame::FrameSignals;
 use lanes::{LaneSignals, Lanes, LinkSignals};
 use lines::{RowLine, pix_clk, row_line};
+use plan::Group;
+pub use plan::{WavePlan, WaveRow};
 use power::PowerSignals;
 use rows::{CoreSignals, LineClocks, PulseTimes, core_config, run_rows, tail_clk};
-use rtl_models::sensor_core::CoreConfig;
 use signals::Recorder;
-
-/// A selection of a sensor's rows and columns with everything that its waves need, checked.
-#[derive(Debug)]
-pub struct WavePlan<'a> {
-    sensor: &'a SensorSetup,
-    selection: Selection,
-    converter: Converter,
-    groups: Vec<Group>,
-    lanes: Option<Lanes>,
-}
-
-/// Rows whose lines follow each other.
-#[derive(Debug)]
-struct Group {
-    lines: Vec<RowLine>,
-    config: CoreConfig,
-}
-
-/// A row to be shown.
-#[derive(Clone, Debug)]
-pub struct WaveRow {
-    /// Samples of all its columns.
-    pub samples: RowSamples,
-    /// Codes of its packet; what the converters give where nothing comes behind them.
-    pub sent: Option<Vec<u16>>,
-}
 
 impl<'a> WavePlan<'a> {
     /// Prepares what was asked for.

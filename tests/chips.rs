@@ -48,34 +48,29 @@ fn the_page_and_the_constants_are_what_the_fit_gives() {
     }
 }
 
+/// Of all chips, those without a public source among them: the wider of the two, because a stranger's chip is no better known.
 #[test]
 fn the_model_s_discrepancy_is_that_of_vendors_that_the_fit_has_not_seen() {
-    let measured = OUTCOME.score(|chip| chip.unseen_mw).rms_log;
+    let measured = OUTCOME.rms_of_all();
     assert!((DISCREPANCY - measured).abs() < 0.03, "stated {DISCREPANCY}, measured {measured}");
 }
 
-/// The bars are 30 % and nine of ten; what is reached is held here, so that it cannot get worse unseen.
+/// The bars: a median under 30 %, nine of ten within two times and nine of ten in their ranges, for vendors that the fit has not seen.
 #[test]
-fn published_chips_are_met_as_well_as_the_page_says() {
-    let number = OUTCOME.chips.len();
-    assert!(number >= 15, "{number} chips");
-    let (all, unseen) = (OUTCOME.score(|chip| chip.all_mw), OUTCOME.score(|chip| chip.unseen_mw));
+fn published_chips_are_met_by_a_model_that_has_not_seen_their_vendor() {
+    let all = OUTCOME.score(true, |chip| chip.all_mw);
+    let unseen = OUTCOME.score(true, |chip| chip.unseen_mw);
+    let held = OUTCOME.held(true);
     println!(
-        "all {:.3} {}, unseen {:.3} {}, held {}",
-        all.median_error,
-        all.within_two,
-        unseen.median_error,
-        unseen.within_two,
-        OUTCOME.held()
+        "all {:.3} {}, unseen {:.3} {}, held {held} of {}",
+        all.median_error, all.within_two, unseen.median_error, unseen.within_two, unseen.number
     );
-    assert!(all.median_error < 0.30 && 10 * all.within_two >= 9 * number, "{} {}", all.median_error, all.within_two);
-    assert!(
-        unseen.median_error < 0.42 && 100 * unseen.within_two >= 85 * number,
-        "{} {}",
-        unseen.median_error,
-        unseen.within_two
-    );
-    assert!(10 * OUTCOME.held() >= 9 * number, "{} of {number}", OUTCOME.held());
+    assert!(unseen.number >= 15, "{} chips with a public source", unseen.number);
+    for score in [&all, &unseen] {
+        assert!(score.median_error < 0.30, "{}", score.median_error);
+        assert!(10 * score.within_two >= 9 * score.number, "{} of {}", score.within_two, score.number);
+    }
+    assert!(10 * held >= 9 * unseen.number, "{held} of {}", unseen.number);
 }
 
 /// The values marked "rule" in the files, from the public ones.

@@ -7,6 +7,8 @@
 mod cases;
 #[path = "effects/document.rs"]
 mod document;
+#[path = "effects/numbers.rs"]
+mod numbers;
 #[path = "effects/within.rs"]
 mod within;
 

@@ -1,5 +1,7 @@
 //! Rules of this repository that a machine can check: arrows between stages, sizes, banned words, links.
 
+#[path = "tidy/circles.rs"]
+mod circles;
 #[path = "tidy/dependencies.rs"]
 mod dependencies;
 #[path = "tidy/formats.rs"]

@@ -311,3 +311,25 @@ fn the_program_writes_waves_and_refuses_what_it_cannot_show() {
     assert_eq!(folder.names(), ["deep", "out"]);
     assert_eq!(common::names(&folder.path().join("deep")), ["a.fst", "a.vcd"]);
 }
+
+#[test]
+fn the_picture_of_a_row_says_the_codes_of_its_converters_and_is_the_same_twice() {
+    let sensor = SensorSetup::new(&resolved(&[])).unwrap();
+    let waves = wedge_of(&sensor, Asked { rows: Some("7"), columns: Some("0,31,95"), frame: None });
+    let picture = sensel::waves::plot::svg(&waves, "a <b>");
+    assert_eq!(picture, sensel::waves::plot::svg(&waves, "a <b>"));
+    assert!(picture.contains("a &lt;b&gt;") && !picture.contains("NaN") && !picture.contains("inf"), "{picture}");
+    // The wedge goes from no signal to the least signal of the greatest code; the last latch of the row holds its codes.
+    for column in ["0", "31", "95"] {
+        let codes = of(&waves, &format!("column_{column}"), "code");
+        let latch_ps = rises(&of(&waves, "sequencer", "latch"))[0];
+        let Value::Bits(code) = at(&codes, latch_ps) else { panic!("column {column} has no code") };
+        assert!(picture.contains(&format!(">code {code}<")), "column {column}: {code}\n{picture}");
+        assert!(picture.contains(&format!(">column {column}<")));
+    }
+    for phase in ["ramp reset", "ramp signal"] {
+        assert!(picture.contains(&format!("<title>{phase}</title>")), "{phase}");
+    }
+    // A row's conversions are one page of text, whatever the ramp's length.
+    assert!(picture.len() < 200_000, "{} bytes", picture.len());
+}

@@ -12,11 +12,16 @@ pub enum Evidence {
     Abstract,
     /// An article or a vendor's comparison that quotes the datasheet.
     Article,
-    /// Memory of a datasheet or paper; unconfirmed.
+    /// Memory of a datasheet or paper; no public source was read. Not fitted, and judged apart.
     Memory,
 }
 
 impl Evidence {
+    /// Whether a public source was read: the condition for taking part in fit and score.
+    pub fn is_public(self) -> bool {
+        self != Self::Memory
+    }
+
     /// The word in the table.
     pub fn name(self) -> &'static str {
         match self {
@@ -24,7 +29,7 @@ impl Evidence {
             Self::Bound => "datasheet, upper bound",
             Self::Abstract => "abstract",
             Self::Article => "article",
-            Self::Memory => "memory",
+            Self::Memory => "memory, not fitted",
         }
     }
 }
@@ -46,7 +51,7 @@ pub struct Chip {
 
 /// All of them, by vendor; sensors of one die count once.
 pub const CHIPS: &[Chip] = &[
-    Chip { file: "mt9m001", name: "MT9M001", vendor: "Aptina", published_mw: 363.0, evidence: Evidence::Memory },
+    Chip { file: "mt9m001", name: "MT9M001", vendor: "Aptina", published_mw: 325.0, evidence: Evidence::Datasheet },
     Chip { file: "mt9m111", name: "MT9M111", vendor: "Aptina", published_mw: 170.0, evidence: Evidence::Memory },
     Chip { file: "mt9d131", name: "MT9D131", vendor: "Aptina", published_mw: 348.0, evidence: Evidence::Datasheet },
     Chip { file: "mt9m114", name: "MT9M114", vendor: "Aptina", published_mw: 135.0, evidence: Evidence::Datasheet },
@@ -106,7 +111,7 @@ pub const CHIPS: &[Chip] = &[
     Chip { file: "cmv300", name: "CMV300", vendor: "CMOSIS", published_mw: 700.0, evidence: Evidence::Datasheet },
     Chip { file: "cmv4000", name: "CMV4000", vendor: "CMOSIS", published_mw: 650.0, evidence: Evidence::Memory },
     Chip { file: "naneye2d", name: "NanEye 2D", vendor: "Awaiba", published_mw: 4.2, evidence: Evidence::Memory },
-    Chip { file: "hm01b0", name: "HM01B0", vendor: "Himax", published_mw: 4.0, evidence: Evidence::Memory },
+    Chip { file: "hm01b0", name: "HM01B0", vendor: "Himax", published_mw: 4.0, evidence: Evidence::Article },
     Chip { file: "lm9617", name: "LM9617", vendor: "National", published_mw: 90.0, evidence: Evidence::Datasheet },
     Chip { file: "hv7131rp", name: "HV7131RP", vendor: "MagnaChip", published_mw: 86.0, evidence: Evidence::Datasheet },
     Chip { file: "pas005b", name: "PAS005B", vendor: "PixArt", published_mw: 150.0, evidence: Evidence::Bound },

@@ -1,4 +1,5 @@
-//! Chips against the model: fitted with all vendors, and with each vendor left out in turn.
+//! Chips against the model: fitted with all vendors, and with each vendor left out in turn. Figures without a public source take no part in
+//! any fit; they are judged apart.
 
 use std::path::Path;
 
@@ -38,6 +39,8 @@ pub struct Score {
     pub within_two: usize,
     /// Root mean square of the logarithm of model over published.
     pub rms_log: f64,
+    /// Chips that were judged.
+    pub number: usize,
 }
 
 /// A scenario of `scenes/chips`.
@@ -61,12 +64,13 @@ fn prepared(root: &Path) -> Vec<Prepared> {
 /// Fits and judges all chips.
 pub fn judge(root: &Path) -> Outcome {
     let (chips, base) = (prepared(root), at_priors());
-    let parameters = fit(&base, &chips.iter().collect::<Vec<_>>());
+    let sourced: Vec<&Prepared> = chips.iter().filter(|chip| chip.chip.evidence.is_public()).collect();
+    let parameters = fit(&base, &sourced);
     let mut vendors: Vec<&str> = chips.iter().map(|chip| chip.chip.vendor).collect();
     vendors.dedup();
     let mut without: Vec<(&str, Technology)> = Vec::new();
     for vendor in vendors {
-        let others: Vec<&Prepared> = chips.iter().filter(|chip| chip.chip.vendor != vendor).collect();
+        let others: Vec<&Prepared> = sourced.iter().copied().filter(|chip| chip.chip.vendor != vendor).collect();
         without.push((vendor, moved(&base, &fit(&base, &others))));
     }
     let judged = |prepared: Prepared| {
@@ -84,9 +88,14 @@ pub fn judge(root: &Path) -> Outcome {
 }
 
 impl Outcome {
-    /// Figures of the model's column that `of` takes.
-    pub fn score(&self, of: impl Fn(&Judged) -> f64) -> Score {
-        let ratios: Vec<f64> = self.chips.iter().map(|chip| of(chip) / chip.prepared.chip.published_mw).collect();
+    /// Chips with a public source, or those without one.
+    pub fn chips_with(&self, public: bool) -> impl Iterator<Item = &Judged> {
+        self.chips.iter().filter(move |chip| chip.prepared.chip.evidence.is_public() == public)
+    }
+
+    /// Figures of the model's column that `of` takes, for chips with a public source or for those without one.
+    pub fn score(&self, public: bool, of: impl Fn(&Judged) -> f64) -> Score {
+        let ratios: Vec<f64> = self.chips_with(public).map(|chip| of(chip) / chip.prepared.chip.published_mw).collect();
         let mut errors: Vec<f64> = ratios.iter().map(|ratio| (ratio - 1.0).abs()).collect();
         errors.sort_by(f64::total_cmp);
         let middle = errors.len() / 2;
@@ -95,12 +104,22 @@ impl Outcome {
             median_error: 0.5 * (errors[middle] + errors[(errors.len() - 1) / 2]),
             within_two: ratios.iter().filter(|ratio| (0.5..=2.0).contains(*ratio)).count(),
             rms_log: libm::sqrt(squares / f64_from_usize(ratios.len())),
+            number: ratios.len(),
         }
     }
 
+    /// Root mean square of the logarithm of model over published of all chips, by the model that has not seen their vendor.
+    pub fn rms_of_all(&self) -> f64 {
+        let squares = [true, false].map(|public| {
+            let score = self.score(public, |chip| chip.unseen_mw);
+            f64_from_usize(score.number) * score.rms_log * score.rms_log
+        });
+        libm::sqrt((squares[0] + squares[1]) / f64_from_usize(self.chips.len()))
+    }
+
     /// Chips whose published figure lies in the likely range of the model that has not seen their vendor.
-    pub fn held(&self) -> usize {
+    pub fn held(&self, public: bool) -> usize {
         let holds = |chip: &&Judged| (chip.range_mw[0]..=chip.range_mw[1]).contains(&chip.prepared.chip.published_mw);
-        self.chips.iter().filter(holds).count()
+        self.chips_with(public).filter(holds).count()
     }
 }

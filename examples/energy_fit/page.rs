@@ -57,20 +57,25 @@ fn chips(outcome: &Outcome) -> String {
         )
         .expect(TEXT);
     }
-    let number = outcome.chips.len();
-    writeln!(table, "\n| | median error | within 2 times | rms of the logarithm |\n|---|---|---|---|").expect(TEXT);
-    for (name, score) in
-        [("fitted to all", outcome.score(|chip| chip.all_mw)), ("vendor unseen", outcome.score(|chip| chip.unseen_mw))]
-    {
-        let (median, rms) = (100.0 * score.median_error, score.rms_log);
-        writeln!(table, "| {name} | {median:.0} % | {} of {number} | {rms:.2} |", score.within_two).expect(TEXT);
-    }
     writeln!(
         table,
-        "\nThe 95 % range of the model that has not seen a chip's vendor holds {} of {number} chips.",
-        outcome.held()
+        "\n| | median error | within 2 times | rms of the logarithm | in the 95 % range |\n|---|---|---|---|---|"
     )
     .expect(TEXT);
+    let all = outcome.score(true, |chip| chip.all_mw);
+    let unseen = outcome.score(true, |chip| chip.unseen_mw);
+    let unsourced = outcome.score(false, |chip| chip.unseen_mw);
+    for (name, score, held) in [
+        ("fitted to all", all, None),
+        ("vendor unseen", unseen, Some(outcome.held(true))),
+        ("vendor unseen, figures from memory", unsourced, Some(outcome.held(false))),
+    ] {
+        let (median, rms, number) = (100.0 * score.median_error, score.rms_log, score.number);
+        let held = held.map_or_else(String::new, |held| format!("{held} of {number}"));
+        writeln!(table, "| {name} | {median:.0} % | {} of {number} | {rms:.2} | {held} |", score.within_two)
+            .expect(TEXT);
+    }
+    writeln!(table, "| vendor unseen, all | | | {:.2} | |", outcome.rms_of_all()).expect(TEXT);
     table
 }
 

@@ -2,7 +2,8 @@
 //! to feature records.
 
 use crate::fx_back::{Corner, FxBack, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxSettings, Row};
-use crate::fx_front::{FrontToggles, FxFront, FxFrontConfig, FxFrontIn, FxFrontMemory, FxFrontOut, Request};
+use crate::fx_config::FxFrontConfig;
+use crate::fx_front::{FrontToggles, FxFront, FxFrontIn, FxFrontMemory, FxFrontOut, Request};
 
 /// Pins that enter, as they stand at the rising edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,9 +6,11 @@
 //! behind `row_ok` keeps whatever they overwrite from being read.
 
 use crate::extractor_core::front_config;
-use crate::fx_back::{Corner, FxBack, FxBackConfig, FxBackIn, FxBackMemory, FxBackToggles, FxCounts, FxSettings};
-use crate::fx_back::{Record, Row};
-use crate::fx_front::{DRAIN, FRONT_LATENCY};
+use crate::fx_back::{
+    Corner, FxBack, FxBackConfig, FxBackIn, FxBackMemory, FxBackToggles, FxCounts, FxSettings, Record, Row,
+};
+use crate::fx_config::FRONT_LATENCY;
+use crate::fx_front::DRAIN;
 use crate::fx_front_rows::{FrontRows, FrontRowsMemory, FrontSink, RowCorner, RowDone, Word};
 
 /// The extractor's environment: when pixels are offered and records are taken. Clock 0 is the first after reset.

@@ -9,8 +9,8 @@ pub use crate::fx_engine::{Engine, Record};
 pub use crate::fx_fifo::{Candidate, Policy};
 pub use crate::fx_pattern::points;
 
-use crate::fx_back_pins::small;
 use crate::fx_cells::FxCells;
+use crate::fx_config::small;
 use crate::fx_dumps::{DumpsIn, FxDumps};
 use crate::fx_engine::EngineConfig;
 use crate::fx_fifo::FxFifo;
@@ -19,10 +19,11 @@ use crate::fx_orient::FxOrient;
 use crate::fx_ring::{FxRing, RingRead, RingWrite};
 use crate::words::{PlacePx, ShiftPx};
 
-pub use crate::fx_back_pins::{
-    DUMP_CLK, FxBackConfig, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxCounts, FxSettings, LOADED_CLK,
-    PATCH_MARGIN_PX, START_GAP_CLK, engine_clocks,
+pub use crate::fx_back_ports::{
+    DUMP_CLK, FxBackIn, FxBackMemory, FxBackOut, FxBackToggles, FxCounts, FxSettings, LOADED_CLK, START_GAP_CLK,
+    engine_clocks,
 };
+pub use crate::fx_config::{FxBackConfig, PATCH_MARGIN_PX};
 
 #[path = "fx_back_events.rs"]
 mod events;

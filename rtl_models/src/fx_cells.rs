@@ -1,7 +1,7 @@
 //! Lists of the best corners of each cell, twin of `verilog/fx_cells.sv`. Stores corners that have a full patch; reads a bank out by
 //! cells from left to right, best corner first.
 
-use crate::fx_back::FxBackConfig;
+use crate::fx_config::FxBackConfig;
 
 /// Most places of a list.
 pub const PER_CELL_MAX: usize = 4;

@@ -1,8 +1,8 @@
 //! Row counters and the queue of lists to read out, twin of `verilog/fx_dumps.sv`. Decides from row ends and loads which list is read
 //! next and whether a row may start.
 
-use crate::fx_back::FxBackConfig;
 use crate::fx_cells::Walk;
+use crate::fx_config::FxBackConfig;
 
 /// Row numbers wrap here; differences are taken as signed.
 const NUMBERS: u16 = 0xFFF;

@@ -4,97 +4,16 @@
 //! Everything leaves [`FRONT_LATENCY`] enabled clocks after its position was taken, for one clock. `FrontRows` is the form that
 //! takes a row at a time.
 
+pub use crate::fx_config::{DRAIN, FRONT_LATENCY, FxFrontConfig, OCTAVE_SIDE_MIN, line_words};
 use crate::fx_fast::FxFast;
 use crate::fx_half::FxHalf;
 use crate::fx_harris::FxHarris;
 use crate::fx_nms::{FxNms, NmsIn};
-pub use crate::fx_rows::{DRAIN, Request};
+pub use crate::fx_rows::Request;
 use crate::fx_rows::{FxRows, Position};
 use crate::fx_smooth::FxSmooth;
 use crate::fx_window::FxWindow;
 use crate::{flips, flips_of};
-
-/// Enabled clocks from a position to what it completes.
-pub const FRONT_LATENCY: u32 = 6;
-/// Least side of an octave above 0: one pixel with a whole patch.
-pub const OCTAVE_SIDE_MIN: u32 = 33;
-
-/// What the front is built with and set to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FxFrontConfig {
-    /// Columns for which there is memory; compile-time in Verilog.
-    pub max_width: u32,
-    /// Bits of a pixel, 8 to 16; compile-time.
-    pub pix_bits: u32,
-    /// Octaves for which there is memory, 1 to 4; compile-time.
-    pub octaves: u32,
-    /// Corners are ranked by Harris; compile-time.
-    pub harris: bool,
-    /// Columns of octave 0, 7 to `max_width`.
-    pub width: u32,
-    /// Rows of octave 0, 7 to 65535.
-    pub height: u32,
-}
-
-impl FxFrontConfig {
-    /// What the hardware needs to work as described; the sentence says which rule is broken.
-    pub fn check(&self) -> Result<(), &'static str> {
-        let rule = |holds: bool, sentence| if holds { Ok(()) } else { Err(sentence) };
-        rule((8..=16).contains(&self.pix_bits), "pixels have 8 to 16 bits")?;
-        rule((1..=4).contains(&self.octaves), "there are 1 to 4 octaves")?;
-        rule((16..1 << 15).contains(&self.max_width), "line buffers hold 16 to 2^15 - 1 columns")?;
-        rule((7..=self.max_width).contains(&self.width), "a row has 7 pixels to those of the line buffers")?;
-        rule((7..1 << 16).contains(&self.height), "a picture has 7 to 65535 rows")
-    }
-
-    /// Columns of an octave.
-    pub const fn width_of(&self, octave: u32) -> u32 {
-        self.width >> octave
-    }
-
-    /// Rows of an octave.
-    pub const fn height_of(&self, octave: u32) -> u32 {
-        self.height >> octave
-    }
-
-    /// Whether the octave is worked on.
-    pub const fn built(&self, octave: u32) -> bool {
-        let large = self.width_of(octave) >= OCTAVE_SIDE_MIN && self.height_of(octave) >= OCTAVE_SIDE_MIN;
-        octave == 0 || (octave < self.octaves && large)
-    }
-
-    /// First word of an octave in memories of all octaves.
-    pub const fn base_of(&self, octave: u32) -> u32 {
-        line_words_of(self.max_width, octave)
-    }
-
-    /// Enabled clocks of a frame, with those that drain.
-    pub fn frame_positions(&self) -> u64 {
-        let of = |octave| u64::from(self.width_of(octave) + 1) * u64::from(self.height_of(octave) + 1);
-        (0..self.octaves).filter(|&octave| self.built(octave)).map(of).sum::<u64>() + u64::from(DRAIN)
-    }
-
-    /// Bits of the front's memories: six pixels, two differences and a rank a column of each octave, and a half-scale row.
-    pub const fn memory_bits(&self) -> u64 {
-        let word = 8 * self.pix_bits + if self.harris { 16 } else { 0 };
-        let half_row = if self.octaves > 1 { self.max_width / 2 * self.pix_bits } else { 0 };
-        (line_words_of(self.max_width, self.octaves) * word + half_row) as u64
-    }
-}
-
-const fn line_words_of(max_width: u32, octaves: u32) -> u32 {
-    let (mut words, mut octave) = (0, 0);
-    while octave < octaves {
-        words += max_width >> octave;
-        octave += 1;
-    }
-    words
-}
-
-/// Words of the memories that hold a row of each octave.
-pub const fn line_words(max_width: u32, octaves: u32) -> usize {
-    line_words_of(max_width, octaves) as usize
-}
 
 /// The memories, borrowed. Their contents may be anything: nothing is looked at before it is written.
 #[derive(Debug)]

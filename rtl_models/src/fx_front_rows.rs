@@ -4,7 +4,8 @@
 //! A position's number counts enabled clocks, so with stalls the results are the same and only their clocks move. Loops are over
 //! fixed blocks of pixels, so that they become vectors; every function is inlined into the caller's instruction set.
 
-use crate::fx_front::{DRAIN, FxFrontConfig, line_words};
+use crate::fx_config::{FxFrontConfig, line_words};
+use crate::fx_front::DRAIN;
 use crate::fx_harris::{positive_part, short_float, sobel, terms};
 use crate::fx_window::CIRCLE;
 use crate::words::{HalfScaleMean, TriangleMean, rounded};

@@ -1,7 +1,7 @@
 //! Ring buffer of smoothed rows, twin of `verilog/fx_ring.sv`. Reads 27 pixels of one column, two clocks after the request.
 
 use crate::flips;
-use crate::fx_back::FxBackConfig;
+use crate::fx_config::FxBackConfig;
 
 /// Rows and columns of a patch.
 pub const SIDE: usize = 27;

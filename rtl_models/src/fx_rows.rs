@@ -2,10 +2,8 @@
 //! completes. Columns and rows are pixels of their octave.
 
 use crate::flips;
-use crate::fx_front::FxFrontConfig;
-
-/// Positions of nothing after a frame, in which the last ones leave.
-pub const DRAIN: u32 = 7;
+pub use crate::fx_config::DRAIN;
+use crate::fx_config::FxFrontConfig;
 
 /// The row that wants to start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -9,11 +9,12 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::convert::{Columns, Converter, RowWork, Sample};
+use super::columns::{Columns, Converter};
 use super::crossings::NEVER;
 use super::kickback::{Kickback, Shift};
 use super::params::{Cds, Counter, Counting};
 use super::ramp::RampEdges;
+use super::sample::{RowWork, Sample};
 use crate::num::{index, u64_from};
 use crate::rtl_simulator::RowRequest;
 

@@ -7,61 +7,19 @@
 //! actual ramp. docs/adc.md has the details.
 
 use super::column_delay;
+pub use super::columns::{Columns, Converter};
 use super::crossings::{NEVER, crossings};
 use super::kickback::Kickback;
 use super::linear::{LinearKernel, ROUNDER};
 use super::params::{AdcParams, Cds};
 use super::ramp::RampEdges;
+pub use super::sample::{RowWork, Sample};
 use crate::draw::DrawKey;
 use crate::fidelity::Rung;
 use crate::num::{f32_nearest, low_u16};
 use crate::rtl_simulator::SharedRtlSimulator;
 
-/// Which of a row's conversions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sample {
-    /// Of the reset level.
-    Reset,
-    /// Of the signal.
-    Signal,
-}
-
-/// What a row's conversions took, over both samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RowWork {
-    /// Counted clocks of all columns.
-    pub counter_steps: u64,
-    /// `adc_clk` clocks in which comparators waited for their crossing.
-    pub comparator_clk: u64,
-}
-
-/// The column converters, with everything that does not depend on the signal done beforehand.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Converter {
-    pub(super) params: AdcParams,
-    pub(super) edges: RampEdges,
-    pub(super) kickback: Option<Kickback>,
-    pub(super) pedestal_nv: i64,
-    /// Of equal steps, many columns at a time.
-    pub(super) kernel: Option<LinearKernel>,
-    /// Whether the kernel is all there is: no delays, no kickback.
-    is_plain: bool,
-    is_clocked: bool,
-    /// What converts in place of the clocked rung's own counters.
-    pub(super) verilog: Option<SharedRtlSimulator>,
-}
-
-/// The converters of one camera's die: each column with its own comparator.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Columns<'a> {
-    pub(super) converter: &'a Converter,
-    /// Delay of each column in `adc_clk`; empty where all are 0.
-    pub(super) delays_clk: Vec<u32>,
-    /// Array columns of those that are converted; none where all are.
-    places: Option<Vec<usize>>,
-}
-
-/// First clocks, counted from 1, at which the columns' comparators are high; `u32::MAX`: never.
+/// Crossings: the first clocks, counted from 1, at which the columns' comparators are high, delays included; `u32::MAX`: never.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Crossings {
     /// Of the reset conversion; empty where it is not converted separately.
@@ -77,8 +35,8 @@ impl Converter {
         let kickback = Kickback::from_params(params);
         let alike = params.comparator_delay_clk == 0 && params.comparator_delay_sigma_clk == 0.0;
         Self {
-            kernel: edges.is_plain().then(|| LinearKernel::new(params)),
-            is_plain: edges.is_plain() && kickback.is_none() && alike,
+            kernel: edges.has_equal_steps().then(|| LinearKernel::new(params)),
+            is_plain: edges.has_equal_steps() && kickback.is_none() && alike,
             pedestal_nv: edges.edge_nv(params.pedestal_lsb()),
             params: params.clone(),
             edges,
@@ -147,7 +105,7 @@ impl Converter {
         }
     }
 
-    /// Edges at or below a signal sample on the undisturbed ramp: the clock before its crossing.
+    /// Edges at or below a signal sample on the undisturbed ramp: the clock before the ramp passes its level.
     pub(super) fn undisturbed_count(&self, sample_uv: f32) -> u32 {
         self.edges.count(self.level_nv(sample_uv), self.params.code_max())
     }

@@ -1,16 +1,18 @@
 //! When comparators go high, in closed form. Computes the first clock at which each comparator is high, from levels in nV and delays.
 //!
-//! Without kickback a column's crossing follows from its own level. With kickback all columns that share the ramp are one system,
-//! solved from event to event: at clock t all columns compare with edge t plus the shift; comparators that go high at t shift the
-//! ramp from t + 1 on. Between two events the next crossing is found by search: all columns see one ramp, so the lowest level
-//! that has not been crossed is always the next. `Comparators` of the clocked rung steps through the same definition.
+//! A crossing is that clock, the comparator's delay included. Without kickback a column's crossing follows from its own level. With
+//! kickback all columns that share the ramp are one system, solved from event to event: at clock t all columns compare with edge t
+//! plus the shift; comparators that go high at t shift the ramp from t + 1 on. Between two events a search finds the next level that
+//! the ramp passes: all columns see one ramp, so it is always the lowest level that is left. `Comparators` of the clocked rung steps
+//! through the same definition.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::convert::{Columns, Sample};
+use super::columns::Columns;
 use super::kickback::{Kickback, Shift};
 use super::ramp::RampEdges;
+use super::sample::Sample;
 
 /// The comparator stays low for the whole conversion.
 pub(super) const NEVER: u32 = u32::MAX;
@@ -48,9 +50,9 @@ pub(super) fn crossings(columns: &Columns<'_>, sample: Sample, samples_uv: &[f32
     found
 }
 
-/// The first clock at which a comparator is high whose ramp crosses at `crossing`.
-fn high_at(crossing: u32, delay_clk: u32, steps: u32) -> u32 {
-    let high = crossing + delay_clk;
+/// The crossing of a column: the ramp passes its level at clock `passed_clk`, and its comparator goes high `delay_clk` later.
+fn high_at(passed_clk: u32, delay_clk: u32, steps: u32) -> u32 {
+    let high = passed_clk + delay_clk;
     if high <= steps { high } else { NEVER }
 }
 
@@ -62,7 +64,7 @@ struct Coupled<'a> {
     /// Everything up to this clock is done.
     clock: u32,
     shift: Shift,
-    /// Clocks at which comparators that were crossed will go high.
+    /// Crossings to come of columns whose level the ramp has passed.
     flips: BinaryHeap<Reverse<u32>>,
 }
 

@@ -1,7 +1,7 @@
 //! Converts the counted work of a row's readout to events for the energy account.
 
-use super::convert::{RowWork, Sample};
 use super::params::{AdcParams, Counter, Counting};
+use super::sample::{RowWork, Sample};
 use crate::events::{Event, Events};
 use crate::num::u64_from;
 use crate::pixel::PixelType;

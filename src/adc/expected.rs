@@ -7,8 +7,9 @@
 //! The difference of two counts is summed over both counts where it can meet an end; where that takes more than `PAIRS_MAX` pairs (sigmas
 //! of some 18 LSB) it is clipped as a normal instead. This holds only for ramps of equal steps with equal comparators.
 
-use super::convert::{Converter, Sample};
+use super::columns::Converter;
 use super::params::Cds;
+use super::sample::Sample;
 use crate::num::{f64_from_i64, f64_from_usize, greater, i64_truncated, lesser};
 
 /// A level in uV above the dark level, with normal noise.

@@ -5,10 +5,10 @@
 //! pedestal. `Converter` takes this path where all steps are equal, no comparator lags and none disturbs the ramp; its slow twin is
 //! the general path of the same converter. Blocks of columns far enough from all edges are served in f32 (`FastLine`).
 
-use super::convert::{RowWork, Sample};
 use super::fast::{BLOCK, BlockWork, FastLine};
 use super::params::AdcParams;
 use super::ramp::linear_edge_nv;
+use super::sample::{RowWork, Sample};
 use crate::num::{f64_from_i64, low_u16, low_u32};
 use crate::simd::{Kernel, dispatch};
 

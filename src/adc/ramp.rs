@@ -35,7 +35,7 @@ impl RampEdges {
     }
 
     /// Whether the steps are equal, in closed form.
-    pub fn is_plain(&self) -> bool {
+    pub fn has_equal_steps(&self) -> bool {
         self.table_nv.is_none()
     }
 
@@ -75,7 +75,10 @@ impl RampEdges {
     /// No signal must give the black level: the edge above the pedestal lies above it.
     fn check_pedestal(&self, params: &AdcParams) -> Result<(), Error> {
         let pedestal = params.pedestal_lsb();
-        if self.is_plain() || pedestal == params.code_max() || self.edge_nv(pedestal + 1) > self.edge_nv(pedestal) {
+        if self.has_equal_steps()
+            || pedestal == params.code_max()
+            || self.edge_nv(pedestal + 1) > self.edge_nv(pedestal)
+        {
             return Ok(());
         }
         let reason = format!(
@@ -232,7 +235,7 @@ mod tests {
         let levels_uv = (1..1024).map(|k| f64_from_i64(linear.edge_nv(k)) / 1000.0).collect();
         let table = AdcParams { ramp: Ramp::Table, ramp_table_uv: levels_uv, ..paper_adc() };
         let table = RampEdges::new(&table).unwrap();
-        assert!(linear.is_plain() && !table.is_plain());
+        assert!(linear.has_equal_steps() && !table.has_equal_steps());
         for k in 0..1024 {
             assert_eq!(linear.edge_nv(k), table.edge_nv(k), "edge {k}");
         }

@@ -4,7 +4,7 @@
 //! 1241-2010). A column samples the clock once a conversion, at its crossing, so each conversion and column has one draw of sigma
 //! slope * `ramp_jitter_ps`. The slope is that of the step before the crossing, in which the clock that counts last lies.
 
-use super::convert::Converter;
+use super::columns::Converter;
 use super::params::AdcParams;
 use crate::draw::{DrawKey, EffectNumber, fill_uniforms, normals};
 use crate::effect::{Domain, Effect, Omission, RowPass};
@@ -35,7 +35,7 @@ impl RampJitter {
         let uv_per_nv = 1e-15 * f64_from_u64(params.clock_hz) * params.ramp_jitter_ps;
         let span_uv = 1000.0 * params.lsb_uv() * uv_per_nv;
         let last = params.code_max();
-        let (sigmas_uv, sigma_uv_max) = if converter.edges.is_plain() {
+        let (sigmas_uv, sigma_uv_max) = if converter.edges.has_equal_steps() {
             (vec![f32_nearest(span_uv)], span_uv)
         } else {
             let step_nv = |k: u32| converter.edge_nv((k + 1).min(last)) - converter.edge_nv((k + 1).min(last) - 1);

@@ -9,8 +9,9 @@
 //! the rounding of the time itself (2^-53 of it: 4e-7 periods of 1 MHz after an hour). Within a conversion
 //! sin(p + w k) = sin p cos w k + cos p sin w k, from a table over the clocks k.
 
-use super::convert::{Converter, Sample};
+use super::columns::Converter;
 use super::params::{AdcParams, Cds};
+use super::sample::Sample;
 use crate::draw::EffectNumber;
 use crate::effect::{Domain, Effect, Omission, RowPass};
 use crate::facts::Facts;

@@ -49,6 +49,11 @@ pub struct Measurement {
 impl Measurement {
     /// Ready for the set's first frame.
     pub fn new(set: &Set) -> Self {
+        Self::of_points(set.size, &set.points)
+    }
+
+    /// Ready for the first frame of a series of these exposures, and of stacks.
+    pub fn of_points(size: Size, exposures: &[super::set::Exposure]) -> Self {
         let point = |exposure: &super::set::Exposure| Point {
             exposure_ns: f64_from_u64(exposure.exposure_ns),
             photons: exposure.photons,
@@ -56,11 +61,11 @@ impl Measurement {
         };
         Self {
             transfer: Transfer {
-                points: set.points.iter().map(point).collect(),
-                pixels: f64_from_usize(set.size.pixel_count()),
+                points: exposures.iter().map(point).collect(),
+                pixels: f64_from_usize(size.pixel_count()),
             },
-            bright: Stack::new(set.size),
-            dark: Stack::new(set.size),
+            bright: Stack::new(size),
+            dark: Stack::new(size),
             dark_clipped: 0.0,
             first: None,
         }

@@ -9,6 +9,7 @@ use super::dither::{Dither, pattern_variance, variance_amplitude_dn2};
 use super::measure::{Point, Transfer};
 use super::moments::{Difference, Level, Moments, clipped, normal_cdf, normal_nodes, quantised};
 use super::set::{Exposure, Set};
+pub use super::shared::Shared;
 use super::shoot::Times;
 use super::spatial::Parts;
 use super::uncertainty::DieErrors;
@@ -66,15 +67,6 @@ pub struct Model {
     /// The two conversions; none where one is made.
     difference: Option<Difference>,
     code_max: f64,
-}
-
-/// Parts of the temporal variance in the dark that all pixels of a row, and of a column, have in common.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shared {
-    /// Of a row, in DN^2.
-    pub row_dn2: f64,
-    /// Of a column, in DN^2.
-    pub column_dn2: f64,
 }
 
 /// What the frames would give in the mean.

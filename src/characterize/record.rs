@@ -4,8 +4,8 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::Bench;
 use super::analysis::{Figures, Summary, figures};
+use super::bench::Bench;
 use super::defects::{Histogram, high_passed, histogram};
 use super::measure::{Measurement, Point};
 use super::set::Set;

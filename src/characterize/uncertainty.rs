@@ -12,7 +12,7 @@
 use super::analysis::{Figures, PARTS, Summary};
 use super::fits;
 use super::measure::{Point, Transfer};
-use super::model::Shared;
+use super::shared::Shared;
 use super::spatial::Parts;
 use crate::num::{f64_from_usize, greater};
 

@@ -67,6 +67,8 @@ pub enum Verb {
     Plan(PlanArguments),
     /// Says line and frame times, exposure limits, latency and link use of a sensor, and where a line's time goes.
     Timing(TimingArguments),
+    /// Draws how a row is converted: phases, ramp, comparators, counters and codes over the line.
+    Waves(WavesArguments),
     /// Says energy and bandwidth by block, raw pictures against features.
     Power(PowerArguments),
     /// Runs the extractor alone on a picture.
@@ -87,6 +89,8 @@ pub enum Verb {
     Compare(CompareArguments),
     /// A design space: many runs, one table, one page.
     Sweep(SweepArguments),
+    /// Finds a sensor's parameters with intervals from its frames, dark and bright: the inverse of characterize.
+    Fit(FitArguments),
     /// Says what a glTF file holds and what of it is not read, and writes a scenario whose camera sees it.
     Scene(SceneArguments),
 }
@@ -167,7 +171,7 @@ pub struct LadderArguments {
 /// Waveforms.
 #[derive(Args, Debug, Default)]
 pub struct WaveArguments {
-    /// Waveforms of the sensor: a file ending in .fst or .vcd, for GTKWave or Surfer.
+    /// Waveforms of the sensor: a file ending in .fst or .vcd, for GTKWave or Surfer, or in .svg, a picture of the first row.
     #[arg(long, value_name = "FILE")]
     pub waves: Option<PathBuf>,
     /// Rows of the waveforms, as 0,1,2-5 (default: the first two).
@@ -201,6 +205,19 @@ pub struct TimingArguments {
     pub waves: WaveArguments,
 }
 
+/// Frames of a sensor.
+#[derive(Args, Debug)]
+pub struct FitArguments {
+    /// A folder with emva1288.txt and the frames that it names: pairs at several exposures, and stacks, bright and dark.
+    pub folder: PathBuf,
+    /// Sensor preset or file that has what the frames do not tell.
+    #[arg(long, default_value = "paper_6t_vga")]
+    pub preset: String,
+    /// Of the die while the frames were taken; 300 unless given.
+    #[arg(long, value_name = "K")]
+    pub temperature_k: Option<f64>,
+}
+
 /// A scene from elsewhere.
 #[derive(Args, Debug)]
 pub struct SceneArguments {
@@ -215,6 +232,22 @@ pub struct SceneArguments {
     /// Draws the best views of the scene, one beside the other, as PNG.
     #[arg(long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
+}
+
+/// A sensor whose conversions are drawn.
+#[derive(Args, Debug)]
+pub struct WavesArguments {
+    /// A sensor preset's name, a file with [sensor] sections, or a scenario; the picture is a wedge from dark to full scale.
+    pub sensor: Option<String>,
+    /// The picture: a file ending in .svg.
+    #[arg(long, value_name = "FILE")]
+    pub plot: PathBuf,
+    /// Row of the picture (default: the first).
+    #[arg(long)]
+    pub row: Option<u32>,
+    /// Columns, as 0,100,639 (default: the first, the middle and the last); the first six are drawn.
+    #[arg(long, value_name = "LIST")]
+    pub columns: Option<String>,
 }
 
 /// A picture for the extractor.

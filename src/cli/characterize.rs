@@ -11,13 +11,13 @@ use sensel::files::folder::OutputFolder;
 use sensel::units::Size;
 
 use super::args::{CharacterizeArguments, Shared};
-use super::{interrupt, place, progress, run, words};
+use super::{interrupt, place, progress, setup, words};
 
 /// `sensel characterize`.
 pub fn main(arguments: &CharacterizeArguments, shared: &Shared) -> Result<(), Error> {
     let started = Instant::now();
     let place::Located { name, resolved, .. } = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
-    run::use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
+    setup::use_threads(resolved.scenario.threads().map_err(|error| resolved.tree.locate(error))?)?;
     let bench = Bench::new(&resolved, &options(arguments)?)?;
     words::warn(&resolved.inheritance_warnings());
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-emva1288")));

@@ -13,7 +13,7 @@ use sensel::run::Assets;
 use serde_json::json;
 
 use super::args::{FeaturesArguments, Shared};
-use super::run::FolderAssets;
+use super::setup::FolderAssets;
 use super::{draw, listing, place, words};
 
 /// `sensel features`.

@@ -7,7 +7,7 @@ use sensel::run::{Assets, Setup, Stopwatch};
 use super::args::{RunVerbArguments, Shared};
 use super::clocks::{Wall, Work};
 use super::progress::Study;
-use super::run::FolderAssets;
+use super::setup::FolderAssets;
 use super::words;
 
 /// Keys that a goal decides.

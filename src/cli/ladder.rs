@@ -14,8 +14,8 @@ use sensel::run::Assets;
 use super::args::{LadderArguments, Shared};
 use super::clocks::{Wall, Work};
 use super::progress::Study;
-use super::run::FolderAssets;
-use super::{interrupt, place, run, words};
+use super::setup::FolderAssets;
+use super::{interrupt, place, setup, words};
 
 /// `sensel ladder`.
 pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
@@ -25,7 +25,7 @@ pub fn main(arguments: &LadderArguments, shared: &Shared) -> Result<(), Error> {
     let target = shared.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{name}-ladder")));
     OutputFolder::check(&target)?;
     let assets = FolderAssets::new(&located.folder, shared);
-    let setup = run::prepare(located, shared)?;
+    let setup = setup::prepare(located, shared)?;
     words::warn(setup.warnings.texts());
     let key = study_key(&setup.resolved);
     let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(u32::MAX);

@@ -10,7 +10,7 @@ use sensel::run::Setup;
 use serde_json::json;
 
 use super::args::{ConfigArguments, Shared};
-use super::{place, run, words};
+use super::{place, setup, words};
 
 /// `sensel presets`.
 pub fn presets(shared: &Shared) -> Result<(), Error> {
@@ -73,7 +73,7 @@ pub fn preset(name: &str, shared: &Shared) -> Result<(), Error> {
 /// Refuses assignments that a run would refuse, for verbs that read no scenario.
 fn check_assignments(shared: &Shared) -> Result<(), Error> {
     let resolved = Resolved::from_layers("command line", "", &place::assignments(shared, &[]))?;
-    Setup::check(&resolved, &run::FolderAssets::new(Path::new("."), shared))
+    Setup::check(&resolved, &setup::FolderAssets::new(Path::new("."), shared))
 }
 
 /// `sensel schema`.
@@ -101,7 +101,7 @@ fn require_nothing(schema: &mut serde_json::Value) {
 pub fn config(arguments: &ConfigArguments, shared: &Shared) -> Result<(), Error> {
     let located = place::locate(arguments.scenario.as_deref(), shared, &[])?;
     let resolved = &located.resolved;
-    Setup::check(resolved, &run::FolderAssets::new(&located.folder, shared))?;
+    Setup::check(resolved, &setup::FolderAssets::new(&located.folder, shared))?;
     words::warn(&resolved.inheritance_warnings());
     if !resolved.scenario.scene.is_named() {
         let text =

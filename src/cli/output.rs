@@ -130,6 +130,13 @@ impl Output {
         Ok(())
     }
 
+    /// Links a picture of waveforms, by its place in the folder, from the report; other waveform files have no viewer in a browser.
+    pub fn link_waves(&mut self, path: &Path) {
+        if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
+            self.pictures.waves = Some(path.display().to_string());
+        }
+    }
+
     /// Writes what is known only at the end, and puts the folder in its place.
     ///
     /// # Errors

@@ -7,14 +7,14 @@ use sensel::run::{Setup, Warnings};
 use serde_json::{Value, json};
 
 use super::args::{PlanArguments, Shared};
-use super::{listing, place, run, words};
+use super::{listing, place, setup, words};
 
 /// `sensel plan`.
 pub fn main(arguments: &PlanArguments, shared: &Shared) -> Result<(), Error> {
     let effects = arguments.effects.as_ref().map(|effects| format!("run.effects='{effects}'"));
     let more: Vec<String> = effects.into_iter().collect();
     let located = place::locate(arguments.scenario.as_deref(), shared, &more)?;
-    let setup = run::prepare(located, shared)?;
+    let setup = setup::prepare(located, shared)?;
     let mut warnings = setup.warnings.clone();
     setup.sensor.extractor_warning().into_iter().for_each(|text| warnings.add(text));
     words::warn(warnings.texts());

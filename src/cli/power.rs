@@ -11,7 +11,7 @@ use sensel::run::{Counted, ESTIMATED_LEVEL, LinkSplit, NoClock, SensorSetup, Ses
 use serde_json::{Value, json};
 
 use super::args::{PowerArguments, RunArguments, Shared};
-use super::{listing, place, progress, run, words};
+use super::{listing, place, progress, setup, words};
 
 /// Frames that are counted unless the user says otherwise: features change slowly from frame to frame.
 const FRAMES: u32 = 10;
@@ -51,7 +51,7 @@ fn estimate(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error>
     let located = if is_sensor_alone {
         place::locate_sensor(arguments.scenario.as_deref(), shared)?
     } else {
-        run::located(arguments, shared)?
+        setup::located(arguments, shared)?
     };
     let sensor = SensorSetup::new(&located.resolved)?;
     let resolve = |error: Error| located.resolved.tree.locate(error);
@@ -85,9 +85,9 @@ fn count(arguments: &RunArguments, shared: &Shared) -> Result<Figures, Error> {
         effects: arguments.effects.clone(),
         keep: Vec::new(),
     };
-    let located = run::located(&arguments, shared)?;
+    let located = setup::located(&arguments, shared)?;
     let name = located.name.clone();
-    let setup = run::prepare(located, shared)?;
+    let setup = setup::prepare(located, shared)?;
     let host: Option<HostParams> = setup.resolved.scenario.host_params()?;
     let frames = setup.frames;
     let mut session = Session::new(setup)?;

@@ -1,6 +1,7 @@
 //! `sensel scene`: what a glTF file holds, what of it is not read, and a scenario whose camera sees it.
 
 mod contact_sheet;
+mod found;
 mod scenario;
 
 use std::collections::BTreeMap;
@@ -19,6 +20,7 @@ use serde_json::json;
 
 use super::args::{SceneArguments, Shared};
 use super::{listing, place, words};
+use found::Found;
 
 /// Views of the contact sheet.
 const VIEWS: usize = 6;
@@ -102,19 +104,6 @@ fn read(file: &Path, units: &FileUnits) -> Result<(String, Scene), Error> {
     let bytes = files.read(name)?;
     let scene = Scene::from_gltf_in(name, &bytes, units, &Surroundings::default(), &|other| files.read(other))?;
     Ok((name.to_owned(), scene))
-}
-
-/// What a file holds.
-struct Found {
-    name: String,
-    scene: Scene,
-    units: FileUnits,
-    extent: Extent,
-    views: Vec<View>,
-    /// Materials that shine.
-    lamps: Vec<String>,
-    /// Share of the sky that is seen from the best view, straight up and around.
-    open: f64,
 }
 
 impl Found {

@@ -24,7 +24,7 @@ pub fn main(arguments: &TimingArguments, shared: &Shared) -> Result<(), Error> {
     words::warn(sensor.extractor_warning().as_slice());
     let expected_features = sensor.extractor.features_expected(sensor.size);
     place::refuse_same(&[("--svg", arguments.svg.as_ref()), ("--waves", arguments.waves.waves.as_ref())])?;
-    let waves = WaveRequest::new(&arguments.waves, None, &sensor, resolved)?;
+    let waves = WaveRequest::new(&arguments.waves, None, &sensor, (resolved, &located.name))?;
     let diagram = run::timing_diagram(&sensor, expected_features, &located.name)?;
     if let Some(path) = &arguments.svg {
         place::write_output("--svg", path, diagram.svg().as_bytes())?;

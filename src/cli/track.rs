@@ -1,6 +1,7 @@
 //! `sensel track`: the tracker alone, on the pictures of an EuRoC or TUM folder, real or simulated, of any number of cameras, or on the
 //! packets that a run kept.
 
+mod brought;
 mod figures;
 mod packets;
 mod pictures;
@@ -8,7 +9,6 @@ mod recording;
 
 use std::path::{Path, PathBuf};
 
-use sensel::compute::Feature;
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::files::euroc::{ImuFolder, ImuReading};
@@ -18,24 +18,16 @@ use sensel::link::LinkCounts;
 use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::pose::{TimedPose, format_tum};
 use sensel::run::SensorSetup;
-use sensel::tracker::{FrameInput, ImuCalibration, Reading, RowClock, Status, TrackedFrame, Tracker, TrackerParams};
+use sensel::tracker::{FrameInput, ImuCalibration, Reading, Status, TrackedFrame, Tracker, TrackerParams};
 use serde_json::json;
 
 use super::args::{Shared, TrackArguments};
 use super::{listing, place, progress, words};
+pub use brought::Brought;
 use figures::Figures;
 use packets::Packets;
 use pictures::Pictures;
 use recording::Recording;
-
-/// One frame of the rig, as a recording brings it.
-pub struct Brought {
-    timestamp_ns: u64,
-    /// One list a camera.
-    features: Vec<Vec<Feature>>,
-    /// When each camera's rows were exposed; none where nobody says so.
-    clocks: Vec<RowClock>,
-}
 
 /// What the tracker made of a recording.
 #[derive(Default)]

@@ -1,4 +1,4 @@
-//! `--waves` of `run` and `timing`: what is asked for, checked before anything runs, and the file at the end.
+//! `--waves` of `run` and `timing` and the verb `waves`: what is asked for, checked before anything runs, and the file at the end.
 
 use std::path::{Path, PathBuf};
 
@@ -10,14 +10,34 @@ use sensel::run::{Frame, SensorSetup, Session};
 use sensel::units::{CameraIndex, RowIndex};
 use sensel::waves::{Asked, WavePlan, WaveRow};
 
-use super::args::WaveArguments;
+use super::args::{Shared, WaveArguments, WavesArguments};
 use super::place;
+
+/// `sensel waves`.
+pub fn main(arguments: &WavesArguments, shared: &Shared) -> Result<(), Error> {
+    place::check_ending("--plot", &arguments.plot, &["svg"], "SVG")?;
+    let located = place::locate_sensor(arguments.sensor.as_deref(), shared)?;
+    let sensor = SensorSetup::new(&located.resolved)?;
+    let waves = WaveArguments {
+        waves: Some(arguments.plot.clone()),
+        wave_rows: arguments.row.map(|row| row.to_string()),
+        wave_columns: arguments.columns.clone(),
+    };
+    let request = WaveRequest::new(&waves, None, &sensor, (&located.resolved, &located.name))?;
+    let request = request.expect("a file was named");
+    request.write_wedge(&sensor, located.resolved.scenario.sensor.die)
+}
 
 /// Waveforms that were asked for.
 pub struct WaveRequest<'a> {
     plan: WavePlan<'a>,
     file: WaveFile,
+    /// The picture's heading.
+    name: String,
 }
+
+/// The picture of a row's conversions in a result folder.
+pub const PICTURE: &str = "waves.svg";
 
 impl<'a> WaveRequest<'a> {
     /// Checks file, rows, columns and frame; none where no waves were asked for.
@@ -25,7 +45,7 @@ impl<'a> WaveRequest<'a> {
         arguments: &WaveArguments,
         frame: Option<u32>,
         sensor: &'a SensorSetup,
-        resolved: &Resolved,
+        (resolved, name): (&Resolved, &str),
     ) -> Result<Option<Self>, Error> {
         let Some(path) = &arguments.waves else { return Ok(None) };
         let file = WaveFile::new(path)?;
@@ -38,7 +58,15 @@ impl<'a> WaveRequest<'a> {
         })?;
         place::refuse_input("--waves", path)?;
         file.check()?;
-        Ok(Some(Self { plan, file }))
+        Ok(Some(Self { plan, file, name: name.to_owned() }))
+    }
+
+    /// The picture that every result folder has: the middle row of the first frame. None where the sensor's rows have no waves.
+    pub fn picture(target: &Path, sensor: &'a SensorSetup, (frames, name): (u32, &str)) -> Option<Self> {
+        let row = (sensor.schedule.output_size().height_px / 2).to_string();
+        let asked = Asked { rows: Some(&row), ..Asked::default() };
+        let plan = WavePlan::new(sensor, asked, frames).ok()?;
+        Some(Self { plan, file: WaveFile::new(&target.join(PICTURE)).ok()?, name: name.to_owned() })
     }
 
     /// Makes the session keep what the waves need.
@@ -86,6 +114,6 @@ impl<'a> WaveRequest<'a> {
     fn write(&self, chain: &Chain, rows: &[WaveRow]) -> Result<(), Error> {
         let width = rows.first().map_or(0, |row| row.samples.signal_uv.len());
         place::refuse_input("--waves", self.file.path())?;
-        self.file.write(&self.plan.waves(&chain.first_columns(CameraIndex(0), width), rows)?)
+        self.file.write(&self.plan.waves(&chain.first_columns(CameraIndex(0), width), rows)?, &self.name)
     }
 }

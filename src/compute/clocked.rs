@@ -7,9 +7,9 @@ use rtl_models::fx_back::{self, Candidate, CellList, Engine, FxBackConfig, FxBac
 use rtl_models::fx_front_rows::{FrontRows, FrontRowsMemory, RowCorner, Word};
 
 use super::back::Records;
+use super::feature::{Counts, Extracted, Feature};
 use super::params::{ExtractorParams, Overflow, Pattern, Rank};
 use super::rows::Pixels;
-use super::{Counts, Extracted, Feature};
 use crate::error::Error;
 use crate::num::{index, low_u16};
 use crate::plane::Plane;

@@ -1,10 +1,10 @@
 //! The engines: convert the served candidates to features.
 
-use super::Feature;
 use super::back::Served;
 use super::brief::RotatedPattern;
 use super::cells::has_patch;
 use super::fast::Corner;
+use super::feature::Feature;
 use super::orientation::{angle_of, moments, rounded_angle};
 use super::params::{ExtractorParams, Pattern};
 use super::patch::Patch;

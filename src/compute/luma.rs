@@ -3,7 +3,7 @@
 //! The mean of as many neighbours as the pattern has pixels holds every filter as often as the pattern does, wherever it starts, so
 //! flat colour gives flat grey. In hardware: a running sum over one pattern's rows and columns, and no multiplier.
 
-use super::Feature;
+use super::feature::Feature;
 use crate::events::{Event, Events};
 use crate::num::{low_u16, u32_from, u64_from};
 use crate::plane::Plane;

@@ -5,7 +5,7 @@
 //! constants and multiplexers are wires. Words of memories and operations are counted as words of 8 bits: a pipeline of 12
 //! bits counts one and a half, rounded up over the frame.
 
-use super::Counts;
+use super::feature::Counts;
 use super::orientation;
 use super::params::{ExtractorParams, Pattern, Rank};
 use super::patch::SIDE;

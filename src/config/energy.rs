@@ -1,9 +1,7 @@
 //! From `[energy]` and `[host]` to what the energy model takes, and the technology that a scenario names.
 
-use std::collections::BTreeMap;
-
-use super::Resolved;
 use super::check::within;
+use super::resolved::Resolved;
 use super::scenario::Scenario;
 use crate::energy::{Architecture, EnergyParams, HostParams, Periphery, Port, Technology};
 use crate::error::Error;
@@ -137,6 +135,3 @@ impl Resolved {
         Ok(technology)
     }
 }
-
-/// Texts of technology files by name.
-pub(super) type TechnologyFiles = BTreeMap<String, String>;

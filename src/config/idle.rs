@@ -1,6 +1,6 @@
 //! Refuses keys that the user changed although their mode is off. A value without effect is a misunderstanding.
 
-use super::Resolved;
+use super::resolved::Resolved;
 use crate::error::Error;
 
 /// Refuses a key that the user changed and that nothing reads.

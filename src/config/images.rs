@@ -1,6 +1,6 @@
 //! Refuses keys of image sources that the user changed and nothing reads.
 
-use super::Resolved;
+use super::resolved::Resolved;
 use crate::error::Error;
 
 /// Keys of `[scene]` that say something about pictures.

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use toml::{Table, Value};
 
-use super::Resolved;
 use super::presets::{NO_PRESET, PresetKind};
+use super::resolved::Resolved;
 
 /// Changed keys that a label names.
 const NAMED_MOST: usize = 3;

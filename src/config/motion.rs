@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
-use super::Resolved;
 use super::check::{one_of, within};
+use super::resolved::Resolved;
 use super::rig::orientation;
 use super::scenario::{Motion, MotionPose, Scenario};
 use crate::draw::DrawKey;

@@ -1,7 +1,7 @@
 //! From the keys of lens and aperture to their checked parameters.
 
-use super::Resolved;
 use super::check::{one_of, within};
+use super::resolved::Resolved;
 use super::scenario::{Optics, Scenario};
 use crate::error::Error;
 use crate::optics::lens::{DoubleSphere, Eucm, Intrinsics, Kb4, Lens, Mapping, Radtan, Table};

@@ -119,7 +119,7 @@ pub const ALL: &[Preset] = &[
     Preset {
         name: "kb4_120",
         kind: PresetKind::Lens,
-        summary: "f-theta lens, 120 degrees across, f/2",
+        summary: "equidistant lens, 120 degrees across, f/2",
         text: include_str!("presets/kb4_120.toml"),
     },
     Preset {

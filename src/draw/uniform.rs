@@ -7,7 +7,7 @@
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::{DrawKey, mix};
+use super::key::{DrawKey, mix};
 use crate::num::{low_u32, u64_from};
 use crate::simd::{Kernel, dispatch};
 

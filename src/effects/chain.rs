@@ -9,12 +9,13 @@ mod expected;
 mod layout;
 mod reading;
 mod row;
+mod state;
 
-pub use black::BlackRows;
 pub use expected::Expected;
 use layout::Layout;
-use reading::Reading;
 use row::{RowAt, RowBuffers};
+pub use state::{BlackRows, Capture, Captured, Chain, RowSamples, RowTimes};
+use state::{ROWS_PER_CHUNK, Reading, Shot, add};
 
 use super::Parameters;
 use crate::adc::{self, Columns};
@@ -29,100 +30,6 @@ use crate::plane::Plane;
 use crate::readout::{Geometry, HdrMerge};
 use crate::rtl_simulator::SharedRtlSimulator;
 use crate::units::{CameraIndex, FrameIndex, RowIndex, Size};
-
-/// Rows that one task takes. Fixed, so that work is cut the same way on any number of threads.
-const ROWS_PER_CHUNK: usize = 16;
-
-/// Exposure and wait of one row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RowTimes {
-    /// Exposure in seconds.
-    pub exposure_s: f64,
-    /// From the exposure's end to the row's readout, in seconds.
-    pub storage_s: f64,
-    /// When the row's samples are converted, in seconds of run time.
-    pub readout_s: f64,
-}
-
-/// Everything between photons and codes of one sensor.
-pub struct Chain {
-    /// What pixel and converters are set to, at the higher gain.
-    parameters: Parameters,
-    /// Chosen effects up to the charge of the array, in physical order.
-    gathering: Vec<Box<dyn Effect>>,
-    /// One a conversion gain, the most sensitive first.
-    readings: Vec<Reading>,
-    /// How the codes of several readings become one.
-    merge: Option<HdrMerge>,
-    black: BlackRows,
-    /// Window and binning; none where the photons' plane is the array, pixel by pixel.
-    layout: Option<Layout>,
-    /// Seed of the run.
-    seed: u64,
-    /// Seed of the die.
-    die_seed: u64,
-    /// Electrons from which on a pixel ends at its full well for every draw; infinite where no effect clips there.
-    full_from_e: f32,
-}
-
-/// Which exposure is captured.
-#[derive(Clone, Copy, Debug)]
-pub struct Capture<'a> {
-    /// Camera of the rig.
-    pub camera: CameraIndex,
-    /// Frame of the run.
-    pub frame: FrameIndex,
-    /// Exposure within the frame; 0 for single exposures.
-    pub slot: u32,
-    /// Electrons that the frame before left in the array, as `Captured::charge_e` gave them; none in the first frame.
-    pub before_e: Option<&'a Plane<f32>>,
-}
-
-impl Capture<'static> {
-    /// The only exposure of a frame without a previous one.
-    pub fn single(camera: CameraIndex, frame: FrameIndex) -> Self {
-        Self { camera, frame, slot: 0, before_e: None }
-    }
-}
-
-/// What a capture gives.
-pub struct Captured {
-    /// Codes in LSB.
-    pub codes: Plane<u16>,
-    /// Events of reset, transfer, conversion and readout.
-    pub events: Events,
-    /// Electrons that stay in the array for the next frame, where an effect leaves some.
-    pub charge_e: Option<Plane<f32>>,
-    /// What the black clamp added to the codes of the first reading.
-    pub black_shift_dn: i32,
-    /// Over how many pixels each effect ran, optical-black rows and every reading counted: pixels for which it had nothing to do are not.
-    /// In physical order.
-    pub hits: Vec<(&'static str, u64)>,
-}
-
-/// The samples of one row in microvolts at the converters' inputs.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RowSamples {
-    /// Signal, above the dark level.
-    pub signal_uv: Vec<f32>,
-    /// Reset, about 0; empty where it is not converted separately.
-    pub reset_uv: Vec<f32>,
-}
-
-/// One exposure on its way to codes.
-struct Shot<'a> {
-    /// Mean photons of the window.
-    photons: &'a Plane<f32>,
-    /// Electrons of the window, where effects of the array made them.
-    charge_e: Option<Plane<f32>>,
-    capture: Capture<'a>,
-    /// One entry a row of the window.
-    times: &'a [RowTimes],
-    /// What the black clamp adds to the codes of each reading.
-    shifts_dn: Vec<i32>,
-    /// The converters of each reading.
-    columns: Vec<Columns<'a>>,
-}
 
 impl Chain {
     /// A sensor with these effects, which must be in physical order. `seed` names the run's draws, `die_seed` the die's patterns.
@@ -178,8 +85,8 @@ impl Chain {
     ) -> Self {
         assert!(merge.readings() == 2 && self.readings.len() == 1, "two readings become one code");
         effects.retain(|effect| effect.domain() >= Domain::SensedElectrons);
-        let first_slot = self.slots();
-        self.readings.push(Reading::new(parameters, effects, 1, first_slot));
+        let first_counter = self.counters();
+        self.readings.push(Reading::new(parameters, effects, 1, first_counter));
         self.merge = Some(merge);
         self.knowing_what_is_full()
     }
@@ -225,7 +132,7 @@ impl Chain {
     /// of the window.
     pub fn capture(&self, photons: &Plane<f32>, capture: Capture<'_>, times: &[RowTimes]) -> Captured {
         let mut events = Events::default();
-        let mut hits = vec![0; self.slots()];
+        let mut hits = vec![0; self.counters()];
         let (shot, left_e) = self.shot(photons, capture, times, &mut events, &mut hits);
         let size = self.layout.as_ref().map_or(photons.size(), Layout::output_size);
         let mut codes = Plane::filled(size, 0_u16);
@@ -247,7 +154,7 @@ impl Chain {
     }
 
     /// Counters that a capture needs: one for each effect of each reading.
-    fn slots(&self) -> usize {
+    fn counters(&self) -> usize {
         self.gathering.len() + self.readings.iter().map(|reading| reading.effects.len()).sum::<usize>()
     }
 
@@ -272,7 +179,7 @@ impl Chain {
         times: &[RowTimes],
         rows: &[RowIndex],
     ) -> Vec<Vec<u16>> {
-        let (shot, _) = self.shot(photons, capture, times, &mut Events::default(), &mut vec![0; self.slots()]);
+        let (shot, _) = self.shot(photons, capture, times, &mut Events::default(), &mut vec![0; self.counters()]);
         let width = self.layout.as_ref().map_or(photons.size(), Layout::output_size).width_px;
         let mut buffers = self.buffers(photons.width_px());
         let mut codes_of = |row: &RowIndex| {
@@ -307,7 +214,7 @@ impl Chain {
     /// Samples of one row at the converters' inputs in the first reading, before quantisation: where the plan's bounds hold. Effects
     /// of the whole array see this row alone. The row begins at the array's first column.
     pub fn row_samples(&self, photons: &[f32], capture: Capture<'_>, row: RowIndex, times: RowTimes) -> RowSamples {
-        let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1, self.slots());
+        let mut buffers = RowBuffers::new(photons.len(), self.samples(), 1, self.counters());
         let at = self.at(capture, crate::num::index(row.0), times);
         buffers.values.copy_from_slice(photons);
         self.gather(at, &mut buffers);
@@ -334,7 +241,7 @@ impl Chain {
 
     fn buffers(&self, window_width: usize) -> RowBuffers {
         let width = self.layout.as_ref().map_or(window_width, Layout::buffer_width);
-        RowBuffers::new(width, self.samples(), self.readings.len(), self.slots())
+        RowBuffers::new(width, self.samples(), self.readings.len(), self.counters())
     }
 
     fn array_effects(&self) -> &[Box<dyn Effect>] {
@@ -371,10 +278,10 @@ impl Chain {
         let (place, before_e) = (self.place(capture, 0), capture.before_e);
         let pixels = u64_from(charge_e.values().len());
         let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e, left_e: None };
-        let first_slot = self.gathering.len() - self.array_effects().len();
+        let first_counter = self.gathering.len() - self.array_effects().len();
         for (place, effect) in self.array_effects().iter().enumerate() {
             effect.apply_to_array(&mut pass);
-            hits[first_slot + place] += pixels;
+            hits[first_counter + place] += pixels;
         }
         pass.left_e
     }
@@ -397,12 +304,5 @@ impl Chain {
         pass.full_from_e = self.full_from_e;
         row::apply_all(&self.gathering[..rows], &mut pass, &mut hits);
         buffers.hits = hits;
-    }
-}
-
-/// Adds counts to counts.
-fn add(hits: &mut [u64], more: &[u64]) {
-    for (hits, more) in hits.iter_mut().zip(more) {
-        *hits += more;
     }
 }

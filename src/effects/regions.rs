@@ -47,7 +47,7 @@ fn dark_e(parameters: &Parameters, frame: &Frame) -> [f64; 2] {
     let (charge_e, charge_e2) = pixel::dark_charge_e(pixel, frame.exposure_s, frame.storage_s_max, frame.dies);
     let gain_uv_per_e = pixel.conversion_gain_uv_per_e;
     let (noise_e, offset_e) = (dark_sigma_e(parameters), pixel.die_offset_uv / gain_uv_per_e);
-    // A trap is filled half of the time at most; its amplitude has the mean square 2 a^2.
+    // Traps are filled half of the time in the mean over traps (`rts_noise`); their amplitudes have the mean square 2 a^2.
     let trap_e = pixel.rts_amplitude_uv / gain_uv_per_e;
     let traps = 1e-6 * pixel.rts_ppm;
     let trap_e2 = traps * 2.0 * trap_e * trap_e;

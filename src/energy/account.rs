@@ -1,6 +1,7 @@
 //! What a run cost: energy by item, block and rail, the likely range, and which constants decided the answer.
 
-use super::model::{Amount, Item, Rail, SensorPower};
+use super::item::{Amount, Item, Rail};
+use super::model::SensorPower;
 use super::uncertainty::{Drawn, Range, variance_shares};
 use crate::events::{Block, Events};
 use crate::num::{f64_from_u64, f64_from_u128};

@@ -2,7 +2,7 @@
 //! of the ramp. Formulas stand in docs/energy.md.
 
 use super::constant::Constant;
-use super::model::{Amount, Build, Design, Rail};
+use super::item::{Amount, Build, Design, Rail};
 use super::params::Architecture;
 use crate::adc::{Counter, Counting};
 use crate::events::{Block, Event};

@@ -6,6 +6,8 @@
 
 use super::constant::Constant;
 use super::converter;
+pub(super) use super::item::Build;
+pub use super::item::{Amount, Design, Item, Rail};
 use super::params::{EnergyParams, Periphery, Port};
 use super::technology::Technology;
 use crate::adc::AdcParams;
@@ -26,98 +28,6 @@ const LEAKAGE_DOUBLING_K: f64 = 25.0;
 const ROLLING_LINES: f64 = 5.0;
 /// Those of a global shutter: besides the former the gates that store the charge and drain the photodiode.
 const GLOBAL_LINES: f64 = 7.0;
-
-/// A supply rail.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Rail {
-    /// Pixels, columns, converters, references.
-    Analog,
-    /// Logic and memories.
-    Digital,
-    /// The port.
-    Io,
-}
-
-impl Rail {
-    /// All rails.
-    pub const ALL: [Self; 3] = [Self::Analog, Self::Digital, Self::Io];
-
-    /// The one name of this rail in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Analog => "analog",
-            Self::Digital => "digital",
-            Self::Io => "io",
-        }
-    }
-}
-
-/// How often an item happens.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Amount {
-    /// As often as an event; the constant is in attojoules.
-    Event(Event),
-    /// So many times in every frame of a sensor; the constant is in attojoules.
-    PerFrame(u64),
-    /// So many nanoseconds of every frame of a sensor; the constant is in nanowatts.
-    Nanoseconds(u64),
-    /// As many nanoseconds as the data lanes together are in high-speed mode; the constant is in nanowatts.
-    LaneNanoseconds,
-}
-
-/// A part of a sensor's power.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Item {
-    /// The constant's name, or that of the event.
-    pub name: &'static str,
-    /// Who pays.
-    pub block: Block,
-    /// From which supply.
-    pub rail: Rail,
-    /// How often.
-    pub amount: Amount,
-    /// Attojoules a time, or nanowatts.
-    pub constant: u64,
-    /// The technology's constant that it rests on, for uncertainty and source.
-    pub of: Constant,
-}
-
-/// What of a sensor decides its power.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Design {
-    /// Keys of `[energy]`.
-    pub params: EnergyParams,
-    /// Photodiode to column.
-    pub pixel: PixelParams,
-    /// Column converters.
-    pub adc: AdcParams,
-    /// The link.
-    pub link: LinkParams,
-    /// Analog supply in V.
-    pub supply_v: f64,
-    /// Whether an extractor is on the sensor.
-    pub has_extractor: bool,
-    /// Which of a row's lines are driven.
-    pub shutter: Shutter,
-    /// Columns of the array: the length of a row line.
-    pub row_px: u32,
-    /// Columns that are read: each has its current source.
-    pub columns: u32,
-    /// Pixels that are read.
-    pub pixels: u64,
-    /// Codes of an output row.
-    pub depth_bits: u32,
-    /// Lines of a frame in which columns are converted, all exposures and black rows included.
-    pub active_lines: u64,
-    /// Settling, ramps and pulses of such a line, in seconds; at most the line.
-    pub conversion_s: f64,
-    /// A line in seconds.
-    pub line_s: f64,
-    /// A frame in seconds.
-    pub frame_s: f64,
-    /// A frame in `pix_clk`.
-    pub frame_clk: u64,
-}
 
 impl Design {
     /// The facts of a checked sensor. `black_rows` are read beside the picture's; `depth_bits` is the depth of the codes that leave.
@@ -227,15 +137,6 @@ impl SensorPower {
 
 fn nanoseconds(seconds: f64) -> u64 {
     u64_half_even(seconds * 1e9)
-}
-
-/// The items while they are made.
-pub(super) struct Build<'a> {
-    pub design: &'a Design,
-    pub technology: &'a Technology,
-    /// Nanoseconds of a frame in which the sensor is awake.
-    pub awake_ns: u64,
-    items: Vec<Item>,
 }
 
 impl Build<'_> {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
-use super::io_error;
+use super::errors::io_error;
 use super::open::{open_regular, read_opened};
 use crate::error::Error;
 

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::io_error;
+use super::errors::io_error;
 use crate::characterize::{Set, Shot, Truth};
 use crate::error::Error;
 use crate::num::low_u8;

@@ -1,6 +1,7 @@
 //! Reads and writes EuRoC's ASL folder: `mav0/{cam0,cam1,...,imu0,state_groundtruth_estimate0}`, each with `data.csv` and `sensor.yaml`.
 //! Time stamps are nanoseconds.
 
+mod layout;
 mod lens;
 mod reader;
 mod writer;
@@ -9,41 +10,7 @@ mod yaml;
 pub use reader::{CameraFolder, EurocReader, FrameEntry, ImuFolder, Picture};
 pub use writer::{EurocWriter, GroundTruth, ImuReading, PngDepth};
 
-use crate::optics::lens::Lens;
-use crate::pose::Pose;
-use crate::scene::motion::imu::ImuNoise;
-use crate::units::Size;
-
-/// A camera as its `sensor.yaml` states it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EurocCamera {
-    /// `T_BS`: where the camera sits on the body.
-    pub body_from_camera: Pose,
-    /// Frames per second, nominal.
-    pub rate_hz: f64,
-    /// Of its pictures.
-    pub size: Size,
-    /// By the names that Kalibr gives to models. (EuRoC counts pixels as OpenCV does: centres are integers, as here.)
-    pub lens: Lens,
-}
-
-/// An inertial unit as its `sensor.yaml` states it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EurocImu {
-    /// `T_BS`: where the unit sits on the body.
-    pub body_from_imu: Pose,
-    /// Rate and noise densities.
-    pub noise: ImuNoise,
-}
-
-const CAMERA_HEADER: &str = "#timestamp [ns],filename";
-const IMU_HEADER: &str = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],\
-                          a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]";
-const GROUND_TRUTH_HEADER: &str = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], \
-     q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], \
-     b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], b_w_RS_S_z [rad s^-1], \
-     b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]";
-const GROUND_TRUTH_FOLDER: &str = "state_groundtruth_estimate0";
+pub use layout::{EurocCamera, EurocImu};
 
 #[cfg(test)]
 mod tests;

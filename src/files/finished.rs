@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::errors::content_error;
 use super::open::is_there;
 use super::picture::read_grey;
-use super::{content_error, read_bytes, read_text};
+use super::{read_bytes, read_text};
 use crate::error::Error;
 use crate::num::u32_from;
 use crate::pose::{TimedPose, parse_tum};

@@ -6,6 +6,8 @@
 mod contents;
 pub(super) mod lock;
 mod manifest;
+mod parents;
+mod refusal;
 mod single;
 #[cfg(test)]
 mod tests;
@@ -14,13 +16,16 @@ mod work;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::{disk, io_error};
+use super::disk;
+use super::errors::io_error;
 use crate::error::Error;
 use contents::{Inside, WORK};
 use lock::Lock;
 use manifest::{Care, Listed, Manifest, Survey};
 
 pub use manifest::MARKER;
+use parents::{Parents, resolve, until_parents_stay};
+use refusal::refused;
 pub use single::{check_file, replace_file};
 
 /// So many files of others are named in a refusal.
@@ -299,71 +304,6 @@ fn check_survey(target: &Path, survey: &Survey) -> Result<(), Error> {
         return Err(refused(target, reason));
     }
     Ok(())
-}
-
-fn refused(target: &Path, reason: impl Into<String>) -> Error {
-    Error::key("out", target.display(), reason)
-}
-
-/// Folders that were made on the way to a place. Dropped, those that are still empty vanish.
-#[derive(Debug, Default)]
-struct Parents(Vec<PathBuf>);
-
-impl Parents {
-    fn make(folder: &Path) -> Result<Self, Error> {
-        let mut parents = Self::default();
-        let missing: Vec<&Path> = folder
-            .ancestors()
-            .take_while(|path| !path.as_os_str().is_empty() && std::fs::symlink_metadata(path).is_err())
-            .collect();
-        for path in missing.into_iter().rev() {
-            match disk::create_dir(path) {
-                Ok(()) => parents.0.push(path.to_owned()),
-                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-                Err(error) => return Err(io_error(path)(error)),
-            }
-        }
-        Ok(parents)
-    }
-}
-
-/// Tries again where another process has just removed the empty folders that it had made on the way to its own place.
-fn until_parents_stay<T>(attempt: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
-    for _ in 0..20 {
-        match attempt() {
-            Err(Error::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {}
-            other => return other,
-        }
-    }
-    attempt()
-}
-
-impl Drop for Parents {
-    fn drop(&mut self) {
-        for folder in self.0.iter().rev() {
-            let _ = disk::remove_dir(folder);
-        }
-    }
-}
-
-/// The place without links, and the folders that were made for it. A link keeps pointing where it did: what it points at is replaced.
-fn resolve(target: &Path) -> Result<(PathBuf, Parents), Error> {
-    match std::fs::canonicalize(target) {
-        Ok(place) => return Ok((place, Parents::default())),
-        Err(error) if error.kind() == ErrorKind::NotFound => {}
-        Err(error) => return Err(io_error(target)(error)),
-    }
-    if std::fs::symlink_metadata(target).is_ok() {
-        return Err(refused(target, "is a link that leads nowhere; name another place"));
-    }
-    let name = target.file_name().ok_or_else(|| refused(target, "has no name of its own; name another place"))?;
-    let parent = match target.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
-        _ => PathBuf::from("."),
-    };
-    let parents = Parents::make(&parent)?;
-    let parent = std::fs::canonicalize(&parent).map_err(io_error(&parent))?;
-    Ok((parent.join(name), parents))
 }
 
 /// Whether the folder that this process stands in is `target` or lies in it. Whoever started the process stands there too.

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use super::errors::io_error;
 use super::open::{open_input, read_opened};
-use super::{io_error, picture};
+use super::picture;
 use crate::error::Error;
 use crate::num::{greater, low_u16, low_u32, u64_half_even};
 use crate::picture::{Channel, from_exr};

@@ -3,8 +3,9 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use super::errors::io_error;
 use super::open::is_there;
-use super::{io_error, read_bytes};
+use super::read_bytes;
 use crate::error::Error;
 use crate::scene::images::PictureBytes;
 

@@ -9,7 +9,7 @@ use std::io::Read as _;
 use std::path::Path;
 use std::sync::Mutex;
 
-use super::{content_error, io_error};
+use super::errors::{content_error, io_error};
 use crate::error::Error;
 
 /// Identity of a file: device, number and, if known, creation time, because a new file may reuse the number of a removed one.

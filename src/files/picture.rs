@@ -6,7 +6,7 @@ use std::path::Path;
 
 use image::{ColorType, DynamicImage, ImageReader};
 
-use super::io_error;
+use super::errors::io_error;
 use super::open::{open_input, read_opened};
 use crate::error::Error;
 use crate::plane::Plane;
@@ -42,9 +42,13 @@ pub(super) fn absent(file: &Path) -> impl FnOnce(Error) -> Error {
 
 /// The same of an opened file; `file` is its name.
 pub(super) fn read_grey_of(stream: File, file: &Path) -> Result<(Plane<u16>, u32), Error> {
-    let refused = |reason: String| Error::Content { file: file.display().to_string(), reason };
-    let bytes = read_opened(stream, file, BYTES_MAX)?;
-    let open = || ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(io_error(file));
+    grey_of(&read_opened(stream, file, BYTES_MAX)?, &file.display().to_string())
+}
+
+/// The same of a file's bytes; `name` is its name in messages.
+pub(super) fn grey_of(bytes: &[u8], name: &str) -> Result<(Plane<u16>, u32), Error> {
+    let refused = |reason: String| Error::Content { file: name.to_owned(), reason };
+    let open = || ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(io_error(Path::new(name)));
     let (width_px, height_px) =
         open()?.into_dimensions().map_err(|error| refused(format!("is no picture: {error}")))?;
     let pixels = u64::from(width_px) * u64::from(height_px);

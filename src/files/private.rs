@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::{content_error, io_error};
+use super::errors::{content_error, io_error};
 use crate::error::Error;
 
 /// Makes a folder that nobody else may enter, with those above it, or checks that the one that is there is this user's own.

@@ -5,8 +5,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::errors::{content_error, io_error};
 use super::folder::lock::Lock;
-use super::{content_error, disk, io_error, read_bytes};
+use super::{disk, read_bytes};
 use crate::error::Error;
 use crate::sweep::CellRecord;
 

@@ -13,7 +13,7 @@ pub use tum::TumWriter;
 
 use std::path::{Path, PathBuf};
 
-use super::io_error;
+use super::errors::io_error;
 use crate::error::Error;
 use crate::num::u64_half_even;
 use crate::optics::truth::{Matches, Surfaces, View, Visibility, matches, surfaces};

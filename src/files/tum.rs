@@ -7,9 +7,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::errors::{content_error, io_error};
 use super::euroc::FrameEntry;
 use super::open::is_there;
-use super::{content_error, io_error, read_text};
+use super::read_text;
 use crate::error::Error;
 use crate::num::u64_half_even;
 use crate::optics::lens::{Intrinsics, Lens, Mapping};

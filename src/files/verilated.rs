@@ -35,7 +35,7 @@ fn broken(what: impl std::fmt::Display) -> Error {
 impl Player {
     fn start(program: &Path) -> Result<Self, Error> {
         let spawned = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
-        let mut child = spawned.map_err(super::io_error(program))?;
+        let mut child = spawned.map_err(super::errors::io_error(program))?;
         let to = child.stdin.take().expect("piped above");
         let from = BufReader::new(child.stdout.take().expect("piped above"));
         Ok(Self { child, to: Some(BufWriter::new(to)), from })

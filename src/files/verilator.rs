@@ -9,8 +9,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rtl_models::verilog::{self, sources_of};
 
+use super::errors::io_error;
 use super::open::{open_regular, read_opened};
-use super::{disk, io_error, private};
+use super::{disk, private};
 use crate::error::Error;
 
 /// Name of the header that the harness includes beside `Vblock.h`.

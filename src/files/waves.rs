@@ -1,6 +1,6 @@
-//! Writes signals and their changes as an FST or VCD file, by its extension, for GTKWave and Surfer.
+//! Writes signals and their changes as an FST or VCD file for GTKWave and Surfer, or as a picture of one row, by the file's extension.
 //!
-//! Both hold the same: one tick is a picosecond, and only changes are written. No date stands in them: the same waves give the same bytes.
+//! FST and VCD hold the same: one tick is a picosecond, and only changes are written. No date stands in them: the same waves give the same bytes.
 
 use std::path::{Path, PathBuf};
 
@@ -16,6 +16,8 @@ pub enum WaveFormat {
     Fst,
     /// IEEE 1364's text format.
     Vcd,
+    /// A picture of the first row's conversions.
+    Svg,
 }
 
 /// A waveform file to be written.
@@ -35,11 +37,12 @@ impl WaveFile {
         let format = match extension.as_deref() {
             Some("fst") => WaveFormat::Fst,
             Some("vcd") => WaveFormat::Vcd,
+            Some("svg") => WaveFormat::Svg,
             _ => {
                 return Err(Error::key(
                     "--waves",
                     path.display(),
-                    "is no waveform file; use a name ending in .fst or .vcd",
+                    "is no waveform file; use a name ending in .fst, .vcd or .svg",
                 ));
             }
         };
@@ -62,15 +65,16 @@ impl WaveFile {
         check_file(&self.path)
     }
 
-    /// Writes the file beside its place and renames it.
+    /// Writes the file beside its place and renames it; `name` is the picture's heading.
     ///
     /// # Errors
     /// The disk says no; then what stood there still stands.
-    pub fn write(&self, waves: &Waves) -> Result<(), Error> {
+    pub fn write(&self, waves: &Waves, name: &str) -> Result<(), Error> {
         let bytes = match self.format {
             WaveFormat::Fst => fst_bytes(waves),
             WaveFormat::Vcd => vcd_bytes(waves),
+            WaveFormat::Svg => Ok(crate::waves::plot::svg(waves, name).into_bytes()),
         };
-        replace_file(&self.path, &bytes.map_err(super::io_error(&self.path))?)
+        replace_file(&self.path, &bytes.map_err(super::errors::io_error(&self.path))?)
     }
 }

@@ -53,7 +53,7 @@ pub(crate) struct Records {
     pub(crate) features: Vec<Feature>,
 }
 
-/// Nothing, if version, size or count are not this layout's, or a score is wider than the pipeline's 8 bits.
+/// The records of a payload; `None` if version, record size or count do not fit this layout.
 pub(crate) fn parse(payload: &[u8]) -> Option<Records> {
     let mut reader = Reader(payload);
     if reader.u8()? != VERSION || usize::from(reader.u8()?) != FEATURE_BYTES {

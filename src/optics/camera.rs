@@ -4,9 +4,9 @@ mod identity;
 
 use glam::{DVec2, DVec3};
 
-use super::expose::Pass;
 use super::lens::Lens;
-use super::mosaic::Mosaic;
+use super::mosaic::{FILTER_BANDS, Mosaic};
+use super::psf::Kernel;
 pub use super::roll_off::RollOff;
 use super::roll_off::Shading;
 use crate::error::Error;
@@ -260,6 +260,53 @@ fn spreads(size: Size, bearings: &[[f32; 3]]) -> Vec<f32> {
         }
     }
     spreads
+}
+
+/// Bands that are rendered and changed together.
+#[derive(Clone, Debug)]
+pub(super) struct Pass {
+    /// With the bands' own mapping. It has filters where they are not applied afterwards.
+    pub(super) camera: Camera,
+    pub(super) bands: [bool; FILTER_BANDS],
+    /// One for each band where the lens blurs.
+    pub(super) kernels: Option<[Kernel; FILTER_BANDS]>,
+    /// Whether the filters come after the blur.
+    pub(super) filters_later: bool,
+    pub(super) electrical_crosstalk: f64,
+}
+
+impl Pass {
+    /// Its camera, and all else that reaches the photons as text.
+    pub(super) fn parts(&self) -> (&Camera, String) {
+        let Self { camera, bands, kernels, filters_later, electrical_crosstalk } = self;
+        (camera, format!("{bands:?} {kernels:?} {filters_later} {electrical_crosstalk:?}"))
+    }
+}
+
+impl Pass {
+    /// As `Camera::roll_off_bounds`, for its mapping.
+    pub(super) fn roll_off_bounds(&self) -> [f64; 2] {
+        self.camera.roll_off_bounds()
+    }
+
+    /// The greatest lobes of its kernels.
+    pub(super) fn lobes(&self) -> f64 {
+        self.kernels.iter().flatten().fold(0.0, |most, kernel| crate::num::greater(most, kernel.lobes()))
+    }
+
+    /// The kernel of the pass's bands: their mean by the light's photons behind the filter.
+    pub(super) fn kernel(&self, illuminant: Illuminant, kernels: &[Kernel; FILTER_BANDS]) -> Kernel {
+        let photons = self.camera.photons_per_lux_s(illuminant);
+        let passed = self.camera.mosaic.transmission_at(0, 0);
+        let weighed: Vec<(&Kernel, f64)> = (0..BANDS)
+            .filter(|&band| self.bands[band])
+            .map(|band| (&kernels[band], photons[band] * passed[band]))
+            .collect();
+        if let [(kernel, _)] = weighed[..] {
+            return kernel.clone();
+        }
+        if weighed.iter().all(|(_, share)| *share == 0.0) { weighed[0].0.clone() } else { Kernel::mean(&weighed) }
+    }
 }
 
 #[cfg(test)]

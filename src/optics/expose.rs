@@ -8,9 +8,10 @@
 //! is.
 
 use super::camera::Camera;
+pub(super) use super::camera::Pass;
 use super::crosstalk::shared_out;
 use super::mosaic::{FILTER_BANDS, Mosaic};
-use super::psf::{Kernel, Psf};
+use super::psf::Psf;
 use super::render::{Exposure, Sampling, render};
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize};
@@ -34,19 +35,6 @@ pub struct ImagePath {
     pub optical_crosstalk: f64,
     /// Share of the charge of each band that one of the four neighbours collects, 0 to 0.5.
     pub electrical_crosstalk: [f64; FILTER_BANDS],
-}
-
-/// Bands that are rendered and changed together.
-#[derive(Clone, Debug)]
-pub(super) struct Pass {
-    /// With the bands' own mapping. It has filters where they are not applied afterwards.
-    camera: Camera,
-    bands: [bool; FILTER_BANDS],
-    /// One for each band where the lens blurs.
-    kernels: Option<[Kernel; FILTER_BANDS]>,
-    /// Whether the filters come after the blur.
-    filters_later: bool,
-    electrical_crosstalk: f64,
 }
 
 impl Camera {
@@ -103,14 +91,6 @@ impl Camera {
         }
         (self.passes, self.optical_crosstalk) = (passes, path.optical_crosstalk);
         Ok(self)
-    }
-}
-
-impl Pass {
-    /// Its camera, and all else that reaches the photons as text.
-    pub(super) fn parts(&self) -> (&Camera, String) {
-        let Self { camera, bands, kernels, filters_later, electrical_crosstalk } = self;
-        (camera, format!("{bands:?} {kernels:?} {filters_later} {electrical_crosstalk:?}"))
     }
 }
 
@@ -197,7 +177,7 @@ fn in_passes(
 }
 
 /// Photons behind the filters, of a plane of one band before them.
-fn filter(plane: &mut Plane<f32>, mosaic: &Mosaic, bands: [bool; FILTER_BANDS]) {
+pub(super) fn filter(plane: &mut Plane<f32>, mosaic: &Mosaic, bands: [bool; FILTER_BANDS]) {
     let band = bands.iter().position(|&is_in| is_in).expect("a pass has a band");
     let (columns, rows) = (mosaic.width_px(), mosaic.height_px());
     for y in 0..plane.height_px() {
@@ -205,31 +185,5 @@ fn filter(plane: &mut Plane<f32>, mosaic: &Mosaic, bands: [bool; FILTER_BANDS]) 
         for (x, value) in plane.row_mut(y).iter_mut().enumerate() {
             *value *= passed[x % columns];
         }
-    }
-}
-
-impl Pass {
-    /// As `Camera::roll_off_bounds`, for its mapping.
-    pub(super) fn roll_off_bounds(&self) -> [f64; 2] {
-        self.camera.roll_off_bounds()
-    }
-
-    /// The greatest lobes of its kernels.
-    pub(super) fn lobes(&self) -> f64 {
-        self.kernels.iter().flatten().fold(0.0, |most, kernel| crate::num::greater(most, kernel.lobes()))
-    }
-
-    /// The kernel of the pass's bands: their mean by the light's photons behind the filter.
-    fn kernel(&self, illuminant: Illuminant, kernels: &[Kernel; FILTER_BANDS]) -> Kernel {
-        let photons = self.camera.photons_per_lux_s(illuminant);
-        let passed = self.camera.mosaic.transmission_at(0, 0);
-        let weighed: Vec<(&Kernel, f64)> = (0..BANDS)
-            .filter(|&band| self.bands[band])
-            .map(|band| (&kernels[band], photons[band] * passed[band]))
-            .collect();
-        if let [(kernel, _)] = weighed[..] {
-            return kernel.clone();
-        }
-        if weighed.iter().all(|(_, share)| *share == 0.0) { weighed[0].0.clone() } else { Kernel::mean(&weighed) }
     }
 }

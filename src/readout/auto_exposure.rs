@@ -7,37 +7,13 @@
 //! mostly noise) is followed by better ones; a saturated frame gives too low a light, so exposure falls without overshoot. Inside the
 //! dead band nothing is written: it is wider than what rounding to lines and to gain steps leaves.
 
+pub use super::params::AutoExposureParams;
+use super::params::TARGET_MEAN_MOST;
 use super::registers::{ExposureSettings, Registers};
 use super::schedule::Schedule;
 use crate::error::Error;
 use crate::num::{f64_from_u64, greater, lesser, u64_truncated};
-use crate::pixel::within;
 use crate::units::FrameIndex;
-
-/// What the controller aims at and keeps to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AutoExposureParams {
-    /// Mean code to reach as a share of the greatest code, black level included; 0.001 to 0.99.
-    pub target_mean: f64,
-    /// Frames between the frame whose mean is known and the write that answers it, beyond the one in which it is read, 0 to 8.
-    pub delay_frames: u32,
-    /// Longest exposure in lines; `None`: the longest that the frame holds.
-    pub exposure_lines_max: Option<u32>,
-    /// Greatest gain of the ramp, at least the converter's own, to 1000.
-    pub gain_max: f64,
-}
-
-/// Greatest mean code to aim at, as a share of the greatest code.
-const TARGET_MEAN_MOST: f64 = 0.99;
-
-impl AutoExposureParams {
-    /// Refuses values out of range, naming key, value and an accepted value.
-    pub fn check(&self) -> Result<(), Error> {
-        within("sensor.readout.target_mean", self.target_mean, 0.001, TARGET_MEAN_MOST)?;
-        within("sensor.readout.gain_max", self.gain_max, 0.001, 1000.0)?;
-        within("sensor.readout.delay_frames", self.delay_frames.into(), 0.0, 8.0)
-    }
-}
 
 /// What the controller must know of the converter.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 //! All of them run at once on different rows: while row n converts, row n - 1 leaves the columns' memory over the serial lanes (if
 //! there are any) and a packet is on the link. So the shortest line is the greatest demand, not the sum.
 
-use super::geometry::{BinningMode, Geometry};
-use super::params::ReadoutParams;
+use super::geometry::Geometry;
+use super::params::{BinningMode, ReadoutParams};
 use crate::adc::AdcParams;
 use crate::num::{f64_from_u64, u64_truncated};
 

@@ -5,46 +5,9 @@
 //! binning of n, output row `R = b p + q` is made of the array rows `b n p + q + k p`, k = 0 to n - 1.
 
 use super::params::ReadoutParams;
+pub use super::params::{BinningMode, Window};
 use crate::error::Error;
 use crate::units::{RowIndex, Size};
-
-/// A part of the array in array pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Window {
-    /// First column.
-    pub x_px: u32,
-    /// First row.
-    pub y_px: u32,
-    /// Columns.
-    pub width_px: u32,
-    /// Rows.
-    pub height_px: u32,
-}
-
-/// How several pixels become one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BinningMode {
-    /// Their charges meet on a shared floating diffusion: one conversion of the sum, all their rows in one line.
-    Charge,
-    /// Each is converted individually, a line an array row, and codes are averaged behind the converters.
-    Average,
-    /// Only the first of them is read.
-    Skip,
-}
-
-impl BinningMode {
-    /// All modes.
-    pub const ALL: [Self; 3] = [Self::Charge, Self::Average, Self::Skip];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Charge => "charge",
-            Self::Average => "average",
-            Self::Skip => "skip",
-        }
-    }
-}
 
 /// The pixels that are read, and what becomes of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,8 +3,6 @@
 //! Names follow sensors' registers: HTS and VTS as in OmniVision's and Sony's drivers, coarse and fine integration time as in
 //! MIPI CCS, staggered exposures as in Sony's DOL (digital overlap) readout.
 
-use super::auto_exposure::AutoExposureParams;
-use super::geometry::{BinningMode, Window};
 use crate::error::Error;
 use crate::pixel::within;
 
@@ -315,4 +313,67 @@ impl ReadoutParams {
 pub(super) fn microseconds(time_ns: u64) -> String {
     let (whole, rest) = (time_ns / 1000, time_ns % 1000);
     if rest == 0 { format!("{whole}.0") } else { format!("{whole}.{rest:03}").trim_end_matches('0').to_owned() }
+}
+
+/// What the controller aims at and keeps to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AutoExposureParams {
+    /// Mean code to reach as a share of the greatest code, black level included; 0.001 to 0.99.
+    pub target_mean: f64,
+    /// Frames between the frame whose mean is known and the write that answers it, beyond the one in which it is read, 0 to 8.
+    pub delay_frames: u32,
+    /// Longest exposure in lines; `None`: the longest that the frame holds.
+    pub exposure_lines_max: Option<u32>,
+    /// Greatest gain of the ramp, at least the converter's own, to 1000.
+    pub gain_max: f64,
+}
+
+/// Greatest mean code to aim at, as a share of the greatest code.
+pub(super) const TARGET_MEAN_MOST: f64 = 0.99;
+
+impl AutoExposureParams {
+    /// Refuses values out of range, naming key, value and an accepted value.
+    pub fn check(&self) -> Result<(), Error> {
+        within("sensor.readout.target_mean", self.target_mean, 0.001, TARGET_MEAN_MOST)?;
+        within("sensor.readout.gain_max", self.gain_max, 0.001, 1000.0)?;
+        within("sensor.readout.delay_frames", self.delay_frames.into(), 0.0, 8.0)
+    }
+}
+
+/// A part of the array in array pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// First column.
+    pub x_px: u32,
+    /// First row.
+    pub y_px: u32,
+    /// Columns.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+}
+
+/// How several pixels become one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BinningMode {
+    /// Their charges meet on a shared floating diffusion: one conversion of the sum, all their rows in one line.
+    Charge,
+    /// Each is converted individually, a line an array row, and codes are averaged behind the converters.
+    Average,
+    /// Only the first of them is read.
+    Skip,
+}
+
+impl BinningMode {
+    /// All modes.
+    pub const ALL: [Self; 3] = [Self::Charge, Self::Average, Self::Skip];
+
+    /// The name in configs and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Charge => "charge",
+            Self::Average => "average",
+            Self::Skip => "skip",
+        }
+    }
 }

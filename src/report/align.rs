@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::figures::NotMeasurable;
+use super::measurable::NotMeasurable;
 use crate::num::{f64_from_usize, greater};
 
 /// A 3 x 3 matrix, by rows.

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::measurable::NotMeasurable;
 use crate::pose::TimedPose;
-use crate::report::figures::{NotMeasurable, bring_to_metres, median, trajectory_figures};
+use crate::report::figures::{bring_to_metres, median, trajectory_figures};
 
 /// Errors of the same packets tracked without the inertial unit. Definitions are those of `tracking`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

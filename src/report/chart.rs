@@ -156,7 +156,51 @@ pub(crate) fn chart(axes: &Axes<'_>, series: &[Series<'_>]) -> String {
     };
     let mut svg = String::new();
     draw(&mut svg, axes, &placed, x, y).expect("drawing into a string cannot fail");
-    format!("<figure class=\"chart\">{}{}</figure>", legend(series), themed(&svg, &title))
+    let (mark, values) = match zooms(axes, series) {
+        true => (" data-zooms", values(axes, series)),
+        false => ("", String::new()),
+    };
+    format!("<figure class=\"chart\"{mark}>{}{}{values}</figure>", legend(series), themed(&svg, &title))
+}
+
+/// Whether a reader may zoom into a chart: lines over a common linear axis.
+fn zooms(axes: &Axes<'_>, series: &[Series<'_>]) -> bool {
+    let is_line = |series: &Series<'_>| {
+        let rises = |run: &Vec<(f64, f64)>| run.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        matches!(series.shape, Shape::Line(_)) && series.runs.iter().all(rises)
+    };
+    !axes.x_log && !axes.y_log && !axes.equal && axes.notes.is_empty() && series.iter().all(is_line)
+}
+
+/// The series as `zoom.js` reads them, to five digits.
+fn values(axes: &Axes<'_>, series: &[Series<'_>]) -> String {
+    // Numbers of JSON have neither infinities nor NaN.
+    let number = |value: f64| if value.is_finite() { format!("{}", rounded(value)) } else { "null".to_owned() };
+    let run = |run: &Vec<(f64, f64)>| {
+        let points: Vec<String> = run.iter().map(|&(x, y)| format!("[{},{}]", number(x), number(y))).collect();
+        format!("[{}]", points.join(","))
+    };
+    let one = |series: &Series<'_>| {
+        let runs: Vec<String> = series.runs.iter().map(run).collect();
+        let ink = series.ink.variable().trim_start_matches("var(").trim_end_matches(')');
+        format!("{{\"name\":{},\"ink\":\"{ink}\",\"runs\":[{}]}}", quoted(series.name), runs.join(","))
+    };
+    let all: Vec<String> = series.iter().map(one).collect();
+    format!(
+        "<script type=\"application/json\">{{\"x\":{},\"y\":{},\"series\":[{}]}}</script>",
+        quoted(axes.x_label),
+        quoted(axes.y_label),
+        all.join(",")
+    )
+}
+
+fn rounded(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
+}
+
+/// A string of JSON in which no tag can end the script.
+fn quoted(text: &str) -> String {
+    serde_json::to_string(text).unwrap_or_default().replace('<', "\\u003c")
 }
 
 /// The series in the axes' own coordinates: logarithms where an axis is logarithmic.

@@ -5,35 +5,21 @@
 
 mod config;
 mod figures;
+mod finished;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::num::{f64_from_usize, u32_from};
 use crate::pose::TimedPose;
-use crate::report::record::Report;
 pub use config::KeyDifference;
 pub use figures::{FigureDifference, Verdict};
+pub use finished::FinishedRun;
 
 /// Version of `compare.json`; it counts up when a key changes its name or meaning.
 pub const SCHEMA_VERSION: u32 = 1;
 /// Most that two frame times may differ, as a share, for their frames to be paired.
 const FRAME_TIME_TOLERANCE: f64 = 0.01;
-
-/// A run as its folder holds it.
-#[derive(Clone, Debug)]
-pub struct FinishedRun {
-    /// Folder, as the user named it.
-    pub folder: String,
-    /// `report.json`.
-    pub report: Report,
-    /// `trajectory_gt.tum`: one pose a frame.
-    pub truth: Vec<TimedPose>,
-    /// `trajectory_est.tum`: one pose a tracked frame, in the tracker's own world.
-    pub estimate: Vec<TimedPose>,
-    /// `trajectory_cameras_alone.tum`: the same without the inertial unit, where the rig has one.
-    pub cameras_alone: Option<Vec<TimedPose>>,
-}
 
 /// Runs beside their base.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -13,6 +13,7 @@ mod frames;
 mod header;
 mod ladder;
 mod ladder_charts;
+mod parts;
 mod plan;
 mod power_strip;
 mod pose_axes;
@@ -25,42 +26,10 @@ mod verdict;
 mod warnings;
 mod waterfall;
 
-use crate::plane::Plane;
 use crate::report::ladder_record::LadderRecord;
 use crate::report::record::Report;
+pub use parts::{Mark, Picture, Pictures};
 use text::escaped;
-
-/// Why writing into a `String` is expected to work.
-const TEXT: &str = "writing to a string cannot fail";
-
-/// Frames to show.
-#[derive(Clone, Debug, Default)]
-pub struct Pictures {
-    /// In the order of the page; three to six look best.
-    pub strip: Vec<Picture>,
-}
-
-/// One frame of a sensor with what was found in it.
-#[derive(Clone, Debug)]
-pub struct Picture {
-    /// Codes brought to 8 bits.
-    pub values: Plane<u8>,
-    /// For a person: camera, frame and time.
-    pub caption: String,
-    /// Drawn over the frame.
-    pub marks: Vec<Mark>,
-}
-
-/// A feature of a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mark {
-    /// Column; pixel centres are integers.
-    pub x_px: f64,
-    /// Row; pixel centres are integers.
-    pub y_px: f64,
-    /// Whether the tracker used it.
-    pub tracked: bool,
-}
 
 /// The whole page.
 pub fn html(report: &Report, pictures: &Pictures) -> String {
@@ -79,7 +48,7 @@ pub fn html(report: &Report, pictures: &Pictures) -> String {
         pose_axes::fused_and_alone(report),
         pair(&pose_error::pose_error(report), &features::features(report)),
         energy::energy(report),
-        pair(&bandwidth::bandwidth(report), &timing::timing(report)),
+        pair(&bandwidth::bandwidth(report), &timing::timing(report, pictures.waves.as_deref())),
         plan::plan(report),
         pair(&cost::cost(report), &config::hashes(report)),
         report.ladder.as_ref().map_or_else(String::new, ladder::ladder),
@@ -106,28 +75,23 @@ pub fn ladder_html(record: &LadderRecord) -> String {
 fn page(title: &str, body: &str) -> String {
     let style = include_str!("html/style.css");
     let head = "<meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">";
+    // uPlot stands in the page once, and only where a chart zooms.
+    let zoom = if body.contains("<figure class=\"chart\" data-zooms>") {
+        let [style, plot, own] =
+            [include_str!("html/uplot.min.css"), include_str!("html/uplot.min.js"), include_str!("html/zoom.js")];
+        format!("<style>{style}</style>\n<script>{plot}</script>\n<script>\n{own}</script>\n")
+    } else {
+        String::new()
+    };
     format!(
         "<!doctype html>\n<html lang=\"en\"><head>{head}<title>{title}</title>\n<style>\n{style}</style></head>\n\
-         <body>\n{body}\n</body></html>\n"
+         <body>\n{body}\n{zoom}</body></html>\n"
     )
 }
 
 /// Two sections side by side where the screen is wide enough.
 fn pair(left: &str, right: &str) -> String {
     format!("<div class=\"pair\">{left}{right}</div>")
-}
-
-/// A section with its heading and a sentence that says what it shows.
-fn section(heading: &str, lead: &str, content: &str) -> String {
-    format!("<section><h2>{}</h2><p class=\"soft\">{}</p>{content}</section>", escaped(heading), escaped(lead))
-}
-
-/// A paragraph with the reason why a figure has no value, if there is one.
-fn reason(report: &Report, path: &str) -> String {
-    match report.not_measurable.get(path) {
-        Some(reason) => format!("<p class=\"note\">Not measured: {}.</p>", escaped(reason)),
-        None => String::new(),
-    }
 }
 
 fn footer(report: &Report) -> String {

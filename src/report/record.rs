@@ -8,11 +8,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::measurable::{Figure, NotMeasurable};
 use crate::report::alternatives_record::Alternatives;
 use crate::report::bootstrap::Statistic;
 use crate::report::cameras_alone::CamerasAlone;
 use crate::report::energy_record::EnergyRecord;
-use crate::report::figures::{Figure, NotMeasurable, TrajectoryFigures};
+use crate::report::figures::TrajectoryFigures;
 use crate::report::gates_record::Gates;
 use crate::report::ladder_record::LadderRecord;
 pub use crate::report::latency_record::ExtractorClocks;
@@ -235,12 +236,24 @@ pub struct FeatureFigures {
     pub min_tracked: Option<u32>,
     /// Corners with a whole patch per frame and camera, mean.
     pub corners: f64,
-    /// Of these, those that their cells did not keep, mean.
+    /// Corners within 16 pixels of an edge, which have no whole patch and are not among `corners`, mean.
+    #[serde(default)]
+    pub without_patch: f64,
+    /// Of the corners, those that their cells did not keep, mean.
     pub unselected: f64,
-    /// Lost before a full queue or because their rows were overwritten, mean.
+    /// Lost between cell and engine, mean: the sum of `dropped` and `late`.
     pub lost: f64,
+    /// Of the lost, those that a full queue dropped, mean.
+    #[serde(default)]
+    pub dropped: f64,
+    /// Of the lost, those whose rows were overwritten before an engine had loaded them, mean.
+    #[serde(default)]
+    pub late: f64,
     /// Clocks per frame and camera in which rows waited for candidates, mean.
     pub stalled_clk: f64,
+    /// Clocks per frame and camera in which the extractor could not take a pixel, mean.
+    #[serde(default)]
+    pub not_ready_clk: f64,
     /// Threshold of the run's last frame in DN of the extractor's words; none where the sensor extracts nothing.
     pub threshold: Option<u16>,
 }

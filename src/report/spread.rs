@@ -4,9 +4,10 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::measurable::NotMeasurable;
 use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, index, low_u32, u32_truncated, u64_from};
-use crate::report::figures::{NotMeasurable, PoseError};
+use crate::report::figures::PoseError;
 
 /// The published number of the bootstrap's draws.
 const DRAWS: u64 = 0x626f_6f74_7374_7270;

@@ -3,84 +3,12 @@
 
 mod lines;
 mod picture;
+mod spans;
 
 use std::fmt::Write as _;
 
-use crate::report::record::Timing;
-
-/// Why writing into a `String` is expected to work.
-const TEXT: &str = "writing to a string cannot fail";
-
-/// What is drawn.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TimingDiagram {
-    /// Of the sensor, for a person.
-    pub name: String,
-    /// Size, depth, shutter.
-    pub mode: String,
-    /// Line length in pixel clocks.
-    pub hts: u64,
-    /// Frame length in lines, in effect.
-    pub vts: u64,
-    /// Pixel clock.
-    pub pixel_rate_hz: u64,
-    /// What a line must hold, in the order of the data.
-    pub budgets: Vec<Budget>,
-    /// Exposures and readouts in time over rows.
-    pub bands: Vec<Band>,
-    /// Readout and link below them, from the start of the same frame.
-    pub lanes: Vec<crate::report::record::Phase>,
-    /// Rows of the picture.
-    pub rows: u32,
-    /// Lines from the first row's read to the last row's.
-    pub rows_lines: u64,
-    /// Longest exposure in effect.
-    pub exposure_lines: u64,
-    /// Longest exposure of this frame.
-    pub exposure_lines_max: u64,
-    /// Times and spans as in the report.
-    pub timing: Timing,
-}
-
-/// A demand on a line.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Budget {
-    /// "pixels", "conversion", "shift out", "packet".
-    pub name: String,
-    /// Its own time.
-    pub time_us: f64,
-    /// Shortest HTS that would do.
-    pub needed_hts: u64,
-    /// What the line has beyond it.
-    pub slack_us: f64,
-    /// Whether it is the one that decides.
-    pub limits: bool,
-}
-
-/// What a band of time over rows shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BandKind {
-    /// Rows gather light.
-    Exposure {
-        /// Of several exposures a frame, the longest first.
-        slot: usize,
-    },
-    /// Rows are sampled and converted.
-    Readout,
-}
-
-/// A span of the first and of the last row; rows between lie on straight lines between them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Band {
-    /// What it shows.
-    pub kind: BandKind,
-    /// Of which frame; frame 1 starts at 0 us.
-    pub frame: u32,
-    /// Start and end of the first row.
-    pub first_us: [f64; 2],
-    /// Start and end of the last row.
-    pub last_us: [f64; 2],
-}
+use spans::TEXT;
+pub use spans::{Band, BandKind, Budget, TimingDiagram};
 
 impl TimingDiagram {
     /// The budgets and spans as a table for a terminal.
@@ -108,7 +36,7 @@ impl TimingDiagram {
     }
 
     /// The demand that decides, in words.
-    fn limit(&self) -> String {
+    pub(super) fn limit(&self) -> String {
         match self.budgets.iter().find(|budget| budget.limits) {
             Some(budget) if budget.needed_hts == self.hts => {
                 format!("The {} decides and fills the line.", budget.name)

@@ -1,25 +1,11 @@
 //! A second tracker of the same packets that does not use the inertial unit.
 
-use super::session::Session;
+use super::state::Session;
+pub(super) use super::totals::Alone;
 use crate::error::Error;
 use crate::pose::{Pose, TimedPose};
 use crate::report::cameras_alone::CamerasAlone;
-use crate::tracker::{FrameInput, Tracker};
-
-/// What the cameras alone gave, frame by frame.
-pub(super) struct Alone {
-    tracker: Tracker,
-    poses: Vec<(Option<Pose>, f64)>,
-    /// Time that it took.
-    pub(super) seconds: f64,
-}
-
-impl Alone {
-    pub(super) fn track(&mut self, input: &FrameInput) {
-        let tracked = self.tracker.track(input);
-        self.poses.push((tracked.world_from_body, f64::from(tracked.tracked_features)));
-    }
-}
+use crate::tracker::Tracker;
 
 impl Session {
     /// Tracks every frame a second time without the inertial unit, where the tracker uses one. It changes nothing else. Before the first
@@ -40,7 +26,7 @@ impl Session {
     /// Poses of the cameras alone; none where they are not tracked apart.
     pub fn estimate_of_cameras_alone(&self) -> Option<Vec<TimedPose>> {
         let alone = self.alone.as_ref()?;
-        let pose = |(note, (pose, _)): (&super::frame_notes::FrameNotes, &(Option<Pose>, f64))| {
+        let pose = |(note, (pose, _)): (&super::totals::FrameNotes, &(Option<Pose>, f64))| {
             Some(TimedPose { t_s: note.truth.t_s, world_from_body: (*pose)? })
         };
         Some(self.notes.iter().zip(&alone.poses).filter_map(pose).collect())

@@ -1,7 +1,7 @@
 //! The same counted events under other ways of sending: what extraction on the sensor saves.
 
 use super::estimate::ESTIMATED_LEVEL;
-use super::on_link::packet_demand_s;
+use super::packet_demand::packet_demand_s;
 use super::sensor::SensorSetup;
 use crate::energy::{Design, EnergyAccount, Rail, SensorPower};
 use crate::error::Error;

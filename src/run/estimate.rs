@@ -85,7 +85,7 @@ impl SensorSetup {
         let code = u16::try_from(low_u32(u64_half_even(level * greatest))).unwrap_or(u16::MAX);
         let mut extractor = Extractor::new(&self.extractor);
         let plane = Plane::filled(self.size, code);
-        Ok(super::session::extract_one(self, &mut extractor, &plane)?.1)
+        Ok(super::extractor::extract_one(self, &mut extractor, &plane)?.1)
     }
 
     /// Energy of a frame at that level.

@@ -1,75 +1,16 @@
 //! How the codes of a run use the converter's range, and what a user should know of dark and saturated pictures, and of runs without a
 //! pose.
 
-use super::session::Session;
-use super::setup::Setup;
-use crate::fidelity::Rung;
-use crate::num::{f64_from_u64, f64_from_usize, lesser, u64_from};
-use crate::plane::Plane;
-use crate::units::Span;
-
-/// Codes of 16 bits whose sum fits 32.
-const SUMMED: usize = 1 << 15;
+pub(super) use super::code_sums::CodeSums;
+use super::setup::{FEATURES_LEAST, START_RAD};
+use super::state::Session;
+use crate::num::{f64_from_u64, f64_from_usize};
 
 /// Share of the range above the black level below which a picture counts as dark.
 const DARK_SHARE: f64 = 0.05;
 
 /// Share of saturated pixels from which a picture counts as too bright.
 const SATURATED_SHARE: f64 = 0.1;
-
-/// Where a pixel's charge ends its code counts as saturated from this share of the well on: response, offsets and noise differ by less.
-const WELL_SHARE: f64 = 0.97;
-
-/// Angle at which the rays of a map's first points must meet (`tracker`: two-view start).
-const START_RAD: f64 = 0.04;
-
-/// Features of a frame below which a pose is chance.
-const FEATURES_LEAST: f64 = 20.0;
-
-/// Sums over pictures.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct CodeSums {
-    pub pixels: u64,
-    pub sum_dn: u64,
-    pub saturated: u64,
-}
-
-impl CodeSums {
-    /// Of one picture whose codes are saturated from `saturated_dn` on.
-    pub fn of(codes: &Plane<u16>, saturated_dn: u32) -> Self {
-        let sum = |codes: &[u16]| u64::from(codes.iter().map(|&code| u32::from(code)).sum::<u32>());
-        let values = codes.values();
-        Self {
-            pixels: u64_from(values.len()),
-            sum_dn: values.chunks(SUMMED).map(sum).sum(),
-            saturated: u64_from(values.iter().filter(|&&code| u32::from(code) >= saturated_dn).count()),
-        }
-    }
-
-    /// Adds another picture's.
-    pub fn add(&mut self, other: Self) {
-        self.pixels += other.pixels;
-        self.sum_dn += other.sum_dn;
-        self.saturated += other.saturated;
-    }
-
-    pub fn mean_dn(&self) -> f64 {
-        f64_from_u64(self.sum_dn) / f64_from_u64(self.pixels.max(1))
-    }
-}
-
-/// The code from which on a pixel says nothing about its light: the greatest, or that of a full well at a gain of the ramp.
-pub(super) fn saturated_dn(setup: &Setup, gain: f64) -> u32 {
-    let greatest = (1_u32 << setup.sensor.bits()) - 1;
-    if setup.sensor.merge.is_some() {
-        return greatest;
-    }
-    let (adc, pixel) = (&setup.sensor.parameters.adc, &setup.sensor.parameters.pixel);
-    let lsb_uv = adc.lsb_uv() * adc.gain / gain;
-    let well_dn = WELL_SHARE * pixel.full_well_e * pixel.conversion_gain_uv_per_e / lsb_uv;
-    let full_dn = lesser(f64::from(adc.black_level_dn) + well_dn, f64::from(greatest));
-    crate::num::u32_truncated(full_dn)
-}
 
 /// What a person should know of the light in a run's pictures. `auto`: exposure follows the light.
 fn light_words(sums: CodeSums, black_dn: u32, bits: u32, auto: bool) -> Option<String> {
@@ -117,25 +58,6 @@ fn untracked_words(found_a_frame: f64, cameras: usize, threshold: u16) -> String
         "{none} though there are {found_a_frame:.0} features a frame; shorten sensor.readout.exposure_us against blur, slow the motion, or \
          let the cameras see the same (rig.baseline_mm)"
     )
-}
-
-/// What is wrong with a run of one camera that moves too little to start a map, if so.
-pub(super) fn short_start(setup: &Setup) -> Option<String> {
-    // The rung expected has no poses; pictures from elsewhere have no path and no depth that is known.
-    if setup.fidelity.rung == Rung::Expected || setup.cameras.len() != 1 || setup.world.scene().is_none() {
-        return None;
-    }
-    let span = Span { start_s: 0.0, end_s: setup.end_s() };
-    let (low_m, high_m) = setup.motion.extent_m(span).ok()?;
-    let depth_m = setup.facts.facts.iter().find(|fact| fact.name == "depth_m")?.least;
-    let (path_m, needed_m) = ((high_m - low_m).length(), START_RAD * depth_m);
-    (path_m < needed_m).then(|| {
-        format!(
-            "run.frames = {} is too short for one camera to start a map: it moves within {path_m:.3} m and needs {needed_m:.3} m or more \
-             past surfaces {depth_m:.2} m away; raise run.frames, move faster, or set rig.baseline_mm = 65 for two cameras",
-            setup.frames
-        )
-    })
 }
 
 impl Session {

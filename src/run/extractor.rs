@@ -2,9 +2,13 @@
 
 use super::sensor::SensorSetup;
 use super::warnings::Warnings;
-use crate::compute::{Counts, Extracted};
+use crate::compute::{AlwaysReady, Counts, Extracted, Extractor, RowByRow};
+use crate::error::Error;
+use crate::events::Events;
 use crate::link::Flow;
 use crate::num::{f64_from_u64, u64_from, u64_truncated};
+use crate::parallel::chunks_collected;
+use crate::plane::Plane;
 use crate::report::record::{ExtractorClocks, FeatureFigures};
 
 /// Sums over cameras and frames.
@@ -84,11 +88,37 @@ impl ExtractorTotals {
         let counts = &self.counts;
         FeatureFigures {
             corners: mean(counts.corners),
+            without_patch: mean(counts.without_patch),
             unselected: mean(counts.unselected),
             lost: mean(counts.dropped + counts.late),
+            dropped: mean(counts.dropped),
+            late: mean(counts.late),
             stalled_clk: mean(counts.stalled_clk),
+            not_ready_clk: mean(counts.not_ready_clk),
             threshold: (self.frames > 0).then_some(self.threshold),
             ..FeatureFigures::default()
         }
     }
+}
+
+/// What each camera's extractor makes of its picture, and the events of that.
+pub(super) fn extract_all(
+    sensor: &SensorSetup,
+    extractors: &mut [Extractor],
+    codes: &[Plane<u16>],
+) -> Vec<Result<(Extracted, Events), Error>> {
+    chunks_collected(extractors, 1, |camera, extractor| extract_one(sensor, &mut extractor[0], &codes[camera]))
+}
+
+/// What an extractor makes of a picture whose rows come as the readout's do, and the events of that.
+pub(super) fn extract_one(
+    sensor: &SensorSetup,
+    extractor: &mut Extractor,
+    codes: &Plane<u16>,
+) -> Result<(Extracted, Events), Error> {
+    let mut events = Events::default();
+    let mut rows = RowByRow { first_clk: 0, spacing: sensor.row_spacing() };
+    let pattern_px = sensor.pattern_px();
+    let extracted = extractor.frame(codes, sensor.bits(), pattern_px, (&mut rows, &mut AlwaysReady), &mut events)?;
+    Ok((extracted, events))
 }

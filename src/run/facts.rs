@@ -10,9 +10,8 @@ use crate::facts::{DieSpread, Fact, ScenarioFacts, Tile, readable};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::optics::Camera;
 use crate::pixel;
-use crate::scene::LitScene;
 use crate::scene::motion::Motion;
-use crate::scene::nearest;
+use crate::scene::{LitScene, nearest};
 use crate::units::{FrameIndex, RowIndex, Span};
 
 /// Largest number of parts of the run with separate path boxes.

@@ -1,31 +1,11 @@
 //! What the report needs to know of each frame at the end.
 
-use super::exposed::{CodeSums, saturated_dn};
-use super::session::{Frame, Session};
+use super::code_sums::{CodeSums, saturated_dn};
+use super::state::{Frame, Session};
+pub(super) use super::totals::FrameNotes;
 use crate::num::{f64_from_u64, f64_from_u128, u32_from, u64_from};
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
-use crate::tracker::Status;
-
-/// Figures of one frame that the report needs at the end.
-#[derive(Clone, Debug)]
-pub(super) struct FrameNotes {
-    pub truth: TimedPose,
-    pub estimate: Option<Pose>,
-    pub predicted: Option<TimedPose>,
-    pub mean_code_dn: f64,
-    pub exposure_us: f64,
-    pub gain: f64,
-    pub found: Vec<u32>,
-    pub tracked: u32,
-    pub innovation_px: Option<f64>,
-    pub single_picture_sigma_m: Option<f64>,
-    pub status: Option<Status>,
-    pub loop_closed: bool,
-    pub link_bits: f64,
-    pub energy_pj: f64,
-    pub latency_us: f64,
-}
 
 impl Session {
     pub(super) fn note(&mut self, frame: &Frame, schedule: &Schedule) {

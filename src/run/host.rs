@@ -1,8 +1,8 @@
 //! The host's end of a rig's links, between decoder and tracker: turns each camera's frame, damaged or lost as it may be, into what the
 //! tracker may know of it. All of it is known from bytes, the sensor's configuration and the host's own clock.
 
+use super::extractor::extract_one;
 use super::sensor::SensorSetup;
-use super::session::extract_one;
 use crate::compute::{Extractor, Feature, PATCH_MARGIN_PX};
 use crate::error::Error;
 use crate::link::{FrameMetadata, Received};

@@ -12,8 +12,9 @@ use crate::num::{f64_from_usize, greater, lesser};
 use crate::pose::{Pose, TimedPose};
 use crate::scene::motion::gait::{self, GENERATED_KNOT_S, generated};
 use crate::scene::motion::recording::{self, Recording};
-use crate::scene::motion::{GAP_S_MAX, KNOT_S, Motion, MotionError, PlacedSpline, Spline};
-use crate::scene::motion::{from_first_sample, gaps_within, without_gaps};
+use crate::scene::motion::{
+    GAP_S_MAX, KNOT_S, Motion, MotionError, PlacedSpline, Spline, from_first_sample, gaps_within, without_gaps,
+};
 use crate::units::Span;
 
 /// Step of the poses of the sway; its fastest part has 0.9 Hz.

@@ -4,8 +4,8 @@ use super::sensor::SensorSetup;
 use crate::compute::{ExtractorParams, FrameClocks, RowByRow, RowSpacing, even_frame};
 use crate::error::Error;
 use crate::link::{Batch, FeatureReady, Flow, FramePlan, Packet, RowPeriod, Sent, WhenFull, after_the_rows, by_row};
-use crate::num::{f64_from_u64, index, u32_from, u64_from, u64_truncated};
-use crate::readout::{FrameLength, Hdr, ReadoutParams, Schedule, Shutter, Trigger};
+use crate::num::{f64_from_u64, index, u32_from, u64_truncated};
+use crate::readout::{FrameLength, Schedule, Trigger};
 use crate::units::{Clocks, FrameIndex};
 
 /// Times of a frame's way through the link, in seconds.
@@ -210,42 +210,6 @@ impl SensorSetup {
         let reason = format!("{needed}; use vts = {lines:.0}, fewer features or a faster link");
         Err(Error::key("sensor.readout.vts", schedule.vts(), reason))
     }
-}
-
-/// The time that a line has to leave for a row's packet, in seconds: with a FIFO of D rows, the last of n rows finds a place if n - D
-/// packets pass while n - 1 rows are read. 0 where the readout waits for the link instead, or where no rows are sent.
-///
-/// # Errors
-/// A row that the link cannot carry; a readout that cannot wait.
-pub(super) fn packet_demand_s(
-    link: &crate::link::LinkParams,
-    size: crate::units::Size,
-    bits: u32,
-    readout: &ReadoutParams,
-) -> Result<f64, Error> {
-    if !link.mode.sends_codes() {
-        return Ok(0.0);
-    }
-    let packet_s = link.seconds(link.line_packet_time(size.width_px, bits)?);
-    if link.when_full == WhenFull::Stall {
-        return can_stall(readout).map(|()| 0.0);
-    }
-    let (rows, places) = (u64_from(index(size.height_px)), u64::from(link.fifo_rows));
-    let packets = f64_from_u64(rows.saturating_sub(places));
-    Ok(if places == 1 { packet_s } else { packet_s * packets / f64_from_u64(rows.max(2) - 1) })
-}
-
-/// A readout that stands still holds its electronic shutter too: under a rolling shutter, rows would be exposed for longer, each by another
-/// time, and several exposures a row would no longer stand in their ratio.
-fn can_stall(readout: &ReadoutParams) -> Result<(), Error> {
-    let reason = if readout.shutter == Shutter::Rolling {
-        "a stall would stretch the exposures of a rolling shutter, each row's by another time"
-    } else if matches!(readout.hdr, Hdr::MultiExposure { .. }) {
-        "a stall would change the ratio of several exposures"
-    } else {
-        return Ok(());
-    };
-    Err(Error::key("link.when_full", "stall", format!("{reason}; use \"refuse\"")))
 }
 
 /// Rows as the report counts them.

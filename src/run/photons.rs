@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::expose::RenderInputs;
+pub use super::photon_store::PhotonStore;
 use super::setup::Setup;
 use crate::error::Error;
 use crate::fidelity::RenderSettings;
@@ -21,15 +22,6 @@ const POSE_STEPS: [f64; 2] = [256.0, 16_384.0];
 
 /// Longest of these steps. Knots of a path are 5 ms or more apart, and a cubic segment is known by four of its points.
 const POSE_STEP_S: f64 = 0.001;
-
-/// Where exposures are kept. Several processes may share it; a failure costs time, never a photon.
-pub trait PhotonStore: Send + Sync {
-    /// The exposure under a key, if it is there and whole.
-    fn load(&self, key: &str) -> Option<Exposure>;
-
-    /// Keeps an exposure under a key.
-    fn keep(&self, key: &str, exposure: &Exposure);
-}
 
 impl RenderInputs<'_> {
     /// The key of this exposure's photons, in lower-case hexadecimal; none for pictures from elsewhere, which are not stored.

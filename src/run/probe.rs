@@ -2,8 +2,8 @@
 //! is no lag charge from the frame before, and automatic exposure stays at its initial value.
 
 use super::expose::{ExposurePlace, RenderInputs};
+use super::extractor::extract_one;
 use super::rows::{merge_planes, row_times, spans};
-use super::session::extract_one;
 use super::setup::Setup;
 use crate::compute::{Extractor, Feature};
 use crate::effects::chain::{Capture, Chain, Expected, RowSamples};

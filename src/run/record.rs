@@ -1,10 +1,10 @@
 //! The report of a run: every figure computed from what the run counted, sent and tracked.
 
 use super::alternatives::Counted;
-use super::frame_notes::FrameNotes;
-use super::session::{STAGES, Session};
-use super::setup::PlanSummary;
+use super::plan_summary::PlanSummary;
+use super::state::{STAGES, Session};
 use super::timing::{burst_utilisation, timing_record};
+use super::totals::FrameNotes;
 use super::waterfall::waterfall_reasons;
 use super::world::World;
 use crate::config::presets::PresetKind;

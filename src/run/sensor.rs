@@ -1,6 +1,6 @@
 //! Checks a sensor's parameters and times without a scene. `timing` and `characterize` need only this.
 
-use super::on_link::packet_demand_s;
+use super::packet_demand::packet_demand_s;
 use crate::adc::AdcParams;
 use crate::compute::{ExtractorParams, RowSpacing, frame_clk};
 use crate::config::Resolved;

@@ -1,127 +1,31 @@
 //! A run in progress: each step senses one frame with every camera, sends it, and lets the host track it.
 
-use std::sync::Arc;
-
-use super::alone::Alone;
 use super::assets::{Assets, Stopwatch};
-use super::exposed::CodeSums;
-use super::extractor::ExtractorTotals;
-use super::frame_notes::FrameNotes;
-use super::hashes::StageHashes;
+use super::extractor::extract_all;
 use super::host::Host;
 use super::imu::ImuReadings;
 use super::row_check::RowCheck;
 use super::rows::{merge_planes, row_times};
-use super::sensor::SensorSetup;
 use super::setup::Setup;
 use super::shared_exposure::{SharedExposure, StillExposures};
-use super::transfer::{LinkTotals, frame_time_s, marks};
-use super::warnings::Warnings;
-use super::waterfall::PacketTime;
-use crate::compute::{AlwaysReady, Extracted, Extractor, Feature, RowByRow};
-use crate::effects::chain::{Capture, Chain, RowSamples};
+pub(super) use super::state::Totals;
+use super::state::Watched;
+pub use super::state::{CameraFrame, Frame, STAGES, Session};
+use super::totals::FrameNotes;
+use super::transfer::{frame_time_s, marks};
+use crate::compute::{Extracted, Extractor};
+use crate::effects::chain::{Capture, RowSamples};
 use crate::energy::EnergyAccount;
 use crate::error::Error;
-use crate::events::Events;
 use crate::fidelity::Rung;
 use crate::num::{f64_from_usize, u32_from, u64_from};
-use crate::parallel::{chunks_collected, collected};
+use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::readout::Schedule;
 use crate::rtl_simulator::SharedRtlSimulator;
-use crate::tracker::{TrackedFrame, Tracker};
+use crate::tracker::Tracker;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
-
-/// Stages whose time is measured, in the data's order.
-pub const STAGES: [&str; 6] = ["render", "sensor", "compute", "link", "host_link", "tracker"];
-
-/// What one camera made of one frame.
-pub struct CameraFrame {
-    /// Mean photons of each pixel over its exposure; frames of a still scene share them.
-    pub photons: Arc<Plane<f32>>,
-    /// Electrons of each pixel before conversion, of its longest exposure, where `Session::keep_electrons` asked for them.
-    pub electrons: Option<Plane<f32>>,
-    /// Codes as they leave the readout.
-    pub codes: Plane<u16>,
-    /// Features as they leave the extractor.
-    pub features: Vec<Feature>,
-    /// The clock in which each of them leaves it, from the frame's first pixel; empty where the host extracts.
-    pub features_clk: Vec<u64>,
-    /// Packets as they arrive at the host.
-    pub packets: Vec<u8>,
-    /// When each of them was on the lanes.
-    pub packet_times: Vec<PacketTime>,
-    /// Which features the tracker's pose rests on, by index.
-    pub tracked: Vec<bool>,
-}
-
-/// One frame of the rig.
-pub struct Frame {
-    /// Counted from 0.
-    pub frame: FrameIndex,
-    /// Middle between the first row's start and the last row's end of exposure, on the nanosecond.
-    pub t_s: f64,
-    /// True pose of the body at that time, in the scene's world.
-    pub truth: Pose,
-    /// One entry a camera.
-    pub cameras: Vec<CameraFrame>,
-    /// What the host found; none without two cameras or without features on the link.
-    pub tracked: Option<TrackedFrame>,
-}
-
-/// Sums over the run.
-#[derive(Default)]
-pub(super) struct Totals {
-    pub events: Events,
-    pub hashes: StageHashes,
-    pub extractor: ExtractorTotals,
-    pub link: LinkTotals,
-    pub rays: u64,
-    pub render_variance_ratio: f64,
-    pub feature_count: u64,
-    pub codes: CodeSums,
-    /// Energy and link bytes up to the frame before, so that each frame has its own.
-    pub energy_before_aj: u128,
-    pub link_bytes_before: u64,
-    pub stage_s: [f64; STAGES.len()],
-}
-
-/// A run in progress.
-pub struct Session {
-    pub(super) setup: Setup,
-    tracker: Tracker,
-    pub(super) alone: Option<Alone>,
-    imu_readings: ImuReadings,
-    /// Each camera's extractor, on the sensor or, where pictures alone are sent, on the host.
-    pub(super) extractors: Vec<Extractor>,
-    /// Photons to codes, at the gain in effect.
-    chain: Chain,
-    pub(super) gain: f64,
-    /// How much later than scheduled each row of the window is read in a frame that carries rows; empty where none waits for the link.
-    delays_s: Vec<f64>,
-    pub(super) host: Host,
-    /// Electrons that each camera's frame before left in its array, where an effect leaves some.
-    charge_before_e: Vec<Option<Plane<f32>>>,
-    still: StillExposures,
-    watched: Option<Watched>,
-    row_check: Option<RowCheck>,
-    /// Whether frames carry electrons, and those of the frame in progress, one entry a camera.
-    electrons_kept: bool,
-    electrons: Vec<Option<Plane<f32>>>,
-    /// Whether photons and codes enter the run's hashes.
-    pub(super) hashes_pictures: bool,
-    pub(super) notes: Vec<FrameNotes>,
-    pub(super) totals: Totals,
-    pub(super) warnings: Warnings,
-}
-
-/// Rows of the first camera whose samples are kept when their frame is sensed.
-struct Watched {
-    frame: FrameIndex,
-    rows: Vec<RowIndex>,
-    samples: Vec<RowSamples>,
-}
 
 impl Session {
     /// Ready for the first frame.
@@ -414,28 +318,6 @@ impl Session {
         let [photons, codes, features, poses] = self.totals.hashes.hex();
         [photons, codes, features, blake3::hash(&self.energy().to_bytes()).to_hex().to_string(), poses]
     }
-}
-
-/// What each camera's extractor makes of its picture, and the events of that.
-fn extract_all(
-    sensor: &SensorSetup,
-    extractors: &mut [Extractor],
-    codes: &[Plane<u16>],
-) -> Vec<Result<(Extracted, Events), Error>> {
-    chunks_collected(extractors, 1, |camera, extractor| extract_one(sensor, &mut extractor[0], &codes[camera]))
-}
-
-/// What an extractor makes of a picture whose rows come as the readout's do, and the events of that.
-pub(super) fn extract_one(
-    sensor: &SensorSetup,
-    extractor: &mut Extractor,
-    codes: &Plane<u16>,
-) -> Result<(Extracted, Events), Error> {
-    let mut events = Events::default();
-    let mut rows = RowByRow { first_clk: 0, spacing: sensor.row_spacing() };
-    let pattern_px = sensor.pattern_px();
-    let extracted = extractor.frame(codes, sensor.bits(), pattern_px, (&mut rows, &mut AlwaysReady), &mut events)?;
-    Ok((extracted, events))
 }
 
 /// Times between calls.

@@ -1,6 +1,8 @@
 //! From a resolved scenario to everything a run needs, checked before the first frame: scene under light, motion, cameras,
 //! schedule, plan, link, tracker's calibration.
 
+use crate::fidelity::{Fidelity, Rung};
+use crate::units::{CameraIndex, FrameIndex, RowIndex, Size, Span};
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -8,21 +10,20 @@ use glam::DVec2;
 use super::assets::{Assets, NoFiles, NoProgress, Progress};
 use super::exposure::ExposureControl;
 use super::facts::Known;
-use super::imu::check_readings;
+use super::imu_check::check_readings;
 use super::motion::placed_motion;
-use super::photons::PhotonStore;
+use super::photon_store::PhotonStore;
+pub use super::plan_summary::PlanSummary;
 use super::sensor::SensorSetup;
 use super::warnings::Warnings;
 use super::world::{Demand, World};
 use crate::config::check::within;
 use crate::config::{Resolved, Scenario};
 use crate::effects::chain::Chain;
-use crate::effects::plan::{self, Choice, Kept, Omitted, Plan};
-use crate::effects::regions;
-use crate::effects::{self, Parameters, costs};
+use crate::effects::plan::{self, Choice, Plan};
+use crate::effects::{self, Parameters, regions};
 use crate::error::Error;
 use crate::facts::{DieSpread, ScenarioFacts};
-use crate::fidelity::{Fidelity, Rung};
 use crate::num::{f64_from_usize, greater, lesser, u32_from};
 use crate::optics::Camera;
 use crate::optics::lens::Lens;
@@ -33,57 +34,6 @@ use crate::rtl_simulator::SharedRtlSimulator;
 use crate::scene::motion::Motion;
 use crate::scene::motion::imu::Imu;
 use crate::tracker::{CameraCalibration, TrackerParams};
-use crate::units::{CameraIndex, FrameIndex, RowIndex, Size, Span};
-
-/// What the planner decided, without the effects themselves.
-#[derive(Clone, Debug)]
-pub struct PlanSummary {
-    /// Run, in physical order.
-    pub kept: Vec<Kept>,
-    /// Left out, in physical order.
-    pub omitted: Vec<Omitted>,
-    /// Sum of the systematic bounds in electrons, in the region where the whole bound is greatest.
-    pub bias_e: f64,
-    /// Root of the sum of the variances in electrons, in the same region.
-    pub sigma_e: f64,
-    /// What all omissions together were allowed to reach in the tightest region, in electrons.
-    pub budget_e: f64,
-    /// Share of it that they take as mean square errors, where that is most.
-    pub budget_used: f64,
-    /// Predicted cost of the kept effects.
-    pub cost_ns_per_px: f64,
-    /// Predicted cost of all effects that the sensor has.
-    pub cost_of_all_ns_per_px: f64,
-    /// Predicted cost of the sensor without any effect.
-    pub cost_of_none_ns_per_px: f64,
-    /// Predicted time of the sensors of one frame of the rig on one core, in milliseconds.
-    pub sensor_ms_per_frame: f64,
-    /// Bounds of a pixel's mean signal that the plan was made for, in electrons.
-    pub signal_e: [f64; 2],
-}
-
-impl PlanSummary {
-    fn new(plan: Plan, signal_e: [f64; 2], sensor: &SensorSetup, cameras: usize) -> Self {
-        let samples = sensor.parameters.adc.cds.samples();
-        let cost_of_none_ns_per_px = costs::without_effects_ns_per_px(samples);
-        let readings = sensor.schedule.slots().len() * if sensor.second.is_some() { 2 } else { 1 };
-        let window = sensor.schedule.geometry().window();
-        let pixels = f64::from(window.width_px) * f64::from(window.height_px) * f64_from_usize(readings * cameras);
-        Self {
-            sensor_ms_per_frame: 1e-6 * pixels * (plan.cost_ns_per_px + cost_of_none_ns_per_px),
-            kept: plan.kept,
-            omitted: plan.omitted,
-            bias_e: plan.bound.bias_e,
-            sigma_e: plan.bound.variance_e2.sqrt(),
-            budget_e: plan.budget_e,
-            budget_used: plan.budget_used,
-            cost_ns_per_px: plan.cost_ns_per_px,
-            cost_of_all_ns_per_px: plan.cost_of_all_ns_per_px,
-            cost_of_none_ns_per_px,
-            signal_e,
-        }
-    }
-}
 
 /// Everything a run needs.
 #[derive(Clone)]
@@ -235,7 +185,7 @@ impl Setup {
             photon_store: kept.and_then(|kept| kept.photon_store.clone()),
             warnings: Warnings::default(),
         };
-        let start = super::exposed::short_start(&setup);
+        let start = short_start(&setup);
         setup.resolved.inheritance_warnings().into_iter().chain(start).for_each(|text| setup.warnings.add(text));
         if setup.fidelity.rung == Rung::Expected {
             setup.first_chain().check_expected()?;
@@ -467,4 +417,29 @@ fn first_place_px(geometry: &Geometry) -> DVec2 {
         sum += DVec2::new(mean(columns), mean(rows)) - step * f64::from(number);
     }
     sum / f64::from(count)
+}
+
+/// Angle at which the rays of a map's first points must meet (`tracker`: two-view start).
+pub(super) const START_RAD: f64 = 0.04;
+
+/// Features of a frame below which a pose is chance.
+pub(super) const FEATURES_LEAST: f64 = 20.0;
+
+/// What is wrong with a run of one camera that moves too little to start a map, if so.
+pub(super) fn short_start(setup: &Setup) -> Option<String> {
+    // The rung expected has no poses; pictures from elsewhere have no path and no depth that is known.
+    if setup.fidelity.rung == Rung::Expected || setup.cameras.len() != 1 || setup.world.scene().is_none() {
+        return None;
+    }
+    let span = Span { start_s: 0.0, end_s: setup.end_s() };
+    let (low_m, high_m) = setup.motion.extent_m(span).ok()?;
+    let depth_m = setup.facts.facts.iter().find(|fact| fact.name == "depth_m")?.least;
+    let (path_m, needed_m) = ((high_m - low_m).length(), START_RAD * depth_m);
+    (path_m < needed_m).then(|| {
+        format!(
+            "run.frames = {} is too short for one camera to start a map: it moves within {path_m:.3} m and needs {needed_m:.3} m or more \
+             past surfaces {depth_m:.2} m away; raise run.frames, move faster, or set rig.baseline_mm = 65 for two cameras",
+            setup.frames
+        )
+    })
 }

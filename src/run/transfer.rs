@@ -4,86 +4,18 @@
 use super::host::HostFrame;
 use super::on_link::rows_in;
 use super::sensor::SensorSetup;
-use super::session::Session;
-use super::warnings::Warnings;
-use super::waterfall::{PacketTime, SentFrame};
+use super::state::Session;
+use super::waterfall::PacketTime;
 use crate::compute::{Extracted, Overflow};
 use crate::draw::RowPlace;
 use crate::error::Error;
-use crate::link::{self, Flow, FrameMetadata, FrameOut, LinkCounts, Traffic};
-use crate::num::{f64_from_u64, greater, index, low_u8, low_u32, u32_from, u64_from, u64_half_even};
+use crate::link::{self, FrameMetadata, FrameOut};
+use crate::num::{f64_from_u64, index, low_u8, low_u32, u32_from, u64_from, u64_half_even};
 use crate::plane::Plane;
 use crate::readout::{Schedule, Shutter};
 use crate::tracker::TrackedFrame;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 use crate::words::RampGain;
-
-/// What the links of a run did.
-#[derive(Default)]
-pub(super) struct LinkTotals {
-    /// What the host's decoder saw.
-    pub counts: LinkCounts,
-    /// What was sent.
-    pub traffic: Traffic,
-    /// Bits flipped on the way.
-    pub bits_flipped: u64,
-    /// Frames that carried rows.
-    pub frames_with_rows: u64,
-    /// Rows for which a readout stood still.
-    pub rows_stalled: u64,
-    /// For how long.
-    pub stalled_s: f64,
-    /// Most rows in a FIFO at once.
-    pub fifo_rows_most: u32,
-    /// Longest time from a last row to the last feature byte behind it; none where features are not sent.
-    pub feature_latency_s: Option<f64>,
-    /// Longest time from the middle of a frame's exposure to the last bit of its last packet.
-    pub latency_s: f64,
-    /// The frame that took it.
-    pub slowest: Option<SentFrame>,
-    /// The same of the last frame alone.
-    pub frame_latency_s: f64,
-    /// Features that left the extractor and found no time on the link before the next frame.
-    pub features_dropped: u64,
-    /// Frames of a camera that lost some so.
-    pub frames_dropping: u64,
-}
-
-impl LinkTotals {
-    fn add_flow(
-        &mut self,
-        sensor: &SensorSetup,
-        flow: &Flow,
-        (schedule, frame): (&Schedule, FrameIndex),
-        out_clk: &[u64],
-    ) {
-        self.rows_stalled += u64::from(flow.rows_stalled);
-        self.stalled_s += sensor.link.seconds(flow.stalled);
-        self.fifo_rows_most = self.fifo_rows_most.max(flow.fifo_rows_most);
-        if let Some(latency) = flow.feature_latency() {
-            let latency_s = sensor.link.seconds(latency);
-            let longest_s = self.feature_latency_s.unwrap_or(0.0);
-            self.feature_latency_s = Some(greater(longest_s, latency_s));
-        }
-        let latency_s = sensor.latency_s(flow, schedule, frame);
-        if self.slowest.is_none() || latency_s > self.latency_s {
-            let (flow, schedule, out_clk) = (flow.clone(), schedule.clone(), out_clk.to_vec());
-            (self.latency_s, self.slowest) = (latency_s, Some(SentFrame { flow, schedule, frame, out_clk }));
-        }
-        self.frame_latency_s = greater(self.frame_latency_s, latency_s);
-    }
-
-    /// Warns of features that the link had no time for.
-    pub fn warn(&self, warnings: &mut Warnings) {
-        let (features, frames) = (self.features_dropped, self.frames_dropping);
-        if features > 0 {
-            warnings.add(format!(
-                "{features} features of {frames} frames of a camera found no time on the link before the next frame and were dropped; a \
-                 lower compute.target_features (0 sets no limit), a faster link or a longer frame would carry them"
-            ));
-        }
-    }
-}
 
 /// `t_frame` on the nanosecond, as the embedded line carries it.
 pub(super) fn frame_time_s(schedule: &Schedule, frame: FrameIndex) -> f64 {

@@ -1,7 +1,7 @@
 //! Ground truth of a run's frames: views of the current and the next frame, and full colour beside a mosaic.
 
 use super::expose::ExposurePlace;
-use super::session::Session;
+use super::state::Session;
 use crate::error::Error;
 use crate::optics::Mosaic;
 use crate::optics::truth::View;

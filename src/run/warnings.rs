@@ -1,7 +1,5 @@
 //! Warnings: what a user should know although the run goes on. A list in the order of arrival, each text once.
 
-use super::session::Session;
-
 /// Warnings of a setup or a run, without duplicates.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Warnings(Vec<String>);
@@ -19,21 +17,6 @@ impl Warnings {
     /// All texts in the order of arrival.
     pub fn texts(&self) -> &[String] {
         &self.0
-    }
-}
-
-impl Session {
-    /// What a user should know of the frames so far: the setup's warnings, then the run's, each once.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.warnings.clone();
-        self.totals.extractor.warn(&self.setup.sensor, &mut warnings);
-        self.totals.link.warn(&mut warnings);
-        warnings.texts().to_vec()
-    }
-
-    /// Adds a warning, as `Warnings::add`.
-    pub fn warn(&mut self, text: impl Into<String>) {
-        self.warnings.add(text);
     }
 }
 

@@ -1,9 +1,8 @@
 //! The world of a run, a scene with geometry or external pictures: photons, bounds on them, and depth.
 
+mod demand;
 #[cfg(feature = "pictures")]
 mod pictures;
-
-use glam::DVec3;
 
 use super::assets::{Assets, Progress};
 use super::light::{check_scene, lit_scene};
@@ -22,6 +21,7 @@ use crate::scene::ImageSequence;
 use crate::scene::motion::Motion;
 use crate::scene::{Illuminant, LitScene};
 use crate::units::Span;
+pub use demand::Demand;
 
 /// What is looked at.
 pub enum World {
@@ -30,18 +30,6 @@ pub enum World {
     /// Pictures over time, one stream a camera.
     #[cfg(feature = "pictures")]
     Images(ImageSequence),
-}
-
-/// What a world must serve.
-pub struct Demand<'a> {
-    /// Where the body is at first: where the scenario's illuminance holds.
-    pub start_m: DVec3,
-    /// The cameras, with the pixels of the array that are read.
-    pub cameras: &'a [Camera],
-    /// Frames of the run.
-    pub frames: u32,
-    /// From the start of the first exposure of a run of so many frames to the end of its last.
-    pub span_of: &'a dyn Fn(u32) -> Span,
 }
 
 impl World {

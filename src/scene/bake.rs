@@ -11,104 +11,20 @@ pub(super) mod aims;
 mod buried;
 mod cells;
 mod clearance;
+mod fan;
 mod gathered;
 pub(super) mod rays;
 mod refine;
+mod settings;
 mod store;
 
-use super::Scene;
+use super::geometry::Scene;
+use super::hashing::hash_floats;
 use super::light::{BANDS, Bands};
 use super::mesh::ALBEDO_MAX;
 use crate::num::{f32_nearest, greater, lesser, u64_from};
 use refine::Traced;
-
-/// Version of the method and of the stored form: part of the key, so a stale bake is never taken.
-pub const BAKE_VERSION: u32 = 12;
-
-/// How many rays a bake spends. Noise falls with the root of the count; time grows in proportion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BakeSettings {
-    /// Cosine-weighted rays from each side of a sample on a grid. A multiple of 16.
-    pub grid_rays: usize,
-    /// The same for samples on vertices of small triangles. A multiple of 16.
-    pub vertex_rays: usize,
-    /// Points on lamps that samples on grids aim at.
-    pub grid_lamp_rays: usize,
-    /// Points on lamps that samples on vertices aim at.
-    pub vertex_lamp_rays: usize,
-    /// Whether light is followed over surfaces; without, only what sources send straight is known.
-    pub bounces: bool,
-    /// Whether samples on grids are interpolated where light changes little; without, rays are traced for each.
-    pub interpolates: bool,
-}
-
-impl BakeSettings {
-    /// Pictures of rooms.
-    pub const ROOM: Self = Self::new([256, 64], [192, 96]);
-
-    /// Enough for tests and a first look.
-    pub const DRAFT: Self = Self::new([64, 32], [64, 32]);
-
-    /// Scenes that take seconds even so.
-    pub const FINE: Self = Self::new([1_024, 256], [768, 384]);
-
-    /// Scenes whose light would take minutes and most of a gigabyte.
-    pub const WIDE: Self = Self::new([128, 32], [96, 48]);
-
-    /// Rays and points on lamps of samples on grids and on vertices.
-    const fn new([grid_rays, vertex_rays]: [usize; 2], [grid_lamp_rays, vertex_lamp_rays]: [usize; 2]) -> Self {
-        Self { grid_rays, vertex_rays, grid_lamp_rays, vertex_lamp_rays, bounces: true, interpolates: true }
-    }
-
-    /// What a scene affords: the finest of `FINE`, `ROOM` and `WIDE` that stays below its number of rays.
-    #[must_use]
-    pub fn of(scene: &Scene) -> Self {
-        let affords = |settings: &Self, rays: u64| BakeCost::of(scene, settings).rays <= rays;
-        if affords(&Self::FINE, FINE_RAYS_MAX) {
-            Self::FINE
-        } else if affords(&Self::ROOM, ROOM_RAYS_MAX) {
-            Self::ROOM
-        } else {
-            Self::WIDE
-        }
-    }
-
-    /// The same rays without bounces.
-    #[must_use]
-    pub const fn direct(self) -> Self {
-        Self { bounces: false, ..self }
-    }
-}
-
-/// Rays of a scene that is baked finely: a few seconds.
-const FINE_RAYS_MAX: u64 = 20_000_000;
-
-/// Rays of a scene that is baked like a room: a minute, and 4 bytes each.
-const ROOM_RAYS_MAX: u64 = 100_000_000;
-
-/// What a bake will take, known beforehand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BakeCost {
-    /// Rays if all samples are traced, those that mirrors add not counted.
-    pub rays: u64,
-    /// Bytes that are held at the same time.
-    pub bytes: u64,
-}
-
-impl BakeCost {
-    /// Of a scene with settings.
-    pub fn of(scene: &Scene, settings: &BakeSettings) -> Self {
-        let aims = aims::Aims::of(scene, settings);
-        let mut cost = Self { rays: 0, bytes: 0 };
-        for sample in &scene.layout.samples {
-            let aims = &aims[usize::from(sample.on_grid)];
-            cost.rays += u64_from(aims.rays(sample.sides()));
-            let kept = if settings.bounces { 4 * sample.sides() * aims.fan.len() } else { 0 };
-            cost.bytes += u64_from(kept + BYTES_PER_SAMPLE);
-        }
-        cost
-    }
-}
+pub use settings::{BAKE_VERSION, BakeCost, BakeSettings};
 
 /// Baked irradiance of a scene: pi times the mean radiance over the hemisphere, in the scene's own units.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,10 +37,6 @@ pub struct Bake {
     /// Whether light was followed over surfaces.
     pub(super) bounces: bool,
 }
-
-/// Bytes of a sample beside what its rays met: of both sides and groups direct light, its moments, the light by which cells are judged with
-/// its error, and exitance (later two iterates and exitance); lists' heads.
-const BYTES_PER_SAMPLE: usize = 512;
 
 /// The iteration ends when no sample's change, nor what all further bounces bring by the rate at which changes fall, is more than this
 /// share of its irradiance, in any band that has more than a hundred thousandth of the greatest irradiance.
@@ -141,6 +53,69 @@ const SLOW_RATE: f64 = 0.8;
 
 /// A rate is known where it differs from the one before by less than this share of what it lacks to 1.
 const RATE_KNOWN: f64 = 0.02;
+
+impl Scene {
+    /// Bakes the irradiance of all surfaces. `progress` is told the share done, from 0 to 1, from any thread.
+    pub fn bake(&self, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Bake {
+        self.bake_under(settings, self.bake_key(settings), progress)
+    }
+
+    /// The same where the key is known: it takes as long as reading all textures.
+    pub(crate) fn bake_under(&self, settings: &BakeSettings, key: [u8; 32], progress: &(dyn Fn(f64) + Sync)) -> Bake {
+        Bake::of(self, settings, key, progress)
+    }
+
+    /// What a bake of this scene depends on: geometry, materials, textures, sky, what flickers, settings and the method's version.
+    pub fn bake_key(&self, settings: &BakeSettings) -> [u8; 32] {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&BAKE_VERSION.to_le_bytes());
+        for rays in [settings.grid_rays, settings.vertex_rays, settings.grid_lamp_rays, settings.vertex_lamp_rays] {
+            hasher.update(&crate::num::u64_from(rays).to_le_bytes());
+        }
+        hasher.update(&[u8::from(settings.bounces) | u8::from(!settings.interpolates) << 1]);
+        hash_floats(&mut hasher, &self.sky);
+        hasher.update(&[u8::from(self.environment.is_some())]);
+        if let Some(environment) = &self.environment {
+            environment.hash_into(&mut hasher);
+        }
+        hasher.update(&crate::num::u64_from(self.flickering.len()).to_le_bytes());
+        hasher.update(&self.flickering.iter().copied().map(u8::from).collect::<Vec<_>>());
+        // In pieces: the bytes of a large mesh beside the mesh would take as much again.
+        for vertices in self.mesh.vertices.chunks(1024) {
+            let numbers = vertices.iter().flat_map(|v| v.position_m.into_iter().chain(v.normal).chain(v.uv));
+            hash_floats(&mut hasher, &numbers.collect::<Vec<f32>>());
+        }
+        for numbers in [self.mesh.triangles.as_flattened(), &self.mesh.material_of].map(|all| all.chunks(1024)) {
+            for numbers in numbers {
+                hasher.update(&numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
+            }
+        }
+        for material in &self.mesh.materials {
+            hash_floats(&mut hasher, &material.base_colour);
+            hash_floats(&mut hasher, &material.emission);
+            hash_floats(&mut hasher, &[material.metallic, material.roughness]);
+            hasher.update(&[u8::from(material.double_sided)]);
+            hasher.update(&material.texture.unwrap_or(u32::MAX).to_le_bytes());
+            if let Some(bulb) = &material.bulb {
+                hash_floats(&mut hasher, &bulb.centre_m);
+                hash_floats(&mut hasher, &[bulb.radius_m]);
+                hash_floats(&mut hasher, &bulb.cone.map_or([0.0; 5], |cone| cone.numbers()));
+            }
+        }
+        for texture in &self.mesh.textures {
+            texture.hash_into(&mut hasher);
+        }
+        for material in &self.mesh.materials {
+            if let Some(cut_out) = material.cut_out {
+                hasher.update(&cut_out.to_le_bytes());
+            }
+        }
+        for cut_out in &self.mesh.cut_outs {
+            cut_out.hash_into(&mut hasher);
+        }
+        *hasher.finalize().as_bytes()
+    }
+}
 
 impl Bake {
     /// The same irradiance at every sample, for targets that are lit evenly.
@@ -254,6 +229,25 @@ fn is_settled(now: &[Bands], next: &[Bands], rates: &Rates) -> bool {
         })
     })
 }
+
+impl BakeCost {
+    /// Of a scene with settings.
+    pub fn of(scene: &Scene, settings: &BakeSettings) -> Self {
+        let aims = aims::Aims::of(scene, settings);
+        let mut cost = Self { rays: 0, bytes: 0 };
+        for sample in &scene.layout.samples {
+            let aims = &aims[usize::from(sample.on_grid)];
+            cost.rays += u64_from(aims.rays(sample.sides()));
+            let kept = if settings.bounces { 4 * sample.sides() * aims.fan.len() } else { 0 };
+            cost.bytes += u64_from(kept + BYTES_PER_SAMPLE);
+        }
+        cost
+    }
+}
+
+/// Bytes of a sample beside what its rays met: of both sides and groups direct light, its moments, the light by which cells are judged with
+/// its error, and exitance (later two iterates and exitance); lists' heads.
+pub(super) const BYTES_PER_SAMPLE: usize = 512;
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 //! A furnished room without files, for tests, the browser and a fresh install. Generates, from a seed, a scene of 6 by 3 by 5 m, floor at y
 //! = 0, rich in corners at every scale, lit by a lamp in the ceiling.
 
-use super::Scene;
+use super::geometry::Scene;
 use super::light::BANDS;
 use super::mesh::{Material, Mesh};
 use super::target::cube;

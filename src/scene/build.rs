@@ -2,30 +2,17 @@
 //! from piece to piece; round surfaces have smooth normals.
 
 mod opening;
+mod surface;
 
 pub use opening::{Opening, Wall};
 
 use super::cut_out::CutOut;
 use super::light::with_infrared;
-use super::mesh::{Material, Mesh, Vertex, sub, unit, unit_normal};
+use super::mesh::{Material, Vertex};
 use super::texture::Texture;
+use super::vectors::{sub, unit, unit_normal};
 use crate::num::{f32_from_u32, index, u32_from};
-
-/// A material and how large its picture is.
-#[derive(Clone, Copy, Debug)]
-pub struct Surface {
-    /// Material of the mesh.
-    pub material: u32,
-    /// Width of the picture in metres.
-    pub tile_m: f32,
-}
-
-/// A mesh under construction.
-#[derive(Debug, Default)]
-pub struct Builder {
-    /// What stands.
-    pub mesh: Mesh,
-}
+pub use surface::{Builder, Surface, world_uv};
 
 impl Builder {
     /// Adds a material that is seen from its front only. Its picture, if any, is `tile_m` wide.
@@ -161,18 +148,5 @@ impl Builder {
             let position_m = [0, 1, 2].map(|k| from_m[k] + (to_m[k] - from_m[k]) * up + normal[k] * radius);
             Vertex { position_m, normal, uv: [turn, up] }
         });
-    }
-}
-
-/// Texture coordinates by the world's axes, in the plane that the normal is nearest to: neighbours in one plane share their picture.
-pub fn world_uv(at_m: [f32; 3], normal: [f32; 3], tile_m: f32) -> [f32; 2] {
-    let [x, y, z] = at_m.map(|coordinate| coordinate / tile_m);
-    let [nx, ny, nz] = normal.map(f32::abs);
-    if ny >= nx && ny >= nz {
-        [x, z]
-    } else if nx >= nz {
-        [z, -y]
-    } else {
-        [x, -y]
     }
 }

@@ -3,7 +3,7 @@
 //! polyhedron's shape and no choice of points on it enters.
 
 use super::light::Bands;
-use super::mesh::{dot, sub};
+use super::vectors::{dot, sub};
 use crate::num::{f32_nearest, f64_from_usize, greater};
 
 /// Radius of the shell that shadow rays are aimed at, over the ball's: seen from afar it is as wide, by variance, as an even disc.

@@ -232,10 +232,10 @@ impl Environment {
             let ([x, y, z], [r, g, b, n]) = (sun.direction, sun.normal_irradiance);
             [x, y, z, r, g, b, n]
         });
-        super::hash_floats(hasher, &sun);
-        super::hash_floats(hasher, &[self.yaw]);
+        super::hashing::hash_floats(hasher, &sun);
+        super::hashing::hash_floats(hasher, &[self.yaw]);
         let numbers: Vec<f32> = self.map.texels.iter().flatten().copied().collect();
-        super::hash_floats(hasher, &numbers);
+        super::hashing::hash_floats(hasher, &numbers);
     }
 }
 
@@ -270,7 +270,7 @@ impl Sun {
             let (sin, cos) = libm::sincos(f64_from_usize(number) * 2.399_963_229_728_653);
             let local = [radius * cos, radius * sin, 1.0].map(f32_nearest);
             let direction = super::chance::turned(local, &sides, towards);
-            let direction = super::mesh::unit(direction).expect("a direction near the sun's has a length");
+            let direction = super::vectors::unit(direction).expect("a direction near the sun's has a length");
             DistantLight { direction, normal_irradiance: light }
         })
     }

@@ -1,10 +1,12 @@
 //! Scenes made by code, by name. An unknown name gives an error that lists the known names.
 
+use super::geometry::Scene;
 use super::light::with_infrared;
 use super::mesh::Mesh;
+use super::source::Read;
 #[cfg(feature = "pictures")]
 use super::texture::Texture;
-use super::{Read, Scene, Surroundings, box_room};
+use super::{Surroundings, box_room};
 #[cfg(feature = "pictures")]
 use super::{hall, photo_box, street};
 use crate::error::Error;

@@ -11,51 +11,21 @@
 mod accessor;
 mod buffers;
 mod container;
+mod content;
 mod lights;
 mod material;
 mod node;
+mod reader;
 
+use super::Surroundings;
 use super::file_units::FileUnits;
+use super::geometry::Scene;
 use super::mesh::Mesh;
-use super::{Read, Scene, Surroundings, Viewpoint};
+use super::source::Read;
 use crate::error::Error;
 use buffers::Buffers;
-
-/// Files beside a glTF file.
-pub struct Files<'a> {
-    read: Read<'a>,
-}
-
-/// Most sentences about one file.
-const NOTES_MAX: usize = 100;
-
-/// Sentences for the user, each once, in the order in which they came up.
-#[derive(Debug, Default)]
-pub struct Notes(Vec<String>);
-
-impl Notes {
-    fn add(&mut self, note: impl Into<String>) {
-        let note = note.into();
-        if self.0.contains(&note) {
-            return;
-        }
-        match self.0.len() {
-            ..NOTES_MAX => self.0.push(note),
-            NOTES_MAX => self.0.push("there is more of this kind".to_owned()),
-            _ => {}
-        }
-    }
-}
-
-/// What a file holds.
-pub(super) struct Content {
-    /// Geometry and materials.
-    pub mesh: Mesh,
-    /// Cameras.
-    pub viewpoints: Vec<Viewpoint>,
-    /// What was left out or repaired.
-    pub notes: Vec<String>,
-}
+pub(super) use content::Content;
+pub use content::{Files, Notes};
 
 impl Scene {
     /// Reads a binary glTF file that needs no others, unchanged: no sky, lamps as strong as stated. `name` is its name in messages.
@@ -111,7 +81,7 @@ fn content(bytes: &[u8], units: &FileUnits, files: &Files<'_>) -> Result<Content
     let kinds = material::read_all(&container.document, &buffers, files, &mut mesh, &mut notes)?;
     let scene =
         container.document.default_scene().or_else(|| container.document.scenes().next()).ok_or("it has no scene")?;
-    let mut reader = node::Reader::new(&container, &buffers, kinds, mesh, notes);
+    let mut reader = reader::Reader::new(&container, &buffers, kinds, mesh, notes);
     for node in scene.nodes() {
         reader.node(&node, units.world_from_file(), 0)?;
     }

@@ -7,12 +7,17 @@
 //! order).
 
 mod furniture;
+mod plan;
 
 use super::build::{Builder, Opening, Surface, Wall};
-use super::mesh::{Mesh, Vertex, unit};
+use super::mesh::{Mesh, Vertex};
 use super::pattern::{Masonry, coffers, ground, masonry};
 use super::texture::Texture;
+use super::vectors::unit;
 use crate::num::f32_from_i32;
+use plan::{
+    BAY_M, BAYS, COLUMN_M, CORNICE_M, HALF_LENGTH_M, HALF_WALL_M, OUTER_M, SAGITTA_M, SPRING_M, STRING_M, Stuff,
+};
 
 /// Pictures that the hall is covered with.
 #[derive(Clone, Debug)]
@@ -25,42 +30,6 @@ pub struct Pictures {
     pub wood: Texture,
     /// Banners.
     pub cloth: [Texture; 2],
-}
-
-/// Width of a bay.
-const BAY_M: f32 = 6.0;
-/// Bays of the nave.
-const BAYS: i32 = 10;
-/// Half of the hall's length.
-const HALF_LENGTH_M: f32 = 30.0;
-/// From the nave's middle to the axes of the columns.
-const COLUMN_M: f32 = 7.0;
-/// Half of the thickness of the wall over the arches.
-const HALF_WALL_M: f32 = 0.45;
-/// From the middle to the outer walls.
-const OUTER_M: f32 = 15.0;
-/// Where arches spring, on top of the columns.
-const SPRING_M: f32 = 4.4;
-/// Between the arches and the clerestory.
-const STRING_M: f32 = 7.4;
-/// Where the nave's vault springs.
-const CORNICE_M: f32 = 10.0;
-/// Highest point of the nave's vault over its springing.
-const SAGITTA_M: f32 = 2.0;
-
-/// What the hall is made of.
-struct Stuff {
-    stone: Surface,
-    plaster: Surface,
-    moulding: Surface,
-    column: Surface,
-    slabs: [Surface; 2],
-    tiles: Surface,
-    wood: Surface,
-    coffers: Surface,
-    banners: [Surface; 2],
-    lead: Surface,
-    pane: Surface,
 }
 
 /// Makes the hall.

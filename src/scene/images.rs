@@ -16,12 +16,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub use blend::Blend;
 pub use decode::{Picture, Transfer};
 
-pub use super::PictureBytes;
+pub use super::source::PictureBytes;
 
 use super::light::{BANDS, Illuminant};
 use super::lit::ExitanceBounds;
 use crate::error::Error;
-use crate::num::{f32_nearest, f64_from_usize, greater, lesser};
+use crate::num::{f64_from_usize, greater, lesser};
 use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::units::{Size, Span};
@@ -253,12 +253,4 @@ pub fn pinhole(size: Size, horizontal_fov_rad: f64, distortion: [f64; 4]) -> Pic
     let focal_px = 0.5 * width_px / libm::tan(0.5 * horizontal_fov_rad);
     let (cx_px, cy_px) = (0.5 * (width_px - 1.0), 0.5 * (height_px - 1.0));
     PictureCamera { fx_px: focal_px, fy_px: focal_px, cx_px, cy_px, distortion }
-}
-
-/// Value of a code of a file in 0..=1, as light.
-fn linear(share: f64, transfer: Transfer) -> f32 {
-    f32_nearest(match transfer {
-        Transfer::Srgb => super::texture::linear_from_srgb_share(share),
-        Transfer::Linear => share,
-    })
 }

@@ -12,8 +12,9 @@ use super::bvh::Bvh;
 use super::chance::{cosine_direction, frame, pair, turned};
 use super::lanes::{Floats, LANES};
 use super::light::{BANDS, Bands};
-use super::mesh::{Material, Mesh, area_m2, unit_normal};
+use super::mesh::{Material, Mesh};
 use super::tracer::{MISS, Packet, Stack, closest};
+use super::vectors::{area_m2, unit_normal};
 use crate::draw::DrawKey;
 use crate::num::{f32_nearest, f64_from_usize, index, u64_from};
 

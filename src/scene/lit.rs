@@ -5,13 +5,15 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+mod data;
 mod gloss;
 mod identity;
 mod slopes;
 mod surface;
 
+pub use data::{ExitanceBounds, Face, LitScene};
 pub use gloss::{BOUNCES_MAX, Facet, is_exact_mirror};
-pub use surface::{Face, OnTriangle, by_band, by_lane};
+pub use surface::{OnTriangle, by_band, by_lane};
 
 use std::sync::OnceLock;
 
@@ -20,86 +22,23 @@ use glam::DVec3;
 use super::bake::aims::{Aims, aimed_light};
 use super::bake::rays::bounce_rays;
 use super::bake::{Bake, BakeSettings};
-use super::bulb::Cone;
 use super::flicker::Flicker;
+use super::geometry::Scene;
 use super::light::{BANDS, Bands, Illuminant, luminance};
-use super::mesh::{Gloss, Material, dot};
+use super::mesh::Material;
+use super::samples::ShadeTriangle;
 use super::texture::Footprint;
-use super::{Scene, samples::ShadeTriangle};
+use super::vectors::dot;
 use crate::error::Error;
 use crate::num::{f32_nearest, index};
 use crate::units::Span;
+use data::{NO_CONE, Paint, UNTEXTURED};
 
 /// Rays from the point that `illuminance_lux` is given at. Their noise scales the whole picture: 65,536 of them, stratified,
 /// leave well under 0.1 %.
 const METER_RAYS: usize = 65_536;
 /// Points on lamps that it aims at.
 const METER_LAMP_RAYS: usize = 4_096;
-
-/// Least and greatest light that leaves a scene's surfaces, in lux-equivalents a band.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExitanceBounds {
-    /// Least of any reflecting surface (and of the sky, where the scene is open to it).
-    pub least: [f64; BANDS],
-    /// Greatest of any reflecting surface.
-    pub greatest: [f64; BANDS],
-    /// Greatest of lamps and sky; 0 without.
-    pub emitted: [f64; BANDS],
-}
-
-/// What shading needs of a material, in one cache line.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-struct Paint {
-    base_colour: Bands,
-    /// Emitted light in lux-equivalents.
-    glow_lux: Bands,
-    /// `UNTEXTURED` without one.
-    texture: u32,
-    double_sided: bool,
-    /// Index of the cone of its emitted light; `NO_CONE` where it shines to all sides.
-    cone: u32,
-    /// Whether its own light flickers.
-    flickers: bool,
-    /// Whether it keeps an image: by gloss, and as a mirror.
-    glossy: [bool; 2],
-}
-
-const UNTEXTURED: u32 = u32::MAX;
-const NO_CONE: u32 = u32::MAX;
-
-/// A scene under light.
-#[derive(Clone, Debug)]
-pub struct LitScene {
-    scene: Scene,
-    illuminant: Illuminant,
-    /// Lux-equivalents of steady light; side 0, then side 1 of each sample.
-    irradiance_lux: Vec<Bands>,
-    /// The same of light that flickers, at its mean; empty where none does.
-    flickering_lux: Vec<Bands>,
-    /// What shading needs of each material.
-    paints: Vec<Paint>,
-    /// Where spot lights shine to.
-    cones: Vec<Cone>,
-    /// How lamps flicker; none: not at all.
-    flicker: Option<Flicker>,
-    /// Exitance in lux-equivalents over radiance in the scene's own units.
-    lux_per_radiance: f64,
-    sky_lux: Bands,
-    /// Of a horizontal plane where the light was set or measured.
-    illuminance_lux: f64,
-    /// Whether the bake followed light over surfaces.
-    bounces: bool,
-    /// What a ray needs of each triangle.
-    faces: Vec<Face>,
-    has_textures: bool,
-    /// What of each material keeps an image.
-    gloss: Vec<Option<Gloss>>,
-    /// Found once.
-    bounds: OnceLock<ExitanceBounds>,
-    /// Hash of all that decides its radiance; found once.
-    content: OnceLock<[u8; 32]>,
-}
 
 impl Scene {
     /// Scales a bake so that a horizontal plane at `at_m` (its upper side) has `illuminance_lux`.

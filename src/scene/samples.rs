@@ -6,7 +6,8 @@
 use std::collections::BTreeMap;
 
 use super::light::Bands;
-use super::mesh::{ALBEDO_MAX, Material, Mesh, Vertex, area_m2, cross, dot, sub, unit, unit_normal};
+use super::mesh::{ALBEDO_MAX, Material, Mesh, Vertex};
+use super::vectors::{area_m2, cross, dot, sub, unit, unit_normal};
 use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated_f32};
 
 /// Triangles with a longer edge than this have a grid.

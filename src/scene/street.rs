@@ -5,48 +5,15 @@
 //! kerbs 0.12 m.
 
 mod house;
+mod plan;
 mod verge;
 
 use super::build::{Builder, Surface, Wall};
 use super::mesh::Mesh;
 use super::pattern::{Masonry, ground, leaves, masonry, roof, stripes};
 use super::texture::Texture;
-use crate::draw::DrawKey;
-use crate::num::{f32_from_u32, low_u32, u32_truncated_f32};
-
-/// Half of the length of the rows of houses.
-const HALF_LENGTH_M: f32 = 42.0;
-/// Where the houses across the ends stand.
-const END_M: f32 = 49.0;
-/// Where the streets across the ends are closed.
-const SIDE_M: f32 = 22.0;
-/// From the middle to the kerb.
-const KERB_M: f32 = 3.6;
-/// Height of the pavement.
-const PAVEMENT_M: f32 = 0.12;
-/// From the middle to the fronts.
-const FRONT_M: f32 = 6.2;
-
-/// What the street is made of.
-struct Stuff {
-    fronts: Vec<Surface>,
-    trim: Surface,
-    plinth: Surface,
-    glass: Surface,
-    frame: Surface,
-    doors: [Surface; 2],
-    shutters: [Surface; 3],
-    roofs: [Surface; 2],
-    awnings: [Surface; 2],
-    iron: Surface,
-    lantern: Surface,
-    asphalt: Surface,
-    paint: Surface,
-    flags: Surface,
-    kerb: Surface,
-    bark: Surface,
-    leaves: [Surface; 2],
-}
+use crate::num::f32_from_u32;
+use plan::{END_M, FRONT_M, HALF_LENGTH_M, KERB_M, PAVEMENT_M, SIDE_M, Stuff};
 
 /// Makes the street.
 pub fn street(wood: Texture) -> Mesh {
@@ -176,19 +143,4 @@ fn markings(builder: &mut Builder, stuff: &Stuff) {
 
 fn level(builder: &mut Builder, surface: Surface, [x0, x1]: [f32; 2], [z0, z1]: [f32; 2], y: f32) {
     builder.quad(surface, [[x0, y, z1], [x1, y, z1], [x1, y, z0], [x0, y, z0]]);
-}
-
-/// A draw of 0..limit.
-fn draw(key: DrawKey, number: u64, limit: u32) -> u32 {
-    low_u32(key.with(number).0 >> 16) % limit.max(1)
-}
-
-/// A draw between two numbers, in 1024 steps.
-fn between(key: DrawKey, number: u64, low: f32, high: f32) -> f32 {
-    low + (high - low) * f32_from_u32(draw(key, number, 1025)) / 1024.0
-}
-
-/// How often a length fits, at least once.
-fn fits(length_m: f32, each_m: f32) -> u32 {
-    u32_truncated_f32((length_m / each_m).round_ties_even()).max(1)
 }

@@ -65,7 +65,7 @@ impl Surroundings {
         }
         for (number, panel) in self.panels.iter().enumerate() {
             let [a, b, c, _] = panel.corners_m;
-            if super::mesh::unit_normal([a, b, c]).is_none() {
+            if super::vectors::unit_normal([a, b, c]).is_none() {
                 return Err(refuse(format!("panel {number} has no area")));
             }
         }

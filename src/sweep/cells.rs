@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use toml::Value;
 
-use super::SOURCES;
 use super::design::{Point, assignments, factor_names, points};
 use super::file::SweepFile;
 use crate::config::Resolved;
@@ -229,3 +228,6 @@ fn in_sweep(error: Error, file: &str, text: &str) -> Error {
     let line = text.lines().position(|line| line.contains(&key)).map_or(0, |line| line + 1);
     Error::Config { file: file.to_owned(), line, key, value, reason }
 }
+
+/// Fingerprint of the code that decides a figure.
+pub const SOURCES: &str = env!("SENSEL_FIGURE_SOURCES");

@@ -8,60 +8,9 @@ use toml::Value;
 use super::cells::{Cell, Cells, shown};
 use super::parquet;
 use super::record::{CellRecord, unit_of};
+pub use super::table::{Column, Role, Table, Values};
 use crate::error::Error;
 use crate::num::f64_from_i64;
-
-/// Values of a column, one a row.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Values {
-    /// Text.
-    Text(Vec<Option<String>>),
-    /// Whole numbers.
-    Whole(Vec<Option<i64>>),
-    /// Numbers.
-    Number(Vec<Option<f64>>),
-    /// Yes or no.
-    Flag(Vec<Option<bool>>),
-}
-
-/// What a column is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// Names a row.
-    Name,
-    /// Is varied.
-    Factor,
-    /// Repeats.
-    Replicate,
-    /// A key of the configuration that differs between cells.
-    Config,
-    /// A result.
-    Figure,
-}
-
-/// One column.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Column {
-    /// Its name.
-    pub name: String,
-    /// Its unit; "" where it has none to state.
-    pub unit: String,
-    /// What it is for.
-    pub role: Role,
-    /// One value a row.
-    pub values: Values,
-}
-
-/// A gathered sweep.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Table {
-    /// In the order of the file.
-    pub columns: Vec<Column>,
-    /// Number of rows.
-    pub rows: usize,
-    /// Of the whole file, by name.
-    pub metadata: BTreeMap<String, String>,
-}
 
 impl Table {
     /// The table of those cells that have a record, in the order of the sweep.
@@ -97,7 +46,7 @@ impl Table {
         let metadata = BTreeMap::from([
             ("sensel.columns".to_owned(), json!(described).to_string()),
             ("sensel.version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-            ("sensel.sources".to_owned(), super::SOURCES.to_owned()),
+            ("sensel.sources".to_owned(), super::cells::SOURCES.to_owned()),
             ("sensel.sweep".to_owned(), sweep_text.to_owned()),
             ("sensel.scenario".to_owned(), cells.shared().recorded_text()),
         ]);
@@ -127,49 +76,6 @@ impl Table {
             text.push('\n');
         }
         text
-    }
-}
-
-impl Role {
-    /// In one word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Name => "name",
-            Self::Factor => "factor",
-            Self::Replicate => "replicate",
-            Self::Config => "config",
-            Self::Figure => "figure",
-        }
-    }
-}
-
-impl Values {
-    fn kind(&self) -> &'static str {
-        match self {
-            Self::Text(_) => "string",
-            Self::Whole(_) => "int64",
-            Self::Number(_) => "double",
-            Self::Flag(_) => "boolean",
-        }
-    }
-
-    /// A row's value as text; empty where there is none. Numbers have their shortest exact form.
-    pub fn text(&self, row: usize) -> String {
-        match self {
-            Self::Text(all) => all[row].clone().unwrap_or_default(),
-            Self::Whole(all) => all[row].map_or_else(String::new, |value| value.to_string()),
-            Self::Number(all) => all[row].map_or_else(String::new, |value| format!("{value:?}")),
-            Self::Flag(all) => all[row].map_or_else(String::new, |value| value.to_string()),
-        }
-    }
-
-    /// A row's value as a number, where it is one.
-    pub fn number(&self, row: usize) -> Option<f64> {
-        match self {
-            Self::Whole(all) => all[row].map(f64_from_i64),
-            Self::Number(all) => all[row],
-            Self::Text(_) | Self::Flag(_) => None,
-        }
     }
 }
 

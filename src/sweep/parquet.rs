@@ -10,7 +10,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 
-use super::gather::{Column, Table, Values};
+use super::table::{Column, Table, Values};
 
 /// The whole file. Equal tables give equal bytes.
 pub(super) fn bytes(table: &Table) -> Result<Vec<u8>, ParquetError> {

@@ -1,7 +1,6 @@
 //! Specifications: a figure, a limit, and the share of runs that must keep it, as in `ate_m < 0.010 for 99 %`.
 
-use super::record::CellRecord;
-use super::record::find_figure;
+use super::record::{CellRecord, find_figure};
 use super::statistics::{CONFIDENCE, SequentialTest, Verdict, binomial_interval};
 use crate::error::Error;
 use crate::num::f64_from_u64;

@@ -6,60 +6,16 @@
 
 use std::ops::Range;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
+use super::problem::Prior;
+pub use super::problem::{Observation, Outcome, Problem};
 use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
 use crate::tracker::lie::{Twist, se3_exp};
-use crate::tracker::marginal::Prior;
 use crate::tracker::refine::{ErrorModel, Linear, StudentT, UNSEEN_SIGMAS2, linearise};
-use crate::tracker::rig::RigCamera;
-use crate::units::CameraIndex;
-
-/// A point found on a picture of one of the poses.
-#[derive(Clone, Copy, Debug)]
-pub struct Observation {
-    /// Number of the pose.
-    pub pose: u32,
-    /// Number of the point.
-    pub point: u32,
-    /// Camera of the rig.
-    pub camera: CameraIndex,
-    /// Place on its picture.
-    pub place_px: DVec2,
-    /// One over the standard deviation of the place, per axis, in 1/px.
-    pub inverse_sigma: f64,
-    /// The body's motion from the time of its pose to that of the place's row.
-    pub row_from_frame: Pose,
-}
-
-/// What is adjusted.
-#[derive(Clone, Debug)]
-pub struct Problem<'a> {
-    /// The rig.
-    pub cameras: &'a [RigCamera],
-    /// `body_from_world`; the first `free` move, the others are the gauge and stay.
-    pub poses: Vec<Pose>,
-    /// Number of poses that move.
-    pub free: usize,
-    /// Points of the world in metres.
-    pub points_m: Vec<DVec3>,
-    /// In rising order of points.
-    pub observations: Vec<Observation>,
-}
-
-/// What an adjustment did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
-    /// Cost before: under the errors' own law, twice the negative logarithm of the density, up to a constant.
-    pub cost_before: f64,
-    /// The same after; never above the one before.
-    pub cost_after: f64,
-    /// Systems solved.
-    pub iterations: u32,
-}
 
 /// Coupling of a free pose and a point: d(error)/d(pose) transposed times d(error)/d(point).
 type Coupling = SMatrix<f64, 6, 3>;
@@ -372,7 +328,10 @@ mod tests {
     use super::*;
     use crate::optics::lens::{Intrinsics, Lens, Mapping, Radtan};
     use crate::tracker::rig::CameraCalibration;
+    use crate::tracker::rig::RigCamera;
+    use crate::units::CameraIndex;
     use crate::units::Size;
+    use glam::DVec2;
 
     fn rig() -> Vec<RigCamera> {
         let lens = Lens {

@@ -3,6 +3,7 @@
 use super::answer::{Status, TrackedFrame, Work};
 use super::extend::{self, Growth, adjust_window};
 use super::map::Map;
+pub use super::params::UNPROVEN_NOISE;
 use super::rig::View;
 use super::start::Stage;
 use super::sweep::{Motion, Moving};
@@ -17,9 +18,6 @@ const REACH_WITHOUT_DEPTH: usize = 6;
 /// Turns of rates and adjustment at a start from two views of moving rows.
 const SWEPT_ROUNDS: u32 = 3;
 
-/// The noise of places is never taken for more than so many times the given one; where the start was proved by several views, for so many
-/// times what these have shown: to a place's own noise comes as much of its landmark's and of the pose.
-pub const UNPROVEN_NOISE: f64 = 4.0;
 const PROVEN_NOISE: f64 = 2.0;
 
 impl Tracker {

@@ -9,11 +9,11 @@
 mod tests;
 
 use super::answer::Work;
+use super::frame::{Frame, LandmarkMatch};
 use crate::draw::DrawKey;
 use crate::num::{index, u32_from};
 use crate::pose::Pose;
 use crate::tracker::lie::Sim3;
-use crate::tracker::locate::{Frame, LandmarkMatch};
 use crate::tracker::map::{Landmark, Map, Sighting};
 use crate::tracker::pose_graph::{Edge, Kernel, PoseGraph, information};
 use crate::tracker::rig::{Keypoint, View};

@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, Matrix6, SMatrix};
 
+use super::problem::Problem;
 use crate::num::index;
 use crate::pose::Pose;
-use crate::tracker::adjust::Problem;
 use crate::tracker::dense::solve_cholesky;
 use crate::tracker::refine::{Measurement, linearise};
 use crate::tracker::rig::RigCamera;

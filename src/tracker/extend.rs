@@ -3,10 +3,10 @@
 //! Positions are metres in the map's frame.
 
 use super::answer::Work;
+use super::frame::LandmarkMatch;
 use super::params::TrackerParams;
 use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
-use crate::tracker::locate::LandmarkMatch;
 use crate::tracker::map::{Keyframe, Landmark, Map, Sighting};
 use crate::tracker::matching::Rule;
 use crate::tracker::preintegrate::filter::ImuFilter;

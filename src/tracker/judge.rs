@@ -1,6 +1,7 @@
 //! Checks the prediction and the pose of a located frame, and decides whether it becomes a keyframe. Changes no pose.
 
-use super::locate::{LandmarkMatch, LocalisedPose, MEDIAN_SIGMAS2, NARROW_PX};
+use super::frame::{LandmarkMatch, LocalisedPose};
+use super::locate::{MEDIAN_SIGMAS2, NARROW_PX};
 use super::preintegrate::filter::ImuPrediction;
 use super::refine::{WITHIN_PIXEL_PX, upper_median};
 use super::rig::View;

@@ -11,8 +11,12 @@ mod sim3;
 mod so3;
 
 pub use coefficients::SERIES_ANGLE_RAD_MAX;
-pub use se3::{Matrix6, Twist, se3_adjoint, se3_exp, se3_left_jacobian, se3_left_jacobian_inverse, se3_log};
-pub use se3::{se3_right_jacobian, se3_right_jacobian_inverse};
+pub use se3::{
+    Matrix6, Twist, se3_adjoint, se3_exp, se3_left_jacobian, se3_left_jacobian_inverse, se3_log, se3_right_jacobian,
+    se3_right_jacobian_inverse,
+};
 pub use sim3::{Matrix7, Sim3, SimTwist};
-pub use so3::{QUATERNION_SERIES_ANGLE_RAD_MAX, skew, so3_exp, so3_left_jacobian, so3_left_jacobian_inverse, so3_log};
-pub use so3::{so3_right_jacobian, so3_right_jacobian_inverse};
+pub use so3::{
+    QUATERNION_SERIES_ANGLE_RAD_MAX, skew, so3_exp, so3_left_jacobian, so3_left_jacobian_inverse, so3_log,
+    so3_right_jacobian, so3_right_jacobian_inverse,
+};

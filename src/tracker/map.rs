@@ -3,9 +3,9 @@
 
 use glam::{DVec2, DVec3};
 
+use super::problem::{Observation, Problem};
 use crate::num::{f64_from_u64, index, u32_from};
 use crate::pose::Pose;
-use crate::tracker::adjust::{Observation, Problem};
 use crate::tracker::lie::{Sim3, Twist};
 use crate::tracker::matching::Descriptor;
 use crate::tracker::preintegrate::chain::Node;

@@ -11,23 +11,13 @@ use std::collections::BTreeMap;
 use glam::DMat3;
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3, Vector6};
 
+pub use super::problem::Prior;
+use super::problem::Problem;
 use crate::num::index;
 use crate::pose::Pose;
-use crate::tracker::adjust::Problem;
 use crate::tracker::covariance::{RANK_TOLERANCE, Rows, generalised_inverse};
 use crate::tracker::lie::se3_log;
 use crate::tracker::refine::{huber, linearise};
-
-/// Poses under a prior.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Prior {
-    /// Number in the problem and `body_from_world` at which derivatives are taken, in rising order of numbers.
-    pub poses: Vec<(u32, Pose)>,
-    /// Rows over six unknowns a pose; as many as directions were measured.
-    root: Vec<Vec<f64>>,
-    /// What each row should give.
-    side: Vec<f64>,
-}
 
 /// Information over the poses of a problem, dense.
 struct Dense {

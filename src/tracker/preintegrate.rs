@@ -9,6 +9,7 @@
 pub mod align;
 pub mod chain;
 pub mod filter;
+mod state;
 
 use glam::{DMat3, DQuat, DVec3};
 use nalgebra::SMatrix;

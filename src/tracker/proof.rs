@@ -9,18 +9,18 @@
 use glam::DVec3;
 
 use super::answer::Work;
+use super::depth::{MONO_DEPTH_M, median_depth};
 use super::params::TrackerParams;
+use super::problem::{Observation, Problem};
 use crate::draw::DrawKey;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_from, u64_from};
 use crate::pose::Pose;
-use crate::tracker::adjust::{Observation, Problem};
 use crate::tracker::initial::models::{essential, from_essential};
 use crate::tracker::initial::{Model, PAIRS_MIN, Pair, TwoView, TwoViewSettings, triangulated, two_view};
 use crate::tracker::lie::Twist;
 use crate::tracker::locate::MEDIAN_SIGMAS2;
 use crate::tracker::refine::{Measurement, refine, upper_median};
 use crate::tracker::rig::{Keypoint, RigCamera};
-use crate::tracker::start::{MONO_DEPTH_M, median_depth};
 use crate::tracker::sweep::{Moving, mean_rate};
 use crate::tracker::unit::solve_in_unit;
 use crate::units::CameraIndex;

@@ -8,10 +8,10 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use super::answer::Work;
+use super::frame::Frame;
 use crate::num::{index, u32_from, u64_from};
 use crate::pose::Pose;
 use crate::tracker::lie::{Twist, se3_exp};
-use crate::tracker::locate::Frame;
 use crate::tracker::matching::Distances;
 use crate::tracker::sweep::Moving;
 

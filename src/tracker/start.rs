@@ -9,6 +9,7 @@
 use glam::{DQuat, DVec3};
 
 use super::answer::Work;
+pub use super::depth::{MONO_DEPTH_M, median_depth};
 use super::params::TrackerParams;
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser, u64_from};
@@ -21,8 +22,6 @@ use crate::tracker::rig::{Keypoint, RigCamera, View};
 use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
 use crate::tracker::tracks::{Tracks, median_step_px};
 
-/// Median depth of the first points of a map without a metre, in its unit. The tracker's lengths are those of a room, so this is one's.
-pub const MONO_DEPTH_M: f64 = 2.0;
 /// Least median angle between the rays of the first points: half a pixel of 320 px leaves 5 % of a depth at 0.04.
 const PARALLAX_RAD_MIN: f64 = 0.04;
 /// Pairs that the opening picture must keep, as a multiple of the landmarks that a start needs.
@@ -385,11 +384,4 @@ fn common_root(lines: &[Line], agreeing_min: usize) -> Option<f64> {
 /// A view as the proof takes it, its keypoints straight where bearings of it are asked for.
 fn path_view<'a>(shot: &InitialFrame, views: &'a [View], pairs: &'a [(usize, usize)]) -> PathView<'a> {
     PathView { t_s: shot.t_s, keypoints: &views[0].keypoints, rate: shot.rate, pairs }
-}
-
-/// The distance in the middle.
-pub fn median_depth(points: impl Iterator<Item = DVec3>) -> Option<f64> {
-    let mut depths: Vec<f64> = points.map(|point| point.length()).collect();
-    depths.sort_by(f64::total_cmp);
-    depths.get(depths.len() / 2).copied().filter(|depth| depth.is_finite() && *depth > 0.0)
 }

@@ -5,9 +5,9 @@
 
 use glam::DVec3;
 
+use super::prior::PosePrior;
 use crate::pose::Pose;
 use crate::tracker::lie::{Twist, se3_exp, se3_log};
-use crate::tracker::refine::PosePrior;
 use crate::units::Size;
 
 /// When the rows of a camera are exposed.

@@ -6,8 +6,8 @@
 
 use glam::DVec3;
 
+use super::problem::{Outcome, Problem};
 use crate::pose::Pose;
-use crate::tracker::adjust::{Outcome, Problem};
 
 /// Adjusts under the errors' own law. Where one pose is held, the free ones keep the sum of their distances from it.
 pub fn solve_in_unit(problem: &mut Problem<'_>, iterations_max: u32) -> Outcome {

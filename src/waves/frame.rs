@@ -1,8 +1,8 @@
 //! Frame signals from the schedule: frame number and start, `frame_valid`, the line being read, and the exposure of each selected row.
 
-use super::WavePlan;
 use super::clocks::instant_ps;
 use super::lines::{RowLine, pix_clk, row_line};
+use super::plan::WavePlan;
 use super::signals::{Recorder, SignalId, SignalKind, Value};
 use crate::units::RowIndex;
 

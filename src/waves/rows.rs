@@ -8,8 +8,8 @@ use rtl_models::cds::{Cds as Column, CdsConfig};
 use rtl_models::readout_seq::{SeqConfig, SeqIn, State};
 use rtl_models::sensor_core::{CoreConfig, CoreOut, SensorCore};
 
-use super::WaveRow;
 use super::analog::Analog;
+use super::plan::WaveRow;
 use super::signals::{Recorder, SignalId, SignalKind, Value};
 use crate::adc::{AdcParams, Sample};
 use crate::error::Error;

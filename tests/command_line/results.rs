@@ -69,6 +69,9 @@ fn waves_inside_the_result_folder_are_part_of_the_result() {
     }
     assert_eq!(sensel(&tiny(&scratch.join("out"), &[])).code, 0);
     assert!(!Path::new(&waves).exists());
+    // Without a wish a run draws its middle row and links the picture.
+    let page = std::fs::read_to_string(scratch.join("out/report.html")).unwrap();
+    assert!(Path::new(&scratch.join("out/waves.svg")).is_file() && page.contains("href=\"waves.svg\""));
     assert_eq!(scratch.names(), ["out"]);
 }
 

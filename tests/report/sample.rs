@@ -77,9 +77,13 @@ pub fn report() -> Report {
             median_tracked: Some(241.0),
             min_tracked: Some(0),
             corners: 1310.0,
+            without_patch: 96.0,
             unselected: 858.0,
             lost: 0.0,
+            dropped: 0.0,
+            late: 0.0,
             stalled_clk: 120.0,
+            not_ready_clk: 344.0,
             threshold: Some(20),
         },
         tracking: Tracking { tracked_fraction: 0.98, ms_per_frame: 7.9, ..Tracking::default() },
@@ -344,5 +348,5 @@ pub fn pictures() -> Pictures {
         ("Left camera, frame 150, 5.00 s", 40.0),
         ("Left camera, frame 299, 9.97 s", 90.0),
     ];
-    Pictures { strip: frames.into_iter().map(picture).collect() }
+    Pictures { strip: frames.into_iter().map(picture).collect(), waves: Some("waves.svg".to_owned()) }
 }

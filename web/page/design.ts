@@ -65,7 +65,7 @@ export const controls: Control[] = [
   { id: "threshold", keys: ["compute.threshold"], group: "Extractor", label: "FAST threshold", unit: "DN", scale: "linear", min: 2, max: 80,
     step: 1, help: "A corner needs nine neighbours in an arc that all differ from its centre by more than this." },
   { id: "word", keys: ["compute.pipeline_bits"], group: "Extractor", label: "Word of a pixel", unit: "bit", scale: "linear", min: 8,
-    max: 12, step: 1, help: "What the extractor computes with. Longer words cost memory and energy; the threshold keeps its share of the range." },
+    max: 12, step: 1, help: "What the extractor computes with. Longer words cost memory and energy; the threshold keeps its share." },
   { id: "descriptor", keys: ["compute.descriptor_bits"], group: "Extractor", label: "Descriptor", unit: "bit", scale: "choice",
     choices: [["64", "64 bit"], ["128", "128 bit"], ["192", "192 bit"], ["256", "256 bit"]],
     help: "Comparisons that describe a corner. Fewer save bits on the link; more tell alike corners apart." },
@@ -163,6 +163,8 @@ export function scenario(design: Design, frames = Number(design.frames)): string
     // The light of rooms by few rays: the first picture comes within a second.
     ...(room ? ['bake = "draft"'] : []), `illuminance_lux = ${decimal(design.lux!)}`,
     "[motion]", `kind = "${design.motion}"`, `offset_m = ${room ?? "[0.0, 0.0, 0.0]"}`,
+    // Boards stand where a still camera looks; motions look the other way.
+    ...(!room && design.motion !== "still" ? ["world_from_motion = [0.0, 1.0, 0.0, 0.0]"] : []),
     ...(design.motion === "spin" ? [`rate_deg_per_s = ${decimal(design.rate!)}`] : []),
     "[rig]", `baseline_mm = ${design.rig}`,
     "[run]", `frames = ${frames}`, `samples_per_pixel = ${design.rays}`,

@@ -42,7 +42,7 @@ export const stories: Story[] = [
     { text: "Both at once: global on the left of the wiper, rolling on the right. Drag it: the top row is the same in both, and each row " +
       "below has moved a little further.", design: turning, other: { shutter: "rolling" }, tab: "compare" },
     { text: "A line of three times the length makes the lean three times as large. Look at the bars and at the picture together.",
-      design: { ...turning, shutter: "rolling", hts: "2800" }, tab: "rows", play: true },
+      design: { ...turning, shutter: "rolling", hts: "2800", frames: "2" }, tab: "rows", play: true },
     { text: "Exposure does not change the lean. It blurs. Drag line length and exposure and compare.",
       design: { ...turning, lux: "500", exposure: "6", shutter: "rolling" }, tab: "rows", play: true },
   ] },

@@ -3,12 +3,14 @@
 
 mod conversion;
 mod figures;
+mod grey;
 mod host;
 mod noise;
 mod rows;
 mod transfer;
 mod window;
 
+use grey::grey;
 use host::{Memory, Tell, Watch};
 use sensel::config::Resolved;
 use sensel::effects::chain::RowSamples;
@@ -311,9 +313,4 @@ fn check_inside(size: Size, x_px: u32, y_px: u32) -> Result<(), Error> {
     }
     let reason = format!("outside the picture; 0 to {}, 0 to {}", size.width_px - 1, size.height_px - 1);
     Err(Error::key("pixel", format!("{x_px}, {y_px}"), reason))
-}
-
-/// Grey values as red, green, blue and opacity.
-fn grey(values: &[u8]) -> Vec<u8> {
-    values.iter().flat_map(|&value| [value, value, value, 255]).collect()
 }

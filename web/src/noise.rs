@@ -1,6 +1,7 @@
 //! The noise of a frame taken apart: what each effect adds to each pixel, as the difference between the sensor with all its effects
 //! and the sensor without this one, under equal draws.
 
+use super::grey::grey;
 use sensel::effects::{self, ALL};
 use sensel::error::Error;
 use sensel::num::{f64_from_usize, index, u32_truncated};
@@ -114,7 +115,7 @@ impl Parts {
             let share = 0.5 + 0.5 * (f64::from(value) - part.mean_e) / reach_e;
             sensel::num::low_u8(u32_truncated(255.0 * share.clamp(0.0, 1.0) + 0.5))
         };
-        Ok(crate::grey(&part.added_e.iter().map(shade).collect::<Vec<u8>>()))
+        Ok(grey(&part.added_e.iter().map(shade).collect::<Vec<u8>>()))
     }
 }
 

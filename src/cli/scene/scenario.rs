@@ -5,7 +5,7 @@ use sensel::pose::Pose;
 use sensel::scene::file_units::UpAxis;
 use sensel::scene::views::{self, View};
 
-use super::Found;
+use super::found::Found;
 
 /// What follows the light.
 const CAMERA: &str = r#"

@@ -13,7 +13,7 @@ use sensel::sweep::record::CellCost;
 use sensel::sweep::signal::SignalSum;
 use sensel::sweep::{Cell, CellRecord};
 
-use super::Loaded;
+use super::loaded::Loaded;
 
 /// The second tracker among the costs of a report.
 const ALONE: &str = "tracker_cameras_alone";

@@ -11,8 +11,8 @@ use sensel::run::{Session, Stopwatch};
 use sensel::sweep::CellRecord;
 use sensel::units::FrameIndex;
 
-use super::Loaded;
 use super::cell::Worker;
+use super::loaded::Loaded;
 use crate::cli::args::Shared;
 use crate::cli::clocks::Work;
 
@@ -36,7 +36,8 @@ struct Need {
 /// Prints the plan.
 pub fn main(loaded: &Loaded, shared: &Shared) -> Result<(), Error> {
     let cells = &loaded.cells;
-    let found = SweepFolder::read(&loaded.target).map(|folder| super::found(loaded, &folder)).unwrap_or_default();
+    let found =
+        SweepFolder::read(&loaded.target).map(|folder| super::loaded::found(loaded, &folder)).unwrap_or_default();
     let finished: Vec<&CellRecord> = found.records.values().filter(|record| record.error.is_none()).collect();
     let remaining = cells.cells.iter().filter(|cell| finished.iter().all(|record| record.cell != cell.name));
     let remaining: Vec<_> = remaining.collect();

@@ -19,7 +19,8 @@ use sensel::sweep::{Cell, CellRecord};
 use sensel::units::FrameIndex;
 
 use super::cell::Worker;
-use super::{Loaded, specs};
+use super::loaded::Loaded;
+use super::specs;
 use crate::cli::args::{Shared, SweepRunArguments};
 use crate::cli::clocks::{ThreadWork, Wall, Work};
 use crate::cli::progress::{self, Bar};
@@ -50,7 +51,7 @@ pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &Shared) -> Result
     let interrupted = interrupt::watch();
     let chosen = chosen(own, loaded)?;
     let folder = SweepFolder::take(&loaded.target, own.shard.is_some() || own.cells.is_some())?;
-    let mut found = super::found(loaded, &folder);
+    let mut found = super::loaded::found(loaded, &folder);
     found.records.retain(|_, record| record.error.is_none());
     let threads = match loaded.cells.shared().scenario.threads()? {
         0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
@@ -75,7 +76,7 @@ pub fn main(own: &SweepRunArguments, loaded: &Loaded, shared: &Shared) -> Result
         running.all(&remaining, shared)?;
     }
     if running.done.load(Ordering::Relaxed) > 0 {
-        found = super::found(loaded, &folder);
+        found = super::loaded::found(loaded, &folder);
     }
     let verdicts = specs::judged(&specifications, &loaded.cells, &found.records)?;
     running.summary(chosen.len(), &verdicts, watch.now_s(), shared);
@@ -142,7 +143,7 @@ impl Running<'_> {
         let bar = progress::bar("cells", sensel::num::u64_from(remaining.len()), shared.quiet);
         let mut setup = None;
         loop {
-            let found = super::found(self.loaded, self.folder);
+            let found = super::loaded::found(self.loaded, self.folder);
             let judged = specs::judged(specifications, &self.loaded.cells, &found.records)?;
             let is_open = |point: usize| {
                 let mut own = judged.iter().filter(|one| one.point == point).peekable();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sensel::error::Error;
 
-use super::{Loaded, name_of};
+use super::loaded::{Loaded, name_of};
 use crate::cli::args::{Shared, SweepSubmitArguments};
 
 /// Most tasks of an array: Slurm's own limit is 1,001 unless its site raised it.

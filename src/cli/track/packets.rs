@@ -13,7 +13,7 @@ use sensel::num::{u64_from, u64_half_even};
 use sensel::run::{Host, SensorSetup};
 
 use super::super::place;
-use super::Brought;
+use super::brought::Brought;
 
 /// Bytes that are read at once.
 const PIECE_BYTES: usize = 1 << 20;

@@ -12,7 +12,7 @@ use sensel::files::grey::{self, Grey};
 use sensel::plane::Plane;
 use sensel::tracker::CameraCalibration;
 
-use super::Brought;
+use super::brought::Brought;
 
 /// Pictures of two cameras this near in time are one frame of the rig.
 const PAIR_NS_MAX: u64 = 1_000_000;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::PerCamera;
+use super::per_camera::PerCamera;
 
 sections! {
     /// The image sensor.

@@ -1,6 +1,6 @@
 //! Poisson quantiles of a row of one mean in electrons.
 
-use super::poisson;
+use super::each_mean::poisson;
 use crate::draw::exact::for_each_step;
 use crate::draw::normal::BLOCK;
 use crate::simd::{Kernel, dispatch};

@@ -3,7 +3,7 @@
 //! The normal quantile's asymptotic series (`exact::series_excess`) in f32, as distance from the rounded mean so that no digits
 //! are lost. A count is in doubt where the value before rounding down lies within its error bound of an integer.
 
-use super::ROUNDER;
+use super::ranges::ROUNDER;
 use crate::draw::exact::THREE_HALVES;
 use crate::draw::normal::{BLOCK, CENTRE, one_less_square};
 use crate::num::{f32_from_i32, f32_nearest};

@@ -2,7 +2,7 @@
 //!
 //! The distribution function is summed over a whole block at once, a few steps a round, until every column has its count.
 
-use super::{ROUNDER, SERIES_MEAN_MIN, ordered};
+use super::ranges::{ROUNDER, SERIES_MEAN_MIN, ordered};
 use crate::draw::normal::{BLOCK, CENTRE};
 use crate::num::{f32_from_i32, f32_nearest};
 

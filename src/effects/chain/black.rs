@@ -6,31 +6,9 @@
 
 use super::layout::Layout;
 use super::row::{RowAt, RowBuffers};
-use super::{Chain, RowTimes, Shot};
+use super::state::{Chain, RowTimes, Shot};
 use crate::events::Events;
-use crate::num::{index, low_u16, u64_from};
-
-/// Rows behind metal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BlackRows {
-    /// How many.
-    pub rows: u32,
-    /// Row of the array at which they begin, which names their draws: beyond the picture's rows.
-    pub first_row: u32,
-    /// Whether their mean is moved to the black level.
-    pub clamp: bool,
-}
-
-/// Adds a whole number to codes, clipped at both ends.
-pub(super) fn shift_row(codes: &mut [u16], shift_dn: i32, code_max: u32) {
-    if shift_dn == 0 {
-        return;
-    }
-    let most = i32::try_from(code_max).expect("a code has at most 16 bits");
-    for code in codes {
-        *code = low_u16((i32::from(*code) + shift_dn).clamp(0, most).cast_unsigned());
-    }
-}
+use crate::num::{index, u64_from};
 
 impl Chain {
     /// Reads the optical-black rows of an exposure, counts the pixels of each effect, and gives what the clamp adds to the codes of
@@ -55,7 +33,7 @@ impl Chain {
                 *sum_dn += read.iter().map(|&column| u64::from(codes[column])).sum::<u64>();
             }
         }
-        super::add(hits, &buffers.hits);
+        super::state::add(hits, &buffers.hits);
         if self.black.clamp {
             let count = u64::from(self.black.rows) * u64_from(read.len());
             for ((shift_dn, sum_dn), reading) in shifts_dn.iter_mut().zip(sums_dn).zip(&self.readings) {

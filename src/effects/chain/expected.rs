@@ -7,7 +7,7 @@
 //! refused by name: defects with random draws, traps, clock jitter, and what spreads charge between pixels or frames.
 
 use super::row::RowBuffers;
-use super::{Capture, Chain, ROWS_PER_CHUNK, RowTimes};
+use super::state::{Capture, Chain, ROWS_PER_CHUNK, RowTimes};
 use crate::adc::{Moments, NoisyLevel, clipped};
 use crate::effect::Effect;
 use crate::effects::sampling;

@@ -4,6 +4,7 @@
 
 use super::super::Parameters;
 use super::row::{RowAt, RowBuffers, apply_all};
+pub(super) use super::state::Reading;
 use crate::adc::{self, Columns, Converter, RowWork};
 use crate::draw::{DrawKey, RowPlace};
 use crate::effect::{Domain, Effect};
@@ -12,29 +13,15 @@ use crate::fidelity::Rung;
 use crate::pixel;
 use crate::rtl_simulator::SharedRtlSimulator;
 
-/// A conversion gain with everything behind it.
-pub(super) struct Reading {
-    pub parameters: Parameters,
-    /// Effects on sensed electrons and on microvolts, in physical order.
-    pub effects: Vec<Box<dyn Effect>>,
-    /// Effects of the microvolts begin here.
-    sampled_from: usize,
-    /// Counter of its first effect.
-    first_slot: usize,
-    converter: Converter,
-    /// Counted into the slot of its draws, so that readings of one exposure have independent errors.
-    number: u32,
-}
-
 impl Reading {
     /// The reading of that number; effects of earlier domains are left to the caller.
-    pub fn new(parameters: Parameters, effects: Vec<Box<dyn Effect>>, number: u32, first_slot: usize) -> Self {
+    pub fn new(parameters: Parameters, effects: Vec<Box<dyn Effect>>, number: u32, first_counter: usize) -> Self {
         assert!(
             effects.iter().all(|effect| effect.domain() >= Domain::SensedElectrons),
             "a reading begins at the sense node"
         );
         let sampled_from = effects.partition_point(|effect| effect.domain() < Domain::Microvolts);
-        Self { converter: Converter::new(&parameters.adc), parameters, effects, sampled_from, first_slot, number }
+        Self { converter: Converter::new(&parameters.adc), parameters, effects, sampled_from, first_counter, number }
     }
 
     /// From gathered electrons to electrons at the sense node, in place. What happens to the charge happens once, so its draws are the
@@ -42,7 +29,7 @@ impl Reading {
     pub fn sense(&self, at: RowAt, die_seed: u64, buffers: &mut RowBuffers) {
         let mut hits = std::mem::take(&mut buffers.hits);
         let mut pass = buffers.pass(at, die_seed);
-        apply_all(&self.effects[..self.sampled_from], &mut pass, &mut hits[self.first_slot..]);
+        apply_all(&self.effects[..self.sampled_from], &mut pass, &mut hits[self.first_counter..]);
         buffers.hits = hits;
     }
 
@@ -53,7 +40,7 @@ impl Reading {
         let mut pass = buffers.pass(self.numbered(at), die_seed);
         pixel::electrons_to_microvolts(&self.parameters.pixel, pass.values);
         let from = self.sampled_from;
-        apply_all(&self.effects[from..], &mut pass, &mut hits[self.first_slot + from..]);
+        apply_all(&self.effects[from..], &mut pass, &mut hits[self.first_counter + from..]);
         buffers.hits = hits;
     }
 

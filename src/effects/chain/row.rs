@@ -1,17 +1,15 @@
 //! One output row: loads the array rows that it is made of, reads them, and merges their codes.
 
 use super::layout::{Layout, means};
-use super::{Capture, Chain, RowSamples, RowTimes, Shot};
+use super::state::{Capture, Chain, RowSamples, RowTimes, Shot};
 use crate::draw::RowPlace;
 use crate::effect::{Effect, KeptKeys, RowPass};
 use crate::events::{Event, Events};
-use crate::num::{index, u64_from};
+use crate::num::{index, low_u16, u64_from};
 use crate::pixel::Samples;
 use crate::plane::Plane;
 use crate::readout::BinningMode;
 use crate::units::RowIndex;
-
-use super::black::shift_row;
 
 /// Which row, and when.
 #[derive(Clone, Copy)]
@@ -117,7 +115,7 @@ impl Chain {
     ) -> Vec<RowSamples> {
         assert!(times.len() == photons.height_px(), "every row has its times");
         let mut shot = Shot { photons, charge_e: None, capture, times, shifts_dn: Vec::new(), columns: Vec::new() };
-        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.slots()]).0);
+        shot.charge_e = self.has_array_effects().then(|| self.array_electrons(&shot, &mut vec![0; self.counters()]).0);
         let read = self.layout.as_ref().map(Layout::read_columns);
         let picked = |row: Vec<f32>| match &read {
             Some(read) => read.iter().filter_map(|&place| row.get(place).copied()).collect(),
@@ -228,5 +226,16 @@ impl Chain {
         let others = u64::from(layout.output_size().width_px) * u64::from(layout.pixels_of_one() - 1);
         events.add(Event::PixelReset, others);
         events.add(Event::ChargeTransfer, others * self.parameters.pixel.pixel_type.transfers());
+    }
+}
+
+/// Adds a whole number to codes, clipped at both ends.
+pub(super) fn shift_row(codes: &mut [u16], shift_dn: i32, code_max: u32) {
+    if shift_dn == 0 {
+        return;
+    }
+    let most = i32::try_from(code_max).expect("a code has at most 16 bits");
+    for code in codes {
+        *code = low_u16((i32::from(*code) + shift_dn).clamp(0, most).cast_unsigned());
     }
 }

@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DQuat, DVec3};
 use image::{DynamicImage, ImageFormat, ImageReader};
 
+use super::super::errors::content_error;
+use super::layout::{EurocCamera, EurocImu, GROUND_TRUTH_FOLDER};
+use super::lens;
 use super::writer::ImuReading;
 use super::yaml::{Document, Refusal, shortened};
-use super::{EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, lens};
 use crate::error::Error;
 use crate::files::open::is_there;
-use crate::files::{content_error, read_bytes, read_text};
+use crate::files::{read_bytes, read_text};
 use crate::num;
 use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};

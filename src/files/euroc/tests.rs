@@ -1,5 +1,8 @@
 //! An EuRoC folder that was written reads back, and a broken one is refused with its file and line.
 
+use crate::optics::lens::Lens;
+use crate::pose::Pose;
+use crate::units::Size;
 use std::fs;
 use std::path::Path;
 

@@ -8,9 +8,10 @@ use glam::{DMat3, DVec3};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
 
-use super::{CAMERA_HEADER, EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, GROUND_TRUTH_HEADER, IMU_HEADER, lens};
+use super::super::errors::{content_error, io_error};
+use super::layout::{CAMERA_HEADER, EurocCamera, EurocImu, GROUND_TRUTH_FOLDER, GROUND_TRUTH_HEADER, IMU_HEADER};
+use super::lens;
 use crate::error::Error;
-use crate::files::{content_error, io_error};
 use crate::num;
 use crate::plane::Plane;
 use crate::pose::Pose;

@@ -9,8 +9,9 @@ use std::time::SystemTime;
 
 use blake3::Hash;
 
+use super::super::disk;
+use super::super::errors::{content_error, io_error};
 use super::super::open::{open_regular, read_opened};
-use super::super::{content_error, disk, io_error};
 use crate::error::Error;
 use crate::num::u64_from;
 

@@ -4,9 +4,11 @@ use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::super::{disk, io_error};
+use super::super::disk;
+use super::super::errors::io_error;
 use super::lock::Lock;
-use super::{Parents, resolve, until_parents_stay, work};
+use super::parents::{Parents, resolve, until_parents_stay};
+use super::work;
 use crate::error::Error;
 
 /// How bytes get to a place.

@@ -1,8 +1,7 @@
 //! Replacement of results: what is kept, what is refused, and what a process leaves that is killed after any step.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use super::*;
 use crate::files::disk::kill;

@@ -4,7 +4,8 @@
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::super::{disk, io_error};
+use super::super::disk;
+use super::super::errors::io_error;
 use super::manifest::{Care, Listed, MARKER, Manifest, Survey, remove_if_empty};
 use crate::error::Error;
 

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageBuffer};
 
+use super::super::errors::io_error;
 use crate::error::Error;
-use crate::files::io_error;
 use crate::num::{f64_from_u64, low_u16, u32_truncated, u64_half_even};
 use crate::optics::truth::{Matches, View};
 use crate::plane::Plane;

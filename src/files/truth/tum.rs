@@ -7,9 +7,10 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
+use super::super::errors::io_error;
 use super::encode::write_grey_8;
 use crate::error::Error;
-use crate::files::{io_error, picture::write_grey_16};
+use crate::files::picture::write_grey_16;
 use crate::num::low_u8;
 use crate::plane::Plane;
 use crate::pose::Pose;

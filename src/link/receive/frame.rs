@@ -4,7 +4,7 @@
 //! not numbered, by counting: rows that arrived and rows' lengths that were skipped have to make up the announced height exactly.
 
 use super::super::raw::RawKind;
-use super::Received;
+use super::decoded::Received;
 use crate::compute::Feature;
 use crate::link::embedded::{self, FrameMetadata, FrameShape};
 use crate::link::packet::{CRC_BYTES, DataType, HEADER_BYTES, frame_number};

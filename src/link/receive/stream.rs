@@ -4,8 +4,9 @@
 //! What a packet is may depend on as many bytes as the longest one has, so the last of them wait for the next piece. What was read of a
 //! frame that has not ended is read again then.
 
+use super::decoded::{Decoded, LinkCounts, Received};
 use super::frame::Open;
-use super::{Decoded, Host, LinkCounts, Received};
+use super::host::Host;
 use crate::link::packet::{CRC_BYTES, HEADER_BYTES};
 
 /// Bytes that decide what is at a place: a line start, and the longest packet behind it.

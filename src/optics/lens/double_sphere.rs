@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{Projected, RIM, denominator, depth_of, over};
+use super::projection::{Projected, RIM, denominator, depth_of, over};
 use crate::num::greater;
 
 /// Its two parameters beside the intrinsics.

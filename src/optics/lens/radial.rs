@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{Projected, RIM};
+use super::projection::{Projected, RIM};
 use crate::num::lesser;
 
 /// A radius that rises with the angle off the axis, from 0 at 0.

@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Projected;
+use super::projection::Projected;
 use crate::num::{greater, lesser};
 
 /// Radial-tangential distortion; all zero is a pinhole.

@@ -1,11 +1,11 @@
 //! Allocation of rays: which pixels are refined, and how far.
 //!
-//! A pixel of variance V, P photons and n samples loses about a V / n by one more ray where V falls as 1 / n^a. For a given number of rays
-//! the sum of V / P over the pixels is least where V / (P n), the marginal gain, is equal everywhere (Neyman 1934). So all pixels above
-//! a level are sampled until they reach it, and the level is the one at which the picture meets its target.
+//! Let V be the variance of a pixel, P its photons and n its samples, and let V fall as n^-k. Then one more ray removes a variance of
+//! about k V / n. For a given number of rays the sum of V / P over the pixels is least where V / (P n), the marginal gain, is equal
+//! everywhere (Neyman 1934). So all pixels above a level are sampled until they reach it. The level is the one at which the picture
+//! meets its target.
 
 use super::first_batch::{FirstBatch, LEFT_TYPICAL};
-use super::pixel::FIRST;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, index, u32_from};
 use crate::parallel::collected;
 
@@ -16,12 +16,10 @@ pub struct Estimate {
     pub photons: f32,
     /// Estimated variance of that mean.
     pub variance: f32,
-    /// Samples that it rests on.
+    /// Number of samples.
     pub samples: u32,
-    /// Which samples these are.
+    /// How the pixel was sampled.
     pub stage: Stage,
-    /// Samples of a refined pixel that would leave as much variance.
-    pub effective_samples: f32,
 }
 
 /// Stage of a pixel.
@@ -50,44 +48,39 @@ impl Estimate {
     }
 
     /// Of a refined pixel.
-    pub fn refined(photons: f32, variance: f32, first: u32, refined: u32) -> Self {
-        Self {
-            photons,
-            variance,
-            samples: first + refined,
-            stage: Stage::Refined,
-            effective_samples: f32_from_u32(first + refined),
-        }
+    pub fn refined(photons: f32, variance: f32, first_batch: u32, refined: u32) -> Self {
+        Self { photons, variance, samples: first_batch + refined, stage: Stage::Refined }
     }
 
     /// Whether it rests on fewer samples than a refinement begins with.
     fn is_of_few(&self) -> bool {
-        self.stage != Stage::Refined && self.effective_samples < ALONE
+        self.stage != Stage::Refined && f32_from_u32(self.samples) < FIRST_BATCH_WEIGHT
     }
 
     /// Variance over photons that one more sample removes. The first sixteen samples of a refinement replace the first batch and leave an
     /// eighth or less; a doubling costs as many samples as there are and leaves a third. Per sample the former gains as much as a doubling
     /// of twelve.
     pub fn marginal_gain(&self) -> f32 {
-        self.ratio() / if self.is_of_few() { ALONE } else { self.effective_samples }
+        self.ratio() / if self.is_of_few() { FIRST_BATCH_WEIGHT } else { f32_from_u32(self.samples) }
     }
 }
 
-/// Contrast of each pixel to the eight around it: the variance of those, and half the square of what their mean differs by.
+/// Contrast of a pixel to the eight around it: their variance, plus half the squared difference between their mean and the pixel.
+/// The second value is the mean variance that the last doubling removed from those eight.
 fn contrast(seen: &[FirstBatch], width: usize, [x, y]: [usize; 2]) -> (f32, f32) {
     let own = seen[y * width + x].photons;
     let height = seen.len() / width;
-    let (mut sum, mut squares, mut taken, mut count) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
+    let (mut sum, mut squares, mut removed_variance, mut count) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
     for row in y.saturating_sub(1)..(y + 2).min(height) {
         for column in x.saturating_sub(1)..(x + 2).min(width) {
             if row == y && column == x {
                 continue;
             }
             let other = &seen[row * width + column];
-            let apart = other.photons - own;
-            sum += apart;
-            squares += apart * apart;
-            taken += other.taken;
+            let difference = other.photons - own;
+            sum += difference;
+            squares += difference * difference;
+            removed_variance += other.removed_variance;
             count += 1.0;
         }
     }
@@ -95,7 +88,7 @@ fn contrast(seen: &[FirstBatch], width: usize, [x, y]: [usize; 2]) -> (f32, f32)
     let mean = sum * per;
     let variance = squares * per - mean * mean;
     let variance = if variance > 0.0 { variance } else { 0.0 };
-    (variance + OWN * mean * mean, taken * per)
+    (variance + MEAN_DIFFERENCE_WEIGHT * mean * mean, removed_variance * per)
 }
 
 /// Sigmas above saturation at which a pixel surely is.
@@ -106,25 +99,25 @@ pub fn may_count(photons: f32, variance: f32, saturation_photons: f32) -> bool {
     (photons > 0.0 || variance > 0.0) && photons - SURE_SIGMAS * variance.sqrt() < saturation_photons
 }
 
-/// Variance over photons. A pixel that seems dark has as many as it may have missed.
+/// Variance over photons. The photons count as one sigma at least: a pixel that seems dark may have missed that many.
 pub fn ratio(photons: f32, variance: f32) -> f32 {
     let sigma = variance.sqrt();
     variance / if photons > sigma { photons } else { sigma }
 }
 
-/// Bound on the variance of a feature that n samples of a pixel missed, times n^3. Beside a feature of contrast c lies its edge, anywhere
-/// over two pixels. It lies in the part of one that its n samples missed, a 1 / n of it, with probability 1 / 2n, and that part has then
-/// half of 1 / n, or (c / n)^2 / 3 in the mean square: c^2 / 6 n^3 in all. The contrast is that of samples, not of pixels: slits of the
-/// sky are thin.
-pub fn missed(seen: &[FirstBatch], width: usize, at: usize) -> f32 {
+/// Bound on the variance of a feature that n samples of a pixel missed, times n^3. The edge of a feature of contrast c lies anywhere over
+/// two pixels. With probability 1 / 2n it lies in the share 1 / n of a pixel that the samples missed. The error is then uniform up to
+/// c / n, with the mean square (c / n)^2 / 3. Together that is c^2 / 6 n^3. The contrast is that of samples, not of pixels: slits of sky
+/// are thinner than a pixel.
+pub fn missed_variance(seen: &[FirstBatch], width: usize, at: usize) -> f32 {
     let (x, y, height) = (at % width, at / width, seen.len() / width);
     let mut most = 0.0_f32;
     for row in y.saturating_sub(1)..(y + 2).min(height) {
         for column in x.saturating_sub(1)..(x + 2).min(width) {
             let other = &seen[row * width + column];
-            let apart = other.photons - seen[at].photons;
+            let difference = other.photons - seen[at].photons;
             let within = PER_SPREAD * other.spread;
-            let contrast2 = if apart * apart > within { apart * apart } else { within };
+            let contrast2 = if difference * difference > within { difference * difference } else { within };
             most = if contrast2 > most { contrast2 } else { most };
         }
     }
@@ -137,35 +130,35 @@ pub const OF_MISSED: f32 = 1.0 / 6.0;
 /// Square of a contrast over the spread of four samples, one or two of which have it: 16 / 3 and 4.
 const PER_SPREAD: f32 = 5.0;
 
-/// Least number of samples that a pixel of the first batch counts as.
-const ALONE: f32 = 12.0;
+/// Least number of samples that a pixel of the first batch counts as in its marginal gain.
+const FIRST_BATCH_WEIGHT: f32 = 12.0;
 
 /// Weight of a pixel's difference to the mean of its neighbours, relative to the variance among them.
-const OWN: f32 = 0.5;
+const MEAN_DIFFERENCE_WEIGHT: f32 = 0.5;
 
 /// Estimates variances after the first batch. Halves of two or four samples say little about one pixel and much about all of them: they
 /// calibrate how much variance a contrast to the neighbours leaves. A pixel whose halves agree by chance would claim to be exact, so only
 /// the halves of its neighbours count, its contrast, and the bound on what it missed.
 pub fn first_estimates(seen: &[FirstBatch], width: usize, samples: u32, saturation_photons: f32) -> Vec<Estimate> {
     let one = |x: usize, y: usize| {
-        let (contrast, taken) = contrast(seen, width, [x, y]);
-        (contrast, taken, missed(seen, width, y * width + x))
+        let (contrast, removed_variance) = contrast(seen, width, [x, y]);
+        (contrast, removed_variance, missed_variance(seen, width, y * width + x))
     };
     let row = |y: usize| -> Vec<(f32, f32, f32)> { (0..width).map(|x| one(x, y)).collect() };
     let height = seen.len() / width;
     let rows = collected(height, row);
-    // What halves tell over what contrasts do.
-    let (mut left, mut less) = (0.0_f64, 0.0_f64);
+    // Ratio of the remaining variance, estimated from halves, to the contrasts.
+    let (mut remaining_sum, mut contrast_sum) = (0.0_f64, 0.0_f64);
     for (pixel, (contrast, ..)) in seen.iter().zip(rows.iter().flatten()) {
         if pixel.photons > 0.0 && pixel.photons < saturation_photons {
-            left += f64::from(LEFT_TYPICAL * pixel.taken / pixel.photons);
-            less += f64::from(*contrast / pixel.photons);
+            remaining_sum += f64::from(LEFT_TYPICAL * pixel.removed_variance / pixel.photons);
+            contrast_sum += f64::from(*contrast / pixel.photons);
         }
     }
-    let per_contrast = if less > 0.0 { f32_nearest(left / less) } else { 0.0 };
+    let per_contrast = if contrast_sum > 0.0 { f32_nearest(remaining_sum / contrast_sum) } else { 0.0 };
     let n = f32_from_u32(samples);
-    let of = |(pixel, &(contrast, taken, missed)): (&FirstBatch, &(f32, f32, f32))| {
-        let resolved = LEFT_TYPICAL * taken + per_contrast * contrast;
+    let of = |(pixel, &(contrast, removed_variance, missed)): (&FirstBatch, &(f32, f32, f32))| {
+        let resolved = LEFT_TYPICAL * removed_variance + per_contrast * contrast;
         let mut variance = 0.5 * resolved + missed / (n * n * n);
         // Few samples of a pixel at the rim of a lamp are as likely to be all of the lamp as not, and so are most of them.
         if !(pixel.photons < saturation_photons) {
@@ -173,16 +166,16 @@ pub fn first_estimates(seen: &[FirstBatch], width: usize, samples: u32, saturati
                 variance = if least > variance { least } else { variance };
             }
         }
-        Estimate { photons: pixel.photons, variance, samples, stage: Stage::First, effective_samples: n }
+        Estimate { photons: pixel.photons, variance, samples, stage: Stage::First }
     };
     seen.iter().zip(rows.iter().flatten()).map(of).collect()
 }
 
 /// Steps of the table of gains: quarters of an octave.
 const STEPS: usize = 1 << 10;
-/// Low bits of a gain that its step does not tell.
+/// Low bits of a gain that are not part of its step's number.
 const BELOW: u32 = 21;
-/// Power of n by which the variance of a pixel falls, as in `fallen`.
+/// The variance of a pixel falls as n^-FALL, as in `fallen`.
 const FALL: f64 = 1.5;
 
 /// Sums over the pixels of a step of gains.
@@ -213,7 +206,7 @@ pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) 
             all += ratio;
             if estimate.is_of_few() {
                 step.few += ratio;
-                step.few_at_one += ratio * fallen(1.0 / f64::from(estimate.effective_samples));
+                step.few_at_one += ratio * fallen(1.0 / f64::from(estimate.samples));
             } else {
                 step.many += ratio;
             }
@@ -223,33 +216,39 @@ pub fn least_gain(estimates: &[Estimate], target: f64, saturation_photons: f32) 
     if all <= allowed {
         return None;
     }
-    // What is left if all above a step are brought down to it. Variance falls by the power, and gain by one more.
-    let left = |least: usize| {
+    // Variance that remains if all pixels above a step are brought down to it. Variance falls as n^-FALL, gain as n^-(FALL + 1).
+    let remaining_after = |least: usize| {
         let gain = |step: usize| f64::from(f32::from_bits(u32_from(step) << BELOW));
-        let mut left = 0.0;
+        let mut remaining = 0.0;
         for (number, step) in steps.iter().enumerate().filter(|(_, step)| step.few + step.many > 0.0) {
             if number < least {
-                left += step.few + step.many;
+                remaining += step.few + step.many;
                 continue;
             }
             let times = libm::pow(gain(number) / gain(least), 1.0 / (1.0 + FALL));
-            let of_few = crate::num::greater(f64::from(FIRST), f64::from(ALONE) * times);
-            left += step.few_at_one * fallen(of_few) + step.many * fallen(times);
+            let of_few = crate::num::greater(f64::from(INITIAL_SAMPLES), f64::from(FIRST_BATCH_WEIGHT) * times);
+            remaining += step.few_at_one * fallen(of_few) + step.many * fallen(times);
         }
-        left
+        remaining
     };
     // The first step is zero, which no gain is below.
-    let (mut met, mut missed) = (1, STEPS - 1);
-    while missed - met > 1 {
-        let middle = usize::midpoint(met, missed);
-        if left(middle) <= allowed {
+    let (mut met, mut not_met) = (1, STEPS - 1);
+    while not_met - met > 1 {
+        let middle = usize::midpoint(met, not_met);
+        if remaining_after(middle) <= allowed {
             met = middle;
         } else {
-            missed = middle;
+            not_met = middle;
         }
     }
     Some(f32::from_bits(u32_from(met) << BELOW))
 }
+
+/// Strata of time that the level of flickering lamps is known for.
+pub const STRATA: usize = 16;
+
+/// Samples that a refinement begins with: one in each of 4 by 4 cells.
+pub const INITIAL_SAMPLES: u32 = 16;
 
 #[cfg(test)]
 mod tests {
@@ -260,7 +259,7 @@ mod tests {
     fn bringing_all_gains_to_the_level_meets_the_target() {
         let mut tried = 0;
         for target in [10.0, 1.0, 0.1, 0.001] {
-            // Variances over six decades, of which few have most.
+            // Variances over six decades; few pixels hold most of the sum.
             let of = |number: u64| {
                 let share = crate::num::f64_from_u64(DrawKey::root(9).with(number).0 >> 32) / 4_294_967_296.0;
                 Estimate {
@@ -268,7 +267,6 @@ mod tests {
                     variance: f32_nearest(libm::pow(10.0, 6.0 * share)),
                     samples: 16,
                     stage: Stage::Refined,
-                    effective_samples: 16.0,
                 }
             };
             let estimates: Vec<Estimate> = (0..5_000).map(of).collect();
@@ -284,8 +282,7 @@ mod tests {
             tried += 1;
         }
         assert_eq!(tried, 4);
-        let known =
-            [Estimate { photons: 10.0, variance: 1.0, samples: 4, stage: Stage::First, effective_samples: 4.0 }];
+        let known = [Estimate { photons: 10.0, variance: 1.0, samples: 4, stage: Stage::First }];
         assert_eq!(least_gain(&known, 0.2, f32::INFINITY), None);
     }
 
@@ -298,9 +295,10 @@ mod tests {
 
     /// Three by three pixels of four samples each that saw as much, the middle one's within its own spread.
     fn around(photons: f32, spread: f32) -> Vec<FirstBatch> {
-        let even = FirstBatch { photons, nearest_m: 1.0, ..FirstBatch::NONE };
-        let mut seen = vec![even; 9];
-        seen[4] = FirstBatch { taken: 0.25 * spread, taken_before: 0.75 * spread, spread, ..even };
+        let uniform = FirstBatch { photons, nearest_m: 1.0, ..FirstBatch::NONE };
+        let mut seen = vec![uniform; 9];
+        seen[4] =
+            FirstBatch { removed_variance: 0.25 * spread, removed_variance_before: 0.75 * spread, spread, ..uniform };
         seen
     }
 
@@ -321,7 +319,7 @@ mod tests {
         // A contrast of c^2 = 5 spreads over 6 times 4^3; on a neighbour lies what the halves left besides.
         let least = PER_SPREAD * spread / 6.0 / 64.0;
         assert!(estimates.iter().all(|estimate| estimate.variance >= least * 0.999), "{estimates:?}");
-        let even = first_estimates(&around(100.0, 0.0), 3, 4, f32::INFINITY);
-        assert!(even.iter().all(|estimate| estimate.variance == 0.0), "{even:?}");
+        let without_spread = first_estimates(&around(100.0, 0.0), 3, 4, f32::INFINITY);
+        assert!(without_spread.iter().all(|estimate| estimate.variance == 0.0), "{without_spread:?}");
     }
 }

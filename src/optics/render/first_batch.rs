@@ -23,9 +23,9 @@ pub struct FirstBatch {
     /// Mean photons.
     pub photons: f32,
     /// Variance that the last doubling removed, photons^2.
-    pub taken: f32,
+    pub removed_variance: f32,
     /// The same for the doubling before, mean of both halves; 0 where there are no quarters.
-    pub taken_before: f32,
+    pub removed_variance_before: f32,
     /// Variance of the samples about their mean, as far as quarters show it.
     pub spread: f32,
     /// Distance of the nearest surface in metres, `f32::MAX` where none was met.
@@ -34,7 +34,8 @@ pub struct FirstBatch {
 
 impl FirstBatch {
     /// Before any sample.
-    pub const NONE: Self = Self { photons: 0.0, taken: 0.0, taken_before: 0.0, spread: 0.0, nearest_m: f32::MAX };
+    pub const NONE: Self =
+        Self { photons: 0.0, removed_variance: 0.0, removed_variance_before: 0.0, spread: 0.0, nearest_m: f32::MAX };
 }
 
 /// Means of the quarters of a batch, by lane.
@@ -71,9 +72,9 @@ impl Quarters {
 
     /// Variance that joining two quarters removes.
     #[inline(always)]
-    fn apart(&self, a: usize, b: usize, lane: usize) -> f32 {
-        let apart = self.means[a].0[lane] - self.means[b].0[lane];
-        0.25 * apart * apart
+    fn join_gain(&self, a: usize, b: usize, lane: usize) -> f32 {
+        let difference = self.means[a].0[lane] - self.means[b].0[lane];
+        0.25 * difference * difference
     }
 
     /// Statistics of one lane.
@@ -81,24 +82,30 @@ impl Quarters {
     pub fn seen(&self, lane: usize, nearest_m: f32) -> FirstBatch {
         let ((a, of_a), (b, of_b)) = (self.mean([0, 1], lane), self.mean([2, 3], lane));
         let all = of_a + of_b;
-        let apart = a - b;
-        let taken = apart * apart * (of_a * of_b / (all * all));
-        let taken_before = 0.5 * (self.apart(0, 1, lane) + self.apart(2, 3, lane));
+        let difference = a - b;
+        let removed_variance = difference * difference * (of_a * of_b / (all * all));
+        let removed_variance_before = 0.5 * (self.join_gain(0, 1, lane) + self.join_gain(2, 3, lane));
         // Quarters of two samples are empty.
-        let spread = if self.count < 4 { taken } else { taken + taken_before };
-        FirstBatch { photons: a + apart * -(of_b / all), taken, taken_before, spread, nearest_m }
+        let spread = if self.count < 4 { removed_variance } else { removed_variance + removed_variance_before };
+        FirstBatch {
+            photons: a + difference * -(of_b / all),
+            removed_variance,
+            removed_variance_before,
+            spread,
+            nearest_m,
+        }
     }
 }
 
 /// Mean over pixels that are lit and below saturation of their variance over their photons, after as many samples for each.
 pub fn variance_ratio(seen: &[FirstBatch], samples: u32, saturation_photons: f32) -> f64 {
-    let (mut taken, mut before, mut pixels) = (0.0, 0.0, 0);
+    let (mut removed_sum, mut before_sum, mut pixels) = (0.0, 0.0, 0);
     for pixel in seen.iter().filter(|pixel| pixel.photons > 0.0 && pixel.photons < saturation_photons) {
-        taken += f64::from(pixel.taken / pixel.photons);
-        before += f64::from(pixel.taken_before / pixel.photons);
+        removed_sum += f64::from(pixel.removed_variance / pixel.photons);
+        before_sum += f64::from(pixel.removed_variance_before / pixel.photons);
         pixels += 1;
     }
-    let has_before = samples >= 4 && samples.is_multiple_of(4) && before > 0.0;
-    let fall = if has_before { (taken / before).clamp(FALL_BOUNDS[0], FALL_BOUNDS[1]) } else { FALL_TYPICAL };
-    if pixels == 0 { 0.0 } else { taken * fall / (1.0 - fall) / f64_from_usize(pixels) }
+    let has_before = samples >= 4 && samples.is_multiple_of(4) && before_sum > 0.0;
+    let fall = if has_before { (removed_sum / before_sum).clamp(FALL_BOUNDS[0], FALL_BOUNDS[1]) } else { FALL_TYPICAL };
+    if pixels == 0 { 0.0 } else { removed_sum * fall / (1.0 - fall) / f64_from_usize(pixels) }
 }

@@ -46,16 +46,16 @@ pub struct SampleShare {
 }
 
 impl SampleShare {
-    /// Of the pixel and of the exposure.
+    /// Shares of the pixel's width and of the exposure.
     #[inline(always)]
-    pub fn even(pixel: f32, exposure: f32) -> Self {
+    pub fn new(pixel: f32, exposure: f32) -> Self {
         Self { pixel, to_pixel: to_middle(pixel), exposure, is_wide: false }
     }
 
     /// The same share of the pixel and of the exposure, for samples that lie evenly over the moving surface.
     #[inline(always)]
     pub fn over_motion(share: f32) -> Self {
-        Self { is_wide: true, ..Self::even(share, share) }
+        Self { is_wide: true, ..Self::new(share, share) }
     }
 }
 
@@ -199,11 +199,11 @@ fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share
     let vv = share2 * (right[1] * right[1] + down[1] * down[1]) + share2_t * travel[1] * travel[1];
     let uv = share2 * (right[0] * right[1] + down[0] * down[1]) + share2_t * travel[0] * travel[1];
     let (mean, half) = (0.5 * (uu + vv), 0.5 * (uu - vv));
-    let apart = (half * half + uv * uv).sqrt();
-    let minor = if mean > apart { mean - apart } else { 0.0 };
+    let difference = (half * half + uv * uv).sqrt();
+    let minor = if mean > difference { mean - difference } else { 0.0 };
     let area = 1.0 + minor * (1.0 / 3.0);
     // What the longer axis has more than the shorter one.
-    let longer = 2.0 * apart;
+    let longer = 2.0 * difference;
     let most = f32_from_u32(TAPS_MAX);
     let tap2 = tap2(share2);
     let wanted = longer / (tap2 * area);
@@ -222,7 +222,7 @@ fn ellipse(right: [f32; 2], down: [f32; 2], travel: [f32; 2], share2: f32, share
     let area = if is_round { area + longer * (1.0 / 6.0) } else { area_of_taps };
     let spread2 = if is_round { 0.0 } else { longer / (taps * taps - 1.0) };
     // The longer axis's direction, from whichever form does not cancel.
-    let (a, b) = if half > 0.0 { (half + apart, uv) } else { (uv, apart - half) };
+    let (a, b) = if half > 0.0 { (half + difference, uv) } else { (uv, difference - half) };
     let length2 = a * a + b * b;
     let scale = if length2 > 0.0 { (spread2 / length2).sqrt() } else { 0.0 };
     (a * scale, b * scale, taps, area)
@@ -253,8 +253,8 @@ mod tests {
                 // Sums of squares of a few texels with some ten roundings of 2^-24 each.
                 for axis in 0..2 {
                     let expected = widths(axis) / 12.0;
-                    let apart = (found[axis] - expected).abs();
-                    assert!(apart < 1e-4 * (1.0 + expected), "{found:?} for {expected} on {axis}");
+                    let difference = (found[axis] - expected).abs();
+                    assert!(difference < 1e-4 * (1.0 + expected), "{found:?} for {expected} on {axis}");
                 }
                 assert!(u * u + v * v <= 1.0001 * tap2(share2) * area, "{u} {v} of {area}");
                 tried[usize::from(taps > 1.0)] += 1;

@@ -1,14 +1,14 @@
 //! Runs the steps of a render over a whole picture, on all cores where the feature is on. A pixel's result depends on its own samples
 //! only, so the order of work never shows.
 
-use super::Sampling;
-use super::allocation::{Estimate, Stage, missed};
-use super::estimate::PixelSamples;
+use super::allocation::{Estimate, INITIAL_SAMPLES, STRATA, Stage, missed_variance};
 use super::first_batch::FirstBatch;
-use super::pixel::{FIRST, Pixel, STRATA, StoppingRule};
-use super::rays::View;
+use super::pixel::{Pixel, StoppingRule};
+use super::pixel_samples::PixelSamples;
 use super::replicate::Replicate;
+use super::settings::Sampling;
 use super::tile::{COLUMNS, Pass, ROWS, Rows};
+use super::view::View;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
 use crate::optics::motion::Timeline;
 use crate::parallel::{collected, over_chunks};
@@ -48,7 +48,7 @@ pub struct Refined {
     /// Place in the picture, row by row.
     pub at: usize,
     /// Its samples.
-    pub net: PixelSamples,
+    pub pixel_samples: PixelSamples,
 }
 
 /// Rows of each group; those beyond the last repeat it.
@@ -91,7 +91,7 @@ impl<'a> Picture<'a> {
     }
 
     /// The first batch of every pixel.
-    pub fn even(&self, count: u32) -> Vec<FirstBatch> {
+    pub fn first_batch(&self, count: u32) -> Vec<FirstBatch> {
         let Sampling { subframes, samples_per_pixel: each, .. } = self.sampling;
         let share = |samples: u32| 1.0 / f32_from_u32(samples).sqrt();
         // A still picture is filtered for itself, and not along the motion.
@@ -99,11 +99,11 @@ impl<'a> Picture<'a> {
         let strata_log2 = count.ilog2().min(super::sobol::SHARED_BITS);
         let pass = Pass { count, shares, subframes, each, strata_log2 };
         let mut seen = vec![FirstBatch::NONE; self.width() * self.shutter.len()];
-        over_chunks(&mut seen, self.width() * ROWS, |group, seen| self.even_rows(&pass, group, seen));
+        over_chunks(&mut seen, self.width() * ROWS, |group, seen| self.first_batch_rows(&pass, group, seen));
         seen
     }
 
-    fn even_rows(&self, pass: &Pass, group: usize, seen: &mut [FirstBatch]) {
+    fn first_batch_rows(&self, pass: &Pass, group: usize, seen: &mut [FirstBatch]) {
         let row_of = rows_of(group, self.shutter.len());
         let strata = if pass.subframes > 0 { index(pass.subframes) } else { 1 << pass.strata_log2 };
         let levels = |stratum: usize| {
@@ -157,11 +157,11 @@ impl<'a> Picture<'a> {
     pub fn refine(&self, refined: &mut [Refined], seen: &[FirstBatch], rule: &StoppingRule) {
         over_chunks(refined, CHUNK, |_, refined| {
             let mut stack = Stack::new();
-            for Refined { at, net } in refined {
-                if net.samples == 0 {
-                    net.missed = missed(seen, self.width(), *at);
+            for Refined { at, pixel_samples } in refined {
+                if pixel_samples.samples == 0 {
+                    pixel_samples.missed_variance = missed_variance(seen, self.width(), *at);
                 }
-                self.pixel(*at, OF_REFINED).refine(net, self.nearest_m(seen, *at), rule, &mut stack);
+                self.pixel(*at, OF_REFINED).refine(pixel_samples, self.nearest_m(seen, *at), rule, &mut stack);
             }
         });
     }
@@ -173,7 +173,7 @@ impl<'a> Picture<'a> {
         replicates: &[Replicate],
         estimates: &[Estimate],
         seen: &[FirstBatch],
-        first: u32,
+        first_batch: u32,
         rule: &StoppingRule,
     ) -> (Vec<[f32; 2]>, u64) {
         const EACH: usize = CHUNK / 4;
@@ -182,23 +182,28 @@ impl<'a> Picture<'a> {
             let mut stack = Stack::new();
             for (number, (photons, samples)) in some.iter_mut().enumerate() {
                 let at = replicates[chunk * EACH + number].at;
-                let mut net_of = |kind: u64, samples: u32| {
+                let mut replicate_of = |kind: u64, samples: u32| {
                     let rule = StoppingRule { samples, least_gain: None, saturation_photons: f32::INFINITY, ..*rule };
-                    let mut net = PixelSamples::new(missed(seen, self.width(), at));
-                    self.pixel(at, OF_REFINED | kind).refine(&mut net, self.nearest_m(seen, at), &rule, &mut stack);
-                    (net.photons, net.samples)
+                    let mut pixel_samples = PixelSamples::new(missed_variance(seen, self.width(), at));
+                    self.pixel(at, OF_REFINED | kind).refine(
+                        &mut pixel_samples,
+                        self.nearest_m(seen, at),
+                        &rule,
+                        &mut stack,
+                    );
+                    (pixel_samples.photons, pixel_samples.samples)
                 };
                 match estimates[at].stage {
                     Stage::Refined => {
                         // A given number has rays beside it, which a replicate chooses for itself.
-                        let grown = estimates[at].samples - first;
-                        let samples_of_net = if rule.share.is_some() { rule.samples } else { grown };
-                        let (photons_of_net, rays) = net_of(OF_REPLICATE, samples_of_net);
-                        (*photons, *samples) = ([photons_of_net; 2], rays);
+                        let grown = estimates[at].samples - first_batch;
+                        let samples_of_replicate = if rule.share.is_some() { rule.samples } else { grown };
+                        let (photons_of_replicate, rays) = replicate_of(OF_REPLICATE, samples_of_replicate);
+                        (*photons, *samples) = ([photons_of_replicate; 2], rays);
                     }
                     Stage::First => {
                         let [(a, rays), (b, more)] =
-                            [OF_REPLICATE, OF_SECOND_REPLICATE].map(|kind| net_of(kind, FIRST));
+                            [OF_REPLICATE, OF_SECOND_REPLICATE].map(|kind| replicate_of(kind, INITIAL_SAMPLES));
                         (*photons, *samples) = ([a, b], rays + more);
                     }
                 }

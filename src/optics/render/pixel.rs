@@ -5,13 +5,14 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+pub use super::allocation::{INITIAL_SAMPLES, STRATA};
 use super::allocation::{may_count, ratio};
-use super::estimate::{OF_BEFORE, PixelSamples};
 use super::footprint::SampleShare;
-use super::rays::{Aim, Pixels, View};
+use super::pixel_samples::{OF_BEFORE, PixelSamples};
 use super::shear::sheared_lanes;
 use super::sobol::points;
 use super::tile::{COLUMNS, ROWS};
+use super::view::{Aim, Pixels, View};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
 use crate::optics::motion::{PacketMotion, Timeline};
@@ -19,12 +20,6 @@ use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::Bands;
 use crate::scene::tracer::Stack;
 use crate::simd::{Kernel, dispatch};
-
-/// Strata of time that the level of flickering lamps is known for.
-pub const STRATA: usize = 16;
-
-/// Samples that a refinement begins with: one in each of 4 by 4 cells.
-pub const FIRST: u32 = 16;
 
 /// When a pixel has enough samples.
 #[derive(Clone, Copy, Debug)]
@@ -40,11 +35,11 @@ pub struct StoppingRule {
 }
 
 impl StoppingRule {
-    fn is_enough(&self, net: &PixelSamples) -> bool {
+    fn is_enough(&self, pixel_samples: &PixelSamples) -> bool {
         let Some(least) = self.least_gain else { return false };
-        let variance = net.variance();
-        let counts = may_count(net.photons, variance, self.saturation_photons);
-        !counts || ratio(net.photons, variance) < least * f32_from_u32(net.samples)
+        let variance = pixel_samples.variance();
+        let counts = may_count(pixel_samples.photons, variance, self.saturation_photons);
+        !counts || ratio(pixel_samples.photons, variance) < least * f32_from_u32(pixel_samples.samples)
     }
 }
 
@@ -66,10 +61,10 @@ pub struct Pixel<'a> {
 
 impl Pixel<'_> {
     /// Doubles a pixel's samples until a rule has enough. `nearest_m` is the distance of the surface that its edges belong to.
-    pub fn refine(&self, net: &mut PixelSamples, nearest_m: f32, rule: &StoppingRule, stack: &mut Stack) {
+    pub fn refine(&self, pixel_samples: &mut PixelSamples, nearest_m: f32, rule: &StoppingRule, stack: &mut Stack) {
         // What a pass leaves as it is costs it next to nothing.
-        if net.samples == 0 || (net.samples < rule.samples && !rule.is_enough(net)) {
-            dispatch(Refinement { pixel: self, net, nearest_m, rule, stack });
+        if pixel_samples.samples == 0 || (pixel_samples.samples < rule.samples && !rule.is_enough(pixel_samples)) {
+            dispatch(Refinement { pixel: self, pixel_samples, nearest_m, rule, stack });
         }
     }
 
@@ -163,7 +158,7 @@ const LANE_NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13
 /// Doubles a pixel's samples.
 struct Refinement<'a> {
     pixel: &'a Pixel<'a>,
-    net: &'a mut PixelSamples,
+    pixel_samples: &'a mut PixelSamples,
     nearest_m: f32,
     rule: &'a StoppingRule,
     stack: &'a mut Stack,
@@ -174,18 +169,19 @@ impl Kernel for Refinement<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { pixel, net, nearest_m, rule, stack } = self;
+        let Self { pixel, pixel_samples, nearest_m, rule, stack } = self;
         let pixels = pixel.pixels();
         let velocity_px = pixel.velocity_px(&pixels, nearest_m);
         let seeds = seeds(pixel.key);
-        while net.samples < rule.samples && !(net.samples > 0 && rule.is_enough(net)) {
-            let first = net.samples;
-            let count = if first == 0 { FIRST } else { first.min(rule.samples - first) };
+        while pixel_samples.samples < rule.samples && !(pixel_samples.samples > 0 && rule.is_enough(pixel_samples)) {
+            let samples_before = pixel_samples.samples;
+            let count =
+                if samples_before == 0 { INITIAL_SAMPLES } else { samples_before.min(rule.samples - samples_before) };
             let shares = SampleShare::over_motion(rule.share.unwrap_or(share(count)));
-            let (mut moments, mut sum, mut halves) = (net.moments, 0.0, [0.0; 2]);
+            let (mut moments, mut sum, mut halves) = (pixel_samples.moments, 0.0, [0.0; 2]);
             for from in (0..count).step_by(LANES) {
                 let lanes = LANES.min(index(count - from));
-                let mut numbers = [first + from; LANES];
+                let mut numbers = [samples_before + from; LANES];
                 for lane in 0..LANES {
                     numbers[lane] += LANE_NUMBERS[lane];
                 }
@@ -204,17 +200,18 @@ impl Kernel for Refinement<'_> {
                 halves = [halves[0] + early, halves[1] + late];
             }
             let mean = f32_nearest(sum / f64::from(count));
-            if first == 0 {
-                let apart = f32_nearest((halves[1] - halves[0]) * (2.0 / f64::from(FIRST)));
-                (net.photons, net.taken) = (mean, 0.25 * apart * apart);
+            if samples_before == 0 {
+                let difference = f32_nearest((halves[1] - halves[0]) * (2.0 / f64::from(INITIAL_SAMPLES)));
+                (pixel_samples.photons, pixel_samples.removed_variance) = (mean, 0.25 * difference * difference);
             } else {
-                let apart = mean - net.photons;
-                let weight = f32_from_u32(count) / f32_from_u32(first + count);
-                net.taken = 0.5 * weight * (1.0 - weight) * apart * apart + OF_BEFORE * net.taken;
-                net.photons += apart * weight;
+                let difference = mean - pixel_samples.photons;
+                let weight = f32_from_u32(count) / f32_from_u32(samples_before + count);
+                pixel_samples.removed_variance = 0.5 * weight * (1.0 - weight) * difference * difference
+                    + OF_BEFORE * pixel_samples.removed_variance;
+                pixel_samples.photons += difference * weight;
             }
-            net.samples += count;
-            net.set_moments(moments);
+            pixel_samples.samples += count;
+            pixel_samples.set_moments(moments);
         }
     }
 }

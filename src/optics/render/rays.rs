@@ -2,45 +2,18 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::footprint::{Differentials, Look, SampleShare, footprint};
+use super::footprint::{Differentials, Look, footprint};
 use super::reflect::Reflection;
+pub use super::view::{Aim, Pixels, View};
+pub(super) use super::view::{Filter, Traced};
 use crate::optics::camera::Camera;
-use crate::optics::motion::{PacketMotion, Turn, Turns};
-use crate::scene::LitScene;
+use crate::optics::motion::{Turn, Turns};
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, splat3, unrolled};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::{Face, OnTriangle, by_band};
 use crate::scene::texture::Footprint;
-use crate::scene::tracer::{Hits, MISS, Packet, Stack, closest_inline_through};
+use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
 use crate::simd::dispatch;
-
-/// What all rays of a render share.
-#[derive(Clone, Copy)]
-pub struct View<'a> {
-    /// What is seen.
-    pub scene: &'a LitScene,
-    /// By what.
-    pub camera: &'a Camera,
-    /// Reflections that a ray follows; 0 where nothing in the scene keeps an image.
-    pub reflections: u32,
-    /// Whether it follows those of gloss, or of mirrors only.
-    pub follows_gloss: bool,
-}
-
-/// The pixels that the lanes look through.
-#[derive(Clone, Copy)]
-pub struct Pixels {
-    /// Bearings of their corners.
-    pub corners: [Vectors; 4],
-    /// Their widths, as angles.
-    pub spread: Floats,
-    /// Photons of each band per lux-equivalent.
-    pub photons_per_lux: [Floats; BANDS],
-    /// How far rays go; below zero where the lens has no bearing.
-    pub t_max: Floats,
-    /// Seeds of rough reflections.
-    pub facet_seeds: [u32; LANES],
-}
 
 impl Pixels {
     /// None yet.
@@ -99,28 +72,6 @@ impl Pixels {
     }
 }
 
-/// Where, when and for how much of its pixel each lane's ray stands.
-pub struct Aim<'a> {
-    /// Place in the pixel from its left and from its upper edge, and in the exposure, each 0..1.
-    pub place: [Floats; 3],
-    /// The camera's motion over the lanes' pieces of time.
-    pub motion: PacketMotion<'a>,
-    /// Share of that piece that is over.
-    pub share: Floats,
-    /// Pieces of an exposure; 0 where nothing moves.
-    pub pieces: f32,
-    /// Level of the flickering lamps.
-    pub lamp_levels: &'a [f32; LANES],
-    /// Lanes that count: the first ones.
-    pub lanes: usize,
-    /// What of its pixel and of the exposure a sample stands for.
-    pub shares: &'a SampleShare,
-    /// How far each look-up of a texture is moved, in pixels to the right and down; none: towards the middle, as shares say.
-    pub moves: Option<&'a [Floats; 2]>,
-    /// The samples' numbers.
-    pub numbers: &'a [u32; LANES],
-}
-
 impl Aim<'_> {
     /// Bearings, poses and rays.
     #[inline(always)]
@@ -171,7 +122,7 @@ impl Aim<'_> {
 }
 
 impl View<'_> {
-    /// Photons of a sample in each lane, and how far it went.
+    /// Photons of a sample in each lane, and the distance of its hit.
     #[inline(always)]
     pub fn sample(&self, pixels: &Pixels, aim: &Aim, stack: &mut Stack) -> Sampled {
         let (bearing, pose, packet) = aim.rays(pixels);
@@ -184,11 +135,11 @@ impl View<'_> {
         }
         let [r, g, b, n] = lux;
         let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
-        let mut left = Floats::splat(0.0);
+        let mut roll_off = Floats::splat(0.0);
         for lane in 0..LANES {
-            left.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
+            roll_off.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
         }
-        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * left, gone_m: traced.hits.t }
+        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, distance_m: traced.hits.t }
     }
 
     /// Light by band of what each ray met, and whether any of that keeps an image. Rays that met one triangle at about one distance are
@@ -196,13 +147,13 @@ impl View<'_> {
     #[inline(always)]
     pub(super) fn shade(&self, traced: &Traced, aim: &Aim, filter: &Filter) -> ([Floats; BANDS], bool) {
         let hits = &traced.hits;
-        let mut left = Floats::splat(0.0).below(traced.packet.t_max);
+        let mut unshaded = Floats::splat(0.0).below(traced.packet.t_max);
         let (mut lux, mut is_glossy) = ([Floats::splat(0.0); BANDS], false);
-        while left.any() {
-            let leader = if left.0[MIDDLE] != 0 { MIDDLE } else { next_lane(&mut left.bits()) };
+        while unshaded.any() {
+            let leader = if unshaded.0[MIDDLE] != 0 { MIDDLE } else { next_lane(&mut unshaded.bits()) };
             let triangle = hits.triangle[leader];
             let t_m = Floats::splat(hits.t.0[leader]);
-            let mut lanes = (hits.t - t_m).abs().at_most(t_m * Floats::splat(ALIKE)) & left;
+            let mut lanes = (hits.t - t_m).abs().at_most(t_m * Floats::splat(ALIKE)) & unshaded;
             for lane in 0..LANES {
                 lanes.0[lane] &= if hits.triangle[lane] == triangle { u32::MAX } else { 0 };
             }
@@ -216,7 +167,7 @@ impl View<'_> {
             };
             lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
             for lane in 0..LANES {
-                left.0[lane] &= !lanes.0[lane];
+                unshaded.0[lane] &= !lanes.0[lane];
             }
         }
         (lux, is_glossy)
@@ -266,14 +217,6 @@ impl View<'_> {
     }
 }
 
-/// What a look-up of a texture averages over.
-pub(super) enum Filter<'a> {
-    /// A share of the pixel and of the motion, by ray differentials.
-    Primary { pixels: &'a Pixels, bearing: &'a Vectors, pose: &'a Turns },
-    /// A circle, by the length of the path.
-    Reflected { width_m: Floats },
-}
-
 /// The ray whose footprint serves others.
 struct Leader {
     lane: usize,
@@ -287,14 +230,8 @@ struct Leader {
 pub struct Sampled {
     /// Photons.
     pub photons: Floats,
-    /// Distance of what each met, in metres.
-    pub gone_m: Floats,
-}
-
-/// A packet of rays and what they met.
-pub(super) struct Traced {
-    pub hits: Hits,
-    pub packet: Packet,
+    /// Distance of each hit, in metres.
+    pub distance_m: Floats,
 }
 
 /// A lane in the middle of a tile.

@@ -4,8 +4,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::rays::{Aim, Filter, Pixels, Traced, View};
 use super::sobol::facet_numbers;
+use super::view::{Aim, Filter, Pixels, Traced, View};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::BANDS;
 use crate::scene::lit::BOUNCES_MAX;

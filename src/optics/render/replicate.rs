@@ -122,7 +122,6 @@ mod tests {
                 variance: f32_nearest(claim(at)),
                 samples: 16,
                 stage: if at.is_multiple_of(2) { Stage::Refined } else { Stage::First },
-                effective_samples: 16.0,
             };
             let estimates: Vec<Estimate> = (0..PIXELS).map(estimate).collect();
             let replicates = choose(&estimates, 200, f32::INFINITY, key.with(3));

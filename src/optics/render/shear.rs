@@ -12,7 +12,7 @@ use crate::scene::lanes::{Floats, LANES, Mask};
 /// Motion below this many pixels an exposure is none: the bounds of time would lose their digits.
 const LEAST_PX: f32 = 1e-3;
 
-/// A share that a sum may have rounded up to 1, or below 0.
+/// Clamps a share to 0..1 (1 excluded): the rounding of a sum may have pushed it to 1 or below 0.
 #[inline(always)]
 pub fn bounded(share: f32) -> f32 {
     // The largest number below 1, so that nothing lies in the next pixel or piece of time.
@@ -36,12 +36,12 @@ fn sums_of_boxes(p: Floats, width: Floats) -> (Floats, [Floats; 2]) {
         let (p, width) = (p.0[lane], width.0[lane]);
         let least = if width < 1.0 { width } else { 1.0 };
         let most = if width < 1.0 { 1.0 } else { width };
-        let tail = 0.5 * least / most;
-        let first = (2.0 * least * most * p).sqrt();
-        let last = 1.0 + width - (2.0 * least * most * (1.0 - p)).sqrt();
+        let ramp_share = 0.5 * least / most;
+        let rising = (2.0 * least * most * p).sqrt();
+        let falling = 1.0 + width - (2.0 * least * most * (1.0 - p)).sqrt();
         let middle = p * most + 0.5 * least;
-        let beyond = if p > 1.0 - tail { last } else { middle };
-        place.0[lane] = if p < tail { first } else { beyond };
+        let beyond = if p > 1.0 - ramp_share { falling } else { middle };
+        place.0[lane] = if p < ramp_share { rising } else { beyond };
         from.0[lane] = (place.0[lane] - 1.0) / width;
         to.0[lane] = place.0[lane] / width;
     }
@@ -50,7 +50,7 @@ fn sums_of_boxes(p: Floats, width: Floats) -> (Floats, [Floats; 2]) {
     (is_still.select(p, place), [is_still.select(zero, from), is_still.select(one, to)])
 }
 
-/// SampleShare that sums may have rounded up to 1, or below 0, within the pixel and the exposure.
+/// Clamps shares to 0..1 (1 excluded): rounding of sums may have pushed them to 1 or below 0.
 #[inline(always)]
 fn bounded_lanes(shares: Floats) -> Floats {
     let mut out = shares;
@@ -116,10 +116,10 @@ mod tests {
             return (p, [0.0, 1.0]);
         }
         let (least, most) = if width < 1.0 { (width, 1.0) } else { (1.0, width) };
-        let tail = 0.5 * least / most;
-        let place = if p < tail {
+        let ramp_share = 0.5 * least / most;
+        let place = if p < ramp_share {
             (2.0 * least * most * p).sqrt()
-        } else if p > 1.0 - tail {
+        } else if p > 1.0 - ramp_share {
             1.0 + width - (2.0 * least * most * (1.0 - p)).sqrt()
         } else {
             p * most + 0.5 * least
@@ -155,12 +155,12 @@ mod tests {
         for velocity in VELOCITIES_PX {
             let mut counts = vec![0_usize; CELLS * CELLS * CELLS];
             for number in 0..COUNT {
-                let even = [0, 1, 2].map(|axis| {
+                let point = [0, 1, 2].map(|axis| {
                     let bits = DrawKey::root(5).with(number).with(axis).0;
                     f32_nearest(crate::num::f64_from_u64(bits >> 40) / 16_777_216.0)
                 });
-                let place = sheared(even, velocity);
-                assert!(place.iter().all(|share| (0.0..1.0).contains(share)), "{even:?} {velocity:?}: {place:?}");
+                let place = sheared(point, velocity);
+                assert!(place.iter().all(|share| (0.0..1.0).contains(share)), "{point:?} {velocity:?}: {place:?}");
                 let cell = place.map(|share| index(u32_truncated_f32(share * 6.0)));
                 counts[(cell[0] * CELLS + cell[1]) * CELLS + cell[2]] += 1;
             }
@@ -187,8 +187,8 @@ mod tests {
                 for other in &met[1..] {
                     for axis in 0..2 {
                         // Some six roundings of numbers up to 12; the motion that is taken for none is 0.001 px.
-                        let apart = (other[axis] - met[0][axis]).abs();
-                        assert!(apart < 6.0 * 12.0 * 6e-8 + LEAST_PX, "{velocity:?} at {p}, {q}: {apart}");
+                        let difference = (other[axis] - met[0][axis]).abs();
+                        assert!(difference < 6.0 * 12.0 * 6e-8 + LEAST_PX, "{velocity:?} at {p}, {q}: {difference}");
                         tried += 1;
                     }
                 }
@@ -202,14 +202,14 @@ mod tests {
         const STEPS: u32 = 1 << 12;
         let (mut sum, mut squares) = (0.0_f64, 0.0_f64);
         for step in 0..STEPS {
-            let mut even = [0.3, 0.3, 0.6];
-            even[axis] = (f32_from_u32(step) + 0.5) / f32_from_u32(STEPS);
-            let ShearedSamples { place, inwards } = sheared_lanes(even.map(Floats::splat), velocity_px, count);
+            let mut point = [0.3, 0.3, 0.6];
+            point[axis] = (f32_from_u32(step) + 0.5) / f32_from_u32(STEPS);
+            let ShearedSamples { place, inwards } = sheared_lanes(point.map(Floats::splat), velocity_px, count);
             let [at, t] = [place[axis], place[2]].map(|lanes| lanes.0[0]);
             let met = at + velocity_px[axis] * t + inwards[axis].0[0];
-            let apart = f64::from(met - 0.5 * (1.0 + velocity_px[axis]));
-            sum += apart;
-            squares += apart * apart;
+            let difference = f64::from(met - 0.5 * (1.0 + velocity_px[axis]));
+            sum += difference;
+            squares += difference * difference;
         }
         let mean = sum / f64::from(STEPS);
         [mean, squares / f64::from(STEPS) - mean * mean]
@@ -248,10 +248,10 @@ mod tests {
                     };
                     Floats(std::array::from_fn(lane))
                 };
-                let even = [0, 1, 2].map(numbers);
-                let places = sheared_lanes(even, velocity_px, 16).place;
+                let point = [0, 1, 2].map(numbers);
+                let places = sheared_lanes(point, velocity_px, 16).place;
                 for lane in 0..LANES {
-                    let place = sheared(even.map(|axis| axis.0[lane]), velocity_px);
+                    let place = sheared(point.map(|axis| axis.0[lane]), velocity_px);
                     assert_eq!(places.map(|axis| axis.0[lane].to_bits()), place.map(f32::to_bits), "{velocity_px:?}");
                     tried += 1;
                 }
@@ -262,8 +262,8 @@ mod tests {
 
     #[test]
     fn what_stands_still_keeps_its_numbers() {
-        for even in [[0.0, 0.25, 0.5], [0.999, 0.001, 0.75]] {
-            assert_eq!(sheared(even, [0.0, 0.0]), even);
+        for point in [[0.0, 0.25, 0.5], [0.999, 0.001, 0.75]] {
+            assert_eq!(sheared(point, [0.0, 0.0]), point);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Renders of small scenes: photometry, equal bits, bounds, and the stated error against the true one.
 
 use super::*;
+use crate::draw::DrawKey;
 use crate::num::f32_nearest;
 use crate::optics::camera::{Aperture, Pupil, RollOff};
 use crate::optics::lens::Lens;
@@ -184,9 +185,9 @@ fn a_strip_thinner_than_a_sample_has_its_own_area() {
             let seen = render(&scene, &camera, &global(0.01), &moved, sampling(64, DrawKey::root(seed)));
             for y in 7..24 {
                 let row: f64 = (0..45).map(|x| f64::from(seen.photons.at(x, y)) / white).sum();
-                let apart = row - width_px / libm::cos(angle_rad);
-                sum += apart;
-                squares += apart * apart;
+                let difference = row - width_px / libm::cos(angle_rad);
+                sum += difference;
+                squares += difference * difference;
                 count += 1.0;
             }
         }

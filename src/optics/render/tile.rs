@@ -4,8 +4,8 @@
 
 use super::first_batch::{FirstBatch, Quarters};
 use super::footprint::SampleShare;
-use super::rays::{Aim, Pixels, View};
 use super::sobol::{self, Place, Seeds};
+use super::view::{Aim, Pixels, View};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, index, low_u32, u32_from, u32_truncated_f32, u64_from};
 use crate::optics::motion::{PacketMotion, Timeline};
@@ -112,7 +112,7 @@ impl Rows<'_> {
     fn gather(&self, pixels: &Pixels, seeds: &Seeds, stack: &mut Stack) -> (Quarters, Floats) {
         let mut parts = Quarters::new(self.pass.count);
         let mut nearest_m = Floats::splat(f32::MAX);
-        let shares = SampleShare::even(self.pass.shares[0], self.pass.shares[1]);
+        let shares = SampleShare::new(self.pass.shares[0], self.pass.shares[1]);
         let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
         for number in 0..self.pass.count {
             let mut place = sobol::place(number, seeds);
@@ -138,7 +138,7 @@ impl Rows<'_> {
             };
             let sampled = self.view.sample(pixels, &aim, stack);
             parts.add(number, sampled.photons);
-            nearest_m = nearest_m.lesser(sampled.gone_m);
+            nearest_m = nearest_m.lesser(sampled.distance_m);
         }
         (parts, nearest_m)
     }

@@ -3,8 +3,8 @@
 
 use glam::DVec2;
 
-use super::View;
 use super::surface::{Point, Surfaces, idle, is_inside, set_lane};
+use super::view::View;
 use crate::num::{f32_nearest, f64_from_usize};
 use crate::parallel::collected;
 use crate::plane::Plane;

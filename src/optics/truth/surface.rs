@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::View;
+use super::view::View;
 use crate::num::{f32_nearest, f64_from_usize, greater, index};
 use crate::parallel::collected;
 use crate::plane::Plane;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::FinishedRun;
+use super::finished::FinishedRun;
 use crate::error::Error;
 
 /// Keys that say where and along which way a run looked. Light and lenses may differ: they are designs to compare.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::FinishedRun;
+use super::finished::FinishedRun;
 use crate::pose::TimedPose;
 use crate::report::bootstrap::{Difference, Statistic, VALUES_MIN, paired, unpaired};
 use crate::report::pose_series::{PoseSeries, pose_series};

@@ -1,5 +1,6 @@
 //! Comparisons of runs made by hand, whose differences are known.
 
+use crate::report::record::Report;
 use glam::{DQuat, DVec3};
 
 use super::*;

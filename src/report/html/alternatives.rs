@@ -1,8 +1,8 @@
 //! What raw pixels, features and both cost, from one run: the question that a sensor with compute is built for.
 
+use super::parts::section;
 use crate::report::alternatives_record::{Alternative, LeftOut};
 use crate::report::html::energy::factor_of;
-use crate::report::html::section;
 use crate::report::html::text::{digits, digits_within, escaped, grouped, si};
 use crate::report::record::Report;
 

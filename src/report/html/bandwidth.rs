@@ -1,7 +1,7 @@
 //! Bits that leave the sensors: pixels against features.
 
+use super::parts::section;
 use crate::report::html::bars::{Bar, bars};
-use crate::report::html::section;
 use crate::report::html::text::{grouped, percent, si};
 use crate::report::html::tiles::{factor_words, why_no_features};
 use crate::report::record::Report;

@@ -25,13 +25,14 @@ pub(super) fn bars(caption: &str, bars: &[Bar]) -> String {
     let mut html = format!("<table class=\"bars\"><caption>{}</caption><tbody>", escaped(caption));
     for bar in bars {
         let length = percent(bar.value);
-        write!(html, "<tr><th scope=\"row\">{}</th><td><div class=\"bar\">", escaped(&bar.label)).expect(super::TEXT);
-        write!(html, "<i style=\"width:{length:.2}%\"></i>").expect(super::TEXT);
+        write!(html, "<tr><th scope=\"row\">{}</th><td><div class=\"bar\">", escaped(&bar.label))
+            .expect(super::parts::TEXT);
+        write!(html, "<i style=\"width:{length:.2}%\"></i>").expect(super::parts::TEXT);
         if let Some((low, high)) = bar.whisker {
             let (left, right) = (percent(low), percent(high));
-            write!(html, "<b style=\"left:{left:.2}%;width:{:.2}%\"></b>", right - left).expect(super::TEXT);
+            write!(html, "<b style=\"left:{left:.2}%;width:{:.2}%\"></b>", right - left).expect(super::parts::TEXT);
         }
-        write!(html, "</div></td><td class=\"num\">{}</td></tr>", escaped(&bar.text)).expect(super::TEXT);
+        write!(html, "</div></td><td class=\"num\">{}</td></tr>", escaped(&bar.text)).expect(super::parts::TEXT);
     }
     html.push_str("</tbody></table>");
     html

@@ -5,13 +5,14 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
+use super::parts::{TEXT, section};
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::plane::Plane;
 use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
 use crate::report::compare::{Against, Comparison, FigureDifference, FinishedRun, RunHead, Verdict};
 use crate::report::html::frames::png;
+use crate::report::html::page;
 use crate::report::html::text::{digits, escaped, si};
-use crate::report::html::{TEXT, page, section};
 use crate::report::pose_series::pose_series;
 use crate::report::record::FrameRecord;
 

@@ -1,6 +1,6 @@
 //! What it takes to get the same bytes again: hashes, seed, version and the effective configuration.
 
-use crate::report::html::section;
+use super::parts::section;
 use crate::report::html::text::escaped;
 use crate::report::record::Report;
 

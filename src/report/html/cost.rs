@@ -1,7 +1,7 @@
 //! What the simulation itself cost in time, by stage.
 
+use super::parts::section;
 use crate::report::html::bars::{Bar, bars};
-use crate::report::html::section;
 use crate::report::html::text::si;
 use crate::report::record::Report;
 

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
+use super::parts::{TEXT, section};
 use crate::report::energy_record::Interval;
 use crate::report::html::bars::{Bar, bars};
 use crate::report::html::text::{digits, digits_within, escaped, grouped, percent, si_within};
-use crate::report::html::{TEXT, section};
 use crate::report::record::Report;
 
 /// Constants that are named as deciding; those below this share of the variance are not.

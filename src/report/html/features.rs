@@ -1,7 +1,7 @@
 //! Features found and tracked over time, and the picture's brightness beside them.
 
+use super::parts::section;
 use crate::report::chart::{Axes, Ink, Series, Shape, chart};
-use crate::report::html::section;
 use crate::report::html::text::digits;
 use crate::report::record::{FrameRecord, Report};
 
@@ -29,11 +29,12 @@ pub(super) fn features(report: &Report) -> String {
     let figures = &report.features;
     let lead = match figures.threshold {
         Some(threshold) => format!(
-            "{lead} Of {} corners a frame and camera, {} found no place in their cell and {} were lost on their way; rows waited {} \
-             clocks a frame; the threshold was {threshold} at the end (means).",
+            "{lead} Of {} corners a frame and camera, {} were not selected in their cell, {} met a full queue and {} came too late; \
+             rows waited {} clocks a frame; the threshold was {threshold} at the end (means).",
             digits(figures.corners),
             digits(figures.unselected),
-            digits(figures.lost),
+            digits(figures.dropped),
+            digits(figures.late),
             digits(figures.stalled_clk)
         ),
         None => lead,

@@ -7,9 +7,9 @@ use base64::engine::general_purpose::STANDARD;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
+use super::parts::{Mark, Picture, Pictures, TEXT, section};
 use crate::plane::Plane;
 use crate::report::html::text::escaped;
-use crate::report::html::{Mark, Picture, Pictures, TEXT, section};
 
 /// Colours over a picture do not follow the page: it is the picture that they must stand out from.
 const TRACKED: &str = "#56c8ff";

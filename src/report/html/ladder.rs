@@ -1,8 +1,9 @@
 //! Section of the page that shows what accuracy costs in time: the reader picks an error and sees the time. It has no
 //! scripts; the style sheet alone shows the answer of the chosen button.
 
+use super::parts::section;
+use crate::report::html::ladder_charts;
 use crate::report::html::text::{digits, escaped, percent, si};
-use crate::report::html::{ladder_charts, section};
 use crate::report::ladder_record::{LadderRecord, LadderRow};
 
 /// Errors that a person may pick, in photon noise.

@@ -1,6 +1,6 @@
 //! Which effects the scene called for, and what leaving the others out can change at most.
 
-use crate::report::html::section;
+use super::parts::section;
 use crate::report::html::text::{digits, escaped};
 use crate::report::record::{FactRecord, OmittedEffect, PlanRecord, Report, TileRecord};
 

@@ -1,7 +1,7 @@
 //! Errors of the pose on their own axes: a few millimetres do not show on axes of metres.
 
+use super::parts::section;
 use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
-use crate::report::html::section;
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::record::{FrameRecord, Report};
 

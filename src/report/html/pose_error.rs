@@ -1,7 +1,7 @@
 //! The position error over time, and all pose figures in a table.
 
+use super::parts::section;
 use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
-use crate::report::html::section;
 use crate::report::html::text::{digits, escaped, percent, si};
 use crate::report::record::{Report, TrackingEvent};
 

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::parts::TEXT;
 use crate::num::f64_from_usize;
 use crate::report::energy_record::LinePower;
-use crate::report::html::TEXT;
 use crate::report::html::text::{digits, escaped, si};
 
 /// Width and height of the drawing, in units of the picture.

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
+use super::parts::{TEXT, section};
 use crate::num::{f64_from_u64, f64_from_usize};
+use crate::report::html::power_strip;
 use crate::report::html::text::{digits, escaped, grouped, si};
-use crate::report::html::{TEXT, power_strip, section};
 use crate::report::record::{Phase, Report};
 
 /// Width of a lane on a common screen, and of a letter in it: a span too narrow for its name goes without; the table
@@ -12,7 +13,8 @@ use crate::report::record::{Phase, Report};
 const LANE_PX: f64 = 400.0;
 const LETTER_PX: f64 = 7.5;
 
-pub(super) fn timing(report: &Report) -> String {
+/// `waves` is the path of the picture of a row's conversions beside the page.
+pub(super) fn timing(report: &Report, waves: Option<&str>) -> String {
     let timing = &report.timing;
     let lead = format!(
         "{} lines a second, {} frames a second, {} clocks a frame; {} from mid-exposure to the last bit on the lanes.",
@@ -36,8 +38,12 @@ pub(super) fn timing(report: &Report) -> String {
         ),
         None => lead,
     };
+    let link = waves.map_or_else(String::new, |path| {
+        let path = escaped(path);
+        format!("<p><a href=\"{path}\">How a row is converted</a>: ramp, comparators, counters and codes of three columns.</p>")
+    });
     let content = format!(
-        "<h3>One line</h3>{}{}<h3>One frame</h3>{}{}",
+        "<h3>One line</h3>{}{link}{}<h3>One frame</h3>{}{}",
         lanes(&timing.line, timing.line_time_us),
         report.energy.line.as_ref().map_or_else(String::new, power_strip::strip),
         lanes(&timing.frame, timing.frame_time_us),

@@ -1,8 +1,8 @@
 //! The path from above and from the side, estimate against truth, a metre as long on both axes.
 
+use super::parts::{reason, section};
 use crate::report::chart::{Axes, Ink, Series, Shape, chart, runs_of};
 use crate::report::html::text::si;
-use crate::report::html::{reason, section};
 use crate::report::record::{FrameRecord, Report};
 
 pub(super) fn trajectory(report: &Report) -> String {

@@ -1,6 +1,6 @@
 //! Warnings of the run, above all figures.
 
-use crate::report::html::section;
+use super::parts::section;
 use crate::report::html::text::escaped;
 use crate::report::record::Report;
 

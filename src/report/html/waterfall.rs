@@ -1,7 +1,7 @@
 //! Latency as a waterfall: each step from the middle of the exposure to the pose as a bar at its time.
 
+use super::parts::section;
 use crate::num::greater;
-use crate::report::html::section;
 use crate::report::html::text::{escaped, si};
 use crate::report::latency_record::LatencyStep;
 use crate::report::record::Report;

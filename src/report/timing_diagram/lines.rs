@@ -1,9 +1,9 @@
 //! Draws spans in us on a lane, and the axis below it, as SVG.
 
+use super::super::escape::escaped;
+use super::spans::TEXT;
 use std::fmt::Write as _;
 
-use super::TEXT;
-use super::picture::text;
 use crate::num::{f64_from_usize, greater, index, u32_truncated, u64_truncated};
 use crate::report::record::Phase;
 
@@ -138,4 +138,9 @@ pub(super) fn axis(body: &mut String, scale: &Scale, y_px: f64) -> f64 {
         text(body, x_px, y_px + 19.0, "l s m", &words);
     }
     y_px + 24.0
+}
+
+/// A text at a place; `class` sets how it looks and where it is anchored.
+pub(super) fn text(body: &mut String, x_px: f64, y_px: f64, class: &str, words: &str) {
+    writeln!(body, "<text x=\"{x_px:.1}\" y=\"{y_px:.1}\" class=\"{class}\">{}</text>", escaped(words)).expect(TEXT);
 }

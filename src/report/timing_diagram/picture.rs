@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+pub(super) use super::lines::text;
 use super::lines::{Scale, axis, lane};
-use super::{Band, BandKind, TEXT, TimingDiagram};
+use super::spans::{Band, BandKind, TEXT, TimingDiagram};
 use crate::num::{greater, lesser};
 use crate::report::escape::escaped;
 use crate::report::record::Phase;
@@ -44,11 +45,6 @@ pub(super) fn svg(diagram: &TimingDiagram) -> String {
         escaped(&diagram.name),
         RIGHT_PX - LEFT_PX
     )
-}
-
-/// A text at a place; `class` sets how it looks and where it is anchored.
-pub(super) fn text(body: &mut String, x_px: f64, y_px: f64, class: &str, words: &str) {
-    writeln!(body, "<text x=\"{x_px:.1}\" y=\"{y_px:.1}\" class=\"{class}\">{}</text>", escaped(words)).expect(TEXT);
 }
 
 fn heading(diagram: &TimingDiagram) -> String {

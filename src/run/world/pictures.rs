@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::super::assets::{Assets, Progress};
-use super::Demand;
+use super::demand::Demand;
 use crate::config::Scenario;
 use crate::config::check::{one_of, within};
 use crate::config::scenario::{Folders, ImagesCamera};

@@ -1,15 +1,15 @@
 //! What samples aim at: points on lamps and bright directions; and the shadow rays towards them.
 
-use super::super::Scene;
 use super::super::bulb::BulbPoint;
 use super::super::environment::DistantLight;
+use super::super::geometry::Scene;
 use super::super::lamps::LampPoint;
 use super::super::lanes::LANES;
 use super::super::light::BANDS;
-use super::super::mesh::{dot, sub};
 use super::super::tracer::{Packet, Stack, blocked_through};
-use super::BakeSettings;
-use super::rays::{ByGroup, GROUPS, LIFT_M, STEADY, fan, idle, set_ray};
+use super::super::vectors::{dot, sub};
+use super::fan::{ByGroup, GROUPS, LIFT_M, STEADY, fan, idle, set_ray};
+use super::settings::BakeSettings;
 
 /// Aimed rays end this share short of the lamp.
 const AIM_SHARE: f32 = 0.999;

@@ -2,10 +2,11 @@
 
 #![allow(clippy::needless_range_loop, reason = "bands of several arrays run in step")]
 
-use super::super::Scene;
+use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::aims::Aims;
-use super::rays::{GROUPS, Mirrored, SideLight, gather};
+use super::fan::GROUPS;
+use super::rays::{Mirrored, SideLight, gather};
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
 /// Of some samples. Lists of all sides lie one behind another, because separate lists would take more memory than their entries.

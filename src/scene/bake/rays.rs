@@ -2,30 +2,20 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::super::Scene;
-use super::super::chance::{cosine_direction, frame, pair, turned};
-use super::super::lanes::{Floats, LANES};
+use super::super::chance::{frame, turned};
+use super::super::geometry::Scene;
+use super::super::lanes::LANES;
 use super::super::light::{BANDS, Bands};
-use super::super::mesh::{Material, dot, unit};
-use super::super::tracer::{Hits, MISS, Packet, Stack, closest_through};
+use super::super::mesh::Material;
+use super::super::tracer::{Hits, MISS, Stack, closest_through};
+use super::super::vectors::{dot, unit};
 use super::aims::{Aims, aimed_light};
-use crate::draw::DrawKey;
-use crate::num::{f64_from_usize, index, low_u16, u32_from, u32_truncated_f32, u64_from};
-
-/// Rays start this far above their surface in metres: above the rounding of coordinates up to 1 km (6e-5 m), below what
-/// furniture is made of.
-pub const LIFT_M: f32 = 2e-4;
+use super::fan::FLICKERING;
+pub use super::fan::{ByGroup, GROUPS, LIFT_M, STEADY, idle, set_ray};
+use crate::num::{f64_from_usize, index, low_u16, u32_from, u32_truncated_f32};
 
 /// Mirrors that a ray is followed over. What is left after them is dropped: all that five metal mirrors keep, 1e-7 of glazed tiles.
 const MIRRORS_MAX: usize = 4;
-
-/// Light is kept apart in two groups: what is steady, and what flickers.
-pub const GROUPS: usize = 2;
-pub const STEADY: usize = 0;
-const FLICKERING: usize = 1;
-
-/// One number a group and band.
-pub type ByGroup<T> = [[T; BANDS]; GROUPS];
 
 /// The light that one side of a sample receives.
 #[derive(Clone, Debug)]
@@ -63,9 +53,6 @@ impl Mirrored {
         self.shares.map(|share| f32::from(share) * (1.0 / SHARES))
     }
 }
-
-/// Number of the bounces' draws: the seed of their key.
-const BOUNCE_DRAWS: u64 = 0x626F_756E;
 
 /// Traces all rays of a sample. The back of a one-sided surface is not traced.
 pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
@@ -191,49 +178,6 @@ fn follow(scene: &Scene, mut paths: Vec<Path>, bounced: &mut Bounced, stack: &mu
             *sum += light;
         }
     }
-}
-
-/// Stratified cosine-weighted directions around +z. Every sample uses the same, so that neighbours on a wall see the same places a
-/// little shifted, and what is left of the error is smooth instead of mottled.
-pub fn fan(rays: usize) -> Vec<[f32; 3]> {
-    assert!(rays > 0 && rays.is_multiple_of(LANES), "bounces go in full packets");
-    let (rings, sectors) = strata(rays);
-    let key = DrawKey::root(BOUNCE_DRAWS);
-    let direction = |ray: usize| {
-        // A packet is a few rings by four neighbouring sectors, so that its rays stay close together.
-        let (block, lane) = (ray / LANES, ray % LANES);
-        let ring = PACKET_RINGS * (block / (sectors / 4)) + lane / 4;
-        let sector = 4 * (block % (sectors / 4)) + lane % 4;
-        let [a, b] = pair(key, u64_from(ring * sectors + sector));
-        let ring = (f64_from_usize(ring) + a) / f64_from_usize(rings);
-        cosine_direction([ring, (f64_from_usize(sector) + b) / f64_from_usize(sectors)])
-    };
-    (0..rays).map(direction).collect()
-}
-
-/// Rings of a packet of bounces.
-const PACKET_RINGS: usize = LANES / 4;
-
-/// Rings and sectors whose product is the count: sectors a multiple of 4, rings one of `PACKET_RINGS`.
-fn strata(rays: usize) -> (usize, usize) {
-    let mut rings = PACKET_RINGS;
-    while 4 * rings * rings <= rays && rays.is_multiple_of(rings * 8) {
-        rings *= 2;
-    }
-    (rings, rays / rings)
-}
-
-pub fn idle() -> Packet {
-    let zero = Floats::splat(0.0);
-    Packet { origin_m: [zero; 3], direction: [Floats::splat(1.0), zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }
-}
-
-pub fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 3], t_max: f32) {
-    for axis in 0..3 {
-        packet.origin_m[axis].0[lane] = origin[axis];
-        packet.direction[axis].0[lane] = direction[axis];
-    }
-    packet.t_max.0[lane] = t_max;
 }
 
 /// Where a ray ended.

@@ -8,16 +8,16 @@
 
 use glam::DVec3;
 
-use super::super::Scene;
 use super::super::chance::in_chunks;
+use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands};
 use super::super::tracer::Stack;
-use super::BakeSettings;
 use super::aims::{Aims, visible_aims};
 use super::cells::{Cell, NODES, Nodes};
 use super::clearance::{Part, is_anything_near};
+use super::fan::GROUPS;
 use super::gathered::Gathered;
-use super::rays::GROUPS;
+use super::settings::BakeSettings;
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
 
 /// Samples of a unit of parallel work.

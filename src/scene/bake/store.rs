@@ -1,7 +1,8 @@
 //! Encodes a bake as versioned, checksummed bytes, and decodes it.
 
 use super::super::light::{BANDS, Bands};
-use super::{BAKE_VERSION, Bake};
+use super::Bake;
+use super::settings::BAKE_VERSION;
 use crate::error::Error;
 use crate::num::u64_from;
 

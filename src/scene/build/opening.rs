@@ -1,7 +1,7 @@
 //! Walls with openings. Builds the wall around a window, door or arch, its reveal, and the mouldings along its arch.
 
 use super::super::mesh::Vertex;
-use super::{Builder, Surface, world_uv};
+use super::surface::{Builder, Surface, world_uv};
 use crate::num::f32_from_u32;
 
 /// A vertical plane: places on it are metres along it, metres up, and metres behind its face.
@@ -76,8 +76,8 @@ impl Builder {
     pub fn face(&mut self, surface: Surface, wall: &Wall, [a, b]: [f32; 2], [low, high]: [f32; 2], behind_m: f32) {
         let mut corners_m = [[a, low], [b, low], [b, high], [a, high]].map(|[s, y]| wall.at(s, y, behind_m));
         // Counter-clockwise from the front, whichever way the wall runs.
-        let normal = super::super::mesh::unit_normal([corners_m[0], corners_m[1], corners_m[2]]);
-        if normal.is_some_and(|normal| super::super::mesh::dot(normal, wall.out) < 0.0) {
+        let normal = super::super::vectors::unit_normal([corners_m[0], corners_m[1], corners_m[2]]);
+        if normal.is_some_and(|normal| super::super::vectors::dot(normal, wall.out) < 0.0) {
             corners_m.reverse();
         }
         self.quad(surface, corners_m);
@@ -90,8 +90,8 @@ impl Builder {
         let greatest: [f32; 3] = [0, 1, 2].map(|axis| p[axis].max(q[axis]));
         // What touches the wall is never seen: the face that looks into it is left out.
         for corners_m in super::super::target::cube(least, greatest, false) {
-            let normal = super::super::mesh::unit_normal([corners_m[0], corners_m[1], corners_m[2]]);
-            if normal.is_none_or(|normal| super::super::mesh::dot(normal, wall.out) > -0.5) {
+            let normal = super::super::vectors::unit_normal([corners_m[0], corners_m[1], corners_m[2]]);
+            if normal.is_none_or(|normal| super::super::vectors::dot(normal, wall.out) > -0.5) {
                 self.quad(surface, corners_m);
             }
         }

@@ -7,7 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::buffer::{Source, View};
 
-use super::Files;
+use super::content::Files;
 
 /// All buffers of a file.
 pub struct Buffers<'a> {

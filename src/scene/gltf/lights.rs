@@ -7,8 +7,9 @@ use gltf::khr_lights_punctual::{Kind, Light};
 use super::super::bulb::{Bulb, Cone};
 use super::super::lamps::fixture::append_ball;
 use super::super::light::with_infrared;
-use super::super::mesh::{Material, area_m2};
-use super::node::Reader;
+use super::super::mesh::Material;
+use super::super::vectors::area_m2;
+use super::reader::Reader;
 use crate::num::f32_nearest;
 
 /// Radius of the lamps: a small bulb.

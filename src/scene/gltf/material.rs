@@ -12,7 +12,7 @@ use super::super::mesh::{Material, Mesh};
 use super::super::texture::Wrap;
 use super::super::texture::picture::{Budget, Picture};
 use super::buffers::{Buffers, fetched};
-use super::{Files, Notes};
+use super::content::{Files, Notes};
 use crate::num::u32_from;
 
 /// Where on a surface its picture lies.

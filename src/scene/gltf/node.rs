@@ -5,12 +5,13 @@ use gltf::mesh::Mode;
 use gltf::scene::Transform;
 use gltf::{Node, Primitive, Semantic};
 
-use super::super::Viewpoint;
+use super::super::geometry::Viewpoint;
 use super::super::mesh::{Material, Mesh, Vertex};
 use super::buffers::Buffers;
 use super::container::Container;
+use super::content::{Content, Notes};
 use super::material::MaterialMapping;
-use super::{Content, Notes};
+pub use super::reader::Reader;
 use crate::num::{f32_nearest, f64_from_usize, u32_from};
 use crate::pose::Pose;
 
@@ -20,20 +21,6 @@ const DEPTH_MAX: usize = 64;
 /// Most triangles, and thirds of vertices, of a scene, so that a small file that names one mesh a million times ends with an error before
 /// it takes a gigabyte.
 pub(super) const TRIANGLES_MAX: usize = 3_000_000;
-
-/// What is read so far.
-pub struct Reader<'a> {
-    container: &'a Container<'a>,
-    buffers: &'a Buffers<'a>,
-    /// One for each material of the mesh as it was before the first primitive.
-    kinds: Vec<MaterialMapping>,
-    pub(super) mesh: Mesh,
-    viewpoints: Vec<Viewpoint>,
-    pub(super) notes: Notes,
-    /// Nodes that were met: a tree meets each once.
-    met: Vec<bool>,
-    flattened: usize,
-}
 
 impl<'a> Reader<'a> {
     /// Starts with the materials that were read before.

@@ -2,7 +2,7 @@
 //! walking.
 
 use super::super::build::{Builder, Opening, Wall};
-use super::{BAY_M, BAYS, COLUMN_M, HALF_LENGTH_M, HALF_WALL_M, OUTER_M, SPRING_M, Stuff};
+use super::plan::{BAY_M, BAYS, COLUMN_M, HALF_LENGTH_M, HALF_WALL_M, OUTER_M, SPRING_M, Stuff};
 use crate::num::f32_from_i32;
 
 /// Puts everything in its place.

@@ -3,13 +3,12 @@
 //!
 //! Grey pictures have all bands alike. Near infrared is like the red unless an OpenEXR channel N or NIR holds it.
 
+use crate::num::{f32_nearest, f64_from_usize, greater, index, lesser};
 use std::io::Cursor;
 
 use image::{ColorType, DynamicImage, ImageFormat, ImageReader};
 
-use super::linear;
 use crate::error::Error;
-use crate::num::{f32_nearest, f64_from_usize, greater, index, lesser};
 use crate::plane::Plane;
 use crate::scene::light::BANDS;
 use crate::units::Size;
@@ -300,4 +299,12 @@ fn depth_checked(name: &str, plane: &Plane<f32>) -> Result<Plane<f32>, Error> {
         return Err(refused(name, "holds a depth that is not a number; use metres, or infinity where nothing is seen"));
     }
     Ok(plane.map(|depth_m| if depth_m > 0.0 { depth_m } else { f32::INFINITY }))
+}
+
+/// Value of a code of a file in 0..=1, as light.
+pub(super) fn linear(share: f64, transfer: Transfer) -> f32 {
+    f32_nearest(match transfer {
+        Transfer::Srgb => super::super::texture::linear_from_srgb_share(share),
+        Transfer::Linear => share,
+    })
 }

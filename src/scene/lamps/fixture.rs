@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::Scene;
 use super::super::bulb::Bulb;
 use super::super::chance::frame;
+use super::super::geometry::Scene;
 use super::super::light::{BLACKBODY_K, Illuminant};
-use super::super::mesh::{Material, Mesh, Vertex, area_m2, unit};
+use super::super::mesh::{Material, Mesh, Vertex};
+use super::super::vectors::{area_m2, unit};
 use crate::error::Error;
 use crate::num::{f32_from_u32, f32_nearest, u32_from};
 

@@ -7,9 +7,10 @@
 
 use super::super::chance::{frame, turned};
 use super::super::light::{BANDS, Bands};
-use super::super::mesh::{Material, cross, dot, unit};
+use super::super::mesh::Material;
 use super::super::texture::Footprint;
-use super::{ExitanceBounds, LitScene};
+use super::super::vectors::{cross, dot, unit};
+use super::data::{ExitanceBounds, LitScene};
 use crate::num::{greater, index};
 
 /// Below this a surface is a mirror: its lobe is narrower than a pixel of any lens here.

@@ -1,7 +1,9 @@
 //! What of a scene under light reaches the photons, as a hash.
 
-use super::LitScene;
-use crate::scene::{BakeSettings, Scene, hash_floats};
+use super::super::geometry::Scene;
+use super::super::hashing::hash_floats;
+use super::data::LitScene;
+use crate::scene::BakeSettings;
 
 impl LitScene {
     /// Hash of all that decides its radiance: the scene's geometry, materials and pictures, its baked light as it was scaled, and how that

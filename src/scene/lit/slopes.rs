@@ -1,7 +1,7 @@
 //! Texture density: for each triangle, the texels per metre in the world.
 
 use super::super::mesh::Mesh;
-use super::LitScene;
+use super::data::LitScene;
 use crate::num::{f32_nearest, index};
 
 /// Texels a metre at most: finer than any picture that is looked at.

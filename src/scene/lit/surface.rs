@@ -8,20 +8,10 @@ use super::super::light::{BANDS, Bands};
 use super::super::mesh::Mesh;
 use super::super::samples::{Layout, ShadeTriangle};
 use super::super::texture::{TO_WHOLE, Texture};
-use super::{LitScene, NO_CONE, Paint};
+pub use super::data::Face;
+pub(super) use super::data::NUMBERS;
+use super::data::{LitScene, NO_CONE, Paint};
 use crate::num::{f32_from_u32, index};
-
-/// Numbers of a face: its normal, the slopes of both texture coordinates, the coordinates of its three corners.
-const NUMBERS: usize = 15;
-
-/// A triangle as a ray meets it, in one cache line.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct Face {
-    pub(super) numbers: [f32; NUMBERS],
-    /// Its texture, `UNTEXTURED` without one, and marks.
-    kind: u32,
-}
 
 impl Face {
     /// Its texture; one that does not exist where there is none.

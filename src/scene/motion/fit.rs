@@ -7,8 +7,9 @@
 use glam::{DQuat, DVec3};
 
 use super::band::NormalEquations;
+use super::limits::{GAP_S_MAX, MotionError};
+use super::so3;
 use super::spline::{Basis, Spline};
-use super::{GAP_S_MAX, MotionError, so3};
 use crate::num;
 use crate::pose::TimedPose;
 use crate::units::Span;

@@ -6,7 +6,8 @@ use rand::distr::OpenClosed01;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::{BodyState, Motion, MotionError};
+use super::limits::MotionError;
+use super::{BodyState, Motion};
 use crate::draw::DrawKey;
 use crate::num;
 use crate::pose::Pose;

@@ -7,7 +7,8 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{MotionError, TURN_DEG_MAX, so3};
+use super::limits::{MotionError, TURN_DEG_MAX};
+use super::so3;
 use crate::num;
 use crate::pose::Pose;
 use crate::units::Span;

@@ -1,8 +1,9 @@
 //! House fronts: doors, shops, windows in reveals, sills, hoods, shutters, balconies, cornices and roofs; no two alike.
 
 use super::super::build::{Builder, Opening, Surface, Wall};
-use super::super::mesh::{Vertex, unit};
-use super::{Stuff, between, draw, fits};
+use super::super::mesh::Vertex;
+use super::super::vectors::unit;
+use super::plan::{Stuff, between, draw, fits};
 use crate::draw::DrawKey;
 use crate::num::{f32_from_u32, index, u64_from};
 

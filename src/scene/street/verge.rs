@@ -2,8 +2,8 @@
 
 use super::super::build::{Builder, Surface};
 use super::super::chance::frame;
-use super::super::mesh::unit;
-use super::{HALF_LENGTH_M, KERB_M, PAVEMENT_M, Stuff, between, draw};
+use super::super::vectors::unit;
+use super::plan::{HALF_LENGTH_M, KERB_M, PAVEMENT_M, Stuff, between, draw};
 use crate::draw::DrawKey;
 use crate::num::{f32_from_u32, index, u64_from};
 

@@ -1,9 +1,9 @@
 //! Boards with known edges: patches of known reflectance whose borders are edges of triangles.
 
-use super::super::Scene;
+use super::super::geometry::Scene;
 use super::super::light::BANDS;
 use super::super::mesh::{Material, Mesh};
-use super::Wish;
+use super::params::Wish;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize, lesser, u32_from, u32_truncated, u64_truncated};
 
@@ -39,7 +39,7 @@ impl Board {
         let mut board = Self { mesh: Mesh::default(), distance_m, size_m };
         let around = board.patch_material(wish.reflectance);
         let half_m = f32_nearest(4.0 * (distance_m + size_m));
-        let mut faces = super::cube([-half_m; 3], [half_m; 3], true);
+        let mut faces = super::params::cube([-half_m; 3], [half_m; 3], true);
         // The wall that the board hangs on is in the board's plane, with a hole of the board's size; the other five close the room.
         faces.rotate_right(1);
         for corners_m in &faces[1..] {

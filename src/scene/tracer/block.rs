@@ -4,8 +4,8 @@
 
 use super::super::bvh::Block;
 use super::super::lanes::{Eight, Floats, LANES, Mask};
+use super::packet::{Hits, Holes};
 use super::rays::Rays;
-use super::{Hits, Holes};
 use crate::num::index;
 
 /// Bound of the roundings of an edge function and of its estimate for a packet, in units of the square of the corners' greatest distance

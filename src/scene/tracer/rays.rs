@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::super::lanes::{Floats, LANES, Mask, Vectors, unrolled};
-use super::Packet;
+use super::packet::Packet;
 
 /// Directions closer to zero than this are moved away from it, so that slabs need no rule for infinities. Over a scene of
 /// 10 km the ray bends by 1e-14 m, which is below the rounding of its coordinates.

@@ -200,7 +200,7 @@ fn no_ray_leaves_a_closed_room_not_even_at_edges_and_corners() {
                 let at = between(f64::from(corners[number][axis]), f64::from(corners[next][axis]), weight);
                 at - packet.origin_m[axis].0[lane]
             });
-            let direction = crate::scene::mesh::unit(toward).unwrap();
+            let direction = super::super::vectors::unit(toward).unwrap();
             for axis in 0..3 {
                 packet.direction[axis].0[lane] = direction[axis];
             }

@@ -6,23 +6,14 @@
 
 use nalgebra::{Matrix6, SMatrix};
 
-use super::filter::{GRAVITY, GYROSCOPE, ImuFilter, Knowledge, UNIT, VELOCITY};
-use super::{Preintegrated, State};
+use super::super::problem::Prior;
+use super::State;
+pub use super::state::Link;
+use super::state::{GRAVITY, GYROSCOPE, ImuFilter, Knowledge, UNIT, VELOCITY};
 use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::lie::se3_adjoint;
-use crate::tracker::marginal::Prior;
 use glam::DVec3;
-
-/// A step between two keyframes.
-#[derive(Clone, Debug)]
-pub struct Link {
-    from: u32,
-    to: u32,
-    step: Preintegrated,
-    /// Velocity at its later end as the filter had it, in metres, and its variance per axis.
-    later: (DVec3, f64),
-}
 
 /// A keyframe of a window.
 #[derive(Clone, Copy, Debug)]

@@ -10,31 +10,15 @@ use std::collections::VecDeque;
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix6, SMatrix, Vector6};
 
-use super::chain::Link;
+use super::super::prior::PosePrior;
+use super::state::{ACCELEROMETER, Covariance, N};
+pub(super) use super::state::{GRAVITY, GYROSCOPE, Knowledge, UNIT, VELOCITY};
+pub use super::state::{ImuCalibration, ImuFilter};
 use super::{Noise, Preintegrated, Reading, State, put};
 use crate::num::greater;
 use crate::pose::Pose;
 use crate::tracker::lie::{Twist, se3_adjoint, skew, so3_exp};
-use crate::tracker::refine::PosePrior;
 use crate::tracker::sweep::{Moving, RatePrior};
-
-/// Mounting and noise of an IMU.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImuCalibration {
-    /// Pose on the body; readings are along the IMU's axes.
-    pub body_from_imu: Pose,
-    /// Of its readings.
-    pub noise: Noise,
-}
-
-/// States: position in the IMU's axes, rotation on the right, velocity, two biases, gravity, scale.
-const N: usize = 19;
-pub(super) const VELOCITY: usize = 6;
-pub(super) const GYROSCOPE: usize = 9;
-const ACCELEROMETER: usize = 12;
-pub(super) const GRAVITY: usize = 15;
-pub(super) const UNIT: usize = 18;
-type Covariance = SMatrix<f64, N, N>;
 
 /// Magnitude of gravity in m/s^2, and its variation on the Earth.
 const GRAVITY_M_PER_S2: f64 = 9.806_65;
@@ -66,33 +50,6 @@ const KEPT_S: f64 = COAST_S_MAX + 0.2;
 const MEAN_S: f64 = 0.1;
 /// Largest time by which a frame may be newer than the last reading.
 const AHEAD_S_MAX: f64 = 0.02;
-
-/// The filter.
-#[derive(Clone, Debug)]
-pub struct ImuFilter {
-    pub(super) calibration: ImuCalibration,
-    /// Whether lengths are metres.
-    is_metric: bool,
-    readings: VecDeque<Reading>,
-    pub(super) now: Option<Knowledge>,
-    /// Steps between the last keyframes.
-    pub(super) links: VecDeque<Link>,
-}
-
-/// State estimate at a time.
-#[derive(Clone, Debug)]
-pub(super) struct Knowledge {
-    t_s: f64,
-    /// Time of the last picture that gave a pose.
-    seen_s: f64,
-    pub state: State,
-    pub gravity: DVec3,
-    /// Scale: map units per metre.
-    pub unit: f64,
-    pub covariance: Covariance,
-    /// Angular rate, corrected for bias.
-    rate_rad_per_s: DVec3,
-}
 
 /// Pose predicted from IMU readings, before the picture is used.
 #[derive(Clone, Copy, Debug)]

@@ -16,11 +16,11 @@ pub struct PixelSamples {
     /// Variance of its samples about their mean.
     pub spread: f32,
     /// Root of their fourth central moment. Equal to `spread` for an edge that halves the pixel; greater the smaller the part that differs.
-    pub tail: f32,
+    pub root_fourth_moment: f32,
     /// Estimate of the variance that the last doubling removed, from the last doubling and those before it.
-    pub taken: f32,
-    /// Variance of a feature that no sample met, for one sample; it falls with the cube of their number.
-    pub missed: f32,
+    pub removed_variance: f32,
+    /// Bound on the variance of a feature that no sample met, times the cube of the number of samples.
+    pub missed_variance: f32,
 }
 
 /// An edge of contrast c leaves c^2 / 600 (slanting) to c^2 / 1,600 (upright) after sixteen samples, of samples whose spread is c^2 /
@@ -30,28 +30,37 @@ pub struct PixelSamples {
 /// c^2 sqrt(p) / n^1.5 is left where samples resolve it, and c^2 p / n where few or none meet it, which is the same at one. A spread of
 /// c^2 p says too little of it by sqrt(p): one bright sample of a thousand would claim a thirtieth of its variance.
 /// The fourth power's mean is c^4 p, and its root over n^1.5 is that law.
-const LEFT_OF_TAIL: f32 = 0.5;
-/// Samples added to those that met a part (Jeffreys' prior of a rate).
+const LEFT_OF_FOURTH_MOMENT: f32 = 0.5;
+/// Samples that are added to those that met a part (Jeffreys' prior of a rate).
 const OF_ONE: f32 = 0.5;
 
 /// Weight of the doublings before the last one: half, falling as 1 / n^1.5.
 pub const OF_BEFORE: f32 = 0.5 * 0.353_553_4;
 
 impl PixelSamples {
-    /// No samples yet; `missed` as in the field.
-    pub const fn new(missed: f32) -> Self {
-        Self { photons: 0.0, samples: 0, moments: Moments::NONE, spread: 0.0, tail: 0.0, taken: 0.0, missed }
+    /// No samples yet; `missed_variance` as in the field.
+    pub const fn new(missed_variance: f32) -> Self {
+        Self {
+            photons: 0.0,
+            samples: 0,
+            moments: Moments::NONE,
+            spread: 0.0,
+            root_fourth_moment: 0.0,
+            removed_variance: 0.0,
+            missed_variance,
+        }
     }
 
     /// Replaces the moments and what follows from them.
     pub fn set_moments(&mut self, moments: Moments) {
-        let [spread, tail] = moments.spread_and_tail();
-        (self.moments, self.spread, self.tail) = (moments, f32_nearest(spread), f32_nearest(tail));
+        let [spread, root_fourth_moment] = moments.spread_and_root_fourth_moment();
+        (self.moments, self.spread, self.root_fourth_moment) =
+            (moments, f32_nearest(spread), f32_nearest(root_fourth_moment));
     }
 
     /// Squared contrast of the part of the pixel that differs most: fourth central moment over variance.
-    pub fn tail_contrast2(&self) -> f32 {
-        let contrast = if self.spread > 0.0 { self.tail / self.spread.sqrt() } else { 0.0 };
+    pub fn fourth_moment_contrast2(&self) -> f32 {
+        let contrast = if self.spread > 0.0 { self.root_fourth_moment / self.spread.sqrt() } else { 0.0 };
         contrast * contrast
     }
 
@@ -61,10 +70,10 @@ impl PixelSamples {
     /// all.
     pub fn variance(&self) -> f32 {
         let n = f32_from_u32(self.samples.max(1));
-        let resolved = LEFT_OF_TAIL * self.tail / (n * n.sqrt());
-        0.5 * (resolved + LEFT_TYPICAL * self.taken)
-            + OF_ONE * self.tail_contrast2() / (n * n)
-            + self.missed / (n * n * n)
+        let resolved = LEFT_OF_FOURTH_MOMENT * self.root_fourth_moment / (n * n.sqrt());
+        0.5 * (resolved + LEFT_TYPICAL * self.removed_variance)
+            + OF_ONE * self.fourth_moment_contrast2() / (n * n)
+            + self.missed_variance / (n * n * n)
     }
 }
 
@@ -85,21 +94,21 @@ impl Moments {
     pub fn add(&mut self, photons: &Floats, lanes: usize) {
         self.about = if self.count > 0.0 { self.about } else { f64::from(photons.0[0]) };
         self.count += f64::from(u32_from(lanes));
-        let mut apart = [0.0; LANES];
+        let mut difference = [0.0; LANES];
         for lane in 0..LANES {
-            apart[lane] = if lane < lanes { f64::from(photons.0[lane]) - self.about } else { 0.0 };
+            difference[lane] = if lane < lanes { f64::from(photons.0[lane]) - self.about } else { 0.0 };
         }
         let mut power = [1.0; LANES];
         for sum in &mut self.sums {
             for lane in 0..LANES {
-                power[lane] *= apart[lane];
+                power[lane] *= difference[lane];
             }
             *sum += pairwise_sum(power);
         }
     }
 
     /// Variance of the samples and the root of their fourth central moment.
-    pub fn spread_and_tail(&self) -> [f64; 2] {
+    pub fn spread_and_root_fourth_moment(&self) -> [f64; 2] {
         let [mean, second, third, fourth] = self.sums.map(|sum| sum / self.count);
         let mean2 = mean * mean;
         let about_mean = fourth - 4.0 * mean * third + 6.0 * mean2 * second - 3.0 * mean2 * mean2;
@@ -126,12 +135,13 @@ mod tests {
 
     #[test]
     fn halves_that_agree_do_not_make_a_pixel_with_an_edge_exact() {
-        let net = PixelSamples { photons: 20.0, samples: 64, tail: 400.0, ..PixelSamples::new(0.0) };
-        // A quarter of the tail / n^1.5, and no spread to tell one sample's effective_samples; exact in these numbers.
-        assert_eq!(net.variance(), 0.25 * 400.0 / 512.0);
-        let even = PixelSamples { tail: 0.0, ..net };
-        assert_eq!(even.variance(), 0.0);
-        assert!(PixelSamples { missed: 64.0, ..even }.variance() > 0.0);
+        let samples_of_pixel =
+            PixelSamples { photons: 20.0, samples: 64, root_fourth_moment: 400.0, ..PixelSamples::new(0.0) };
+        // A quarter of the root fourth moment over n^1.5. Without a spread the term of single samples is 0. Exact in these numbers.
+        assert_eq!(samples_of_pixel.variance(), 0.25 * 400.0 / 512.0);
+        let without_edge = PixelSamples { root_fourth_moment: 0.0, ..samples_of_pixel };
+        assert_eq!(without_edge.variance(), 0.0);
+        assert!(PixelSamples { missed_variance: 64.0, ..without_edge }.variance() > 0.0);
     }
 
     #[test]
@@ -139,21 +149,25 @@ mod tests {
         let mut tried = 0;
         for lit in [1, 2, 32, 512] {
             for from in [0, 500] {
-                let mut net = PixelSamples { samples: 1_024, ..PixelSamples::new(0.0) };
+                let mut samples_of_pixel = PixelSamples { samples: 1_024, ..PixelSamples::new(0.0) };
                 let mut moments = Moments::NONE;
-                for first in (0..1_024).step_by(LANES) {
+                for start in (0..1_024).step_by(LANES) {
                     let of =
-                        |lane: usize| if (from..from + lit).contains(&(first + lane)) { 1_024_100.0 } else { 100.0 };
+                        |lane: usize| if (from..from + lit).contains(&(start + lane)) { 1_024_100.0 } else { 100.0 };
                     moments.add(&Floats(std::array::from_fn(of)), LANES);
                 }
-                net.set_moments(moments);
+                samples_of_pixel.set_moments(moments);
                 // A part p = k / n: fourth moments c^4 r (1 - 3 r) of a spread of c^2 r, r = p (1 - p). For one sample 0.75 c^2 / n^2.
                 let p = crate::num::f64_from_usize(lit) / 1_024.0;
                 let r = p * (1.0 - p);
                 let (c2, fourth) = (1_024_000.0 * 1_024_000.0, 1.0 - 3.0 * r);
                 let law = c2 * (0.25 * (r * fourth).sqrt() / 32_768.0 + 0.5 * fourth / 1_048_576.0);
                 // Sums of 1,024 moments in 53 bits, of which at most 1,024 times themselves cancel: 1e-10; floats 1e-7.
-                assert!((f64::from(net.variance()) / law - 1.0).abs() < 1e-6, "{lit}: {} for {law}", net.variance());
+                assert!(
+                    (f64::from(samples_of_pixel.variance()) / law - 1.0).abs() < 1e-6,
+                    "{lit}: {} for {law}",
+                    samples_of_pixel.variance()
+                );
                 tried += 1;
             }
         }

@@ -1,0 +1,339 @@
+//! A sensor's parameters from its frames: the inverse of a measurement. Each parameter has a 95 % interval and the figure that it rests on.
+//!
+//! Frames tell products, not factors. The overall gain K holds the conversion gain and the size of an LSB, so the conversion gain is
+//! assumed and the ramp's span follows. The quantum efficiency holds the fill factor, which is taken as 1. A fitted sensor converts once
+//! a code, after analog double sampling, so read noise holds all of the pixels' noise in the dark.
+//!
+//! Intervals are 1.96 standard errors of `uncertainty` either way. For sigmas they are those of the variances, rooted; below a variance of
+//! zero they begin at 0.
+
+use super::analysis::{Figures, Summary, figures};
+use super::fits;
+use super::measure::Measurement;
+use super::model::Shared;
+use super::spatial::Parts;
+use super::uncertainty::{DieErrors, bright_part_error, dark_part_error, standard_errors, variance_squares};
+use crate::num::{f64_from_u64, greater};
+
+/// Standard errors of a 95 % interval.
+const SIGMAS: f64 = 1.96;
+
+/// Share of the greatest code from which on a stack is saturated.
+const STACK_SHARE_MAX: f64 = 0.95;
+
+/// Share of codes 0 in the dark beyond which the black level cannot be told (EMVA 1288 release 4.0, section 6).
+const DARK_CLIPPED_MAX: f64 = 0.005;
+
+/// What frames cannot tell and a fit takes from elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Assumed {
+    /// At the column, in uV.
+    pub conversion_gain_uv_per_e: f64,
+    /// Of the die while the frames were taken.
+    pub temperature_k: f64,
+    /// Step over which dark current doubles.
+    pub dark_doubling_k: f64,
+}
+
+/// A parameter that the frames tell.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Fitted {
+    /// Key of the sensor file.
+    pub key: &'static str,
+    /// Best value.
+    pub value: f64,
+    /// 95 % interval.
+    pub interval: [f64; 2],
+    /// Figure of EMVA 1288 that it rests on.
+    pub rests_on: &'static str,
+}
+
+/// A parameter that they do not tell.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Untold {
+    /// Key of the sensor file.
+    pub key: &'static str,
+    /// Why.
+    pub reason: String,
+}
+
+/// What a stack of frames says of its sensor.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Fit {
+    /// In the order of a sensor file.
+    pub fitted: Vec<Fitted>,
+    /// What the preset decides.
+    pub untold: Vec<Untold>,
+    /// What a user should know of the frames.
+    pub warnings: Vec<String>,
+}
+
+impl Fit {
+    /// A parameter by key.
+    pub fn get(&self, key: &str) -> Option<&Fitted> {
+        self.fitted.iter().find(|fitted| fitted.key == key)
+    }
+}
+
+/// Parameters of the sensor behind a measurement of `bits`-bit codes. Says why where the frames cannot tell any.
+///
+/// # Errors
+/// A saturated stack, frames without a response to light, codes that are all alike.
+pub fn fit(measurement: &Measurement, bits: u32, assumed: &Assumed) -> Result<Fit, String> {
+    let summary = Summary::of(measurement);
+    let code_max = f64_from_u64((1 << bits) - 1);
+    check(&summary, code_max)?;
+    let found = figures(&summary);
+    let errors = standard_errors(&summary, &found, &variance_squares(&summary.transfer), DieErrors::default());
+    let sources = Sources { measurement, summary: &summary, found: &found, errors: &errors, assumed, code_max };
+    let mut fit = Fit { fitted: Vec::new(), untold: Vec::new(), warnings: Vec::new() };
+    sources.gain(bits, &mut fit);
+    sources.light(&mut fit);
+    sources.dark(&mut fit);
+    sources.noise(&mut fit);
+    sources.patterns(&mut fit);
+    sources.rest(&mut fit);
+    Ok(fit)
+}
+
+fn check(summary: &Summary, code_max: f64) -> Result<(), String> {
+    let signal_dn = summary.bright.mean_dn - summary.dark.mean_dn;
+    if summary.bright.mean_dn > STACK_SHARE_MAX * code_max {
+        return Err(format!(
+            "the bright stack is saturated (mean {:.1} of {code_max} DN); take it at about half of saturation",
+            summary.bright.mean_dn
+        ));
+    }
+    let noise_dn = (summary.bright.stack_variance_dn2 + summary.dark.stack_variance_dn2).sqrt();
+    if !(signal_dn > noise_dn) {
+        return Err(format!("the bright stack is only {signal_dn:.2} DN above the dark one; use more light"));
+    }
+    if !(summary.bright.stack_variance_dn2 > summary.dark.stack_variance_dn2) {
+        return Err("the bright stack has no more noise than the dark one, so no photons can be counted".to_owned());
+    }
+    Ok(())
+}
+
+/// What parameters are made from.
+struct Sources<'a> {
+    measurement: &'a Measurement,
+    summary: &'a Summary,
+    found: &'a Figures,
+    errors: &'a Figures,
+    assumed: &'a Assumed,
+    code_max: f64,
+}
+
+impl Sources<'_> {
+    fn of(&self, name: &str) -> [f64; 2] {
+        [self.found, self.errors].map(|figures| figures.get(name).copied().unwrap_or(f64::NAN))
+    }
+
+    fn k(&self) -> f64 {
+        self.of("K")[0]
+    }
+
+    fn lsb_uv(&self) -> f64 {
+        self.assumed.conversion_gain_uv_per_e / self.k()
+    }
+
+    fn gain(&self, bits: u32, fit: &mut Fit) {
+        let [k, error] = self.of("K");
+        let span_uv = |k: f64| self.assumed.conversion_gain_uv_per_e * f64_from_u64(1 << bits) / k;
+        let interval = [span_uv(k + SIGMAS * error), span_uv(k - SIGMAS * error)];
+        fit.fitted.push(Fitted { key: "adc.full_scale_uv", value: span_uv(k), interval, rests_on: "K" });
+        let reason = format!(
+            "frames tell K = {k:.5} DN/e- only; {} uV/e- is assumed, and adc.full_scale_uv follows",
+            self.assumed.conversion_gain_uv_per_e
+        );
+        fit.untold.push(Untold { key: "pixel.conversion_gain_uv_per_e", reason });
+    }
+
+    fn light(&self, fit: &mut Fit) {
+        let [percent, error] = self.of("QE");
+        if percent.is_finite() && percent > 0.0 {
+            let interval = [percent - SIGMAS * error, percent + SIGMAS * error].map(|percent| 0.01 * percent);
+            let key = "pixel.quantum_efficiency";
+            fit.fitted.push(Fitted { key, value: 0.01 * percent, interval, rests_on: "QE" });
+            let reason = "is part of the quantum efficiency that is measured, and taken as 1".to_owned();
+            fit.untold.push(Untold { key: "pixel.fill_factor", reason });
+        } else {
+            let reason = "the descriptor states no photons".to_owned();
+            fit.untold.push(Untold { key: "pixel.quantum_efficiency", reason });
+        }
+        self.well(fit);
+    }
+
+    /// The full well, where the series reaches it before the converter's greatest code.
+    fn well(&self, fit: &mut Fit) {
+        let transfer = &self.summary.transfer;
+        let key = "pixel.full_well_e";
+        let Some(last) = transfer.points.last() else { return };
+        let untold = |reason: String| Untold { key, reason };
+        let range_e = (self.code_max - self.black()[0]) / self.k();
+        // Where pixels clip, their noise goes. Half of the greatest variance is far from what noise does to it.
+        if last.variance_dn2 > 0.5 * transfer.points[transfer.saturation()].variance_dn2 {
+            fit.untold.push(untold("the series ends before saturation".to_owned()));
+        } else if last.mean_dn > self.code_max - 1.0 {
+            fit.untold.push(untold(format!("the converter saturates first, at {range_e:.0} e-")));
+        } else {
+            let [black_dn, _] = self.black();
+            let value = (last.mean_dn - black_dn) / self.k();
+            let [k, error] = self.of("K");
+            let half = SIGMAS * value * error / k;
+            let interval = [value - half, value + half];
+            fit.fitted.push(Fitted { key, value, interval, rests_on: "mean of the saturated points over K" });
+        }
+    }
+
+    /// Mean dark code without exposure and its standard error: of the line over the exposures, and of the mean of the die's pattern.
+    fn black(&self) -> [f64; 2] {
+        let transfer = &self.summary.transfer;
+        let points: Vec<(f64, f64)> =
+            transfer.points.iter().map(|point| (point.exposure_ns * 1e-9, point.dark_mean_dn)).collect();
+        let (_, offset) = fits::line(&points);
+        let (_, error) = fits::line_errors(points.iter().map(|point| point.0));
+        let dark = &self.summary.dark;
+        let shared = self.shared();
+        let noise_dn2 = 0.5
+            * (dark.stack_variance_dn2 / transfer.pixels
+                + shared.row_dn2 / dark.rows
+                + shared.column_dn2 / dark.columns);
+        let pattern_dn2 = greater(0.0, dark.pixel_dn2) / transfer.pixels
+            + greater(0.0, dark.row_dn2) / dark.rows
+            + greater(0.0, dark.column_dn2) / dark.columns;
+        [offset, (error * error * noise_dn2 + pattern_dn2).sqrt()]
+    }
+
+    fn dark(&self, fit: &mut Fit) {
+        let key = "adc.black_level_dn";
+        if self.measurement.dark_clipped > DARK_CLIPPED_MAX {
+            let percent = 100.0 * self.measurement.dark_clipped;
+            fit.warnings.push(format!("{percent:.1} % of the dark codes are 0; raise the camera's black level"));
+            fit.untold.push(Untold { key, reason: "dark codes clip at 0".to_owned() });
+        } else {
+            let [mean, error] = self.black();
+            // A code counts the whole steps of the ramp below a level, so codes lie half a step low in the mean.
+            let value = mean + 0.5;
+            let interval = [value - SIGMAS * error, value + SIGMAS * error];
+            fit.fitted.push(Fitted { key, value, interval, rests_on: "mu_y.dark without exposure, plus half a code" });
+        }
+        let [rate, error] = self.of("u_I_mean");
+        // A sensor file states it at 300 K.
+        let Assumed { temperature_k, dark_doubling_k, .. } = *self.assumed;
+        let at_300_k = |rate: f64| greater(rate, 0.0) * libm::exp2((300.0 - temperature_k) / dark_doubling_k);
+        let interval = [rate - SIGMAS * error, rate + SIGMAS * error].map(at_300_k);
+        let key = "pixel.dark_current_e_per_s";
+        fit.fitted.push(Fitted { key, value: at_300_k(rate), interval, rests_on: "u_I_mean" });
+        let reason = "frames at one temperature do not tell it".to_owned();
+        fit.untold.push(Untold { key: "pixel.dark_doubling_k", reason });
+    }
+
+    /// Temporal variance in the dark that rows and columns share.
+    fn shared(&self) -> Shared {
+        let dark = &self.summary.dark;
+        let (row, column) = self.measurement.dark.shared_noise();
+        let variance = |share: f64, length: f64| greater(0.0, share * dark.stack_variance_dn2 / (1.0 - 1.0 / length));
+        Shared { row_dn2: variance(row, dark.columns), column_dn2: variance(column, dark.rows) }
+    }
+
+    fn noise(&self, fit: &mut Fit) {
+        let dark = &self.summary.dark;
+        let (shared, lsb_uv) = (self.shared(), self.lsb_uv());
+        let shared_error = |own_dn2: f64, lines: f64, length: f64| {
+            (2.0 / (lines * dark.frames)).sqrt() * (own_dn2 + dark.stack_variance_dn2 / length)
+        };
+        let row_error = shared_error(shared.row_dn2, dark.rows, dark.columns);
+        let column_error = shared_error(shared.column_dn2, dark.columns, dark.rows);
+        let [sigma, sigma_error] = self.of("sigma_y_dark");
+        let own_dn2 = sigma * sigma - 1.0 / 12.0 - shared.row_dn2 - shared.column_dn2;
+        let own_error = libm::hypot(2.0 * sigma * sigma_error, libm::hypot(row_error, column_error));
+        let k_relative = self.of("K")[1] / self.k();
+        for (key, variance_dn2, error, rests_on) in [
+            ("pixel.read_noise_uv", own_dn2, own_error, "sigma_y.dark less what rows and columns share"),
+            ("adc.row_noise_uv", shared.row_dn2, row_error, "variance that the pixels of a row share"),
+            ("adc.column_noise_uv", shared.column_dn2, column_error, "variance that the pixels of a column share"),
+        ] {
+            fit.fitted.push(rooted(key, [variance_dn2, error], lsb_uv, k_relative, rests_on));
+        }
+        if sigma * sigma <= super::analysis::DARK_VARIANCE_MIN_DN2 * 1.001 {
+            let reason =
+                "dark noise is below 0.5 DN, where quantisation hides it: pixel.read_noise_uv is an upper bound";
+            fit.warnings.push(reason.to_owned());
+        }
+    }
+
+    fn patterns(&self, fit: &mut Fit) {
+        let (bright, dark) = (&self.summary.bright, &self.summary.dark);
+        let shared = self.shared();
+        let k_relative = self.of("K")[1] / self.k();
+        let signal_dn = bright.mean_dn - dark.mean_dn;
+        let parts: [(&str, fn(&Parts) -> f64); 3] =
+            [("_pixel", |parts| parts.pixel_dn2), ("_col", |parts| parts.column_dn2), ("_row", |parts| parts.row_dn2)];
+        let dark_keys = [
+            ("pixel.dsnu_e", 1.0 / self.k(), "DSNU1288_pixel"),
+            ("adc.column_offset_residual_uv", self.lsb_uv(), "DSNU1288_col"),
+            ("adc.row_offset_uv", self.lsb_uv(), "DSNU1288_row"),
+        ];
+        for ((suffix, part), (key, scale, rests_on)) in parts.into_iter().zip(dark_keys) {
+            let error = dark_part_error(suffix, dark, shared, part);
+            // The standard takes off what independent noise leaves in the means of lines. Noise that lines share leaves more there, which
+            // it takes off the pixels' part instead. Bright less dark holds neither.
+            let left_dn2 = match suffix {
+                "_row" => -shared.row_dn2,
+                "_col" => -shared.column_dn2,
+                _ => shared.row_dn2 + shared.column_dn2,
+            };
+            let variance_dn2 = part(dark) + left_dn2 / dark.frames;
+            fit.fitted.push(rooted(key, [variance_dn2, error], scale, k_relative, rests_on));
+        }
+        let bright_keys = [("pixel.prnu", "PRNU1288_pixel"), ("adc.column_gain_sigma", "PRNU1288_col")];
+        for ((suffix, part), (key, rests_on)) in parts.into_iter().zip(bright_keys) {
+            let error = bright_part_error(suffix, bright, dark, shared, part);
+            fit.fitted.push(rooted(key, [part(bright) - part(dark), error], 1.0 / signal_dn, 0.0, rests_on));
+        }
+    }
+
+    fn rest(&self, fit: &mut Fit) {
+        let outliers = outliers(&self.measurement.dark.means_dn(), &self.summary.dark);
+        if outliers > 0 {
+            fit.warnings.push(format!(
+                "{outliers} pixels lie beyond 6 sigma in the dark; they count in pixel.dsnu_e, and pixel.hot_ppm is not fitted"
+            ));
+        }
+        for (key, reason) in [
+            ("pixel.hot_ppm", "one exposure of the dark stack does not part hot pixels from the dark signal's spread"),
+            ("pixel.rts_ppm", "a stack of this length does not tell telegraph noise from read noise"),
+            ("adc.ramp_inl_lsb", "the series has too few points for a converter's bow; LE_min and LE_max bound it"),
+        ] {
+            fit.untold.push(Untold { key, reason: reason.to_owned() });
+        }
+    }
+}
+
+/// A sigma from a variance in DN^2 with its standard error, `scale` units a DN; `scale_relative` is the scale's relative standard error.
+fn rooted(
+    key: &'static str,
+    [variance_dn2, error_dn2]: [f64; 2],
+    scale: f64,
+    scale_relative: f64,
+    rests_on: &'static str,
+) -> Fitted {
+    let root = |variance: f64| scale * greater(variance, 0.0).sqrt();
+    let of_scale = SIGMAS * scale_relative;
+    let low = root(variance_dn2 - SIGMAS * error_dn2);
+    let high = root(greater(variance_dn2, 0.0) + SIGMAS * error_dn2);
+    let value = root(variance_dn2);
+    // Both errors are small and independent, so their distances add in squares.
+    let interval = [
+        greater(0.0, value - libm::hypot(value - low, value * of_scale)),
+        value + libm::hypot(high - value, value * of_scale),
+    ];
+    Fitted { key, value, interval, rests_on }
+}
+
+/// Pixels whose mean dark code lies beyond 6 sigma.
+fn outliers(means_dn: &[f64], dark: &Parts) -> usize {
+    let sigma_dn = (greater(0.0, dark.total_dn2) + dark.stack_variance_dn2 / dark.frames).sqrt();
+    means_dn.iter().filter(|&&mean| (mean - dark.mean_dn).abs() > 6.0 * sigma_dn).count()
+}

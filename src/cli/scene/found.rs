@@ -1,0 +1,18 @@
+//! What a file holds.
+
+use sensel::scene::Scene;
+use sensel::scene::file_units::FileUnits;
+use sensel::scene::views::{Extent, View};
+
+/// What a file holds.
+pub(super) struct Found {
+    pub(super) name: String,
+    pub(super) scene: Scene,
+    pub(super) units: FileUnits,
+    pub(super) extent: Extent,
+    pub(super) views: Vec<View>,
+    /// Materials that shine.
+    pub(super) lamps: Vec<String>,
+    /// Share of the sky that is seen from the best view, straight up and around.
+    pub(super) open: f64,
+}

@@ -1,0 +1,68 @@
+//! Fans of rays over a sample, and the two groups in which their light is kept.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use super::super::chance::{cosine_direction, pair};
+use super::super::lanes::{Floats, LANES};
+use super::super::light::BANDS;
+use super::super::tracer::Packet;
+use crate::draw::DrawKey;
+use crate::num::{f64_from_usize, u64_from};
+
+/// Rays start this far above their surface in metres: above the rounding of coordinates up to 1 km (6e-5 m), below what
+/// furniture is made of.
+pub const LIFT_M: f32 = 2e-4;
+
+/// Light is kept apart in two groups: what is steady, and what flickers.
+pub const GROUPS: usize = 2;
+pub const STEADY: usize = 0;
+pub(super) const FLICKERING: usize = 1;
+
+/// One number a group and band.
+pub type ByGroup<T> = [[T; BANDS]; GROUPS];
+
+/// Stratified cosine-weighted directions around +z. Every sample uses the same, so that neighbours on a wall see the same places a
+/// little shifted, and what is left of the error is smooth instead of mottled.
+pub fn fan(rays: usize) -> Vec<[f32; 3]> {
+    assert!(rays > 0 && rays.is_multiple_of(LANES), "bounces go in full packets");
+    let (rings, sectors) = strata(rays);
+    let key = DrawKey::root(BOUNCE_DRAWS);
+    let direction = |ray: usize| {
+        // A packet is a few rings by four neighbouring sectors, so that its rays stay close together.
+        let (block, lane) = (ray / LANES, ray % LANES);
+        let ring = PACKET_RINGS * (block / (sectors / 4)) + lane / 4;
+        let sector = 4 * (block % (sectors / 4)) + lane % 4;
+        let [a, b] = pair(key, u64_from(ring * sectors + sector));
+        let ring = (f64_from_usize(ring) + a) / f64_from_usize(rings);
+        cosine_direction([ring, (f64_from_usize(sector) + b) / f64_from_usize(sectors)])
+    };
+    (0..rays).map(direction).collect()
+}
+
+pub fn idle() -> Packet {
+    let zero = Floats::splat(0.0);
+    Packet { origin_m: [zero; 3], direction: [Floats::splat(1.0), zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }
+}
+
+pub fn set_ray(packet: &mut Packet, lane: usize, origin: [f32; 3], direction: [f32; 3], t_max: f32) {
+    for axis in 0..3 {
+        packet.origin_m[axis].0[lane] = origin[axis];
+        packet.direction[axis].0[lane] = direction[axis];
+    }
+    packet.t_max.0[lane] = t_max;
+}
+
+/// Number of the bounces' draws: the seed of their key.
+pub(super) const BOUNCE_DRAWS: u64 = 0x626F_756E;
+
+/// Rings of a packet of bounces.
+pub(super) const PACKET_RINGS: usize = LANES / 4;
+
+/// Rings and sectors whose product is the count: sectors a multiple of 4, rings one of `PACKET_RINGS`.
+pub(super) fn strata(rays: usize) -> (usize, usize) {
+    let mut rings = PACKET_RINGS;
+    while 4 * rings * rings <= rays && rays.is_multiple_of(rings * 8) {
+        rings *= 2;
+    }
+    (rings, rays / rings)
+}

@@ -1,0 +1,102 @@
+//! Geometry and materials of a scene, ready for rays.
+
+use super::bvh::Bvh;
+use super::environment::Environment;
+use super::lamps::Lamps;
+use super::light::Bands;
+use super::mesh::Mesh;
+use super::samples::Layout;
+use crate::error::Error;
+use crate::pose::Pose;
+
+/// Geometry and materials, ready for rays.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// As the user calls it.
+    pub name: String,
+    /// Triangles, materials and textures.
+    pub mesh: Mesh,
+    /// Tree over the triangles.
+    pub bvh: Bvh,
+    /// Where irradiance is known.
+    pub layout: Layout,
+    /// Emissive surfaces.
+    pub lamps: Lamps,
+    /// Radiance of the environment beyond all surfaces, in the scene's own units, the same in every direction.
+    pub sky: Bands,
+    /// Radiance by direction, instead of `sky`.
+    pub environment: Option<Environment>,
+    /// Which materials' own light flickers; empty: none.
+    pub flickering: Vec<bool>,
+    /// Cameras that the scene's file holds.
+    pub viewpoints: Vec<Viewpoint>,
+    /// What of the file was left out, changed or repaired, in sentences for its user.
+    pub notes: Vec<String>,
+}
+
+/// Where a scene's author put a camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// As the file calls it.
+    pub name: String,
+    /// Looking along +z, y down.
+    pub world_from_camera: Pose,
+}
+
+impl Scene {
+    /// Makes a mesh ready for rays.
+    ///
+    /// # Errors
+    /// A mesh without triangles.
+    pub fn new(name: &str, mut mesh: Mesh, sky: Bands) -> Result<Self, Error> {
+        if mesh.triangles.is_empty() {
+            let reason = "it has no triangle with an area; a scene needs at least one".to_owned();
+            return Err(Error::Content { file: name.to_owned(), reason });
+        }
+        for material in &mut mesh.materials {
+            material.base_colour = material.base_colour.map(|band| band.clamp(0.0, 1.0));
+        }
+        let corners_m: Vec<_> = (0..mesh.triangles.len()).map(|triangle| mesh.corners_m(triangle)).collect();
+        let bvh = Bvh::build_with_cut_outs(&corners_m, &|triangle| mesh.cut_out_of(triangle).is_some());
+        let (layout, lamps) = (Layout::of(&mesh), Lamps::of(&mesh, &bvh));
+        let (environment, flickering, viewpoints) = (None, Vec::new(), Vec::new());
+        let (name, notes) = (name.to_owned(), Vec::new());
+        Ok(Self { name, mesh, bvh, layout, lamps, sky, environment, flickering, viewpoints, notes })
+    }
+
+    /// Gives the scene a sky of this radiance (in its own light units) beyond all surfaces.
+    #[must_use]
+    pub fn with_sky(mut self, sky: Bands) -> Self {
+        self.sky = sky;
+        self
+    }
+
+    /// Gives the scene light from beyond all surfaces, by direction.
+    #[must_use]
+    pub fn with_environment(mut self, environment: Environment) -> Self {
+        self.environment = Some(environment);
+        self
+    }
+
+    /// Lets the light of those emissive materials flicker that `which` accepts by name.
+    #[must_use]
+    pub fn with_flickering(mut self, which: impl Fn(&str) -> bool) -> Self {
+        self.flickering = self.mesh.materials.iter().map(|m| m.is_emissive() && which(&m.name)).collect();
+        self
+    }
+
+    /// Whether a material's own light flickers.
+    pub(super) fn flickers(&self, material: u32) -> bool {
+        self.flickering.get(crate::num::index(material)).copied().unwrap_or(false)
+    }
+
+    /// Radiance of the environment beyond all surfaces.
+    pub fn sky_radiance(&self, direction: [f32; 3]) -> Bands {
+        self.environment.as_ref().map_or(self.sky, |environment| environment.radiance(direction))
+    }
+
+    /// The same without what a bake aims at.
+    pub(super) fn soft_sky(&self, direction: [f32; 3]) -> Bands {
+        self.environment.as_ref().map_or(self.sky, |environment| environment.soft_radiance(direction))
+    }
+}

@@ -1,0 +1,41 @@
+//! What a glTF file is read into, with notes on what was left out.
+
+use super::super::geometry::Viewpoint;
+use super::super::mesh::Mesh;
+use crate::scene::source::Read;
+
+/// Files beside a glTF file.
+pub struct Files<'a> {
+    pub(super) read: Read<'a>,
+}
+
+/// Most sentences about one file.
+pub(super) const NOTES_MAX: usize = 100;
+
+/// Sentences for the user, each once, in the order in which they came up.
+#[derive(Debug, Default)]
+pub struct Notes(pub(super) Vec<String>);
+
+impl Notes {
+    pub(super) fn add(&mut self, note: impl Into<String>) {
+        let note = note.into();
+        if self.0.contains(&note) {
+            return;
+        }
+        match self.0.len() {
+            ..NOTES_MAX => self.0.push(note),
+            NOTES_MAX => self.0.push("there is more of this kind".to_owned()),
+            _ => {}
+        }
+    }
+}
+
+/// What a file holds.
+pub struct Content {
+    /// Geometry and materials.
+    pub mesh: Mesh,
+    /// Cameras.
+    pub viewpoints: Vec<Viewpoint>,
+    /// What was left out or repaired.
+    pub notes: Vec<String>,
+}

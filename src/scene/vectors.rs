@@ -1,0 +1,40 @@
+//! Products, lengths and normals of vectors with three coordinates.
+
+use crate::num::f32_nearest;
+
+/// Scalar product.
+pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Difference.
+pub fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Vector product.
+pub fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Unit vector along a vector, none for one that is zero or not finite.
+pub fn unit(a: [f32; 3]) -> Option<[f32; 3]> {
+    let wide = a.map(f64::from);
+    let length = (wide[0] * wide[0] + wide[1] * wide[1] + wide[2] * wide[2]).sqrt();
+    (length.is_finite() && length > 0.0).then(|| wide.map(|x| f32_nearest(x / length)))
+}
+
+/// Unit normal of a triangle, none without area.
+pub fn unit_normal(corners_m: [[f32; 3]; 3]) -> Option<[f32; 3]> {
+    let [a, b, c] = corners_m;
+    let normal = cross(sub(b, a), sub(c, a));
+    // Below this the area is under 1e-18 m^2 and the direction mostly rounding.
+    (dot(normal, normal) > 1e-36).then(|| unit(normal)).flatten()
+}
+
+/// Area of a triangle in square metres.
+pub fn area_m2(corners_m: [[f32; 3]; 3]) -> f32 {
+    let [a, b, c] = corners_m;
+    let normal = cross(sub(b, a), sub(c, a));
+    0.5 * dot(normal, normal).sqrt()
+}

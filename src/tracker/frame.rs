@@ -1,0 +1,63 @@
+//! A frame that is to be located: its views, the map and the prediction.
+
+use super::map::Map;
+use super::params::TrackerParams;
+use super::prior::PosePrior;
+use super::rig::{RigCamera, View};
+use super::sweep::{Motion, Moving, RatePrior};
+use crate::units::CameraIndex;
+use nalgebra::Matrix6;
+
+/// A landmark found on a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct LandmarkMatch {
+    /// Camera of the rig.
+    pub camera: CameraIndex,
+    /// Number of the keypoint in the camera's view.
+    pub keypoint: usize,
+    /// Number of the landmark in the map's list.
+    pub landmark: usize,
+}
+
+/// A localised pose with its supporting matches.
+#[derive(Clone, Debug)]
+pub struct LocalisedPose {
+    /// The body.
+    pub state: Moving,
+    /// Landmarks found where the pose predicts them.
+    pub inliers: Vec<LandmarkMatch>,
+    /// Landmarks that the pose puts on a picture.
+    pub in_view: Vec<usize>,
+    /// Information of the left twist from this picture alone, given the map.
+    pub information: Matrix6<f64>,
+    /// Single-picture position sigma given the map, at the noise that the picture's residuals show, in metres.
+    pub single_picture_sigma_m: Option<f64>,
+}
+
+/// One frame, the map, and the rules.
+pub struct Frame<'a> {
+    /// The rig.
+    pub cameras: &'a [RigCamera],
+    /// One view a camera.
+    pub views: &'a [View],
+    /// Landmarks to find.
+    pub map: &'a Map,
+    /// The tracker's parameters.
+    pub params: &'a TrackerParams,
+    /// Time of the frame in seconds.
+    pub t_s: f64,
+    /// The frames before, unless lost.
+    pub motion: Option<Motion>,
+    /// What they say of the pose.
+    pub prior: Option<PosePrior>,
+    /// What an inertial unit says of the rate.
+    pub imu_rate: Option<RatePrior>,
+    /// Lower bound on the keypoint noise in pixels.
+    pub least_px: f64,
+    /// Whether the prediction is certain to a few pixels.
+    pub sure: bool,
+    /// Its number.
+    pub number: u64,
+    /// Keypoints that supported the pose of the frame before.
+    pub inliers_before: u32,
+}

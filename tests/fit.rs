@@ -1,0 +1,192 @@
+//! `sensel fit`: parameters of random sensors come back from their frames, and frames that tell nothing are refused.
+
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use sensel::characterize::fit::{Assumed, Fit, fit};
+use sensel::characterize::{Bench, Options};
+use sensel::config::Resolved;
+use sensel::draw::DrawKey;
+use sensel::files::emva::EmvaWriter;
+use sensel::files::emva_reader;
+use sensel::units::Size;
+
+use crate::common::{Outcome, Scratch, sensel};
+
+/// Names the random sensors.
+const SEED: u64 = 20_261_125;
+const SENSORS: u64 = 20;
+/// A region that shows patterns of columns and takes little time.
+const OPTIONS: Options =
+    Options { size: Some(Size { width_px: 128, height_px: 96 }), points: 40, stack: 32, channel: None };
+const GAIN_UV_PER_E: f64 = 50.0;
+
+/// A sensor that a fit can describe: what it has to find, by key.
+struct Sensor {
+    truth: Vec<(&'static str, f64)>,
+    assignments: Vec<String>,
+}
+
+fn random(number: u64) -> Sensor {
+    let key = DrawKey::root(SEED).with(number);
+    let share = |place: u64| key.with(place).uniform();
+    let between = |place: u64, low: f64, high: f64| low * libm::pow(high / low, share(place));
+    let bits = 10 + u32::from(share(0) < 0.5) * 2;
+    let codes = f64::from(1_u32 << bits);
+    let k = between(1, 0.4, 2.0);
+    let lsb_uv = GAIN_UV_PER_E / k;
+    // Above 0.7 DN of noise quantisation is a small part of it.
+    let read_noise_uv = lsb_uv * between(2, 0.9, 4.0);
+    let black = libm::floor(between(3, 40.0, 120.0));
+    let range_e = (codes - 1.0 - black) / k;
+    let is_well = share(4) < 0.5;
+    let mut truth = vec![
+        ("adc.full_scale_uv", lsb_uv * codes),
+        ("pixel.quantum_efficiency", between(5, 0.3, 0.9)),
+        ("adc.black_level_dn", black),
+        ("pixel.dark_current_e_per_s", between(6, 200.0, 5_000.0)),
+        ("pixel.read_noise_uv", read_noise_uv),
+        ("adc.row_noise_uv", lsb_uv * between(7, 0.1, 1.0)),
+        ("adc.column_noise_uv", lsb_uv * between(8, 0.1, 1.0)),
+        ("pixel.dsnu_e", between(9, 0.5, 5.0)),
+        ("adc.column_offset_residual_uv", lsb_uv * between(10, 0.3, 2.0)),
+        ("adc.row_offset_uv", lsb_uv * between(11, 0.3, 2.0)),
+        ("pixel.prnu", between(12, 0.004, 0.02)),
+        ("adc.column_gain_sigma", between(13, 0.002, 0.01)),
+    ];
+    let well_e = libm::floor(range_e * if is_well { 0.7 } else { 1.5 });
+    if is_well {
+        truth.push(("pixel.full_well_e", well_e));
+    }
+    let mut assignments: Vec<String> = truth.iter().map(|(key, value)| format!("sensor.{key}={value:?}")).collect();
+    // A whole number in the configuration.
+    assignments.retain(|assignment| !assignment.contains("black_level_dn") && !assignment.contains("full_well_e"));
+    assignments.extend([
+        format!("sensor.adc.black_level_dn={black:.0}"),
+        format!("sensor.pixel.full_well_e={well_e:?}"),
+        format!("sensor.adc.bits={bits}"),
+        format!("sensor.pixel.conversion_gain_uv_per_e={GAIN_UV_PER_E:?}"),
+        format!("seed={number}"),
+        format!("sensor.die={}", number + 1),
+    ]);
+    for fixed in ["pixel.fill_factor=1.0", "pixel.ktc_noise_uv=0.0", "pixel.storage_dark_e_per_s=0.0", "adc.cds=analog"]
+    {
+        assignments.push(format!("sensor.{fixed}"));
+    }
+    Sensor { truth, assignments }
+}
+
+/// Shoots a sensor's frames into a folder.
+fn shoot(folder: &Path, assignments: &[String]) {
+    let resolved = Resolved::from_layers("fit.toml", "[sensor]\npreset = \"paper_6t_vga\"\n", assignments)
+        .unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
+    let bench = Bench::new(&resolved, &OPTIONS).unwrap_or_else(|e| panic!("{assignments:?}: {e}"));
+    let mut writer = EmvaWriter::create(folder, bench.set()).unwrap();
+    bench.run(|shot, codes| writer.frame(shot, codes)).unwrap();
+    writer.finish(&bench.truth()).unwrap();
+}
+
+fn fitted(folder: &Path) -> Fit {
+    let found = emva_reader::read(folder).unwrap();
+    assert_eq!((found.points, found.stack), (40, 32));
+    let assumed = Assumed { conversion_gain_uv_per_e: GAIN_UV_PER_E, temperature_k: 300.0, dark_doubling_k: 8.0 };
+    fit(&found.measurement, found.bits, &assumed).unwrap()
+}
+
+#[test]
+fn nine_of_ten_parameters_of_random_sensors_lie_in_their_intervals() {
+    let (mut held, mut tried, mut missed) = (0_u32, 0_u32, Vec::new());
+    for number in 0..SENSORS {
+        let Sensor { truth, assignments } = random(number);
+        let folder = Scratch::new("fit");
+        shoot(folder.path(), &assignments);
+        let fit = fitted(folder.path());
+        assert_eq!(fit.get("pixel.full_well_e").is_some(), truth.iter().any(|(key, _)| *key == "pixel.full_well_e"));
+        for (key, truth) in truth {
+            let found = fit.get(key).unwrap_or_else(|| panic!("{key} of sensor {number} is not fitted"));
+            let [low, high] = found.interval;
+            assert!(low <= found.value && found.value <= high, "{found:?}");
+            tried += 1;
+            if (low..=high).contains(&truth) {
+                held += 1;
+            } else {
+                missed.push(format!("sensor {number}: {key} = {truth:.5} is not in {low:.5} to {high:.5}"));
+            }
+        }
+    }
+    let share = f64::from(held) / f64::from(tried);
+    println!("seed {SEED}: {held} of {tried} parameters lie in their 95 % intervals\n{}", missed.join("\n"));
+    assert!(tried > 12 * 20 && share >= 0.9, "seed {SEED}: {share:.3} of {tried}\n{}", missed.join("\n"));
+}
+
+fn fit_of(folder: &Scratch, more: &[&str]) -> Outcome {
+    sensel(&[&["fit", &folder.path().display().to_string()], more].concat())
+}
+
+#[test]
+fn the_sensor_file_that_is_written_is_a_preset_and_measures_as_the_frames_did() {
+    let folder = Scratch::new("fit");
+    shoot(folder.path(), &random(3).assignments);
+    let own = Scratch::new("fit");
+    let file = own.join("mine.toml");
+    let outcome = fit_of(&folder, &["--out", &file]);
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    assert!(outcome.stdout.contains("pixel.read_noise_uv") && outcome.stdout.contains("assumed"), "{outcome:?}");
+    let again = fit_of(&folder, &["--out", &file]);
+    assert!(again.code == 2 && again.stderr.contains("is there already"), "{again:?}");
+    // The simulated sensor's frames, fitted once more, give the same parameters within both intervals.
+    let second = Scratch::new("fit");
+    let result = second.join("frames");
+    let words = ["characterize", &file, "--size", "128x96", "--points", "40", "--stack", "32", "--out", &result];
+    let measured = sensel(&words);
+    assert_eq!(measured.code, 0, "{measured:?}");
+    // The preset's own conversion gain is the file's, so only ratios to it are compared.
+    let [first, second] = [folder.path().to_owned(), second.path().join("frames")].map(|folder| fitted(&folder));
+    for key in ["pixel.quantum_efficiency", "pixel.read_noise_uv", "pixel.prnu", "pixel.dsnu_e", "adc.black_level_dn"] {
+        let [a, b] = [&first, &second].map(|fit| fit.get(key).unwrap());
+        // Two 95 % intervals of one truth overlap but for one case in 200.
+        assert!(a.interval[0] <= b.interval[1] && b.interval[0] <= a.interval[1], "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn frames_that_cannot_tell_are_refused_with_what_would_help() {
+    let descriptor = |lines: &str| {
+        let folder = Scratch::new("fit");
+        std::fs::write(folder.path().join("emva1288.txt"), lines).unwrap();
+        folder
+    };
+    let pair = "b 1000 10\ni a.raw\ni b.raw\n";
+    let cases = [
+        ("v 4.0\n", "n BITS WIDTH HEIGHT"),
+        ("n 12 64\n", "n 12 640 480"),
+        ("n 40 64 64\n", "1 to 16 bits"),
+        ("n 8 64 64\ni a.raw\n", "before the first i"),
+        ("n 8 64 64\nb x 3\n", "b EXPOSURE_NS PHOTONS"),
+        ("n 8 64 64\nb 1e30 3\n", "1 to 1e15 ns"),
+        ("n 8 64 64\nq\n", "n, b, d or i"),
+        (&format!("n 8 64 64\n{pair}"), "no bright stack"),
+    ];
+    for (lines, accepted) in cases {
+        let outcome = fit_of(&descriptor(lines), &[]);
+        assert!(outcome.code == 2 && outcome.stderr.contains(accepted), "{lines}: {outcome:?}");
+        assert_eq!(outcome.stderr.lines().count(), 1, "{outcome:?}");
+    }
+    let nothing = Scratch::new("fit");
+    assert!(fit_of(&nothing, &[]).stderr.contains("emva1288.txt"));
+    // A whole set whose frames are damaged in turn.
+    let folder = Scratch::new("fit");
+    shoot(folder.path(), &random(1).assignments);
+    let frame = folder.path().join("frames/f00003.raw");
+    let bytes = std::fs::read(&frame).unwrap();
+    std::fs::write(&frame, &bytes[1..]).unwrap();
+    assert!(fit_of(&folder, &[]).stderr.contains("take 24576"));
+    std::fs::write(&frame, vec![0xFF; bytes.len()]).unwrap();
+    assert!(fit_of(&folder, &[]).stderr.contains("beyond"));
+    std::fs::write(&frame, &bytes).unwrap();
+    let text = std::fs::read_to_string(folder.path().join("emva1288.txt")).unwrap();
+    std::fs::write(folder.path().join("emva1288.txt"), text.replace("n 12", "n 16").replace("n 10", "n 16")).unwrap();
+    let shallow = fit_of(&folder, &[]);
+    assert!(shallow.stderr.contains("if the frames have fewer bits"), "{shallow:?}");
+}
