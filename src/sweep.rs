@@ -2,10 +2,12 @@
 
 pub mod cells;
 pub mod design;
+mod digits;
 pub mod file;
 pub mod gather;
 mod html;
 pub mod interaction;
+mod levels;
 mod parquet;
 pub mod picture;
 pub mod record;

@@ -1,5 +1,6 @@
 //! The page of a gathered sweep: one file, no network; its table is sorted and filtered by a few lines of script.
 
+use super::digits::digits;
 use super::interaction::{Interaction, Series};
 use super::picture;
 use super::record::unit_of;
@@ -46,25 +47,6 @@ pub(super) fn page(
          <script>{SCRIPT}</script></body></html>\n",
         env!("CARGO_PKG_VERSION")
     )
-}
-
-/// Three significant digits, or a whole number.
-pub(super) fn digits(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e6).contains(&size) {
-        let places = if size >= 100.0 {
-            1
-        } else if size >= 1.0 {
-            3
-        } else {
-            5
-        };
-        format!("{value:.places$}")
-    } else {
-        format!("{value:.3e}")
-    }
 }
 
 fn estimate(value: &Estimate) -> String {

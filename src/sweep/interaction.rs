@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::digits::digits;
 use super::file::PictureWish;
-use super::gather::{Role, Table};
-use super::html::digits;
+use super::levels::{Levels, figures, levels, rest_of};
 use super::record::unit_of;
-use super::report::{Levels, figures, levels, rest_of};
 use super::statistics::Estimate;
+use super::table::{Role, Table};
 use crate::error::Error;
 use crate::num::f64_from_usize;
 

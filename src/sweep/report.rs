@@ -7,9 +7,10 @@ use rand::RngExt;
 use super::file::{PictureWish, ReportWishes};
 use super::html;
 use super::interaction::Interaction;
+use super::levels::{figures, levels, rest_of};
 use super::record::find_figure;
 use super::statistics::{Estimate, mean, standard_error};
-use super::table::{Role, Table, Values};
+use super::table::{Role, Table};
 pub use super::verdicts::{Difference, Effect, FigureReport, FrontPoint, PointVerdict};
 use crate::draw::DrawKey;
 use crate::error::Error;
@@ -28,10 +29,6 @@ const FIGURES: [&str; 6] = [
 /// Fronts where a sweep file names none.
 const FRONTS: [[&str; 2]; 2] = [["energy.power_mw", "tracking.ate_m"], ["bandwidth.link_bits_per_s", "tracking.ate_m"]];
 
-/// A factor with more values than this is cut into classes of equal numbers of cells.
-const LEVELS_MAX: usize = 12;
-/// These classes.
-const CLASSES: usize = 6;
 /// Resamples of the replicates that say how sure a place on a front is.
 const RESAMPLES: u64 = 400;
 
@@ -104,51 +101,6 @@ fn names(table: &Table, role: Role) -> Vec<&str> {
     table.columns.iter().filter(|column| column.role == role).map(|column| column.name.as_str()).collect()
 }
 
-/// Levels of a factor: name, place on an axis where it is a number, rows.
-pub(super) type Levels = Vec<(String, Option<f64>, Vec<usize>)>;
-
-pub(super) fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
-    match table.column(name).map(|column| &column.values) {
-        Some(Values::Number(all)) => all.clone(),
-        _ => vec![None; table.rows],
-    }
-}
-
-/// Each row's level of a factor, in the order of the levels.
-pub(super) fn levels(table: &Table, factor: &str) -> Levels {
-    let Some(column) = table.column(factor) else { return Vec::new() };
-    let mut found: Vec<(String, Option<f64>, Vec<usize>)> = Vec::new();
-    let mut place: BTreeMap<String, usize> = BTreeMap::new();
-    for row in 0..table.rows {
-        let text = column.values.text(row);
-        let number = *place.entry(text.clone()).or_insert_with(|| {
-            found.push((text, column.values.number(row), Vec::new()));
-            found.len() - 1
-        });
-        found[number].2.push(row);
-    }
-    if found.iter().all(|(_, value, _)| value.is_some()) {
-        found.sort_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)));
-        if found.len() > LEVELS_MAX {
-            return classes(&found);
-        }
-    }
-    found
-}
-
-/// Neighbouring values together, in classes of about equal numbers of cells.
-fn classes(found: &[(String, Option<f64>, Vec<usize>)]) -> Vec<(String, Option<f64>, Vec<usize>)> {
-    let count = found.len();
-    (0..CLASSES)
-        .map(|class| {
-            let part = &found[count * class / CLASSES..count * (class + 1) / CLASSES];
-            let values: Vec<f64> = part.iter().filter_map(|(_, value, _)| *value).collect();
-            let name = format!("{:.4} to {:.4}", values[0], values[values.len() - 1]);
-            (name, Some(mean(&values)), part.iter().flat_map(|(_, _, rows)| rows.clone()).collect())
-        })
-        .collect()
-}
-
 fn effect(table: &Table, factor: &str, figure: &str) -> Effect {
     let values = figures(table, figure);
     let levels: Vec<(String, Option<f64>, Vec<f64>)> = levels(table, factor)
@@ -176,13 +128,6 @@ fn first_order(classes: &[&[f64]]) -> Option<f64> {
     // Omega squared (Hays 1963): unbiased to first order.
     let noise = (total - between) / (count - groups);
     (total > 0.0).then(|| crate::num::greater((between - (groups - 1.0) * noise) / (total + noise), 0.0))
-}
-
-/// Everything of a row but one factor and its figures.
-pub(super) fn rest_of(table: &Table, factor: &str, row: usize) -> String {
-    let is_kept = |role: Role| matches!(role, Role::Factor | Role::Replicate);
-    let kept = table.columns.iter().filter(|column| is_kept(column.role) && column.name != factor);
-    kept.map(|column| column.values.text(row)).collect::<Vec<_>>().join("\u{1f}")
 }
 
 fn differences(table: &Table, factor: &str, figure: &str) -> Vec<Difference> {
