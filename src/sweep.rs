@@ -2,6 +2,7 @@
 
 pub mod cells;
 pub mod design;
+mod digits;
 pub mod file;
 pub mod gather;
 mod html;

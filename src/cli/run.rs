@@ -30,7 +30,8 @@ pub fn main(verb: &RunVerbArguments, shared: &Shared) -> Result<(), Error> {
     let sensor = sensel::run::SensorSetup::new(&located.resolved)?;
     let mut waves = WaveRequest::new(&verb.waves, verb.wave_frame, &sensor, (&located.resolved, &name))?;
     if waves.is_none() {
-        waves = WaveRequest::picture(&target, &sensor, (located.resolved.scenario.frames()?, &name));
+        let frames = located.resolved.scenario.frames().map_err(|error| located.resolved.tree.locate(error))?;
+        waves = WaveRequest::picture(&target, &sensor, (frames, &name));
     }
     let waves_within = waves.as_ref().and_then(|waves| waves.within(&target));
     let goal = goal::of(verb, shared)?;

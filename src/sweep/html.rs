@@ -1,11 +1,11 @@
 //! The page of a gathered sweep: one file, no network; its table is sorted and filtered by a few lines of script.
 
+use super::digits::digits;
 use super::interaction::{Interaction, Series};
 use super::picture;
 use super::record::unit_of;
 use super::statistics::Estimate;
 use super::table::{Role, Table};
-pub(super) use super::verdicts::digits;
 use super::verdicts::{Difference, Effect, FigureReport, FrontPoint, PointVerdict, cells};
 use crate::report::chart::{self, Axes, Ink, Shape, chart};
 use crate::report::escape::escaped;

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::digits::digits;
 use super::file::PictureWish;
 use super::levels::{Levels, figures, levels, rest_of};
 use super::record::unit_of;
 use super::statistics::Estimate;
 use super::table::{Role, Table};
-use super::verdicts::digits;
 use crate::error::Error;
 use crate::num::f64_from_usize;
 
@@ -171,7 +171,7 @@ pub(super) fn place(number: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::table::{Column, Values};
+    use super::super::gather::{Column, Values};
     use super::*;
 
     fn table() -> Table {

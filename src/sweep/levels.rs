@@ -1,13 +1,18 @@
-//! Levels of a factor, and the values of a figure over them.
+//! Rows of a table by the levels of a factor.
+
+use std::collections::BTreeMap;
 
 use super::statistics::mean;
 use super::table::{Role, Table, Values};
-use std::collections::BTreeMap;
 
+/// A factor with more values than this is cut into classes of equal numbers of cells.
+const LEVELS_MAX: usize = 12;
+/// These classes.
+const CLASSES: usize = 6;
 /// Levels of a factor: name, place on an axis where it is a number, rows.
-pub(super) type Levels = Vec<(String, Option<f64>, Vec<usize>)>;
+pub type Levels = Vec<(String, Option<f64>, Vec<usize>)>;
 
-pub(super) fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
+pub fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
     match table.column(name).map(|column| &column.values) {
         Some(Values::Number(all)) => all.clone(),
         _ => vec![None; table.rows],
@@ -15,7 +20,7 @@ pub(super) fn figures(table: &Table, name: &str) -> Vec<Option<f64>> {
 }
 
 /// Each row's level of a factor, in the order of the levels.
-pub(super) fn levels(table: &Table, factor: &str) -> Levels {
+pub fn levels(table: &Table, factor: &str) -> Levels {
     let Some(column) = table.column(factor) else { return Vec::new() };
     let mut found: Vec<(String, Option<f64>, Vec<usize>)> = Vec::new();
     let mut place: BTreeMap<String, usize> = BTreeMap::new();
@@ -36,20 +41,8 @@ pub(super) fn levels(table: &Table, factor: &str) -> Levels {
     found
 }
 
-/// Everything of a row but one factor and its figures.
-pub(super) fn rest_of(table: &Table, factor: &str, row: usize) -> String {
-    let is_kept = |role: Role| matches!(role, Role::Factor | Role::Replicate);
-    let kept = table.columns.iter().filter(|column| is_kept(column.role) && column.name != factor);
-    kept.map(|column| column.values.text(row)).collect::<Vec<_>>().join("\u{1f}")
-}
-
-/// A factor with more values than this is cut into classes of equal numbers of cells.
-pub(super) const LEVELS_MAX: usize = 12;
-/// These classes.
-pub(super) const CLASSES: usize = 6;
-
 /// Neighbouring values together, in classes of about equal numbers of cells.
-pub(super) fn classes(found: &[(String, Option<f64>, Vec<usize>)]) -> Vec<(String, Option<f64>, Vec<usize>)> {
+fn classes(found: &[(String, Option<f64>, Vec<usize>)]) -> Vec<(String, Option<f64>, Vec<usize>)> {
     let count = found.len();
     (0..CLASSES)
         .map(|class| {
@@ -59,4 +52,11 @@ pub(super) fn classes(found: &[(String, Option<f64>, Vec<usize>)]) -> Vec<(Strin
             (name, Some(mean(&values)), part.iter().flat_map(|(_, _, rows)| rows.clone()).collect())
         })
         .collect()
+}
+
+/// Everything of a row but one factor and its figures.
+pub fn rest_of(table: &Table, factor: &str, row: usize) -> String {
+    let is_kept = |role: Role| matches!(role, Role::Factor | Role::Replicate);
+    let kept = table.columns.iter().filter(|column| is_kept(column.role) && column.name != factor);
+    kept.map(|column| column.values.text(row)).collect::<Vec<_>>().join("\u{1f}")
 }

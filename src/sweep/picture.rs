@@ -75,7 +75,7 @@ where
         let is_level = (*at - f64_from_usize(number)).abs() < 1e-9 && *at > -0.25;
         interaction.levels.get(number).filter(|_| is_level).cloned().unwrap_or_default()
     };
-    let value = |value: &f64| super::verdicts::digits(*value);
+    let value = |value: &f64| super::digits::digits(*value);
     chart
         .configure_mesh()
         .disable_x_mesh()

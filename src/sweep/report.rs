@@ -7,7 +7,7 @@ use rand::RngExt;
 use super::file::{PictureWish, ReportWishes};
 use super::html;
 use super::interaction::Interaction;
-pub(super) use super::levels::{figures, levels, rest_of};
+use super::levels::{figures, levels, rest_of};
 use super::record::find_figure;
 use super::statistics::{Estimate, mean, standard_error};
 use super::table::{Role, Table};

@@ -69,22 +69,3 @@ pub struct FigureReport {
 pub(super) fn cells(table: &Table) -> u64 {
     u64_from(table.rows)
 }
-
-/// Three significant digits, or a whole number.
-pub(super) fn digits(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e6).contains(&size) {
-        let places = if size >= 100.0 {
-            1
-        } else if size >= 1.0 {
-            3
-        } else {
-            5
-        };
-        format!("{value:.places$}")
-    } else {
-        format!("{value:.3e}")
-    }
-}

@@ -27,17 +27,29 @@ fn names(code: &str, crate_name: &str) -> bool {
     })
 }
 
-/// Dependencies of a manifest that `code_of` a folder names nowhere, each with its table.
+/// Dependencies of a manifest that `code_of` a folder names nowhere, each with its table. One whose own feature a feature of the manifest
+/// turns on is there for that.
 fn unused(manifest: &str, code_of: impl Fn(&str) -> String) -> Vec<String> {
     let manifest: toml::Table = manifest.parse().expect("a manifest is TOML");
     let targets = manifest.get("target").and_then(toml::Value::as_table);
     let of_targets = targets.into_iter().flat_map(|targets| targets.values()).filter_map(toml::Value::as_table);
+    let features = manifest.get("features").and_then(toml::Value::as_table);
+    let turned_on: Vec<&str> = features
+        .into_iter()
+        .flat_map(toml::Table::values)
+        .filter_map(toml::Value::as_array)
+        .flatten()
+        .filter_map(toml::Value::as_str)
+        .filter_map(|feature| feature.split_once('/').map(|(name, _)| name))
+        .collect();
     let mut found = Vec::new();
     for tables in std::iter::once(&manifest).chain(of_targets) {
         for (table, folders) in TABLES {
             let Some(listed) = tables.get(table).and_then(toml::Value::as_table) else { continue };
             let code: String = folders.iter().map(|folder| code_of(folder)).collect();
-            let lost = listed.keys().filter(|name| !names(&code, &name.replace('-', "_")));
+            let is_lost =
+                |name: &&String| !turned_on.contains(&name.as_str()) && !names(&code, &name.replace('-', "_"));
+            let lost = listed.keys().filter(is_lost);
             found.extend(lost.map(|name| format!("{name} in [{table}]")));
         }
     }
