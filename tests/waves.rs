@@ -267,8 +267,8 @@ fn kinds_and_widths_are_as_documented() {
 
 /// Options that are refused before anything is written, with words that name an accepted value.
 const REFUSED: &[(&[&str], &str)] = &[
-    (&["--waves", "w.txt"], "use a name ending in .fst or .vcd"),
-    (&["--waves", "w"], "use a name ending in .fst or .vcd"),
+    (&["--waves", "w.txt"], ".fst, .vcd or .svg"),
+    (&["--waves", "w"], "use a name ending in .fst, .vcd or .svg"),
     (&["--waves", "w.fst", "--wave-rows", "480"], "--wave-rows = 480: 480 is out of range; use 0 to 479"),
     (&["--waves", "w.fst", "--wave-columns", "0,640"], "640 is out of range; use 0 to 639"),
     (&["--waves", "w.fst", "--wave-rows", "a"], "'a' is no number"),

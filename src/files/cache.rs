@@ -95,6 +95,11 @@ impl Cache {
         let path = self.path(key);
         let file = match open_regular(&path) {
             Ok(file) => file,
+            // A file that another process has put there since is one of the next look.
+            Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+                let is_broken_link = fs::symlink_metadata(&path).is_ok_and(|metadata| metadata.is_symlink());
+                return if is_broken_link { Found::Damaged } else { Found::Absent };
+            }
             Err(_) if fs::symlink_metadata(&path).is_ok() => return Found::Damaged,
             Err(_) => return Found::Absent,
         };

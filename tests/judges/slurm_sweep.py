@@ -47,7 +47,10 @@ def free_ports(count):
 def main():
     # A short path: a socket's name has a hundred characters at most.
     with tempfile.TemporaryDirectory(prefix="sensel-slurm-") as folder:
-        run(Path(folder).resolve(), sys.argv[1])
+        try:
+            run(Path(folder).resolve(), sys.argv[1])
+        except NoDaemon as reason:
+            print(json.dumps({"not_started": str(reason)}))
 
 
 def run(folder, script):
@@ -87,11 +90,16 @@ def run(folder, script):
             daemon.wait(timeout=30)
 
 
+class NoDaemon(Exception):
+    """A machine on which Slurm's daemons do not start, such as a container without its system calls."""
+
+
 def wait_for(is_there, what):
     """Polls for a minute."""
     end = time.monotonic() + 60
     while not is_there():
-        assert time.monotonic() < end, f"{what} did not start"
+        if time.monotonic() > end:
+            raise NoDaemon(f"{what} did not start within a minute")
         time.sleep(0.1)
 
 

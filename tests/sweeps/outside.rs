@@ -72,6 +72,11 @@ fn slurm_runs_the_array_script_and_its_table_is_byte_identical() {
     let script = place.scratch.join("job.sh");
     std::fs::write(&script, place.done("submit", "out", &submit).stdout).unwrap();
     let said = judge("slurm_sweep.py", &[&script]);
+    if let Some(reason) = said["not_started"].as_str() {
+        assert!(std::env::var_os("SENSEL_ALL_CASES").is_none(), "{reason}");
+        println!("{reason}; the script runs in bash alone (a_script_for_slurm_names_every_part)");
+        return;
+    }
     assert_eq!((said["exit"].as_u64(), said["tasks"].as_u64()), (Some(0), Some(4)), "{said}");
     assert!(place.gathered("out") == place.gathered("alone"), "{said}");
 }
