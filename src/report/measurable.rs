@@ -8,7 +8,7 @@ pub enum NotMeasurable {
     TooFewPoses {
         /// Pairs found.
         associated: usize,
-        /// Pairs that would do.
+        /// Pairs that are enough.
         needed: usize,
     },
     /// All positions are equal or on one line.

@@ -43,7 +43,7 @@ pub struct Budget {
     pub name: String,
     /// Its own time.
     pub time_us: f64,
-    /// Shortest HTS that would do.
+    /// Shortest HTS that is accepted.
     pub needed_hts: u64,
     /// What the line has beyond it.
     pub slack_us: f64,
