@@ -14,6 +14,13 @@ export interface TransferAnswer {
   saturation: number; fitted: number; figures: Record<string, number | null>;
 }
 
+/** Effects whose names are abbreviations or say little, in words. */
+const spelled: Record<string, string> = {
+  prnu: "gain spread (PRNU)", dsnu: "dark spread (DSNU)", ktc_noise: "reset noise (kTC)", full_well: "clipping (full well)",
+};
+
+const wordsOf = (name: string): string => spelled[name] ?? name.replaceAll("_", " ");
+
 export class Noise {
   private answer: NoiseAnswer | undefined;
   private curve: uPlot | undefined;
@@ -43,7 +50,7 @@ export class Noise {
   }
 
   private row(name: string, part: Part | undefined, off: boolean, reason: string | undefined): HTMLElement {
-    const words = name.replaceAll("_", " ");
+    const words = wordsOf(name);
     const mark = make("input", { type: "checkbox", id: `effect-${name}`, "aria-label": `simulate ${words}` });
     mark.checked = !off;
     mark.disabled = name === "quantisation";
@@ -70,7 +77,7 @@ export class Noise {
     }
     const { width, height } = this.size();
     paint(byId<HTMLCanvasElement>("noise-picture"), await this.picture(number), width, height);
-    byId("part-text").textContent = `${name.replaceAll("_", " ")}: ${part.summary}. Grey is its mean of ${short(part.mean_e)} e-, ` +
+    byId("part-text").textContent = `${wordsOf(name)}: ${part.summary}. Grey is its mean of ${short(part.mean_e)} e-, ` +
       `white and black are ${short(part.reach_e)} e- more and less.`;
     this.histogram(part);
   }

@@ -5,10 +5,10 @@ import type { Design } from "./design.js";
 export interface Step { text: string; design?: Design; other?: Design; tab: string; play?: boolean }
 export interface Story { id: string; title: string; steps: Step[] }
 
-const bright: Design = { lux: "500", scene: "box", motion: "still", shutter: "global", exposure: "6", bits: "10", cds: "digital" };
+const bright: Design = { lux: "500", motion: "still", shutter: "global", exposure: "6", bits: "10", cds: "digital" };
 
-/** A board of squares that passes: four frames, again and again. */
-const turning: Design = { ...bright, scene: "checkerboard", motion: "spin", rate: "400", exposure: "0.5", lux: "5000", frames: "4" };
+/** Striped columns that pass. */
+const turning: Design = { ...bright, motion: "spin", rate: "400", exposure: "0.5", lux: "5000" };
 
 export const stories: Story[] = [
   { id: "photons", title: "Why counting photons is noisy", steps: [
@@ -42,7 +42,7 @@ export const stories: Story[] = [
     { text: "Both at once: global on the left of the wiper, rolling on the right. Drag it: the top row is the same in both, and each row " +
       "below has moved a little further.", design: turning, other: { shutter: "rolling" }, tab: "compare" },
     { text: "A line of three times the length makes the lean three times as large. Look at the bars and at the picture together.",
-      design: { ...turning, shutter: "rolling", hts: "2800", frames: "2" }, tab: "rows", play: true },
+      design: { ...turning, shutter: "rolling", hts: "2800" }, tab: "rows", play: true },
     { text: "Exposure does not change the lean. It blurs. Drag line length and exposure and compare.",
       design: { ...turning, lux: "500", exposure: "6", shutter: "rolling" }, tab: "rows", play: true },
   ] },
