@@ -82,7 +82,7 @@ export const controls: Control[] = [
 ];
 
 export const defaults: Design = {
-  lux: "1000", scene: "columns", motion: "sway", rate: "180", lens: "pinhole_90", fnumber: "2", exposure: "6", shutter: "global",
+  lux: "800", scene: "columns", motion: "sway", rate: "180", lens: "pinhole_90", fnumber: "2", exposure: "6", shutter: "global",
   hts: "928", well: "10000", read: "100", kelvin: "300", bits: "10", gain: "1", ramp: "linear", cds: "digital", threshold: "20",
   word: "8", descriptor: "256", link: "both",
   rig: "0.0", size: "320", rays: "1", off: "", seed: "1", frames: "300",

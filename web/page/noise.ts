@@ -91,6 +91,7 @@ export class Noise {
       context.fillRect(place * wide, height - 18 - tall, Math.max(1, wide - 1), tall);
     });
     context.fillStyle = tint.soft;
+    context.fillText(`${short(most)} pixels`, 0, 10);
     context.fillText(`${short(part.mean_e - part.reach_e)} e-`, 0, height - 4);
     context.textAlign = "right";
     context.fillText(`${short(part.mean_e + part.reach_e)} e-`, width, height - 4);
