@@ -42,11 +42,17 @@ export class Noise {
     });
     byId("noise-rows").replaceChildren(...rows);
     byId("noise-text").textContent = `All parts together: ${short(Math.sqrt(answer.total_e2))} electrons (root mean square) over this ` +
-      "picture, patterns and noise added as variances.";
+      "picture, patterns and noise added as variances." + (answer.parts.some((part) => part.name === "full_well" && part.share > 0.5)
+        ? " Most of it is clipping: something is brighter than the full well holds. Less light or exposure shows the rest." : "");
     if (!answer.parts.some((part) => part.name === this.chosen)) {
       this.chosen = [...answer.parts].sort((a, b) => b.share - a.share)[0]?.name ?? "";
     }
     await this.choose(this.chosen);
+  }
+
+  /** The largest part is shown next. */
+  forget(): void {
+    this.chosen = "";
   }
 
   private row(name: string, part: Part | undefined, off: boolean, reason: string | undefined): HTMLElement {

@@ -58,13 +58,13 @@ export const stories: Story[] = [
       "converts the signal and counts up. What both share cancels. Drag the time and watch the counter turn.",
       design: dim, tab: "pixel" },
     { text: "Left of the wiper with CDS, right without. The reset noise stays, 469 µV or 47 electrons of it, and each column adds its " +
-      "own offset: stripes.", design: dim, other: { cds: "none" }, tab: "compare" },
+      "own offset: stripes. The extractor takes noise for corners.", design: dim, other: { cds: "none" }, tab: "compare" },
     { text: "The list shows what came in: reset noise (kTC) and column offset. Switch them off one by one and on again.",
       design: { ...dim, cds: "none" }, tab: "noise" },
   ] },
   { id: "two-bits", title: "Two bits are enough until dark", steps: [
     { text: "Ten bits in good light. The extractor finds its corners; each circle is one.", design: sparse, tab: "features", play: true },
-    { text: "Two bits: four grey values. Most corners are still there, and the raw picture takes a fifth of the bits.",
+    { text: "Two bits: four grey values. Hundreds of corners are still there, and the raw picture takes a fifth of the bits.",
       design: { ...sparse, bits: "2" }, tab: "features", play: true },
     { text: "In the dark the few steps hide everything. Raise the gain or the bits, and watch when corners come back.",
       design: { ...sparse, bits: "2", lux: "50" }, tab: "features", play: true },
