@@ -59,6 +59,8 @@ pub struct RenderSettings {
     pub quantum_efficiency: f64,
     /// Electrons that fill a pixel: render noise of brighter pixels does not count.
     pub full_well_e: f64,
+    /// Steps of the mean photons in photon sigmas; 0: photons as they are.
+    pub rounding_sigma: f64,
     /// Which of many independent renders of the same frames: 0 is the run's, others serve as its reference.
     pub repeat: u32,
 }

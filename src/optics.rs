@@ -13,6 +13,7 @@ pub mod render;
 #[cfg(feature = "pictures")]
 pub mod resample;
 pub mod roll_off;
+pub mod rounding;
 pub mod truth;
 
 pub use bounds::photon_bounds;
@@ -24,3 +25,4 @@ pub use render::{Exposure, Sampling, render};
 #[cfg(feature = "pictures")]
 pub use resample::resample;
 pub use roll_off::{RollOff, Shading};
+pub use rounding::Rounding;

@@ -4,6 +4,7 @@ use super::check::{one_of, within};
 use super::scenario::Scenario;
 use crate::error::Error;
 use crate::fidelity::RenderSettings;
+use crate::optics::Rounding;
 
 impl Scenario {
     /// All keys that reach the render.
@@ -31,6 +32,7 @@ impl Scenario {
             follows_gloss,
             quantum_efficiency: within("run.render_quantum_efficiency", efficiency, 0.0..=1.0, "0 to 1")?,
             full_well_e: within("run.render_full_well_e", full_well_e, 1.0..=2e9, "1 to 2e9")?,
+            rounding_sigma: rounding_sigma(run.photon_rounding)?,
             repeat: 0,
         })
     }
@@ -74,4 +76,10 @@ impl Scenario {
             (samples, tolerance) => Ok((samples.unwrap_or(1), if merges { 0.0 } else { tolerance.unwrap_or(0.0) })),
         }
     }
+}
+
+/// Steps of the mean photons: none, or as many sigmas as `Rounding` takes.
+fn rounding_sigma(step: f64) -> Result<f64, Error> {
+    let steps = Rounding::STEP_SIGMA_MIN..=Rounding::STEP_SIGMA_MAX;
+    if step == 0.0 { Ok(0.0) } else { within("run.photon_rounding", step, steps, "0, or 0.01 to 1 photon sigmas") }
 }

@@ -1,4 +1,4 @@
-//! Photon store on disk: each exposure's mean photons, losslessly compressed, in a separate cache.
+//! Photon store on disk: each exposure's mean photons, losslessly compressed, in a separate cache. Rounded photons are stored as levels.
 //!
 //! An entry is a header and the planes' bits. Each pixel is predicted by its left and upper neighbours; what the prediction misses is
 //! coded by `pco`. A damaged entry is said once and counts as absent, so that the exposure is rendered and stored again.
@@ -11,15 +11,15 @@ use pco::ChunkConfig;
 use super::cache::{Cache, Found};
 use crate::error::Error;
 use crate::num::u64_from;
-use crate::optics::Exposure;
+use crate::optics::{Exposure, Rounding};
 use crate::plane::Plane;
 use crate::run::PhotonStore;
 use crate::units::Size;
 
 /// Of the entries' form: magic number and version.
-const FORM: [u8; 4] = *b"SPh1";
-/// Bytes of an entry before its coded pixels: form, width, height, rays, variance ratio.
-const HEADER_BYTES: usize = 4 + 4 + 4 + 8 + 8;
+const FORM: [u8; 4] = *b"SPh2";
+/// Bytes of an entry before its coded pixels: form, width, height, rays, variance ratio, rounding step (0: none).
+const HEADER_BYTES: usize = 4 + 4 + 4 + 8 + 8 + 8;
 /// Effort of the coder, from 0 to 12.
 const EFFORT: usize = 1;
 /// Pixels of an entry, at most: no header makes this program reserve more memory.
@@ -109,8 +109,8 @@ impl PhotonStore for PhotonFiles {
         None
     }
 
-    fn keep(&self, key: &str, exposure: &Exposure) {
-        let bytes = encode(exposure);
+    fn keep(&self, key: &str, exposure: &Exposure, rounding: Option<Rounding>) {
+        let bytes = encode(exposure, rounding);
         match self.cache.put(key, &bytes) {
             Ok(true) => {
                 self.stored_bytes.fetch_add(u64_from(bytes.len()), Ordering::Relaxed);
@@ -134,11 +134,12 @@ fn config() -> ChunkConfig {
     plain.with_delta_spec(pco::DeltaSpec::NoOp).with_mode_spec(pco::ModeSpec::Classic)
 }
 
-/// An entry's bytes.
-pub fn encode(exposure: &Exposure) -> Vec<u8> {
+/// An entry's bytes. Photons that are rounded so are stored as levels.
+pub fn encode(exposure: &Exposure, rounding: Option<Rounding>) -> Vec<u8> {
     let photons = &exposure.photons;
     let size = photons.size();
-    let bits: Vec<u32> = photons.values().iter().map(|value| value.to_bits()).collect();
+    let stored = |&value: &f32| rounding.map_or(value.to_bits(), |rounding| rounding.level(value));
+    let bits: Vec<u32> = photons.values().iter().map(stored).collect();
     let missed = missed(&bits, photons.width_px());
     let coded = pco::standalone::simple_compress(&missed, &config()).expect("the coder takes any u32");
     let mut bytes = Vec::with_capacity(HEADER_BYTES + coded.len());
@@ -147,6 +148,7 @@ pub fn encode(exposure: &Exposure) -> Vec<u8> {
     bytes.extend(size.height_px.to_le_bytes());
     bytes.extend(exposure.rays.to_le_bytes());
     bytes.extend(exposure.render_variance_ratio.to_bits().to_le_bytes());
+    bytes.extend(rounding.map_or(0.0, Rounding::step_sigma).to_le_bytes());
     bytes.extend(coded);
     bytes
 }
@@ -160,6 +162,12 @@ pub fn decode(bytes: &[u8]) -> Option<Exposure> {
     }
     let (width_px, height_px) = (u32::from_le_bytes(header.take()?), u32::from_le_bytes(header.take()?));
     let (rays, ratio) = (u64::from_le_bytes(header.take()?), u64::from_le_bytes(header.take()?));
+    let step_sigma = f64::from_le_bytes(header.take()?);
+    let steps = Rounding::STEP_SIGMA_MIN..=Rounding::STEP_SIGMA_MAX;
+    if step_sigma != 0.0 && !steps.contains(&step_sigma) {
+        return None;
+    }
+    let rounding = Rounding::new(step_sigma);
     let pixels = u64::from(width_px) * u64::from(height_px);
     if pixels == 0 || pixels > PIXELS_MAX {
         return None;
@@ -170,7 +178,8 @@ pub fn decode(bytes: &[u8]) -> Option<Exposure> {
         return None;
     }
     let values = restored(missed, crate::num::index(width_px));
-    let photons = Plane::from_values(size, values.into_iter().map(f32::from_bits).collect());
+    let photons = |stored: u32| rounding.map_or(f32::from_bits(stored), |rounding| rounding.photons(stored));
+    let photons = Plane::from_values(size, values.into_iter().map(photons).collect());
     Some(Exposure { photons, render_variance_ratio: f64::from_bits(ratio), rays })
 }
 

@@ -4,7 +4,7 @@ use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::fidelity::RenderSettings;
 use crate::num::{f32_nearest, u64_from};
-use crate::optics::{Camera, Exposure, Sampling};
+use crate::optics::{Camera, Exposure, Rounding, Sampling};
 use crate::scene::motion::Motion;
 use crate::units::{FrameIndex, Span};
 
@@ -60,7 +60,11 @@ impl RenderInputs<'_> {
             saturation_photons: f32_nearest(settings.saturation_photons()),
             key: self.key(),
         };
-        self.world.expose((self.place.camera, self.camera), self.rows, &pose, sampling)
+        let mut exposure = self.world.expose((self.place.camera, self.camera), self.rows, &pose, sampling)?;
+        if let Some(rounding) = Rounding::new(settings.rounding_sigma) {
+            rounding.round(&mut exposure, settings.quantum_efficiency);
+        }
+        Ok(exposure)
     }
 
     fn key(&self) -> DrawKey {

@@ -11,7 +11,7 @@ use super::setup::Setup;
 use crate::error::Error;
 use crate::fidelity::RenderSettings;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_truncated, u64_from};
-use crate::optics::Exposure;
+use crate::optics::{Exposure, Rounding};
 use crate::units::{FrameIndex, Span};
 
 /// Fingerprint of the code from scene to photons.
@@ -83,7 +83,7 @@ impl RenderInputs<'_> {
             return Ok(exposure);
         }
         let exposure = self.expose()?;
-        store.keep(&key, &exposure);
+        store.keep(&key, &exposure, Rounding::new(self.settings.rounding_sigma));
         Ok(exposure)
     }
 }
@@ -100,13 +100,14 @@ fn hash_settings(settings: &RenderSettings, hasher: &mut blake3::Hasher) {
         follows_gloss,
         quantum_efficiency,
         full_well_e,
+        rounding_sigma,
         repeat,
     } = *settings;
     hasher.update(&seed.to_le_bytes());
     for number in [samples_per_pixel, samples_max, subframes, reflections, repeat, u32::from(follows_gloss)] {
         hasher.update(&number.to_le_bytes());
     }
-    for number in [tolerance, quantum_efficiency, full_well_e] {
+    for number in [tolerance, quantum_efficiency, full_well_e, rounding_sigma] {
         hasher.update(&number.to_le_bytes());
     }
 }

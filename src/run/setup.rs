@@ -21,12 +21,13 @@ use crate::config::check::within;
 use crate::config::{Resolved, Scenario};
 use crate::effects::chain::Chain;
 use crate::effects::plan::{self, Choice, Plan};
+use crate::effects::regions::LightBounds;
 use crate::effects::{self, Parameters, regions};
 use crate::error::Error;
 use crate::facts::{DieSpread, ScenarioFacts};
 use crate::num::{f64_from_usize, greater, lesser, u32_from};
-use crate::optics::Camera;
 use crate::optics::lens::Lens;
+use crate::optics::{Camera, Rounding};
 use crate::pixel;
 use crate::pose::Pose;
 use crate::readout::{Geometry, Schedule, Shutter};
@@ -162,7 +163,7 @@ impl Setup {
 
         let (run, dies) = (span_of(frames), dies(&sensor, scenario, windows.len()));
         let known = Known { sensor: &sensor, world: &world, motion: &motion, windows: &windows, run, dies };
-        let Planned { facts, plan: summary, chosen } = planned(&known, fidelity.accuracy, &choice)?;
+        let Planned { facts, plan: summary, chosen } = planned(&known, fidelity, &choice)?;
         let mut setup = Self {
             resolved,
             fidelity,
@@ -203,7 +204,7 @@ impl Setup {
         let (sensor, world, motion, windows) = (&self.sensor, &self.world, &self.motion, &self.windows[..]);
         let choice = self.resolved.scenario.effects(&effects::names())?;
         let dies = dies(sensor, &self.resolved.scenario, windows.len());
-        let planned = planned(&Known { sensor, world, motion, windows, run, dies }, self.fidelity.accuracy, &choice)?;
+        let planned = planned(&Known { sensor, world, motion, windows, run, dies }, self.fidelity, &choice)?;
         Ok((planned.facts, planned.plan))
     }
 
@@ -298,14 +299,18 @@ struct Planned {
 }
 
 /// Decides from what is known; renders nothing.
-fn planned(known: &Known<'_>, accuracy: f64, choice: &Choice) -> Result<Planned, Error> {
+fn planned(known: &Known<'_>, fidelity: Fidelity, choice: &Choice) -> Result<Planned, Error> {
     let sensor = known.sensor;
     let exposures_s = exposure_bounds_s(&sensor.schedule);
-    let light = known.world.photon_bounds(known.windows, exposures_s);
+    let exact = known.world.photon_bounds(known.windows, exposures_s);
+    let light = Rounding::new(fidelity.render.rounding_sigma).map_or(exact, |rounding| {
+        let [photons_min, photons_max] = rounding.widened([exact.photons_min, exact.photons_max]);
+        LightBounds { photons_min, photons_max }
+    });
     let plan_of = |parameters: &Parameters| {
         let storage_s = sensor.schedule.storage_s_max();
         let regions = regions::regions(parameters, light, exposures_s[1], storage_s, known.dies);
-        plan::plan(effects::build_all(parameters), &regions, accuracy, choice)
+        plan::plan(effects::build_all(parameters), &regions, fidelity.accuracy, choice)
     };
     let plan = plan_of(&sensor.parameters);
     let chosen_second = sensor.second.as_ref().map_or_else(Vec::new, |second| names(&plan_of(second)));

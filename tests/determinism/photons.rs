@@ -55,7 +55,7 @@ const BEFORE: &str = "scene.illuminance_lux=900.0 scene.illuminant=A scene.refle
     sensor.pixel.pitch_um=4.0 sensor.pixel.optical_crosstalk=0.05 sensor.pixel.electrical_crosstalk=0.05 \
     sensor.readout.exposure_us=1000.0 \
     run.render_seed=1 run.render_tolerance=0.1 run.samples_per_pixel=3 run.render_quantum_efficiency=0.25 \
-    run.render_full_well_e=100.0";
+    run.render_full_well_e=100.0 run.photon_rounding=0.3";
 
 /// Sections all of whose keys lie behind the lens, but for those named.
 const SECTIONS: [&str; 6] = ["sensor.adc.", "sensor.pixel.", "compute.", "link.", "tracker.", "energy."];

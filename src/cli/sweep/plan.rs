@@ -6,6 +6,7 @@ use sensel::error::Error;
 use sensel::files::photons::encode;
 use sensel::files::sweep::SweepFolder;
 use sensel::num::{f64_from_u64, f64_from_usize, u64_from};
+use sensel::optics::Rounding;
 use sensel::run::probe::Place;
 use sensel::run::{Session, Stopwatch};
 use sensel::sweep::CellRecord;
@@ -114,7 +115,8 @@ fn need(loaded: &Loaded) -> Result<Need, Error> {
     let (frames, cameras) = (setup.frames, setup.cameras.len());
     let pilot = PILOT_FRAMES.min(frames);
     let exposures = setup.exposures_at(Place { frame: FrameIndex(0), camera: 0 })?;
-    let bytes: usize = exposures.iter().map(|exposure| encode(exposure).len()).sum();
+    let rounding = Rounding::new(setup.fidelity.render.rounding_sigma);
+    let bytes: usize = exposures.iter().map(|exposure| encode(exposure, rounding).len()).sum();
     let watch = Work::start();
     let is_still = setup.is_still();
     let mut session = Session::new(setup)?;

@@ -33,11 +33,28 @@ fn an_entry_comes_back_in_every_bit() {
         for seed in 1..4 {
             let mut seen = exposure(seed, Size { width_px, height_px });
             seen.render_variance_ratio = [0.5, f64::INFINITY, f64::NAN][tried % 3];
-            assert_eq!(bits(&decode(&encode(&seen)).unwrap()), bits(&seen), "{width_px} x {height_px}, seed {seed}");
+            assert_eq!(
+                bits(&decode(&encode(&seen, None)).unwrap()),
+                bits(&seen),
+                "{width_px} x {height_px}, seed {seed}"
+            );
             tried += 1;
         }
     }
     assert_eq!(tried, 15);
+}
+
+#[test]
+fn rounded_photons_come_back_in_every_bit_from_less_than_half_the_bytes() {
+    let size = Size { width_px: 160, height_px: 120 };
+    let mut seen = exposure(3, size);
+    let exact_bytes = encode(&seen, None).len();
+    let rounding = Rounding::new(0.3).unwrap();
+    rounding.round(&mut seen, 0.6);
+    let coded = encode(&seen, Some(rounding));
+    assert_eq!(bits(&decode(&coded).unwrap()), bits(&seen));
+    // The noise here is 0 to 655 photons on 900: 60 levels, or 6 bits in place of some 18.
+    assert!(coded.len() * 5 < exact_bytes * 2, "{} of {exact_bytes} bytes", coded.len());
 }
 
 #[test]
@@ -51,7 +68,7 @@ fn every_flipped_byte_of_200_entries_is_found_said_and_replaced() {
     for number in 0..200_u64 {
         let seen = exposure(number + 1, Size { width_px: 5, height_px: 4 });
         let key = blake3::hash(&number.to_le_bytes()).to_hex().to_string();
-        store.keep(&key, &seen);
+        store.keep(&key, &seen, None);
         let path = scratch.path().join(format!("{key}.entry"));
         let whole = std::fs::read(&path).unwrap();
         for place in 0..whole.len() {
@@ -61,7 +78,7 @@ fn every_flipped_byte_of_200_entries_is_found_said_and_replaced() {
             assert!(store.load(&key).is_none(), "entry {number}, byte {place}");
             flips += 1;
         }
-        store.keep(&key, &seen);
+        store.keep(&key, &seen, None);
         assert_eq!(bits(&store.load(&key).unwrap()), bits(&seen));
     }
     let said = said.lock().unwrap();
@@ -85,7 +102,7 @@ fn two_stores_that_fill_one_folder_at_once_lose_and_tear_nothing() {
                     for number in 0..40 {
                         match store.load(&key(number)) {
                             Some(seen) => assert_eq!(bits(&seen), bits(&exposure(number, size)), "round {round}"),
-                            None => store.keep(&key(number), &exposure(number, size)),
+                            None => store.keep(&key(number), &exposure(number, size), None),
                         }
                     }
                 }
@@ -104,19 +121,19 @@ fn a_store_keeps_to_its_size_and_says_what_it_cannot_hold() {
         PhotonFiles::open(scratch.path(), 20_000, move |text| told.lock().unwrap().push(text.to_owned())).unwrap();
     let size = Size { width_px: 40, height_px: 20 };
     for number in 0..60_u64 {
-        store.keep(&blake3::hash(&number.to_le_bytes()).to_hex(), &exposure(number + 1, size));
+        store.keep(&blake3::hash(&number.to_le_bytes()).to_hex(), &exposure(number + 1, size), None);
         let bytes: u64 = std::fs::read_dir(scratch.path()).unwrap().map(|e| e.unwrap().metadata().unwrap().len()).sum();
         assert!(bytes <= 20_000, "{bytes} after {number}");
     }
     assert!(said.lock().unwrap().is_empty());
-    store.keep(&"ab".repeat(32), &exposure(1, Size { width_px: 300, height_px: 300 }));
-    store.keep(&"cd".repeat(32), &exposure(1, Size { width_px: 300, height_px: 300 }));
+    store.keep(&"ab".repeat(32), &exposure(1, Size { width_px: 300, height_px: 300 }), None);
+    store.keep(&"cd".repeat(32), &exposure(1, Size { width_px: 300, height_px: 300 }), None);
     assert_eq!(said.lock().unwrap().len(), 1, "said once");
 }
 
 #[test]
 fn bytes_of_any_kind_are_no_entry_and_no_panic() {
-    let whole = encode(&exposure(3, Size { width_px: 6, height_px: 6 }));
+    let whole = encode(&exposure(3, Size { width_px: 6, height_px: 6 }), None);
     for cut in 0..whole.len() {
         assert!(decode(&whole[..cut]).is_none(), "cut to {cut}");
     }
