@@ -3,7 +3,9 @@
 //!     web/build && cargo bench --bench browser
 //!
 //! Both run the same frames of one scenario, in turn; a frame's time is the least of its repetitions, because other work only adds.
+//! The first frames are told apart: there tables are made once, and an engine still compiles what it optimises later.
 
+use std::ops::Range;
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
@@ -34,7 +36,9 @@ height = 480
 exposure_us = 6000.0
 "#;
 
-const FRAMES: usize = 8;
+/// Frames of a run, and how many of them come before the engine has optimised its code.
+const FRAMES: usize = 32;
+const WARM_UP: usize = 8;
 const REPETITIONS: usize = 4;
 const STAGES: [&str; 2] = ["sensor", "compute"];
 /// What the page's core may take at most, as a multiple.
@@ -75,9 +79,11 @@ fn in_node(folder: &Path) -> Times {
     serde_json::from_slice(&run.stdout).expect("the script prints seconds by frame and stage")
 }
 
-fn least(all: &[Times], stage: usize) -> f64 {
+/// Mean over some frames of each one's least time, in milliseconds.
+fn least_ms(all: &[Times], stage: usize, frames: Range<usize>) -> f64 {
     let of_frame = |frame: usize| all.iter().map(|times| times[frame][stage]).fold(f64::INFINITY, f64::min);
-    1e3 * (0..FRAMES).map(of_frame).sum::<f64>() / FRAMES as f64
+    let count = frames.len();
+    1e3 * frames.map(of_frame).sum::<f64>() / count as f64
 }
 
 fn main() {
@@ -98,10 +104,14 @@ fn main() {
     println!("|---|---|---|---|");
     let mut holds = true;
     for (stage, name) in STAGES.iter().enumerate() {
-        let [native_ms, wasm_ms] = [least(&native, stage), least(&wasm, stage)];
+        let [native_ms, wasm_ms] = [&native, &wasm].map(|all| least_ms(all, stage, WARM_UP..FRAMES));
         let ratio = wasm_ms / native_ms;
         println!("| {name} | {native_ms:.2} ms | {wasm_ms:.2} ms | {ratio:.2} |");
         holds &= ratio <= RATIO_MAX;
+    }
+    for (stage, name) in STAGES.iter().enumerate() {
+        let [native_ms, wasm_ms] = [&native, &wasm].map(|all| least_ms(all, stage, 0..1));
+        println!("| {name}, first frame of a run | {native_ms:.2} ms | {wasm_ms:.2} ms | {:.2} |", wasm_ms / native_ms);
     }
     assert!(holds, "the page's core takes more than {RATIO_MAX} times the native time");
 }

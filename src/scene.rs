@@ -12,6 +12,7 @@ pub mod build;
 pub mod bulb;
 pub mod bvh;
 mod chance;
+pub mod columns;
 pub mod cut_out;
 pub mod environment;
 pub mod file_units;

@@ -20,11 +20,14 @@ pub struct RotatedPattern {
 }
 
 impl RotatedPattern {
-    /// The plain pattern under 256 turns: built on first use (a few milliseconds) from integers only.
+    /// The plain pattern under 256 turns: built on first use from integers only.
     pub fn plain() -> &'static Self {
         static TABLE: OnceLock<RotatedPattern> = OnceLock::new();
-        let turn = |k| places(pattern().into_iter().map(|(a, b)| (turned(a, k), turned(b, k))));
-        TABLE.get_or_init(|| Self { turns: (0..256).map(turn).collect() })
+        TABLE.get_or_init(|| {
+            let pairs = pattern();
+            let turn = |k| places(pairs.iter().map(|&(a, b)| (turned(a, k), turned(b, k))));
+            Self { turns: (0..256).map(turn).collect() }
+        })
     }
 
     /// The symmetric pattern under 32 turns.

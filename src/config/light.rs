@@ -30,12 +30,15 @@ pub enum BakeKind {
     Full,
     /// Over all bounces, by few rays.
     Draft,
+    /// Over all bounces, by a quarter of those.
+    Sketch,
     /// Only what lamps and sky send straight.
     Direct,
 }
 
 impl BakeKind {
-    const ALL: [(&'static str, Self); 3] = [("full", Self::Full), ("draft", Self::Draft), ("direct", Self::Direct)];
+    const ALL: [(&'static str, Self); 4] =
+        [("full", Self::Full), ("draft", Self::Draft), ("sketch", Self::Sketch), ("direct", Self::Direct)];
 }
 
 /// How light is baked, and what that may cost.

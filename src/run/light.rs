@@ -199,6 +199,7 @@ fn settings(scene: &Scene, limits: BakeLimits) -> BakeSettings {
     match limits.kind {
         BakeKind::Full => BakeSettings::of(scene),
         BakeKind::Draft => BakeSettings::DRAFT,
+        BakeKind::Sketch => BakeSettings::SKETCH,
         BakeKind::Direct => BakeSettings::of(scene).direct(),
     }
 }

@@ -17,6 +17,9 @@ pub const GREATEST_M: [f32; 3] = [3.0, 3.0, 2.5];
 /// Texels along a metre of wall at the finest level: 4 mm each, so a VGA pixel at 2 m is about one texel.
 const TEXELS_PER_M: u32 = 256;
 
+/// Makes the codes of a picture of a width and height.
+pub(super) type Pattern = fn(DrawKey, u32, u32) -> Vec<[u8; 3]>;
+
 /// Boxes of furniture: least and greatest corner. They keep clear of the middle, where the camera moves.
 const FURNITURE_M: [[[f32; 3]; 2]; 6] = [
     [[-2.9, 0.0, -2.4], [-1.9, 0.9, -1.6]],
@@ -35,33 +38,50 @@ pub fn box_room(seed: u64) -> Scene {
     let mut mesh = Mesh::default();
     let key = DrawKey::root(seed).with(0x0062_6F78);
     for (face, corners_m) in cube(LEAST_M, GREATEST_M, true).into_iter().enumerate() {
-        textured_quad(&mut mesh, key, face, corners_m);
+        textured_quad(&mut mesh, key.with(crate::num::u64_from(face)), face, (corners_m, TEXELS_PER_M, pattern));
     }
     for (number, [least_m, greatest_m]) in FURNITURE_M.into_iter().enumerate() {
         for (face, corners_m) in cube(least_m, greatest_m, false).into_iter().enumerate() {
             if face != 2 {
-                textured_quad(&mut mesh, key, 6 + 6 * number + face, corners_m);
+                let face = 6 + 6 * number + face;
+                textured_quad(
+                    &mut mesh,
+                    key.with(crate::num::u64_from(face)),
+                    face,
+                    (corners_m, TEXELS_PER_M, pattern),
+                );
             }
         }
     }
+    luminous_ceiling(&mut mesh);
+    Scene::new("box", mesh, [0.0; BANDS]).expect("the room has triangles")
+}
+
+/// Puts the lamp under the ceiling.
+pub(super) fn luminous_ceiling(mesh: &mut Mesh) {
     let lamp = u32_from(mesh.materials.len());
     let emission = [1.0; BANDS];
     mesh.materials.push(Material { emission, double_sided: false, ..Material::plain("lamp", [0.0; 3]) });
     let [[x0, y, z0], [x1, _, z1]] = LAMP_M;
     mesh.append_quad(lamp, [[x0, y, z0], [x1, y, z0], [x1, y, z1], [x0, y, z1]], [1.0, 1.0]);
-    Scene::new("box", mesh, [0.0; BANDS]).expect("the room has triangles")
 }
 
-fn textured_quad(mesh: &mut Mesh, key: DrawKey, face: usize, corners_m: [[f32; 3]; 4]) {
+/// A face of the room with a picture of so many texels a metre by a pattern.
+pub(super) fn textured_quad(
+    mesh: &mut Mesh,
+    key: DrawKey,
+    face: usize,
+    (corners_m, texels_per_m, pattern): ([[f32; 3]; 4], u32, Pattern),
+) {
     let edge_m = |a: [f32; 3], b: [f32; 3]| {
         // Edges run along the axes, so the sum of the coordinates' differences is the length.
         (a[0] - b[0]).abs() + (a[1] - b[1]).abs() + (a[2] - b[2]).abs()
     };
     let texels =
-        |length_m: f32| crate::num::u32_truncated_f32(length_m * crate::num::f32_from_u32(TEXELS_PER_M)).max(8);
+        |length_m: f32| crate::num::u32_truncated_f32(length_m * crate::num::f32_from_u32(texels_per_m)).max(8);
     let width = texels(edge_m(corners_m[0], corners_m[1]));
     let height = texels(edge_m(corners_m[1], corners_m[2]));
-    let codes = pattern(key.with(crate::num::u64_from(face)), width, height);
+    let codes = pattern(key, width, height);
     let texture = u32_from(mesh.textures.len());
     mesh.textures.push(Texture::from_srgb(width, height, &codes, [Wrap::Clamp; 2]));
     let material = u32_from(mesh.materials.len());
@@ -71,7 +91,7 @@ fn textured_quad(mesh: &mut Mesh, key: DrawKey, face: usize, corners_m: [[f32; 3
 }
 
 /// Tiles, rectangles of all sizes and value noise: corners at every scale.
-fn pattern(key: DrawKey, width: u32, height: u32) -> Vec<[u8; 3]> {
+pub(super) fn pattern(key: DrawKey, width: u32, height: u32) -> Vec<[u8; 3]> {
     let tint: [i32; 3] = [0, 1, 2].map(|band| 215 + draw(key.with(1), band, 41));
     let (coarse, fine) =
         (Corners::<32>::new(key.with(3), [width, height]), Corners::<8>::new(key.with(4), [width, height]));

@@ -6,18 +6,19 @@ use super::mesh::Mesh;
 use super::source::Read;
 #[cfg(feature = "pictures")]
 use super::texture::Texture;
-use super::{Surroundings, box_room};
+use super::{Surroundings, box_room, columns};
 #[cfg(feature = "pictures")]
 use super::{hall, photo_box, street};
 use crate::error::Error;
 
 /// The names.
-pub const NAMES: [&str; 4] = ["box", "hall", "photo_box", "street"];
+pub const NAMES: [&str; 5] = ["box", "columns", "hall", "photo_box", "street"];
 
-/// The box room's textures: not the run's seed, so that two runs with different seeds look at the same room.
-const BOX_ROOM_SEED: u64 = 1;
+/// Of the rooms' textures: not the run's seed, so that two runs with different seeds look at the same room.
+const ROOM_SEED: u64 = 1;
 
-/// Makes a scene in its surroundings. "box" needs no files; the others read their pictures from the folder `textures` beside the scenario.
+/// Makes a scene in its surroundings. "box" and "columns" need no files; the others read their pictures from the folder `textures` beside
+/// the scenario.
 ///
 /// # Errors
 /// A name that is not among `NAMES`; a picture that is not there or is none.
@@ -29,7 +30,8 @@ pub fn scene(name: &str, surroundings: &Surroundings, read: Read<'_>) -> Result<
 
 fn mesh(name: &str, read: Read<'_>) -> Result<Mesh, Error> {
     match name {
-        "box" => Ok(box_room::box_room(BOX_ROOM_SEED).mesh),
+        "box" => Ok(box_room::box_room(ROOM_SEED).mesh),
+        "columns" => Ok(columns::columns(ROOM_SEED)),
         _ => with_photographs(name, read),
     }
 }
@@ -41,7 +43,7 @@ fn unknown(name: &str) -> Error {
 #[cfg(not(feature = "pictures"))]
 fn with_photographs(name: &str, _: Read<'_>) -> Result<Mesh, Error> {
     if NAMES.contains(&name) {
-        let reason = "needs photographs, which this build does not read; use box";
+        let reason = "needs photographs, which this build does not read; use box or columns";
         return Err(Error::key("scene.generator", name, reason));
     }
     Err(unknown(name))

@@ -64,7 +64,6 @@ await checks.part("the page loads and plays", async () => {
   const { page, context, complaints, asked } = await open(browser, server.address);
   await shown(page, /^pixel 0 /);
   await page.waitForLoadState("networkidle");
-  console.log(`first picture after ${await page.evaluate(() => document.body.dataset.first)} ms`);
   const bytes = [...server.bytes.values()].reduce((sum, size) => sum + size, 0);
   console.log(`${(bytes / 1e6).toFixed(3)} MB in ${server.bytes.size} files`);
   checks.that("all transfers are under 1.5 MB", bytes < 1_500_000, bytes);
@@ -100,6 +99,20 @@ await checks.part("the page loads and plays", async () => {
   await context.close();
 });
 
+await checks.part("the first picture comes within a second", async () => {
+  // From the beginning of the navigation until the frame is on the canvas: transfer, compilation, the room and its light, the sensor.
+  const loads_ms = [];
+  for (let load = 0; load < 7; load += 1) {
+    const { page, context } = await open(browser, server.address);
+    await shown(page, /^pixel 0 /);
+    loads_ms.push(Number(await page.evaluate(() => document.body.dataset.first)));
+    await context.close();
+  }
+  loads_ms.sort((a, b) => a - b);
+  console.log(`first picture after ${loads_ms.join(", ")} ms`);
+  checks.that("the median of seven loads is under a second", loads_ms[3] < 1000, loads_ms);
+});
+
 await checks.part("nothing blocks the main thread", async () => {
   const context = await browser.newContext({ viewport: { width: 1440, height: 1000 } }), page = await context.newPage();
   await page.goto(`${server.address}uPlot-LICENSE.txt`);
@@ -131,8 +144,7 @@ await checks.part("nothing blocks the main thread", async () => {
   const until_ms = tasks(threads(/^(CrRendererMain|DedicatedWorker)/)).filter((event) => event.ts < shown_us)
     .reduce((sum, event) => sum + (event.tdur ?? 0) / 1000, 0);
   console.log(`first picture: ${until_ms.toFixed(0)} ms of processor time of page and worker`);
-  // A known gap: the aim is a second. The room's light, its textures and their hash take most of it.
-  checks.that("the first picture takes less than two seconds of processor time", until_ms > 0 && until_ms < 2000, until_ms);
+  checks.that("the first picture takes less than a second of processor time", until_ms > 0 && until_ms < 1000, until_ms);
   console.log(`main thread: ${tasks_ms.length} tasks, the longest ${Math.max(...tasks_ms).toFixed(0)} ms of processor time`);
   checks.that("the trace has the page's tasks", tasks_ms.length > 1000, tasks_ms.length);
   checks.that("no task takes 50 ms", Math.max(...tasks_ms) < 50, Math.max(...tasks_ms));
@@ -153,20 +165,32 @@ await checks.part("a VGA sensor runs at fifteen frames a second", async () => {
 });
 
 await checks.part("playing on takes no more memory", async () => {
-  // A run begins again after its last frame, so a few short runs show what hours of long ones do.
-  const { page, context } = await open(browser, `${server.address}#size=160&frames=8`), devtools = await context.newCDPSession(page);
+  // Every week ten minutes of the page as it is; else a minute of short runs, since a run begins again after its last frame.
+  const long = Boolean(process.env.SENSEL_ALL_CASES), rounds = long ? 20 : 8, round_ms = long ? 30_000 : 6_000;
+  const { page, context } = await open(browser, `${server.address}${long ? "" : "#size=160&frames=8"}`);
+  const devtools = await context.newCDPSession(page), seen = [], started = performance.now();
   await shown(page);
   await page.locator("#play").click();
-  const after = async (frames) => {
-    await page.waitForFunction((count) => globalThis.sensel.frames() >= count, frames, { timeout: 120_000 });
+  for (let round = 0; round < rounds; round += 1) {
+    // The panels draw and ask for different things.
+    for (const tab of tabs.filter((one) => one !== "compare")) {
+      await page.locator(`#tab-${tab}`).click();
+      await page.waitForTimeout(round_ms / (tabs.length - 1));
+    }
     await devtools.send("HeapProfiler.collectGarbage");
-    return { core: await page.evaluate(() => globalThis.sensel.memory()), page: (await devtools.send("Runtime.getHeapUsage")).usedSize };
-  };
-  const [early, late] = [await after(24), await after(96)];
-  console.log(`memory after 24 and 96 frames: core ${early.core}, ${late.core}; page ${early.page}, ${late.page} bytes`);
-  checks.that("the core's memory does not grow", late.core === early.core, early, late);
-  // 72 frames that were kept would be 8 MB: 115 kB of pixels and codes each.
-  checks.that("the page's memory does not grow", late.page < early.page + 1_000_000, early, late);
+    const { usedSize } = await devtools.send("Runtime.getHeapUsage");
+    seen.push({ frames: await page.evaluate(() => globalThis.sensel.frames()), core: await page.evaluate(() => globalThis.sensel.memory()),
+      page: usedSize });
+  }
+  const megabytes = (bytes) => (bytes / 1e6).toFixed(2);
+  for (const { frames, core, page: heap } of seen) console.log(`${frames} frames: core ${megabytes(core)}, page ${megabytes(heap)} MB`);
+  const half = rounds / 2, most = (part, key) => Math.max(...part.map((one) => one[key]));
+  const [early, late] = [seen.slice(0, half), seen.slice(half)], frames = seen.at(-1).frames - seen[half - 1].frames;
+  console.log(`memory over ${((performance.now() - started) / 1000).toFixed(0)} s of playing`);
+  checks.that("the page played on", frames > (long ? 2000 : 200), frames);
+  checks.that("the core's memory does not grow", most(late, "core") === most(early, "core"), seen);
+  // A frame that is kept has 115 kB or more of pixels and codes: the second half's would be 23 MB or more.
+  checks.that("the page's memory does not grow", most(late, "page") < most(early, "page") + 1_000_000, seen);
   await context.close();
 });
 

@@ -39,7 +39,8 @@ function scenario() {
   return {
     text: `seed = ${Math.floor(random() * 2 ** 31)}
 [scene]
-generator = "box"
+generator = "${pick("box", "columns")}"
+bake = "${pick("full", "draft", "sketch")}"
 illuminance_lux = ${(10 ** between(-1, 4)).toPrecision(6)}
 illuminant = "${pick("D65", "A", "E", "FL11", "LED-B3")}"
 [motion]

@@ -49,6 +49,8 @@ export class Compare {
       const difference = Number.isNaN(mean) ? "–" : `${short(mean)}${Number.isNaN(half) ? "" : ` ± ${short(half, 2)}`}`;
       return make("tr", {}, make("th", { scope: "row" }, unit ? `${name}, ${unit}` : name), cell(a), cell(b), make("td", {}, difference));
     }));
-    byId("compare-frames").textContent = `Differences: mean of ${this.pairs.length} frames, ± 95 % interval.`;
+    byId("compare-frames").textContent = this.pairs.length === 1
+      ? "Differences of one frame. Play on for means with 95 % intervals."
+      : `Differences: mean of ${this.pairs.length} frames, ± 95 % interval.`;
   }
 }

@@ -156,9 +156,10 @@ export class Conversion {
     context.fillText("bit", left - 6, from + lane * 0.5 + 4);
     context.fillText(short(high), left - 6, counts.top + 8);
     context.fillText(short(low), left - 6, counts.top + counts.height);
+    context.fillText("count", left - 6, counts.top + counts.height / 2 + 4);
     context.textAlign = "center";
     const step_us = tickStep(trace.end, 6);
-    for (let us = 0; us <= trace.end; us += step_us) context.fillText(`${short(us)}`, x(us), height - 4);
+    for (let us = 0; us <= trace.end; us += step_us) context.fillText(us === 0 ? "0 µs" : short(us), x(us), height - 4);
     context.textAlign = "start";
     this.drawNow(context, x, [uv, bit, count], height, tint);
   }

@@ -2,12 +2,18 @@
 import type uPlot from "./uPlot.esm.js";
 import { byId, colours, energy, make, sheet, short, time } from "./ink.js";
 import { plots } from "./plots.js";
-import { drawPhases } from "./rows.js";
+import { drawPhases, fitLanes } from "./rows.js";
 import type { Summary } from "./simulator.js";
 
 const fields = 8;
 
-export interface AccuracyRow { name: string; ms: number; rms_dn: number; max_dn: number; render_variance_ratio: number | null }
+export interface AccuracyRow {
+  name: string; ms: number; sensor_ms: number; rms_dn: number; max_dn: number; render_variance_ratio: number | null;
+}
+
+const blockNames: Record<string, string> = { adc: "converters", compute: "extractor" };
+
+const blockName = (name: string): string => blockNames[name] ?? name.replaceAll("_", " ");
 
 export function bars(host: HTMLElement, values: [name: string, value: number, note: string][], colour: string): void {
   const most = Math.max(...values.map(([, value]) => value), 1e-30);
@@ -51,7 +57,8 @@ export class Cost {
     ]);
     byId("pose-text").textContent = trajectory.length
       ? `Frame ${summary.frame}: the estimate lies ${short(1000 * trajectory[trajectory.length - 1]!)} mm from the truth.`
-      : "The tracker has no pose yet. One camera needs motion and some frames; two cameras find a pose sooner. Press Play.";
+      : "The tracker has no pose yet. One camera needs motion and some tens of frames; two cameras find a pose at once. " +
+        "Press Play, or set Cameras to two.";
     this.draw();
     this.grow(await plots());
   }
@@ -78,16 +85,17 @@ export class Cost {
       const interval = spent.blocks_interval[name];
       return interval ? ` (${energy(interval.low_pj)} to ${energy(interval.high_pj)})` : "";
     };
-    bars(byId("energy-blocks"), blocks.map(([name, pj]) => [name.replaceAll("_", " "), pj, energy(pj)]), "convert");
+    bars(byId("energy-blocks"), blocks.map(([name, pj]) => [blockName(name), pj, energy(pj)]), "convert");
     byId("energy-blocks").title = blocks.map(([name, pj]) => `${name}: ${energy(pj)}${range(name)}`).join("\n");
     bars(byId("energy-rails"), Object.entries(spent.rails).map(([name, pj]) => [name, pj, energy(pj)]), "count");
     definitions(byId("energy-figures"), [
       ["A frame", energy(spent.total_pj)], ["Power", `${short(spent.power_mw)} mW`], ["Of it static", `${short(spent.static_mw)} mW`],
       ["A pixel", energy(spent.pj_per_pixel)], ["Technology", spent.technology],
-      ["Decided by", spent.deciders.slice(0, 2).map((one) => one.name.replaceAll("_", " ")).join(", ")],
+      ["Most of the uncertainty", spent.deciders.slice(0, 2).map((one) => one.name.replaceAll("_", " ")).join(", ")],
     ]);
     byId("energy-text").textContent = blocks.length
-      ? `${blocks[0]![0].replaceAll("_", " ")} takes ${short((100 * blocks[0]![1]) / spent.total_pj)} % of the sensor's energy.` : "";
+      ? `The largest is ${blockName(blocks[0]![0])}, with ${short((100 * blocks[0]![1]) / spent.total_pj)} % of the sensor's energy. ` +
+        "Periphery: references, clocks, supplies and control." : "";
     const last_us = summary.timing.feature_latency_us;
     definitions(byId("latency-figures"), [
       ["Mid-exposure to last bit", time(summary.timing.latency_us)],
@@ -107,7 +115,8 @@ export class Cost {
 
   showAccuracy(rows: AccuracyRow[]): void {
     byId("accuracy-rows").replaceChildren(...rows.map((row) => {
-      const cells = [`${short(row.ms)} ms`, short(row.rms_dn), String(row.max_dn), short(row.render_variance_ratio ?? NaN)];
+      const cells = [`${short(row.ms)} ms`, `${short(row.sensor_ms)} ms`, short(row.rms_dn), String(row.max_dn),
+        short(row.render_variance_ratio ?? NaN)];
       return make("tr", {}, make("th", { scope: "row" }, row.name), ...cells.map((cell) => make("td", {}, cell)));
     }));
     byId("accuracy").hidden = false;
@@ -116,8 +125,9 @@ export class Cost {
   private draw(): void {
     const latency = byId<HTMLCanvasElement>("latency");
     if (this.summary && latency.clientWidth > 0) {
-      const { context, width, height } = sheet(latency);
       const phases = this.summary.timing.frame.filter((phase) => phase.name !== "blanking");
+      fitLanes(latency, phases);
+      const { context, width, height } = sheet(latency);
       drawPhases(context, width, height, phases, Math.max(...phases.map((phase) => phase.end_us)), colours());
     }
     this.path("pose-top", 1, 3, "top: x right, z down");

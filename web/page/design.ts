@@ -26,8 +26,9 @@ export const controls: Control[] = [
   { id: "lux", keys: ["scene.illuminance_lux"], group: "Scene", label: "Light", unit: "lux", scale: "log", min: 0.001, max: 100000,
     help: "Illuminance at the camera. Starlight is 0.001, a street lamp 10, an office 500, the sun 100,000 lux." },
   { id: "scene", keys: ["scene.generator", "scene.target"], group: "Scene", label: "Scene", unit: "", scale: "choice",
-    choices: [["box", "Box room"], ["checkerboard", "Checkerboard"], ["slanted_edge", "Slanted edge"], ["grey_wedge", "Grey wedge"]],
-    help: "What the camera looks at. Every scene is made in your browser." },
+    choices: [["columns", "Columns"], ["box", "Box room"], ["checkerboard", "Checkerboard"], ["slanted_edge", "Slanted edge"],
+      ["grey_wedge", "Grey wedge"]],
+    help: "What the camera looks at: a room with striped columns, a room with boxes, or a test chart. Made in your browser." },
   { id: "motion", keys: ["motion.kind"], group: "Scene", label: "Motion", unit: "", scale: "choice",
     choices: [["still", "Still"], ["sway", "Sway"], ["walk", "Walk"], ["spin", "Turn"]],
     help: "How the camera moves. A fast turn shows what the shutter does." },
@@ -59,7 +60,7 @@ export const controls: Control[] = [
   { id: "ramp", keys: ["sensor.adc.ramp", "sensor.adc.ramp_points"], group: "Converter", label: "Ramp", unit: "", scale: "choice",
     choices: [["linear", "Linear"], ["piecewise", "Fine in the dark"]],
     help: "Linear: equal steps. Fine in the dark: half of the codes for the lowest fifth of the range." },
-  { id: "cds", keys: ["sensor.adc.cds"], group: "Converter", label: "Double sampling", unit: "", scale: "choice",
+  { id: "cds", keys: ["sensor.adc.cds"], group: "Converter", label: "Double sampling (CDS)", unit: "", scale: "choice",
     choices: [["none", "None"], ["analog", "Analog"], ["digital", "Digital"]],
     help: "The reset level is subtracted from the signal. That removes reset noise and the columns' offsets." },
   { id: "threshold", keys: ["compute.threshold"], group: "Extractor", label: "FAST threshold", unit: "DN", scale: "linear", min: 2, max: 80,
@@ -81,8 +82,8 @@ export const controls: Control[] = [
 ];
 
 export const defaults: Design = {
-  lux: "1000", scene: "box", motion: "sway", rate: "180", lens: "pinhole_90", fnumber: "2", exposure: "6", shutter: "global", hts: "928",
-  well: "10000", read: "100", kelvin: "300", bits: "10", gain: "1", ramp: "linear", cds: "digital", threshold: "20",
+  lux: "800", scene: "columns", motion: "sway", rate: "180", lens: "pinhole_90", fnumber: "2", exposure: "6", shutter: "global",
+  hts: "928", well: "10000", read: "100", kelvin: "300", bits: "10", gain: "1", ramp: "linear", cds: "digital", threshold: "20",
   word: "8", descriptor: "256", link: "both",
   rig: "0.0", size: "320", rays: "1", off: "", seed: "1", frames: "300",
 };
@@ -148,7 +149,7 @@ export function fromAddress(text: string): { design: Design; more: URLSearchPara
 }
 
 /** Rooms, and where the camera stands in them. */
-const rooms: Record<string, string> = { box: "[0.0, 1.5, 0.3]" };
+const rooms: Record<string, string> = { columns: "[0.0, 1.5, 0.3]", box: "[0.0, 1.5, 0.3]" };
 
 const decimal = (text: string): string => (/[.e]/.test(text) ? text : `${text}.0`);
 
@@ -161,7 +162,7 @@ export function scenario(design: Design, frames = Number(design.frames)): string
     `seed = ${design.seed}`,
     "[scene]", `${room ? "generator" : "target"} = "${design.scene}"`,
     // The light of rooms by few rays: the first picture comes sooner.
-    ...(room ? ['bake = "draft"'] : []), `illuminance_lux = ${decimal(design.lux!)}`,
+    ...(room ? ['bake = "sketch"'] : []), `illuminance_lux = ${decimal(design.lux!)}`,
     "[motion]", `kind = "${design.motion}"`, `offset_m = ${room ?? "[0.0, 0.0, 0.0]"}`,
     // Boards stand where a still camera looks; motions look the other way.
     ...(!room && design.motion !== "still" ? ["world_from_motion = [0.0, 1.0, 0.0, 0.0]"] : []),

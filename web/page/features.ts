@@ -31,7 +31,7 @@ export class Features {
       ["Feature packets", bits(summary.feature_bits)],
       ["Raw over features", bandwidth.reduction === null ? "–" : `${short(bandwidth.reduction)} ×`],
       ["Link in use", `${short(100 * bandwidth.link_utilisation)} %`],
-      ["Corners found", short(summary.extractor.corners)],
+      ["Corners a frame, mean", short(summary.extractor.corners)],
       ["Extractor clocks", timing.extractor ? `${short(timing.extractor.required)} of ${short(timing.extractor.available)}` : "–"],
       ["Stalled clocks", short(summary.extractor.stalled_clk)],
       ["Last bit after mid-exposure", time(timing.latency_us)],
@@ -93,9 +93,9 @@ export class Features {
     context.textAlign = "start";
     const left = corner.out_clk === null ? "" : time((1e6 * corner.out_clk) / corner.pixel_rate_hz);
     const out = left && ` It left the extractor ${left} after the first pixel.`;
-    text.textContent = `Corner ${corner.number} at ${short(corner.x, 5)}, ${short(corner.y, 5)}: of its 16 pixels ${brighter} are ` +
-      `brighter and ${darker} darker than the centre by more than ${corner.threshold}. Score ${corner.score}: the largest ` +
-      `threshold at which it stays a corner. Orientation ${short(360 * corner.angle_turns)}°.${out}` +
+    text.textContent = `Corner ${corner.number} at ${short(corner.x, 5)}, ${short(corner.y, 5)}: of the 16 pixels around it, ` +
+      `${brighter} are brighter and ${darker} darker than the centre by more than ${corner.threshold}. Score ${corner.score}: the ` +
+      `largest threshold at which it stays a corner. Orientation ${short(360 * corner.angle_turns)}°.${out}` +
       (corner.smoothed ? " Codes of so few bits are smoothed before the test; the window shows them before." : "");
   }
 

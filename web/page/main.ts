@@ -251,6 +251,7 @@ function tell(): void {
     other = step.other && { ...design, ...step.other };
     picture.wiper = 1;
     picture.showOther(undefined);
+    noise.forget();
     dirty = true;
   }
   stopped = false;

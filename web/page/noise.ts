@@ -14,6 +14,13 @@ export interface TransferAnswer {
   saturation: number; fitted: number; figures: Record<string, number | null>;
 }
 
+/** Effects whose names are abbreviations or say little, in words. */
+const spelled: Record<string, string> = {
+  prnu: "gain spread (PRNU)", dsnu: "dark spread (DSNU)", ktc_noise: "reset noise (kTC)", full_well: "clipping (full well)",
+};
+
+const wordsOf = (name: string): string => spelled[name] ?? name.replaceAll("_", " ");
+
 export class Noise {
   private answer: NoiseAnswer | undefined;
   private curve: uPlot | undefined;
@@ -35,15 +42,21 @@ export class Noise {
     });
     byId("noise-rows").replaceChildren(...rows);
     byId("noise-text").textContent = `All parts together: ${short(Math.sqrt(answer.total_e2))} electrons (root mean square) over this ` +
-      "picture, patterns and noise added as variances.";
+      "picture, patterns and noise added as variances." + (answer.parts.some((part) => part.name === "full_well" && part.share > 0.5)
+        ? " Most of it is clipping: something is brighter than the full well holds. Less light or exposure shows the rest." : "");
     if (!answer.parts.some((part) => part.name === this.chosen)) {
       this.chosen = [...answer.parts].sort((a, b) => b.share - a.share)[0]?.name ?? "";
     }
     await this.choose(this.chosen);
   }
 
+  /** The largest part is shown next. */
+  forget(): void {
+    this.chosen = "";
+  }
+
   private row(name: string, part: Part | undefined, off: boolean, reason: string | undefined): HTMLElement {
-    const words = name.replaceAll("_", " ");
+    const words = wordsOf(name);
     const mark = make("input", { type: "checkbox", id: `effect-${name}`, "aria-label": `simulate ${words}` });
     mark.checked = !off;
     mark.disabled = name === "quantisation";
@@ -70,7 +83,7 @@ export class Noise {
     }
     const { width, height } = this.size();
     paint(byId<HTMLCanvasElement>("noise-picture"), await this.picture(number), width, height);
-    byId("part-text").textContent = `${name.replaceAll("_", " ")}: ${part.summary}. Grey is its mean of ${short(part.mean_e)} e-, ` +
+    byId("part-text").textContent = `${wordsOf(name)}: ${part.summary}. Grey is its mean of ${short(part.mean_e)} e-, ` +
       `white and black are ${short(part.reach_e)} e- more and less.`;
     this.histogram(part);
   }
@@ -84,6 +97,7 @@ export class Noise {
       context.fillRect(place * wide, height - 18 - tall, Math.max(1, wide - 1), tall);
     });
     context.fillStyle = tint.soft;
+    context.fillText(`${short(most)} pixels`, 0, 10);
     context.fillText(`${short(part.mean_e - part.reach_e)} e-`, 0, height - 4);
     context.textAlign = "right";
     context.fillText(`${short(part.mean_e + part.reach_e)} e-`, width, height - 4);

@@ -111,9 +111,16 @@ export class Rows {
 
   /** One line's budget: columns, lanes, link. */
   private drawLine(): void {
-    const { context, width, height } = sheet(this.line), tint = colours(), phases = this.summary!.timing.line;
+    const phases = this.summary!.timing.line, tint = colours();
+    fitLanes(this.line, phases);
+    const { context, width, height } = sheet(this.line);
     drawPhases(context, width, height, phases, this.summary!.line_us, tint);
   }
+}
+
+/** Makes a drawing as tall as its lanes and their axis. */
+export function fitLanes(canvas: HTMLCanvasElement, phases: Phase[]): void {
+  canvas.style.height = `${30 * new Set(phases.map((phase) => phase.lane)).size + 22}px`;
 }
 
 /** Phases by lane, to scale, over one span. */

@@ -1,5 +1,6 @@
 //! Runs the simulator off the page's thread: one message in, one answer out.
 import init, { Session } from "./sensel_web.js";
+import type { Summary } from "./simulator.js";
 
 type Request = { id: number; operation: string; args: unknown[] };
 
@@ -53,9 +54,9 @@ function accuracy(settings: [string, string][]): unknown {
     const started = performance.now();
     one.step();
     const ms = performance.now() - started, codes = one.codes();
-    const { render_variance_ratio } = JSON.parse(one.summary()) as { render_variance_ratio: number | null };
+    const { render_variance_ratio, stages_ms } = JSON.parse(one.summary()) as Pick<Summary, "render_variance_ratio" | "stages_ms">;
     one.free();
-    return { name, ms, codes, render_variance_ratio };
+    return { name, ms, codes, render_variance_ratio, sensor_ms: new Map(stages_ms).get("sensor") };
   });
   const best = taken[taken.length - 1]!.codes;
   return taken.map(({ codes, ...row }) => {

@@ -11,7 +11,7 @@ sections! {
         scale: f64,
         /// Axis of the file that points up: "y", as glTF says, or "z".
         up: String,
-        /// A scene made by code: "box", "hall", "photo_box", "street".
+        /// A scene made by code: "box", "columns", "hall", "photo_box", "street".
         generator: Option<String>,
         /// A calibration target: "flat", "blank_wall", "slanted_edge", "grey_wedge", "checkerboard", "point_sources".
         target: Option<String>,
@@ -51,8 +51,8 @@ sections! {
         lamp: Vec<crate::scene::Lamp>,
         /// How lamps flicker.
         flicker: FlickerKeys,
-        /// "full": light after all bounces. "draft": the same by few rays, for a first look. "direct": only what lamps and sky send
-        /// straight, in a fraction of the time.
+        /// "full": light after all bounces. "draft": the same by few rays, for a first look. "sketch": by a quarter of those. "direct": only
+        /// what lamps and sky send straight, in a fraction of the time.
         bake: String,
         /// A bake that takes more rays than this is refused beforehand, 1e6 to 1e13.
         bake_rays_max: f64,

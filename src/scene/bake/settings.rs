@@ -31,6 +31,9 @@ impl BakeSettings {
     /// Enough for tests and a first look.
     pub const DRAFT: Self = Self::new([64, 32], [64, 32]);
 
+    /// A first picture within a second, in one thread of a browser.
+    pub const SKETCH: Self = Self::new([16, 16], [16, 16]);
+
     /// Scenes that take seconds even so.
     pub const FINE: Self = Self::new([1_024, 256], [768, 384]);
 
