@@ -78,8 +78,12 @@ fn settings_drawn_after_the_range_was_chosen_lie_as_the_page_says() {
 #[test]
 fn yosys_finds_the_recorded_netlists_again() {
     let root = env!("CARGO_MANIFEST_DIR");
-    let settings = unseen();
-    // Two at a time: each takes a core for about a minute.
+    let mut settings = unseen();
+    // A setting takes a core for about a minute: the two with the fewest cells each day, all of them each week.
+    if std::env::var_os("SENSEL_ALL_CASES").is_none() {
+        settings.sort_by(|one, other| one.cells.total_cmp(&other.cells));
+        settings.truncate(2);
+    }
     for pair in settings.chunks(2) {
         let started: Vec<_> = pair
             .iter()

@@ -10,6 +10,7 @@ mod cost;
 mod energy;
 mod features;
 mod frames;
+mod gates;
 mod header;
 mod ladder;
 mod ladder_charts;
@@ -48,6 +49,7 @@ pub fn html(report: &Report, pictures: &Pictures) -> String {
         pose_axes::fused_and_alone(report),
         pair(&pose_error::pose_error(report), &features::features(report)),
         energy::energy(report),
+        gates::gates(report),
         pair(&bandwidth::bandwidth(report), &timing::timing(report, pictures.waves.as_deref())),
         plan::plan(report),
         pair(&cost::cost(report), &config::hashes(report)),

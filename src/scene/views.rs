@@ -146,28 +146,35 @@ fn turn_rad(turn: usize) -> f64 {
     2.0 * std::f64::consts::PI * f64_from_usize(turn) / f64_from_usize(TURNS)
 }
 
+/// Rays from a camera's centre, one for each lane, along bearings in the camera's axes of any length.
+pub fn packet_of(world_from_camera: &Pose, bearing: impl Fn(usize) -> DVec3) -> Packet {
+    let mut packet = Packet {
+        origin_m: [Floats::splat(0.0); 3],
+        direction: [Floats::splat(0.0); 3],
+        t_min: Floats::splat(0.0),
+        t_max: Floats::splat(f32::MAX),
+    };
+    for lane in 0..LANES {
+        let direction = world_from_camera.direction(bearing(lane).normalize()).to_array();
+        for axis in 0..3 {
+            packet.origin_m[axis].0[lane] = f32_nearest(world_from_camera.translation_m[axis]);
+            packet.direction[axis].0[lane] = f32_nearest(direction[axis]);
+        }
+    }
+    packet
+}
+
 /// What a camera sees from a place.
 pub fn judged(scene: &Scene, extent: &Extent, name: &str, world_from_camera: Pose) -> View {
     let mut stack = Stack::new();
     let (mut distances_m, mut materials, mut behind) = (Vec::new(), Vec::new(), 0_usize);
     let count = GRID[0] * GRID[1];
     for first in (0..count).step_by(LANES) {
-        let mut packet = Packet {
-            origin_m: [Floats::splat(0.0); 3],
-            direction: [Floats::splat(0.0); 3],
-            t_min: Floats::splat(0.0),
-            t_max: Floats::splat(f32::MAX),
-        };
-        for lane in 0..LANES {
+        let packet = packet_of(&world_from_camera, |lane| {
             let (column, row) = ((first + lane) % GRID[0], (first + lane) / GRID[0]);
             let share = |number: usize, of: usize| 2.0 * (f64_from_usize(number) + 0.5) / f64_from_usize(of) - 1.0;
-            let bearing = DVec3::new(HALF[0] * share(column, GRID[0]), HALF[1] * share(row, GRID[1]), 1.0);
-            let direction = world_from_camera.direction(bearing.normalize()).to_array();
-            for axis in 0..3 {
-                packet.origin_m[axis].0[lane] = f32_nearest(world_from_camera.translation_m[axis]);
-                packet.direction[axis].0[lane] = f32_nearest(direction[axis]);
-            }
-        }
+            DVec3::new(HALF[0] * share(column, GRID[0]), HALF[1] * share(row, GRID[1]), 1.0)
+        });
         let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
         for lane in 0..LANES {
             if hits.triangle[lane] == MISS {

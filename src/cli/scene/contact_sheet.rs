@@ -5,12 +5,12 @@ use std::io::Cursor;
 use glam::DVec3;
 use image::{ImageFormat, Rgb, RgbImage};
 use sensel::error::Error;
-use sensel::num::{f32_nearest, f64_from_usize, index, u32_from, u32_truncated_f32};
-use sensel::scene::lanes::{Floats, LANES};
+use sensel::num::{f64_from_usize, index, u32_from, u32_truncated_f32};
+use sensel::scene::lanes::LANES;
 use sensel::scene::mesh::dot;
 use sensel::scene::texture::Footprint;
-use sensel::scene::tracer::{MISS, Packet, Stack, closest_through};
-use sensel::scene::views::View;
+use sensel::scene::tracer::{MISS, Stack, closest_through};
+use sensel::scene::views::{View, packet_of};
 use sensel::scene::{Illuminant, LitScene, Scene};
 
 /// Pixels of each picture, which looks 90 degrees across.
@@ -53,25 +53,15 @@ fn line(lit: &LitScene, view: &View, row: usize) -> Vec<[f32; 3]> {
     let mut colours = vec![[0.0; 3]; width];
     let per_packet = LANES / (EACH * EACH);
     for first in (0..width).step_by(per_packet) {
-        let mut packet = Packet {
-            origin_m: [Floats::splat(0.0); 3],
-            direction: [Floats::splat(0.0); 3],
-            t_min: Floats::splat(0.0),
-            t_max: Floats::splat(f32::MAX),
-        };
-        for lane in 0..LANES {
+        let packet = packet_of(&view.world_from_camera, |lane| {
             let (pixel, sample) = (first + lane / (EACH * EACH), lane % (EACH * EACH));
             let at = |pixel: usize, sample: usize, of: usize| {
                 2.0 * f64_from_usize(2 * (EACH * pixel + sample) + 1) / f64_from_usize(2 * EACH * of) - 1.0
             };
             let x = at(pixel, sample % EACH, width);
             let y = 0.75 * at(row, sample / EACH, index(SIZE_PX[1]));
-            let direction = view.world_from_camera.direction(DVec3::new(x, y, 1.0).normalize()).to_array();
-            for axis in 0..3 {
-                packet.origin_m[axis].0[lane] = f32_nearest(view.world_from_camera.translation_m[axis]);
-                packet.direction[axis].0[lane] = f32_nearest(direction[axis]);
-            }
-        }
+            DVec3::new(x, y, 1.0)
+        });
         let hits = closest_through(&lit.scene().bvh, &lit.scene().mesh, &packet, &mut stack);
         for lane in 0..LANES {
             let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);

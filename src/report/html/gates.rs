@@ -1,0 +1,41 @@
+//! Gates and area of the sensor's digital half.
+
+use super::parts::section;
+use crate::report::gates_record::GateBlock;
+use crate::report::html::text::{escaped, grouped};
+use crate::report::record::Report;
+
+pub(super) fn gates(report: &Report) -> String {
+    let gates = &report.gates;
+    if gates.blocks.is_empty() {
+        return String::new();
+    }
+    let row = |block: &GateBlock, class: &str| {
+        let [cells_low, cells_high] = block.cells_interval;
+        let [area_low, area_high] = block.area_interval_mm2;
+        let cells = [
+            grouped(block.cells.round()),
+            format!("{} to {}", grouped(cells_low.round()), grouped(cells_high.round())),
+            grouped(block.flip_flops.round()),
+            grouped(block.sram_bits.round()),
+            format!("{:.3}", block.area_mm2),
+            format!("{area_low:.3} to {area_high:.3}"),
+        ];
+        let cells: String = cells.iter().map(|cell| format!("<td class=\"num\">{cell}</td>")).collect();
+        format!("<tr{class}><th scope=\"row\">{}</th>{cells}</tr>", escaped(&block.name))
+    };
+    let heads = ["cells", "likely", "flip-flops", "SRAM bits", "mm\u{b2}", "likely mm\u{b2}"];
+    let head: String = heads.iter().map(|head| format!("<th scope=\"col\" class=\"num\">{head}</th>")).collect();
+    let content = format!(
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"gates and area\">\
+         <table><thead><tr><th scope=\"col\">block</th>{head}</tr></thead><tbody>{}{}</tbody></table></div>",
+        gates.blocks.iter().map(|block| row(block, "")).collect::<String>(),
+        row(&gates.total, " class=\"own\"")
+    );
+    let lead = format!(
+        "The digital half of one sensor at {} nm, between points that Yosys synthesised. Cells are those of its generic library. The pixels \
+         alone take {:.3} mm\u{b2}.",
+        gates.node_nm, gates.pixel_array_mm2
+    );
+    section("Gates and area", &lead, &content)
+}
