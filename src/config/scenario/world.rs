@@ -51,8 +51,8 @@ sections! {
         lamp: Vec<crate::scene::Lamp>,
         /// How lamps flicker.
         flicker: FlickerKeys,
-        /// "full": light after all bounces. "draft": the same by few rays, for a first look. "sketch": by a quarter of those. "direct": only
-        /// what lamps and sky send straight, in a fraction of the time.
+        /// "full": light after all bounces. "draft": the same by few rays, for a first look. "sketch": by a quarter of those. "direct":
+        /// only what lamps and sky send straight, in a fraction of the time.
         bake: String,
         /// A bake that takes more rays than this is refused beforehand, 1e6 to 1e13.
         bake_rays_max: f64,

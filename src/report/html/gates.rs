@@ -33,8 +33,8 @@ pub(super) fn gates(report: &Report) -> String {
         row(&gates.total, " class=\"own\"")
     );
     let lead = format!(
-        "The digital half of one sensor at {} nm, between points that Yosys synthesised. Cells are those of its generic library. The pixels \
-         alone take {:.3} mm\u{b2}.",
+        "The digital half of one sensor at {} nm, between points that Yosys synthesised. Cells are those of its generic \
+         library. The pixels alone take {:.3} mm\u{b2}.",
         gates.node_nm, gates.pixel_array_mm2
     );
     section("Gates and area", &lead, &content)
