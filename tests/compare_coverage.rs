@@ -15,9 +15,9 @@ const SEEDS: usize = 8;
 
 #[test]
 fn intervals_of_a_single_seed_hold_the_mean_of_all_seeds_for_figures_that_frames_decide() {
-    let designs = designs::random(PAIRS + 1);
+    let designs = designs::random(PAIRS + 1, designs::DRAW);
     let all = runs::all(&designs, SEEDS).unwrap();
-    let coverage = runs::coverage(&designs, &all).unwrap();
+    let coverage = runs::coverage(&designs, &all, 1).unwrap();
     assert!(coverage.len() >= 6, "{:?}", coverage.keys());
     // Figures of the whole run, such as position error, are a known gap: docs/compare.md has their coverage.
     let frame_by_frame = ["power_w", "energy_per_pixel_j", "link_bits_per_s", "features_found", "latency_s"];

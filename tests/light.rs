@@ -261,7 +261,7 @@ fn keys_of_light_are_refused_with_file_line_and_what_would_do() {
         ("blackbody_k = 500.0", "scene.blackbody_k"),
         ("illuminant = \"A\"\nblackbody_k = 3000.0", "exactly one"),
         ("light_level = \"bright\"", "scaled, absolute"),
-        ("bake = \"quick\"", "full, draft, direct"),
+        ("bake = \"quick\"", "full, draft, sketch, direct"),
         ("bake_rays_max = 1e6", "scene.bake = \"direct\""),
         ("bake_memory_mb_max = 1.0", "16 to 1,000,000"),
         ("environment_yaw_deg = 20.0", "no effect here; use scene.environment"),

@@ -10,15 +10,19 @@ pub const PAIRS: usize = 20;
 pub const SEEDS: usize = 200;
 /// Names the draw of the designs. A method that was changed after a look at the table is held against a new draw.
 pub const DRAW: u64 = 1;
+/// The same for replicates.
+pub const REPLICATES_DRAW: u64 = 2;
+/// Runs of each design in a study of replicates.
+pub const REPLICATES: usize = 8;
 /// The room and the sensor that all designs share.
 pub const ROOM: &str = include_str!("room.toml");
 
 /// A design: keys of the configuration with their values.
 pub type Design = Vec<String>;
 
-/// So many designs.
-pub fn random(count: usize) -> Vec<Design> {
-    let mut stream = DrawKey::root(DRAW).stream();
+/// So many designs of a draw.
+pub fn random(count: usize, draw: u64) -> Vec<Design> {
+    let mut stream = DrawKey::root(draw).stream();
     let mut design = || {
         let mut one_of = |values: &[&'static str]| *values.choose(&mut stream).expect("values to choose from");
         let mut design = vec![

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use sensel::config::Resolved;
 use sensel::error::Error;
 use sensel::num::f64_from_usize;
-use sensel::report::compare::{FinishedRun, Verdict, compare};
+use sensel::report::compare::{FinishedRun, Verdict, compare, compare_replicates};
 use sensel::run::{NoClock, NoFiles, NoProgress, Session, Setup, SharedExposure};
 
 use super::designs::{Design, ROOM};
@@ -80,24 +80,25 @@ fn finished(setup: Setup, photons: &[Vec<Vec<SharedExposure>>]) -> Result<Finish
     Ok(FinishedRun { folder: "room".to_owned(), report, truth, estimate, cameras_alone: None })
 }
 
-/// Coverage by figure.
+/// Coverage by figure, of intervals over the frames of one run of each design or over so many runs.
 ///
 /// # Errors
 /// As `compare`.
-pub fn coverage(designs: &[Design], runs: &Runs) -> Result<BTreeMap<String, Coverage>, Error> {
+pub fn coverage(designs: &[Design], runs: &Runs, replicates: usize) -> Result<BTreeMap<String, Coverage>, Error> {
     let mut all: BTreeMap<String, Coverage> = BTreeMap::new();
     for pair in 0..designs.len() - 1 {
         let mut by_figure: BTreeMap<String, Vec<One>> = BTreeMap::new();
-        for (a, b) in runs[pair].iter().zip(&runs[pair + 1]) {
+        for (a, b) in runs[pair].chunks_exact(replicates).zip(runs[pair + 1].chunks_exact(replicates)) {
             collect(a, b, &mut by_figure)?;
         }
         for (key, ones) in by_figure {
             add_pair(all.entry(key).or_default(), &ones);
         }
-        // The design against itself: each seed beside the next.
+        // The design against itself: each seed, or group of seeds, beside the next.
         let mut same: BTreeMap<String, Vec<One>> = BTreeMap::new();
-        for seeds in runs[pair].chunks_exact(2) {
-            collect(&seeds[0], &seeds[1], &mut same)?;
+        for seeds in runs[pair].chunks_exact(2 * replicates) {
+            let (one, next) = seeds.split_at(replicates);
+            collect(one, next, &mut same)?;
         }
         for (key, ones) in same {
             let of = all.entry(key).or_default();
@@ -109,8 +110,12 @@ pub fn coverage(designs: &[Design], runs: &Runs) -> Result<BTreeMap<String, Cove
     Ok(all)
 }
 
-fn collect(a: &FinishedRun, b: &FinishedRun, all: &mut BTreeMap<String, Vec<One>>) -> Result<(), Error> {
-    for figure in &compare(&[a.clone(), b.clone()])?.others[0].figures {
+fn collect(a: &[FinishedRun], b: &[FinishedRun], all: &mut BTreeMap<String, Vec<One>>) -> Result<(), Error> {
+    let compared = match (a, b) {
+        ([a], [b]) => compare(&[a.clone(), b.clone()])?,
+        _ => compare_replicates(a, b)?,
+    };
+    for figure in &compared.others[0].figures {
         let (Some(difference), Some(interval)) = (figure.difference, figure.interval) else { continue };
         all.entry(figure.key.clone()).or_default().push(One { difference, interval, verdict: figure.verdict });
     }

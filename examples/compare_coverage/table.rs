@@ -5,17 +5,21 @@ use std::fmt::Write as _;
 
 use sensel::num::f64_from_usize;
 
-use super::designs::DRAW;
 use super::runs::Coverage;
 
 const TEXT: &str = "writing to a string cannot fail";
-const OPEN: &str = "<!-- coverage -->\n";
-const CLOSE: &str = "<!-- end of coverage -->";
+const OPEN: [&str; 2] = ["<!-- coverage -->\n", "<!-- coverage of replicates -->\n"];
+const CLOSE: [&str; 2] = ["<!-- end of coverage -->", "<!-- end of coverage of replicates -->"];
 
 /// Coverage by figure and of all figures together.
-pub fn table(all: &BTreeMap<String, Coverage>, (pairs, seeds): (usize, usize)) -> String {
+pub fn table(
+    all: &BTreeMap<String, Coverage>,
+    (pairs, seeds): (usize, usize),
+    (draw, replicates): (u64, usize),
+) -> String {
+    let runs = if replicates > 1 { format!(" in groups of {replicates}") } else { String::new() };
     let mut text = format!(
-        "{pairs} random pairs, {seeds} seeds, designs of draw {DRAW}.\n\n\
+        "{pairs} random pairs, {seeds} seeds{runs}, designs of draw {draw}.\n\n\
          | figure | pairs | held the mean of all seeds | least and greatest pair | A against A: no difference |\n|---|---|---|---|---|\n"
     );
     let percent = |part: usize, of: usize| 100.0 * f64_from_usize(part) / f64_from_usize(of.max(1));
@@ -48,8 +52,9 @@ pub fn table(all: &BTreeMap<String, Coverage>, (pairs, seeds): (usize, usize)) -
 }
 
 /// The page with the table between its marks.
-pub fn with_table(page: &str, table: &str) -> String {
-    let (before, rest) = page.split_once(OPEN).expect("the page has the table's opening mark");
-    let (_, after) = rest.split_once(CLOSE).expect("the page has the table's closing mark");
-    format!("{before}{OPEN}{table}{CLOSE}{after}")
+pub fn with_table(page: &str, table: &str, of_replicates: bool) -> String {
+    let (open, close) = (OPEN[usize::from(of_replicates)], CLOSE[usize::from(of_replicates)]);
+    let (before, rest) = page.split_once(open).expect("the page has the table's opening mark");
+    let (_, after) = rest.split_once(close).expect("the page has the table's closing mark");
+    format!("{before}{open}{table}{close}{after}")
 }

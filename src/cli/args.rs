@@ -326,8 +326,12 @@ pub struct CharacterizeArguments {
 #[derive(Args, Debug)]
 pub struct CompareArguments {
     /// Folders that 'sensel run' wrote; each is compared with the first.
-    #[arg(required = true, num_args = 2..=8, value_name = "FOLDER")]
+    #[arg(required = true, num_args = 1.., value_name = "FOLDER")]
     pub folders: Vec<PathBuf>,
+    /// Replicates: the folders before it are runs of one design, those after it of the other, pair by pair. Intervals then hold what
+    /// varies between runs.
+    #[arg(long, num_args = 1.., value_name = "FOLDER")]
+    pub against: Vec<PathBuf>,
 }
 
 /// Whatever a verb of a later version is given.

@@ -1,13 +1,13 @@
 //! `sensel compare`: is one run better than another, by how much, and how sure.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sensel::error::Error;
 use sensel::files::finished::{read_pictures, read_run};
 use sensel::files::folder::OutputFolder;
 use sensel::num::low_u8;
 use sensel::plane::Plane;
-use sensel::report::compare::{Against, Comparison, FigureDifference, FinishedRun, compare};
+use sensel::report::compare::{Against, Comparison, FigureDifference, FinishedRun, compare, compare_replicates};
 use sensel::report::display_curve;
 use sensel::report::html::compare::{ComparedFrame, change, compare_html, letter, quantity, range};
 
@@ -16,6 +16,8 @@ use super::place;
 
 /// Frames that the page shows under the wiper.
 const PICTURES: usize = 3;
+/// Runs that are compared without replicates.
+const RUNS: std::ops::RangeInclusive<usize> = 2..=8;
 
 /// `sensel compare`.
 pub fn main(arguments: &CompareArguments, shared: &Shared) -> Result<(), Error> {
@@ -25,13 +27,24 @@ pub fn main(arguments: &CompareArguments, shared: &Shared) -> Result<(), Error> 
         return Err(Error::key(key, "given", "compare reads finished runs; set keys and seeds in 'sensel run'"));
     }
     OutputFolder::check(&target)?;
-    let runs: Vec<FinishedRun> = arguments.folders.iter().map(|folder| read_run(folder)).collect::<Result<_, _>>()?;
-    for run in &runs {
+    let read = |folders: &[PathBuf]| folders.iter().map(|folder| read_run(folder)).collect::<Result<Vec<_>, _>>();
+    let has_replicates = !arguments.against.is_empty();
+    if !has_replicates && !RUNS.contains(&arguments.folders.len()) {
+        let reason = "compare 2 to 8 runs, or name replicates: A1 A2 A3 --against B1 B2 B3";
+        return Err(Error::key("compare", format!("{} folders", arguments.folders.len()), reason));
+    }
+    let (mut runs, others): (Vec<FinishedRun>, _) = (read(&arguments.folders)?, read(&arguments.against)?);
+    for run in runs.iter().chain(&others) {
         if place::real(Path::new(&run.folder)) == place::real(&target) {
             return Err(Error::key("--out", target.display(), "is a folder that this command reads; name another"));
         }
     }
-    let comparison = compare(&runs)?;
+    let comparison = if has_replicates { compare_replicates(&runs, &others)? } else { compare(&runs)? };
+    if has_replicates {
+        // The page shows the first pair.
+        runs.truncate(1);
+        runs.extend(others.into_iter().take(1));
+    }
     let frames = pictures(&runs)?;
     let json =
         serde_json::to_string_pretty(&comparison).map_err(|error| Error::Run(format!("compare.json: {error}")))?;

@@ -142,7 +142,7 @@ fn spread_of(values: usize, block: usize) -> f64 {
 }
 
 /// Quantile of Student's t at 97.5 %.
-fn student(freedom: f64) -> f64 {
+pub(super) fn student(freedom: f64) -> f64 {
     let after = STUDENT.iter().position(|(known, _)| *known > freedom);
     let (below, above) = match after {
         Some(0) => return STUDENT[0].1,

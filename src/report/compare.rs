@@ -6,6 +6,7 @@
 mod config;
 mod figures;
 mod finished;
+mod replicates;
 
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +16,7 @@ use crate::pose::TimedPose;
 pub use config::KeyDifference;
 pub use figures::{FigureDifference, Verdict};
 pub use finished::FinishedRun;
+pub use replicates::PAIRS_MIN;
 
 /// Version of `compare.json`; it counts up when a key changes its name or meaning.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -59,6 +61,9 @@ pub struct Against {
     pub run: RunHead,
     /// Frames that belong together; 0 where the runs are compared unpaired.
     pub paired_frames: u32,
+    /// Pairs of runs that the intervals are drawn from; 1: they are drawn from the frames of one pair.
+    #[serde(default)]
+    pub paired_runs: u32,
     /// How the frames were brought together, in words.
     pub pairing: String,
     /// Keys of the effective configuration with other values.
@@ -82,6 +87,35 @@ pub fn compare(runs: &[FinishedRun]) -> Result<Comparison, Error> {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         base: head(base),
         others,
+    })
+}
+
+/// Compares two designs of which each has several runs, pair by pair in the order of the lists. Head, keys and pictures are those of the
+/// first pair.
+///
+/// # Errors
+/// Lists of different lengths or of fewer than `PAIRS_MIN` runs, a run that is no replicate of its first, different scenes or motions.
+pub fn compare_replicates(a: &[FinishedRun], b: &[FinishedRun]) -> Result<Comparison, Error> {
+    replicates::check(a, b)?;
+    let pairs: Vec<Against> = a.iter().zip(b).map(|(a, b)| against(a, b)).collect::<Result<_, _>>()?;
+    let shared = a.iter().zip(b).filter(|(a, b)| a.report.seed == b.report.seed).count();
+    let pairing = format!(
+        "{} pairs of runs, of which {shared} share their seed; intervals by how the difference varies between pairs",
+        pairs.len()
+    );
+    let figures: Vec<Vec<FigureDifference>> = pairs.iter().map(|pair| pair.figures.clone()).collect();
+    let all = Against {
+        paired_frames: pairs.iter().map(|pair| pair.paired_frames).sum(),
+        paired_runs: u32_from(pairs.len()),
+        pairing,
+        figures: figures::over_pairs(&figures),
+        ..pairs[0].clone()
+    };
+    Ok(Comparison {
+        schema_version: SCHEMA_VERSION,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        base: head(&a[0]),
+        others: vec![all],
     })
 }
 
@@ -117,6 +151,7 @@ fn against(base: &FinishedRun, other: &FinishedRun) -> Result<Against, Error> {
     Ok(Against {
         run: head(other),
         paired_frames: u32_from(pairs.len()),
+        paired_runs: 1,
         pairing,
         config: config::differences(&base.report.config, &other.report.config),
         figures: figures::differences(base, other, &pairs),

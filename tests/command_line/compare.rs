@@ -90,3 +90,40 @@ fn what_is_no_run_is_cut_short_or_of_another_scene_is_refused_in_one_line() {
     let onto_itself = sensel(&["compare", &a, &a, "--out", &a]);
     assert!(onto_itself.code == 2 && onto_itself.stderr.contains("--out"), "{onto_itself:?}");
 }
+
+#[test]
+fn runs_of_three_seeds_of_each_design_are_compared_pair_by_pair() {
+    let scratch = Scratch::new("compare-replicates");
+    let of = |name: &str, more: &[&str]| -> Vec<String> {
+        ["1", "2", "3"]
+            .iter()
+            .map(|seed| run(&scratch, &format!("{name}{seed}"), &[&["--seed", seed], more].concat()))
+            .collect()
+    };
+    let (a, b) = (of("a", &[]), of("b", &["--set", "sensor.adc.bits=8", "--set", "sensor.adc.black_level_dn=16"]));
+    let words = |a: &[String], b: &[String]| -> Vec<String> { [a, &["--against".to_owned()], b].concat() };
+    let compared = |a: &[String], b: &[String]| {
+        let words = words(a, b);
+        compare(&scratch, &words.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    let outcome = compared(&a, &b);
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    let found: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(found["others"][0]["paired_runs"], 3);
+    assert!(
+        found["others"][0]["pairing"].as_str().unwrap().starts_with("3 pairs of runs, of which 3 share their seed")
+    );
+    assert_eq!(figure(&found, "link_bits_per_s")["verdict"], "better");
+    let page = fs::read_to_string(scratch.path().join("compared/compare.html")).unwrap();
+    assert!(page.contains("pairs of runs") && page.contains("wiper"));
+
+    for (a, b, words) in [
+        (&a[..3], &b[..2], "3 and 2 folders"),
+        (&a[..2], &b[..2], "3 or more"),
+        (&[a[0].clone(), a[1].clone(), b[2].clone()][..], &b[..], "is no replicate"),
+    ] {
+        let outcome = compared(a, b);
+        assert!(outcome.code == 2 && outcome.stderr.contains(words), "{words}: {outcome:?}");
+        assert_eq!(outcome.stderr.lines().count(), 1, "{outcome:?}");
+    }
+}

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::finished::FinishedRun;
+use super::replicates;
 use crate::pose::TimedPose;
 use crate::report::bootstrap::{Difference, Statistic, VALUES_MIN, paired, unpaired};
 use crate::report::pose_series::{PoseSeries, pose_series};
@@ -26,6 +27,9 @@ pub enum Verdict {
     /// The interval includes zero.
     #[serde(rename = "no difference")]
     NoDifference,
+    /// The runs are too few for an interval over runs.
+    #[serde(rename = "too few runs")]
+    TooFewRuns,
     /// The frames are too few for an interval.
     #[serde(rename = "too few frames")]
     TooFewFrames,
@@ -44,6 +48,7 @@ impl Verdict {
             Self::Higher => "higher",
             Self::Lower => "lower",
             Self::NoDifference => "no difference",
+            Self::TooFewRuns => "too few runs",
             Self::TooFewFrames => "too few frames",
             Self::NotMeasured => "not measured",
         }
@@ -213,20 +218,60 @@ fn difference(kind: &Kind, a: &[Option<f64>], b: &[Option<f64>], is_paired: bool
 }
 
 fn verdict(kind: &Kind, found: Option<Difference>, difference: Option<f64>, frames: usize) -> Verdict {
-    let interval = match (found, difference) {
-        (Some(found), _) => found.interval,
-        (None, None) => return Verdict::NotMeasured,
+    match (found, difference) {
+        (Some(found), _) => side(kind.good, found.interval),
+        (None, None) => Verdict::NotMeasured,
         (None, Some(_)) => {
             assert!(frames < VALUES_MIN, "only few frames lack an interval");
-            return Verdict::TooFewFrames;
+            Verdict::TooFewFrames
         }
-    };
+    }
+}
+
+/// On which side of zero an interval lies.
+fn side(good: Good, interval: [f64; 2]) -> Verdict {
     let (is_higher, is_lower) = (interval[0] > 0.0, interval[1] < 0.0);
-    match (kind.good, is_higher, is_lower) {
+    match (good, is_higher, is_lower) {
         (_, false, false) | (_, true, true) => Verdict::NoDifference,
         (Good::Low, true, false) | (Good::High, false, true) => Verdict::Worse,
         (Good::Low, false, true) | (Good::High, true, false) => Verdict::Better,
         (Good::Neither, true, false) => Verdict::Higher,
         (Good::Neither, false, true) => Verdict::Lower,
+    }
+}
+
+/// The same figures over pairs of runs: means, and intervals of the mean difference from how it varies between pairs.
+pub(super) fn over_pairs(pairs: &[Vec<FigureDifference>]) -> Vec<FigureDifference> {
+    let figure = |kind: &Kind| {
+        let of = |figures: &Vec<FigureDifference>| figures.iter().find(|figure| figure.key == kind.key).cloned();
+        let found: Vec<FigureDifference> = pairs.iter().filter_map(of).collect();
+        (!found.is_empty()).then(|| over_pairs_of(kind, &found))
+    };
+    KINDS.iter().filter_map(figure).collect()
+}
+
+fn over_pairs_of(kind: &Kind, found: &[FigureDifference]) -> FigureDifference {
+    let all = |value: &dyn Fn(&FigureDifference) -> Option<f64>| found.iter().filter_map(value).collect::<Vec<f64>>();
+    let mean_of = |values: &[f64]| (!values.is_empty()).then(|| replicates::mean(values));
+    let differences = all(&|figure| figure.difference);
+    let is_share = kind.key == "tracked_fraction";
+    let interval = replicates::interval(&differences, is_share);
+    let verdict = match (interval, differences.len()) {
+        (Some(interval), _) => side(kind.good, interval),
+        (None, 0) => Verdict::NotMeasured,
+        (None, _) => Verdict::TooFewRuns,
+    };
+    let frames = |run: usize| found.iter().map(|figure| figure.frames[run]).sum();
+    FigureDifference {
+        key: kind.key.to_owned(),
+        name: kind.name.to_owned(),
+        unit: kind.unit.to_owned(),
+        a: mean_of(&all(&|figure| figure.a)),
+        b: mean_of(&all(&|figure| figure.b)),
+        difference: mean_of(&differences),
+        interval,
+        block_frames: None,
+        frames: [frames(0), frames(1)],
+        verdict,
     }
 }

@@ -149,3 +149,52 @@ fn ten_frames_have_a_difference_but_no_interval() {
     let ate = figure(&comparison, "ate_m");
     assert!(ate.verdict == Verdict::TooFewFrames && ate.interval.is_none() && ate.difference.is_some());
 }
+
+/// Runs of a design by seed; the noise of the first half is shared by both designs.
+fn replicates(name: &str, sigma_m: f64, count: u64) -> Vec<FinishedRun> {
+    (0..count)
+        .map(|seed| run(&format!("{name}{seed}"), 30, sigma_m, 0.0, 100 * seed + u64::from(sigma_m > 1.5e-3)))
+        .collect()
+}
+
+#[test]
+fn pairs_of_runs_give_students_interval_of_their_differences() {
+    let (a, b) = (replicates("a", 2e-3, 5), replicates("b", 1e-3, 5));
+    let comparison = compare_replicates(&a, &b).unwrap();
+    let differences: Vec<f64> = a
+        .iter()
+        .zip(&b)
+        .map(|(a, b)| figure(&compare(&[a.clone(), b.clone()]).unwrap(), "ate_m").difference.unwrap())
+        .collect();
+    let mean = differences.iter().sum::<f64>() / 5.0;
+    let sd = (differences.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / 4.0).sqrt();
+    let ate = figure(&comparison, "ate_m");
+    let [low, high] = ate.interval.unwrap();
+    // t at 97.5 % and four degrees of freedom.
+    let half = 2.776 * sd / 5.0_f64.sqrt();
+    assert!((low - (mean - half)).abs() < 1e-12 && (high - (mean + half)).abs() < 1e-12, "{low} to {high}");
+    assert_eq!((ate.verdict, comparison.others[0].paired_runs), (Verdict::Better, 5));
+}
+
+#[test]
+fn a_share_that_no_pair_changed_may_still_change_by_what_so_few_pairs_cannot_show() {
+    let (a, b) = (replicates("a", 2e-3, 8), replicates("b", 1e-3, 8));
+    let tracked = figure(&compare_replicates(&a, &b).unwrap(), "tracked_fraction").clone();
+    let [low, high] = tracked.interval.unwrap();
+    // An event of this probability is missed by eight pairs in 2.5 % of studies: (1 - p)^8 = 0.025.
+    assert!(((1.0 - high).powi(8) / 0.025 - 1.0).abs() < 1e-9 && low == -high, "{low} to {high}");
+    assert_eq!(tracked.verdict, Verdict::NoDifference);
+}
+
+#[test]
+fn replicates_that_differ_in_more_than_their_seed_or_are_too_few_are_refused() {
+    let (a, b) = (replicates("a", 2e-3, 3), replicates("b", 1e-3, 3));
+    let error = compare_replicates(&a[..2], &b[..2]).unwrap_err().to_string();
+    assert!(error.contains("3 or more"), "{error}");
+    assert!(compare_replicates(&a, &b[..2]).is_err());
+    let mut odd = b.clone();
+    let table = toml::Table::from_iter([("bits".to_owned(), toml::Value::Integer(8))]);
+    odd[1].report.config.insert("sensor".to_owned(), table.into());
+    let error = compare_replicates(&a, &odd).unwrap_err().to_string();
+    assert!(error.contains("b1") && error.contains("sensor.bits") && error.contains("no replicate"), "{error}");
+}

@@ -90,6 +90,7 @@ fn verdicts(other: &Against, name: &str) -> String {
         (Verdict::Lower, "open", "Lower".to_owned()),
         (Verdict::NoDifference, "open", "No difference in".to_owned()),
         (Verdict::TooFewFrames, "open", "Too few frames for".to_owned()),
+        (Verdict::TooFewRuns, "open", "Too few runs for".to_owned()),
     ]
     .into_iter()
     .filter_map(|(verdict, class, words)| {
@@ -172,7 +173,12 @@ fn figures(other: &Against, name: &str) -> String {
          <th scope=\"col\">\u{2212}100 % \u{2026} 0 \u{2026} +100 % of A</th><th scope=\"col\">verdict</th></tr></thead>\
          <tbody>{rows}</tbody></table></div>"
     );
-    let lead = "Figures over the frames that both runs have; intervals by the moving-block bootstrap over frames.";
+    let lead = if other.paired_runs > 1 {
+        "Means over pairs of runs; intervals by Student's t over the pairs. Pictures and curves are those of the first pair."
+    } else {
+        "Figures over the frames that both runs have; intervals by the moving-block bootstrap over frames. One run of each design cannot \
+         show what varies between runs: for figures of pose, compare several (--against)."
+    };
     section("Figures", lead, &table)
 }
 

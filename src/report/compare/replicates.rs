@@ -1,0 +1,69 @@
+//! Two designs of which each has several runs: what varies between runs enters the interval.
+//!
+//! Frames of one run cannot show how a lost track or an early wrong map varies from run to run. Pairs of runs can: Student's interval of the
+//! mean difference over the pairs.
+
+use crate::error::Error;
+use crate::num::{f64_from_usize, greater, lesser};
+use crate::report::bootstrap::student;
+
+use super::config::{check_same_scene, differences};
+use super::finished::FinishedRun;
+
+/// Fewest pairs that an interval is drawn from.
+pub const PAIRS_MIN: usize = 3;
+/// Keys in which replicates of a design may differ.
+const REPLICATED: [&str; 4] = ["seed", "sensor.die", "run.render_seed", "motion"];
+/// What lies beyond each end of a 95 % interval.
+const TAIL: f64 = 0.025;
+
+pub(super) fn mean(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |sum, value| sum + value) / f64_from_usize(values.len())
+}
+
+/// 95 % interval of the mean of independent differences; none of fewer than `PAIRS_MIN`. A share is bounded by 1, and where most
+/// differences are zero, rare events decide it: an event that n pairs did not show may still have the probability 1 - 0.025^(1/n).
+pub(super) fn interval(values: &[f64], is_share: bool) -> Option<[f64; 2]> {
+    if values.len() < PAIRS_MIN {
+        return None;
+    }
+    let (count, mean) = (f64_from_usize(values.len()), mean(values));
+    let squares = values.iter().fold(0.0, |sum, value| sum + (value - mean) * (value - mean));
+    let half = student(count - 1.0) * (squares / (count - 1.0) / count).sqrt();
+    let differing = values.iter().filter(|value| **value != 0.0).count();
+    let is_rare = is_share && 2 * differing < values.len();
+    let unseen = if is_rare { 1.0 - libm::pow(TAIL, 1.0 / count) } else { 0.0 };
+    Some([lesser(mean - half, mean - unseen), greater(mean + half, mean + unseen)])
+}
+
+/// Refuses lists that are not pairs of replicates.
+pub(super) fn check(a: &[FinishedRun], b: &[FinishedRun]) -> Result<(), Error> {
+    if a.len() != b.len() || a.len() < PAIRS_MIN {
+        let given = format!("{} and {} folders", a.len(), b.len());
+        let reason = "name 3 or more folders of the one design, --against, and as many of the other; the first pairs with the first";
+        return Err(Error::key("--against", given, reason));
+    }
+    for runs in [a, b] {
+        runs[1..].iter().try_for_each(|run| check_replicate(&runs[0], run))?;
+    }
+    a.iter().zip(b).try_for_each(|(a, b)| check_same_scene(a, b))
+}
+
+fn check_replicate(first: &FinishedRun, run: &FinishedRun) -> Result<(), Error> {
+    let is_replicated = |key: &str| {
+        REPLICATED.iter().any(|same| key == *same || key.strip_prefix(same).is_some_and(|rest| rest.starts_with('.')))
+    };
+    let other = differences(&first.report.config, &run.report.config).into_iter().find(|key| !is_replicated(&key.key));
+    let Some(other) = other else { return Ok(()) };
+    let shown = |value: Option<String>| value.unwrap_or_else(|| "not set".to_owned());
+    Err(Error::Content {
+        file: run.folder.clone(),
+        reason: format!(
+            "is no replicate of {}: {} is {} there and {} here; replicates differ in seed, sensor.die, run.render_seed and motion alone",
+            first.folder,
+            other.key,
+            shown(other.a),
+            shown(other.b)
+        ),
+    })
+}
