@@ -1,7 +1,7 @@
 //! Two designs of which each has several runs: what varies between runs enters the interval.
 //!
-//! Frames of one run cannot show how a lost track or an early wrong map varies from run to run. Pairs of runs can: Student's interval of the
-//! mean difference over the pairs.
+//! Frames of one run cannot show how a lost track or an early wrong map varies from run to run. Pairs of runs can, by Student's interval of
+//! the mean difference over the pairs.
 
 use crate::error::Error;
 use crate::num::{f64_from_usize, greater, lesser};
