@@ -81,13 +81,16 @@ pub fn compare(runs: &[FinishedRun]) -> Result<Comparison, Error> {
     if others.is_empty() {
         return Err(too_few());
     }
-    let others = others.iter().map(|other| against(base, other)).collect::<Result<_, _>>()?;
-    Ok(Comparison {
+    Ok(comparison(base, others.iter().map(|other| against(base, other)).collect::<Result<_, _>>()?))
+}
+
+fn comparison(base: &FinishedRun, others: Vec<Against>) -> Comparison {
+    Comparison {
         schema_version: SCHEMA_VERSION,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         base: head(base),
         others,
-    })
+    }
 }
 
 /// Compares two designs of which each has several runs, pair by pair in the order of the lists. Head, keys and pictures are those of the
@@ -111,12 +114,7 @@ pub fn compare_replicates(a: &[FinishedRun], b: &[FinishedRun]) -> Result<Compar
         figures: figures::over_pairs(&figures),
         ..pairs[0].clone()
     };
-    Ok(Comparison {
-        schema_version: SCHEMA_VERSION,
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        base: head(&a[0]),
-        others: vec![all],
-    })
+    Ok(comparison(&a[0], vec![all]))
 }
 
 fn too_few() -> Error {

@@ -20,6 +20,13 @@ pub struct KeyDifference {
     pub b: Option<String>,
 }
 
+impl std::fmt::Display for KeyDifference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [a, b] = [&self.a, &self.b].map(|value| value.as_deref().unwrap_or("not set"));
+        write!(f, "{} is {a} there and {b} here", self.key)
+    }
+}
+
 /// Keys with other values, sorted by path.
 pub fn differences(a: &toml::Table, b: &toml::Table) -> Vec<KeyDifference> {
     let (a, b) = (leaves(a), leaves(b));
@@ -35,23 +42,17 @@ pub fn differences(a: &toml::Table, b: &toml::Table) -> Vec<KeyDifference> {
 
 /// Refuses runs of different scenes or motions: their difference says nothing of the designs.
 pub fn check_same_scene(a: &FinishedRun, b: &FinishedRun) -> Result<(), Error> {
-    let is_same =
-        |key: &str, same: &str| key == same || key.strip_prefix(same).is_some_and(|rest| rest.starts_with('.'));
-    let differing = differences(&a.report.config, &b.report.config)
-        .into_iter()
-        .find(|difference| SAME.iter().any(|same| is_same(&difference.key, same)));
-    let Some(KeyDifference { key, a: of_a, b: of_b }) = differing else { return Ok(()) };
-    let shown = |value: Option<String>| value.unwrap_or_else(|| "not set".to_owned());
-    let what = if key.starts_with("scene") { "scene" } else { "motion" };
-    Err(Error::Content {
-        file: b.folder.clone(),
-        reason: format!(
-            "is a run of another {what} than {}: {key} is {} there and {} here; compare runs of one {what}",
-            a.folder,
-            shown(of_a),
-            shown(of_b)
-        ),
-    })
+    let differing =
+        differences(&a.report.config, &b.report.config).into_iter().find(|difference| is_among(&difference.key, &SAME));
+    let Some(differing) = differing else { return Ok(()) };
+    let what = if differing.key.starts_with("scene") { "scene" } else { "motion" };
+    let is = format!("is a run of another {what} than {}", a.folder);
+    Err(Error::Content { file: b.folder.clone(), reason: format!("{is}: {differing}; compare runs of one {what}") })
+}
+
+/// Whether a key is one of these, or lies in a section of this name.
+pub fn is_among(key: &str, names: &[&str]) -> bool {
+    names.iter().any(|name| key.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
 }
 
 /// Every value with its dotted path, sorted. Arrays count as values.

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::num::{f64_from_usize, greater, lesser};
 use crate::report::bootstrap::student;
 
-use super::config::{check_same_scene, differences};
+use super::config::{check_same_scene, differences, is_among};
 use super::finished::FinishedRun;
 
 /// Fewest pairs that an interval is drawn from.
@@ -44,26 +44,28 @@ pub(super) fn check(a: &[FinishedRun], b: &[FinishedRun]) -> Result<(), Error> {
         return Err(Error::key("--against", given, reason));
     }
     for runs in [a, b] {
-        runs[1..].iter().try_for_each(|run| check_replicate(&runs[0], run))?;
+        for (place, run) in runs.iter().enumerate().skip(1) {
+            runs[..place].iter().try_for_each(|earlier| check_replicate(earlier, run))?;
+        }
     }
     a.iter().zip(b).try_for_each(|(a, b)| check_same_scene(a, b))
 }
 
-fn check_replicate(first: &FinishedRun, run: &FinishedRun) -> Result<(), Error> {
-    let is_replicated = |key: &str| {
-        REPLICATED.iter().any(|same| key == *same || key.strip_prefix(same).is_some_and(|rest| rest.starts_with('.')))
-    };
-    let other = differences(&first.report.config, &run.report.config).into_iter().find(|key| !is_replicated(&key.key));
-    let Some(other) = other else { return Ok(()) };
-    let shown = |value: Option<String>| value.unwrap_or_else(|| "not set".to_owned());
-    Err(Error::Content {
-        file: run.folder.clone(),
-        reason: format!(
-            "is no replicate of {}: {} is {} there and {} here; replicates differ in seed, sensor.die, run.render_seed and motion alone",
-            first.folder,
-            other.key,
-            shown(other.a),
-            shown(other.b)
-        ),
-    })
+/// Refuses a run of another design, and the same run once more: it would count as one more draw and is none.
+fn check_replicate(earlier: &FinishedRun, run: &FinishedRun) -> Result<(), Error> {
+    let refused = |reason: String| Err(Error::Content { file: run.folder.clone(), reason });
+    let differing = differences(&earlier.report.config, &run.report.config);
+    if differing.is_empty() && earlier.report.seed == run.report.seed {
+        let folder = &earlier.folder;
+        return refused(format!(
+            "is the run of {folder} once more; replicates differ in seed, sensor.die, run.render_seed or motion"
+        ));
+    }
+    match differing.iter().find(|key| !is_among(&key.key, &REPLICATED)) {
+        None => Ok(()),
+        Some(key) => refused(format!(
+            "is no replicate of {}: {key}; replicates differ in seed, sensor.die, run.render_seed and motion alone",
+            earlier.folder
+        )),
+    }
 }

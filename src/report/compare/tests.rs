@@ -150,11 +150,14 @@ fn ten_frames_have_a_difference_but_no_interval() {
     assert!(ate.verdict == Verdict::TooFewFrames && ate.interval.is_none() && ate.difference.is_some());
 }
 
-/// Runs of a design by seed; the noise of the first half is shared by both designs.
+/// Runs of a design by seed.
 fn replicates(name: &str, sigma_m: f64, count: u64) -> Vec<FinishedRun> {
-    (0..count)
-        .map(|seed| run(&format!("{name}{seed}"), 30, sigma_m, 0.0, 100 * seed + u64::from(sigma_m > 1.5e-3)))
-        .collect()
+    let of = |seed: u64| {
+        let mut run = run(&format!("{name}{seed}"), 30, sigma_m, 0.0, 100 * seed + u64::from(sigma_m > 1.5e-3));
+        run.report.seed = seed;
+        run
+    };
+    (0..count).map(of).collect()
 }
 
 #[test]
@@ -197,4 +200,6 @@ fn replicates_that_differ_in_more_than_their_seed_or_are_too_few_are_refused() {
     odd[1].report.config.insert("sensor".to_owned(), table.into());
     let error = compare_replicates(&a, &odd).unwrap_err().to_string();
     assert!(error.contains("b1") && error.contains("sensor.bits") && error.contains("no replicate"), "{error}");
+    let error = compare_replicates(&[a[0].clone(), a[1].clone(), a[0].clone()], &b).unwrap_err().to_string();
+    assert!(error.contains("once more"), "the same draw counts once: {error}");
 }
