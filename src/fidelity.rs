@@ -47,7 +47,7 @@ pub struct RenderSettings {
     pub samples_per_pixel: u32,
     /// Rays a pixel at most, with a tolerance.
     pub samples_max: u32,
-    /// Rays are sent until the mean of render variance is at most so many times photon variance; 0: every pixel has as many.
+    /// Rays are sent until the mean of render variance is at most this many times photon variance; 0: every pixel has as many.
     pub tolerance: f64,
     /// Still pictures that an exposure is the mean of; 0: every ray has its own instant.
     pub subframes: u32,

@@ -144,6 +144,11 @@ pub fn u8_clipped(value: i32) -> u8 {
     u8::try_from(value.clamp(0, 255)).expect("clipped above")
 }
 
+/// The value with so many significant digits.
+pub fn significant(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits.max(1) - 1).parse().unwrap_or(value)
+}
+
 /// The lesser of two numbers that are not NaN; the first on equality, so signed zeros keep their order.
 #[inline(always)]
 pub fn lesser(a: f64, b: f64) -> f64 {

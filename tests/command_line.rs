@@ -267,6 +267,8 @@ fn what_is_not_there_yet_or_not_at_all_is_usage() {
     let outcome = sensel(&["plan", "ballroom"]);
     check_refusal(&outcome, &folder, "ballroom");
     assert!(outcome.stderr.contains("'ballroom' is not known; known: bathroom, bathroom_night"), "{}", outcome.stderr);
+    let outcome = sensel(&["plan", "ballroom.toml"]);
+    assert!(outcome.code == 2 && outcome.stderr.contains("ballroom.toml: is not there"), "{outcome:?}");
     let outcome = sensel(&["run", "box", "--keep", "moon"]);
     assert!(outcome.code == 2 && outcome.stderr.contains("packets, photons"), "{}", outcome.stderr);
     let wrong: [&[&str]; 4] = [&["dance"], &["run", "--dance"], &["run", "box", "--frames", "x"], &["config", "hide"]];

@@ -57,7 +57,13 @@ module fx_cells #(
   logic [7:0] held_used, walk_used;  // of 2 OCTAVES banks
   logic [WORD-1:0] list, sorted;
   logic [PER_CELL-1:0] ahead;
-  assign list = words[{held_octave, held_bank}*WORD+:WORD] & {WORD{held_used[{held_octave, held_bank}]}};
+  // Picked bank by bank: a part-select at a product maps to a shifter over all banks.
+  always_comb begin
+    list = '0;
+    for (int n = 0; n < BANKS; n = n + 1) begin
+      if ({held_octave, held_bank} == n[2:0] && held_used[n]) list = list | words[n*WORD+:WORD];
+    end
+  end
   genvar e;
   generate
     for (e = 0; e < PER_CELL; e = e + 1) begin : each_entry
@@ -79,18 +85,32 @@ module fx_cells #(
   logic [1:0] index;
   logic [WORD-1:0] cell_list;
   logic more, step;
-  assign cell_list    = words[{octave, bank}*WORD+:WORD] & {WORD{walk_used[{octave, bank}]}};
-  assign entry_valid  = active && columns_left != 9'd0 && cell_list[index*SLOT+SLOT-1];
+  logic [SLOT-1:0] entry;
+  always_comb begin
+    cell_list = '0;
+    for (int n = 0; n < BANKS; n = n + 1) begin
+      if ({octave, bank} == n[2:0] && walk_used[n]) cell_list = cell_list | words[n*WORD+:WORD];
+    end
+    entry = '0;
+    for (int n = 0; n < PER_CELL; n = n + 1) begin
+      if (index == n[1:0]) entry = entry | cell_list[n*SLOT+:SLOT];
+    end
+  end
+  assign entry_valid  = active && columns_left != 9'd0 && entry[SLOT-1];
   assign entry_column = column;
-  assign entry_body   = cell_list[index*SLOT+:BODY_BITS];
+  assign entry_body   = entry[BODY_BITS-1:0];
   generate
     if (PER_CELL == 1) begin : single
       assign more = 1'b0;
     end else begin : several
       localparam [1:0] FULL = 2'(PER_CELL - 1);
-      logic [1:0] next;
-      assign next = index + 2'd1;
-      assign more = index != FULL && cell_list[next*SLOT+SLOT-1];
+      always_comb begin
+        more = 1'b0;
+        for (int n = 1; n < PER_CELL; n = n + 1) begin
+          if (index + 2'd1 == n[1:0]) more = more | cell_list[n*SLOT+SLOT-1];
+        end
+        if (index == FULL) more = 1'b0;
+      end
     end
   endgenerate
   assign step = active && columns_left != 9'd0 && (!entry_valid || (take && !more));

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use sensel::characterize::fit::{Assumed, Fit, Fitted, fit};
 use sensel::error::Error;
 use sensel::files::emva_reader::{self, FoundMeasurement};
+use sensel::num::significant;
 use serde_json::json;
 
 use super::args::{FitArguments, Shared};
@@ -69,12 +70,7 @@ pub fn main(arguments: &FitArguments, shared: &Shared) -> Result<(), Error> {
 
 /// Five significant digits.
 fn digits(value: f64) -> String {
-    format!("{}", rounded(value, 5))
-}
-
-/// A value with so many significant digits.
-fn rounded(value: f64, digits: usize) -> f64 {
-    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
+    format!("{}", significant(value, 5))
 }
 
 /// What a fitted sensor has besides its fitted keys.
@@ -118,7 +114,7 @@ fn push_fitted(text: &mut String, fit: &Fit, section: &str) {
         let Some(key) = key.strip_prefix(section) else { continue };
         let value = match key {
             "black_level_dn" => format!("{value:.0}"),
-            _ => format!("{:?}", rounded(*value, 6)),
+            _ => format!("{:?}", significant(*value, 6)),
         };
         let assignment = format!("{key} = {value}");
         let _ = writeln!(text, "{assignment:<32} # {} to {}; {rests_on}", digits(*low), digits(*high));

@@ -90,8 +90,12 @@ pub fn locate_sensor(sensor: Option<&str>, shared: &Shared) -> Result<Located, E
     Ok(Located { name: name.to_owned(), folder: PathBuf::new(), resolved })
 }
 
-/// Adds to the word on an unknown scenario what a sensor preset's name can be used for.
+/// Adds to the word on an unknown scenario what a sensor preset's name can be used for. A path is a file that is not there.
 fn unknown_scenario(asked: &str, shared: &Shared) -> Error {
+    if Path::new(asked).extension().is_some_and(|ending| ending == "toml") {
+        let reason = "is not there; name a scenario's file, or a scenario by its name, such as box".to_owned();
+        return Error::Content { file: asked.to_owned(), reason };
+    }
     let mut known = known_scenes(shared).join(", ");
     if presets::find(PresetKind::Sensor, asked).is_ok() {
         known = format!("{known} ({asked} is a sensor preset: add --set sensor.preset={asked} to one of these)");

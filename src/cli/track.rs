@@ -59,7 +59,7 @@ impl Course {
             let origin_ns = *origin_ns.get_or_insert(timestamp_ns);
             self.features += features.iter().map(Vec::len).sum::<usize>();
             let t_s = f64_from_u64(timestamp_ns - origin_ns) * 1e-9;
-            tracker.add_imu_readings(&felt(&mut readings, (origin_ns, timestamp_ns)));
+            tracker.add_imu_readings(&readings_until(&mut readings, (origin_ns, timestamp_ns)));
             let tracked = tracker.track(&FrameInput { t_s, features, clocks });
             self.add(f64_from_u64(timestamp_ns) * 1e-9, &tracked);
             bar.inc();
@@ -139,7 +139,7 @@ pub fn main(arguments: &TrackArguments, shared: &Shared) -> Result<(), Error> {
     check_outputs(&recording, &out, arguments)?;
     let mut tracker = tracker(&recording, &resolved, shared)?;
     let feels =
-        resolved.scenario.tracker_feels(recording.imu.is_some()).map_err(|error| resolved.tree.locate(error))?;
+        resolved.scenario.tracker_uses_imu(recording.imu.is_some()).map_err(|error| resolved.tree.locate(error))?;
     let unit = recording.imu.as_ref().filter(|_| feels);
     if let Some(ImuFolder { imu, .. }) = unit {
         let noise = sensel::run::noise_of(&imu.noise);
@@ -198,7 +198,7 @@ fn tracker(recording: &Recording, resolved: &Resolved, shared: &Shared) -> Resul
 }
 
 /// The readings up to the first one after a frame, on the tracker's clock; the rest stays.
-fn felt(readings: &mut &[ImuReading], (start_ns, frame_ns): (u64, u64)) -> Vec<Reading> {
+fn readings_until(readings: &mut &[ImuReading], (start_ns, frame_ns): (u64, u64)) -> Vec<Reading> {
     let to = readings.partition_point(|reading| reading.timestamp_ns <= frame_ns) + 1;
     let (now, later) = readings.split_at(to.min(readings.len()));
     *readings = later;

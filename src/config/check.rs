@@ -315,7 +315,7 @@ impl Scenario {
     ///
     /// # Errors
     /// An unknown word; "on" without a unit.
-    pub fn tracker_feels(&self, has_unit: bool) -> Result<bool, Error> {
+    pub fn tracker_uses_imu(&self, has_unit: bool) -> Result<bool, Error> {
         let choice =
             one_of("tracker.imu", &self.tracker.imu, &[("auto", None), ("on", Some(true)), ("off", Some(false))])?;
         if choice == Some(true) && !has_unit {

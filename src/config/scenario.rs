@@ -64,7 +64,7 @@ sections! {
         threads: u32,
         /// Rays of every pixel, 1 to 4096, in place of `render_tolerance`. With sub-frames, those of each; 1 unless given.
         samples_per_pixel: Option<u32>,
-        /// Rays are sent where they tell most, until the mean of render variance is at most so many times photon variance, 0.001 to
+        /// Rays are sent where they tell most, until the mean of render variance is at most this many times photon variance, 0.001 to
         /// 1000; in place of `samples_per_pixel`.
         render_tolerance: Option<f64>,
         /// Rays a pixel at most, with a render tolerance, besides its first 2 (a tolerance of 1 or more) or 4; 16 to 65536.
@@ -146,7 +146,7 @@ sections! {
         line_sync: bool,
         /// Rows that the FIFO in front of the link holds, the one that is being sent included, 1 to 65,535.
         fifo_rows: u32,
-        /// What happens where it is full: "refuse": such a configuration is refused, with the HTS that would do. "stall": the readout
+        /// What happens where it is full: "refuse": such a configuration is refused, with the HTS that suffices. "stall": the readout
         /// stands still and the stalls are counted; global shutter only.
         when_full: String,
         /// Share of bits that arrive flipped, 0 to 0.01.

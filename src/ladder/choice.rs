@@ -53,7 +53,7 @@ pub struct Choice {
 
 /// Frames that a pilot looks at.
 pub const PILOT_FRAMES: u32 = 12;
-/// Settings that take at most so many times as long as the fastest that meets the goal are timed again.
+/// Settings that take at most this many times as long as the fastest that meets the goal are timed again.
 const NEARLY: f64 = 1.1;
 /// How often.
 const TIMED_AGAIN: u32 = 1;

@@ -14,7 +14,7 @@ pub const RAYS_MOST: u32 = 65_536;
 pub enum Rays {
     /// So many in every pixel.
     Fixed(u32),
-    /// As few as bring render variance to so many times photon variance, at most so many a pixel.
+    /// As few as bring render variance to this many times photon variance, at most so many a pixel.
     Tolerance {
         /// The target of the mean.
         tolerance: f64,

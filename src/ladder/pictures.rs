@@ -152,7 +152,7 @@ fn rendered_picture(bench: &Bench<'_>, setup: &Setup, judged: &Judged) -> Result
     Ok((seen, cost))
 }
 
-/// Takes the reference's photons through every setting's chain so many times, in turns.
+/// Takes the reference's photons through every setting's chain this many times, in turns.
 pub fn sense_all(
     bench: &Bench<'_>,
     reference: &Reference,

@@ -51,7 +51,7 @@ impl<'a> HeldOut<'a> {
         Ok(Self { bench, reference: reference(bench, &places, finest, SHARE)? })
     }
 
-    /// Renders alone, timed so many times in turns.
+    /// Renders alone, timed this many times in turns.
     ///
     /// # Errors
     /// As `ladder`.
@@ -73,7 +73,7 @@ impl<'a> HeldOut<'a> {
         Ok(is_whole.then(|| verdict(&one.errors, one.cost, one.rays_per_pixel)))
     }
 
-    /// Chains alone, on the reference's photons, timed so many times in turns.
+    /// Chains alone, on the reference's photons, timed this many times in turns.
     ///
     /// # Errors
     /// As `ladder`.

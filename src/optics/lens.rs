@@ -169,7 +169,7 @@ impl Lens {
         Self { intrinsics, ..*self }
     }
 
-    /// The same lens with a picture so many times as large around the principal point.
+    /// The same lens with a picture this many times as large around the principal point.
     #[must_use]
     pub fn magnified(&self, factor: f64) -> Self {
         let Intrinsics { fx_px, fy_px, cx_px, cy_px } = self.intrinsics;

@@ -116,7 +116,7 @@ impl AutoExposure {
         Some(RegisterWrite { written, acts, settings })
     }
 
-    /// The settings with so many times the product: as much exposure as there is before any gain, and gain for what whole lines
+    /// The settings with this many times the product: as much exposure as there is before any gain, and gain for what whole lines
     /// leave over.
     fn settings(&self, seen: ExposureSettings, step: f64) -> ExposureSettings {
         let [least, most] = self.lines;

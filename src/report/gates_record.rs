@@ -1,5 +1,6 @@
 //! Gates and area as `report.json` has them.
 
+use crate::num::significant;
 use serde::{Deserialize, Serialize};
 
 /// The digital half of one sensor.
@@ -66,10 +67,14 @@ impl Gates {
             "likely mm2"
         );
         for block in self.blocks.iter().chain([&self.total]) {
-            let [low, high] = block.area_interval_mm2;
+            // As many digits as a table between points and an area within a factor hold.
+            let [cells, flip_flops, sram_bits] =
+                [block.cells, block.flip_flops, block.sram_bits].map(|count| significant(count, 3));
+            let [low, high] = block.area_interval_mm2.map(|area| significant(area, 2));
+            let area = significant(block.area_mm2, 2);
             text += &format!(
-                "  {:<24} {:>10.0} {:>11.0} {:>11.0} {:>10.3} {low:>9.3} .. {high:>7.3}\n",
-                block.name, block.cells, block.flip_flops, block.sram_bits, block.area_mm2
+                "  {:<24} {cells:>10} {flip_flops:>11} {sram_bits:>11} {area:>10} {low:>9} .. {high:>7}\n",
+                block.name
             );
         }
         text + &format!("  the digital half alone, beside {:.3} mm2 of pixels\n", self.pixel_array_mm2)

@@ -294,7 +294,7 @@ pub struct Tracking {
     pub innovation_px: Option<f64>,
     /// Median time from the first frame without a pose to the next one with a pose.
     pub relocalise_s: Option<f64>,
-    /// What befell the tracker: start, loss, return, closed loops, in the order of time.
+    /// What happened to the tracker: start, loss, return, closed loops, in the order of time.
     pub events: Vec<TrackingEvent>,
     /// Of the position error after rigid alignment; empty for short runs.
     pub jitter_spectrum: Vec<SpectrumPoint>,
@@ -306,7 +306,7 @@ pub struct Tracking {
     pub ms_per_frame: f64,
 }
 
-/// Something that befell the tracker.
+/// Something that happened to the tracker.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrackingEvent {

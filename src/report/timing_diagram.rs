@@ -42,7 +42,7 @@ impl TimingDiagram {
                 format!("The {} decides and fills the line.", budget.name)
             }
             Some(budget) => format!(
-                "The {} decides: HTS {} would do, {} is set, {:.3} \u{b5}s are left.",
+                "The {} decides: HTS {} suffices, {} is set, {:.3} \u{b5}s are left.",
                 budget.name, budget.needed_hts, self.hts, budget.slack_us
             ),
             None => "Nothing fills the line.".to_owned(),

@@ -36,7 +36,7 @@ fn check(resolved: &Resolved, assets: &dyn Assets) -> Result<(), Error> {
     ExposureControl::new(&sensor, cameras.len())?;
     let params = scenario.tracker_params()?;
     let imu = scenario.imu()?;
-    scenario.tracker_feels(imu.is_some())?;
+    scenario.tracker_uses_imu(imu.is_some())?;
     if fidelity.rung == Rung::Rtl {
         assets.rtl_simulator()?;
     }

@@ -152,13 +152,14 @@ impl ExtractorHardware {
         let response_bits = if self.subpixel { 8.0 * bits } else { 0.0 };
         let rank_bits = if self.harris { 16.0 + bits } else { bits };
         let (word, body) = ((response_bits + rank_bits + 39.0) / 111.0, (response_bits + rank_bits + 8.0) / 80.0);
-        let per_cell = none.plus(
-            between(
-                &[(1.0, none), (2.0, added("fx_cells", "PER_CELL=2")), (4.0, added("fx_cells", "PER_CELL=4"))],
-                f64::from(self.per_cell),
-            ),
-            body,
-        );
+        // Lists: a bank for each octave twice, each with the corners that a cell keeps.
+        let list = |octaves: &str| {
+            let of = |corners: &str| row("fx_cells", format!("{octaves}PER_CELL={corners}").trim());
+            let base = row("fx_cells", octaves.trim());
+            between(&[(1.0, none), (4.0, of("4").plus(base, -1.0))], f64::from(self.per_cell))
+        };
+        let lists = between(&[(1.0, list("")), (4.0, list("OCTAVES=4 "))], f64::from(self.octaves));
+        let per_cell = none.plus(lists, body);
         let fifo = none.plus(
             between(
                 &[(1.0, added("fx_fifo", "DEPTH=1")), (16.0, none), (64.0, added("fx_fifo", "DEPTH=64"))],
@@ -173,7 +174,9 @@ impl ExtractorHardware {
         // Memories are columns times words; octaves and cells change how many. Lists are one a cell of a row of cells.
         let columns = f64::from(self.max_width) / 640.0;
         let cells = columns * 16.0 / f64::from(1_u32 << self.cell_log2.clamp(4, 6));
-        let memories = row(block, "").sram_bits + octave.sram_bits + cell.sram_bits + harris.sram_bits;
+        let one_octave = row(block, "").sram_bits;
+        let all_octaves = 1.0 + octave.sram_bits / one_octave;
+        let memories = (one_octave + cell.sram_bits) * all_octaves + harris.sram_bits;
         let sram_bits = memories * columns * bits / 8.0 + subpixel.sram_bits * columns + per_cell.sram_bits * cells;
         Netlist { sram_bits, ..sum }
     }

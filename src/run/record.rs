@@ -304,7 +304,7 @@ impl Session {
         self.set_course(report);
     }
 
-    /// What befell the tracker.
+    /// What happened to the tracker.
     fn set_course(&self, report: &mut Report) {
         let (mut lost_since_s, mut lost_s, mut before) = (None, Vec::new(), None);
         for note in &self.notes {

@@ -141,7 +141,7 @@ impl Setup {
             (Rung::Rtl, None) => Some(SharedRtlSimulator::new(assets.rtl_simulator()?)),
             (_, kept) => kept,
         };
-        let uses_imu = scenario.tracker_feels(imu.is_some())?;
+        let uses_imu = scenario.tracker_uses_imu(imu.is_some())?;
         let end_s = span_of_run(&sensor, cameras.len(), frames).end_s;
         check_end(&sensor, frames, end_s)?;
         check_readings(imu.as_ref(), end_s)?;

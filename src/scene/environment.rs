@@ -14,7 +14,7 @@ use super::light::{BANDS, Bands, luminance, with_infrared};
 use crate::error::Error;
 use crate::num::{f32_from_u32, f32_nearest, f64_from_usize, i32_truncated_f32, index, u32_from};
 
-/// Light is aimed at where it is brighter than so many times the mean over all directions.
+/// Light is aimed at where it is brighter than this many times the mean over all directions.
 const AIMED_OVER_MEAN: f64 = 4.0;
 
 /// Columns and rows of the picture that bounced rays look up: 5.6 degrees, about the distance between such rays.

@@ -43,7 +43,7 @@ const TWIN_DISTANCE_M: f64 = 0.1;
 /// Steps of a refinement; it stops by itself after some four.
 const REFINE_ITERATIONS_MAX: u32 = 12;
 
-/// The pose uses verified landmarks alone if there are so many times the required number.
+/// The pose uses verified landmarks alone if there are this many times the required number.
 const PROVEN_FACTOR: u32 = 2;
 
 impl Frame<'_> {

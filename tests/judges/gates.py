@@ -40,7 +40,7 @@ POINTS = [
     ("fx_back", {"OCTAVES": 3}), ("fx_back", {"OCTAVES": 4}), ("fx_back", {"HARRIS": 1}), ("fx_back", {"CELL_LOG2": 5}),
     ("fx_back", {"CELL_LOG2": 6, "RING_LOG2": 7}), ("fx_back", {"MAX_WIDTH": 160}), ("fx_back", {"MAX_WIDTH": 2560}),
     ("fx_fifo", {}), ("fx_fifo", {"DEPTH": 1}), ("fx_fifo", {"DEPTH": 64}), ("fx_cells", {}), ("fx_cells", {"PER_CELL": 2}),
-    ("fx_cells", {"PER_CELL": 4}),
+    ("fx_cells", {"PER_CELL": 4}), ("fx_cells", {"OCTAVES": 4}), ("fx_cells", {"OCTAVES": 4, "PER_CELL": 4}),
 ]
 
 
@@ -57,7 +57,8 @@ def modules(stat: str, dump: str) -> dict[str, dict]:
         elif current and (count := re.match(r"\s+(\S+)\s+(\d+)$", line)):
             found[current]["cells"][count[1]] = int(count[2])
     by_name = {name.lstrip("\\"): name for name in found}
-    current, words = None, 0
+    # A design of one module is dumped without its name.
+    current, words = next(iter(found)), 0
     for line in map(str.strip, dump.splitlines()):
         if line.startswith("module "):
             current = by_name.get(line[7:].lstrip("\\"), next(iter(found)))

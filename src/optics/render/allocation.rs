@@ -189,7 +189,7 @@ struct Step {
     many: f64,
 }
 
-/// Share of the variance that remains after so many times the samples.
+/// Share of the variance that remains after this many times the samples.
 fn fallen(times: f64) -> f64 {
     1.0 / (times * times.sqrt())
 }

@@ -24,7 +24,7 @@ pub struct Sampling {
     pub samples_per_pixel: u32,
     /// Rays of a pixel at most, with a tolerance, besides those of the first batch.
     pub samples_max: u32,
-    /// Rays are sent until the mean of render variance is at most so many times photon variance, both in electrons; 0: every
+    /// Rays are sent until the mean of render variance is at most this many times photon variance, both in electrons; 0: every
     /// pixel has as many.
     pub tolerance: f64,
     /// Still pictures that are averaged, at the middles of equal parts of the exposure: how others merge sub-frames, and a

@@ -16,13 +16,15 @@ pub const PAIRS_MIN: usize = 3;
 const REPLICATED: [&str; 4] = ["seed", "sensor.die", "run.render_seed", "motion"];
 /// What lies beyond each end of a 95 % interval.
 const TAIL: f64 = 0.025;
+/// Differences of shares nearer than this are the same: they are ratios of frames.
+const SAME_SHARE: f64 = 1e-9;
 
 pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |sum, value| sum + value) / f64_from_usize(values.len())
 }
 
-/// 95 % interval of the mean of independent differences; none of fewer than `PAIRS_MIN`. A share is bounded by 1, and where most
-/// differences are zero, rare events decide it: an event that n pairs did not show may still have the probability 1 - 0.025^(1/n).
+/// 95 % interval of the mean of independent differences; none of fewer than `PAIRS_MIN`. A share is bounded by 1, and where most pairs
+/// differ by the same, rare events decide it: an event that n pairs did not show may still have the probability 1 - 0.025^(1/n).
 pub(super) fn interval(values: &[f64], is_share: bool) -> Option<[f64; 2]> {
     if values.len() < PAIRS_MIN {
         return None;
@@ -30,8 +32,8 @@ pub(super) fn interval(values: &[f64], is_share: bool) -> Option<[f64; 2]> {
     let (count, mean) = (f64_from_usize(values.len()), mean(values));
     let squares = values.iter().fold(0.0, |sum, value| sum + (value - mean) * (value - mean));
     let half = student(count - 1.0) * (squares / (count - 1.0) / count).sqrt();
-    let differing = values.iter().filter(|value| **value != 0.0).count();
-    let is_rare = is_share && 2 * differing < values.len();
+    let like = |value: f64| values.iter().filter(|other| (**other - value).abs() < SAME_SHARE).count();
+    let is_rare = is_share && values.iter().any(|value| 2 * like(*value) > values.len());
     let unseen = if is_rare { 1.0 - libm::pow(TAIL, 1.0 / count) } else { 0.0 };
     Some([lesser(mean - half, mean - unseen), greater(mean + half, mean + unseen)])
 }

@@ -1,8 +1,9 @@
 //! Gates and area of the sensor's digital half.
 
 use super::parts::section;
+use crate::num::significant;
 use crate::report::gates_record::GateBlock;
-use crate::report::html::text::{escaped, grouped};
+use crate::report::html::text::{escaped, grouped, rough};
 use crate::report::record::Report;
 
 pub(super) fn gates(report: &Report) -> String {
@@ -11,15 +12,16 @@ pub(super) fn gates(report: &Report) -> String {
         return String::new();
     }
     let row = |block: &GateBlock, class: &str| {
-        let [cells_low, cells_high] = block.cells_interval;
-        let [area_low, area_high] = block.area_interval_mm2;
+        let count = |value: f64| grouped(significant(value, 3));
+        let [cells_low, cells_high] = block.cells_interval.map(count);
+        let [area_low, area_high] = block.area_interval_mm2.map(rough);
         let cells = [
-            grouped(block.cells.round()),
-            format!("{} to {}", grouped(cells_low.round()), grouped(cells_high.round())),
-            grouped(block.flip_flops.round()),
-            grouped(block.sram_bits.round()),
-            format!("{:.3}", block.area_mm2),
-            format!("{area_low:.3} to {area_high:.3}"),
+            count(block.cells),
+            format!("{cells_low} to {cells_high}"),
+            count(block.flip_flops),
+            count(block.sram_bits),
+            rough(block.area_mm2),
+            format!("{area_low} to {area_high}"),
         ];
         let cells: String = cells.iter().map(|cell| format!("<td class=\"num\">{cell}</td>")).collect();
         format!("<tr{class}><th scope=\"row\">{}</th>{cells}</tr>", escaped(&block.name))

@@ -59,7 +59,7 @@ fn events(report: &Report) -> String {
     let rows: String = events.iter().take(EVENTS_MAX).map(row).collect();
     let more = events.len().saturating_sub(EVENTS_MAX);
     let rest = if more > 0 { format!("<p class=\"note\">And {more} more.</p>") } else { String::new() };
-    format!("<table><caption>What befell the tracker</caption><tbody>{rows}</tbody></table>{rest}")
+    format!("<table><caption>What happened to the tracker</caption><tbody>{rows}</tbody></table>{rest}")
 }
 
 /// Says what a break in the line means, where there is one.

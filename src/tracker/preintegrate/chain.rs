@@ -110,7 +110,7 @@ impl ImuFilter {
         Pose { translation_m: pose.translation_m / unit, ..pose }
     }
 
-    /// Velocities at both ends of each link that fit its way. All is linear in them, so any would do that are near, as long as links that
+    /// Velocities at both ends of each link that fit its way. All is linear in them, so any near ones suffice, as long as links that
     /// meet have the same.
     fn velocities(&self, now: &Knowledge, used: &[(&Link, &Node, &Node)]) -> Vec<(DVec3, DVec3)> {
         let gravity = now.gravity / now.unit;
