@@ -237,9 +237,28 @@ await checks.part("every control works by keyboard, and the address keeps it", a
   await page.locator("#lux-value").blur();
   const scenario = await page.evaluate(() => globalThis.sensel.scenario());
   checks.that("a typed value is taken", scenario.includes("illuminance_lux = 12.5"), scenario);
+  const typings = [["lux", "10,000", "10000"], ["lux", "0,5", "0.5"], ["exposure", "8 ms", "8"], ["fnumber", "f/2.8", "2.8"]];
+  for (const [id, text, value] of typings) {
+    await page.locator(`#${id}-value`).fill(text);
+    await page.locator(`#${id}-value`).press("Enter");
+    const taken = await page.locator(`#${id}-value`).inputValue();
+    checks.that(`"${text}" typed is ${value}`, taken === value, taken);
+  }
   await page.locator("#lux-value").fill("much");
   await page.locator("#lux-value").blur();
   checks.that("a typed word is refused with the range", (await page.locator("#lux-error").textContent()).includes("0.001 to 100000"));
+  const probe = () => page.evaluate(() => new URLSearchParams(location.hash.slice(1)).get("x"));
+  await page.evaluate(() => scrollTo(0, 0));
+  await page.locator("#frame").click({ position: { x: 100, y: 100 } });
+  const clicked = await probe();
+  await page.locator("#frame").hover({ position: { x: 300, y: 100 } });
+  const under = await probe();
+  await page.locator("h1").hover();
+  checks.that("the mouse shows other pixels, and the clicked one returns when it leaves", clicked !== under && await probe() === clicked,
+    clicked, under, await probe());
+  await page.locator("#rays").scrollIntoViewIfNeeded();
+  const seen = await page.locator("#frame").boundingBox();
+  checks.that("the picture stays in sight beside the last control", seen.y >= 0 && seen.y + seen.height <= 1000, seen);
   await page.locator("#tab-rows").click();
   await page.locator("#frame").focus();
   await page.keyboard.press("Shift+ArrowRight");
@@ -266,6 +285,11 @@ await checks.part("the core's errors stand beside their control", async () => {
   await shown(page);
   checks.that("the line that it names does, and the message goes", (await page.locator("#hts-error").textContent()) === "", shortest);
   await context.close();
+  const wrong = await open(browser, `${server.address}#size=160&lux=much`);
+  await shown(wrong.page);
+  const note = await wrong.page.locator("#address-note").textContent();
+  checks.that("a value of the address that is refused is named with the range", /Light.*"much".*800 lux.*0\.001 to 100000/.test(note), note);
+  await wrong.context.close();
 });
 
 await checks.part("probe and files say what the program says", async () => {
@@ -326,13 +350,39 @@ await checks.part("stories and the comparison work", async () => {
   }
   if (await page.locator("#play").textContent() === "Pause") await page.locator("#play").click();
   await page.locator("#reset").click();
+  // What a step's text claims.
+  await page.locator("[data-story=photons]").click();
+  for (let step = 0; step < 2; step += 1) await page.locator("#story-next").click();
+  await shown(page, /^noise 0 /);
+  const share = await page.locator(".noise-row", { hasText: "shot noise" }).locator("span").last().textContent();
+  checks.that("shot noise has most of the variance in its story", Number.parseFloat(share) > 50, share);
+  await page.locator("#story-end").click();
+  await page.locator("#reset").click();
   await page.locator("#size").selectOption("160");
+  await page.locator("#tab-energy").click();
+  await shown(page, /^energy /);
+  // All at once: the next frame may come in between.
+  const [power, ...sums] = await page.evaluate(() => {
+    const number = (element) => Number.parseFloat(element.textContent);
+    const sum = (host) => [...document.querySelectorAll(`#${host} .bar-row > span:last-child`)].reduce((all, one) => all + number(one), 0);
+    return [number(document.querySelector("#energy-figures dd")), sum("energy-blocks"), sum("energy-rails")];
+  });
+  // Each is rounded to three digits.
+  const adds = power > 0 && sums.every((sum) => Math.abs(sum / power - 1) < 0.01);
+  checks.that("milliwatts by block and by rail add up to the power", adds, power, ...sums);
+  const { interval } = await import(join(root, "web/dist/compare.js"));
+  for (const [count, quantile] of [[2, 12.706], [6, 2.571], [31, 2.042]]) {
+    const [middle, half] = interval(Array.from({ length: count }, (_, at) => at)), variance = (count * (count + 1)) / 12;
+    const own = half / Math.sqrt(variance / count);
+    const is = middle === (count - 1) / 2 && Math.abs(own - quantile) < 0.004;
+    checks.that(`the interval of ${count} frames has Student's quantile`, is, own);
+  }
   await page.locator("#tab-compare").click();
   await shown(page, /^compare /);
   await page.locator("#bits-value").fill("2");
   await page.locator("#bits-value").press("Enter");
   await page.locator("#step").click();
-  await page.waitForFunction(() => /Differences: mean of 2 frames/.test(document.getElementById("compare-frames").textContent), undefined,
+  await page.waitForFunction(() => /Means of 2 frames/.test(document.getElementById("compare-frames").textContent), undefined,
     { timeout: 60_000 });
   const text = await page.locator("#compare-text").textContent();
   checks.that("the comparison names what differs", text.includes("Depth"), text);
@@ -348,6 +398,10 @@ await checks.part("panels are accessible and fit, in light and dark, at three wi
     for (const dark of [false, true]) {
       const { page, context, complaints } = await open(browser, server.address, { width, height, dark });
       await shown(page, /^pixel/);
+      await page.locator(".menu summary").click();
+      const menu = await page.locator(".menu-items").boundingBox();
+      checks.that(`the downloads fit at ${width} px`, menu.x >= 0 && menu.x + menu.width <= width, menu);
+      await page.locator(".menu summary").click();
       for (const tab of tabs) {
         await page.locator(`#tab-${tab}`).click();
         await shown(page, new RegExp(`^${tab} `));

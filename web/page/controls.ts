@@ -1,5 +1,5 @@
 //! The controls: a slider and a typed value for each idea, with its unit, its text, and the core's error beside it.
-import { accepted, type Control, controls, type Design, fromSlider, toSlider } from "./design.js";
+import { accepted, type Control, controls, type Design, fromSlider, range, toSlider } from "./design.js";
 import { byId, make } from "./ink.js";
 
 export class Controls {
@@ -51,7 +51,7 @@ export class Controls {
     const enter = (): void => {
       const value = accepted(one, typed.value);
       if (value === undefined) {
-        error.textContent = `Type a number from ${one.min} to ${one.max}.`;
+        error.textContent = range(one);
         typed.setAttribute("aria-invalid", "true");
         return;
       }

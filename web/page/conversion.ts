@@ -59,7 +59,7 @@ export class Conversion {
       entry.dataset.figure = name.toLowerCase();
       return entry;
     }));
-    byId("probe-place").textContent = `column ${probed.x}, row ${probed.y}`;
+    byId("probe-place").textContent = `column ${probed.x}, row ${probed.y}; click in the picture for another`;
   }
 
   showTrace(table: Float64Array): void {

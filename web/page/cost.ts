@@ -13,6 +13,8 @@ export interface AccuracyRow {
 
 const blockNames: Record<string, string> = { adc: "converters", compute: "extractor" };
 
+const railNames: Record<string, string> = { io: "I/O" };
+
 const blockName = (name: string): string => blockNames[name] ?? name.replaceAll("_", " ");
 
 export function bars(host: HTMLElement, values: [name: string, value: number, note: string][], colour: string): void {
@@ -51,8 +53,8 @@ export class Cost {
     [this.trajectory, this.truth, this.summary] = [trajectory, truth, summary];
     const { tracking } = summary;
     definitions(byId("pose-figures"), [
-      ["ATE", millimetres(tracking.ate_m)], ["Jitter (second difference)", millimetres(tracking.jitter_d2_m)],
-      ["Jitter (one frame)", millimetres(tracking.jitter_frame_m)], ["RPE over 1 s", millimetres(tracking.rpe_m)],
+      ["Path error (ATE)", millimetres(tracking.ate_m)], ["Jitter (second difference)", millimetres(tracking.jitter_d2_m)],
+      ["Jitter (one frame)", millimetres(tracking.jitter_frame_m)], ["Drift over 1 s (RPE)", millimetres(tracking.rpe_m)],
       ["Frames tracked", `${short(100 * tracking.tracked_fraction)} %`], ["Features in this pose", String(summary.tracked_features)],
     ]);
     byId("pose-text").textContent = trajectory.length
@@ -81,21 +83,24 @@ export class Cost {
     this.summary = summary;
     const { energy: spent } = summary;
     const blocks = Object.entries(spent.blocks).filter(([, pj]) => pj > 0).sort((a, b) => b[1] - a[1]);
+    const mw = (pj: number): string => short((spent.power_mw * pj) / spent.total_pj);
     const range = (name: string): string => {
       const interval = spent.blocks_interval[name];
-      return interval ? ` (${energy(interval.low_pj)} to ${energy(interval.high_pj)})` : "";
+      return interval ? ` (${mw(interval.low_pj)} to ${mw(interval.high_pj)})` : "";
     };
-    bars(byId("energy-blocks"), blocks.map(([name, pj]) => [blockName(name), pj, energy(pj)]), "convert");
-    byId("energy-blocks").title = blocks.map(([name, pj]) => `${name}: ${energy(pj)}${range(name)}`).join("\n");
-    bars(byId("energy-rails"), Object.entries(spent.rails).map(([name, pj]) => [name, pj, energy(pj)]), "count");
+    bars(byId("energy-blocks"), blocks.map(([name, pj]) => [blockName(name), pj, `${mw(pj)} mW${range(name)}`]), "convert");
+    byId("energy-blocks").title = blocks.map(([name, pj]) => `${blockName(name)}: ${energy(pj)} a frame`).join("\n");
+    bars(byId("energy-rails"), Object.entries(spent.rails).map(([name, pj]) => [railNames[name] ?? name, pj, `${mw(pj)} mW`]), "count");
     definitions(byId("energy-figures"), [
-      ["A frame", energy(spent.total_pj)], ["Power", `${short(spent.power_mw)} mW`], ["Of it static", `${short(spent.static_mw)} mW`],
+      ["Power", `${short(spent.power_mw)} mW`], ["Drawn whatever happens", `${short(spent.static_mw)} mW`],
+      ["A frame", energy(spent.total_pj)],
       ["A pixel", energy(spent.pj_per_pixel)], ["Technology", spent.technology],
       ["Most of the uncertainty", spent.deciders.slice(0, 2).map((one) => one.name.replaceAll("_", " ")).join(", ")],
     ]);
     byId("energy-text").textContent = blocks.length
-      ? `The largest is ${blockName(blocks[0]![0])}, with ${short((100 * blocks[0]![1]) / spent.total_pj)} % of the sensor's energy. ` +
-        "Periphery: references, clocks, supplies and control." : "";
+      ? `The largest is ${blockName(blocks[0]![0])}, with ${short((100 * blocks[0]![1]) / spent.total_pj)} % of the sensor's power. ` +
+        "Periphery: references, clocks, supplies and control. In brackets: the likely range, since constants of the " +
+        "technology are uncertain." : "";
     const last_us = summary.timing.feature_latency_us;
     definitions(byId("latency-figures"), [
       ["Mid-exposure to last bit", time(summary.timing.latency_us)],
@@ -120,6 +125,10 @@ export class Cost {
       return make("tr", {}, make("th", { scope: "row" }, row.name), ...cells.map((cell) => make("td", {}, cell)));
     }));
     byId("accuracy").hidden = false;
+    const [clocked, closed] = rows.slice(-2) as [AccuracyRow, AccuracyRow], cheap = rows[0]!;
+    byId("accuracy-text").textContent = `Rung: the clocks took the sensor ${short(clocked.sensor_ms / closed.sensor_ms, 2)} times as ` +
+      `long as the formula, and ${clocked.max_dn === 0 ? "gave the same codes" : `differ by up to ${clocked.max_dn} DN`}. Knob: one ray took ` +
+      `${short((100 * cheap.ms) / closed.ms, 2)} % of the last row's time, and its codes are ${short(cheap.rms_dn, 2)} DN off.`;
   }
 
   private draw(): void {

@@ -64,7 +64,8 @@ export const controls: Control[] = [
     choices: [["none", "None"], ["analog", "Analog"], ["digital", "Digital"]],
     help: "The reset level is subtracted from the signal. That removes reset noise and the columns' offsets." },
   { id: "threshold", keys: ["compute.threshold"], group: "Extractor", label: "FAST threshold", unit: "DN", scale: "linear", min: 2, max: 80,
-    step: 1, help: "A corner needs nine neighbours in an arc that all differ from its centre by more than this." },
+    step: 1, help: "A corner needs nine neighbours in an arc that all differ from its centre by more than this. DN, digital number: " +
+      "a step of the code." },
   { id: "word", keys: ["compute.pipeline_bits"], group: "Extractor", label: "Word of a pixel", unit: "bit", scale: "linear", min: 8,
     max: 12, step: 1, help: "What the extractor computes with. Longer words cost memory and energy; the threshold keeps its share." },
   { id: "descriptor", keys: ["compute.descriptor_bits"], group: "Extractor", label: "Descriptor", unit: "bit", scale: "choice",
@@ -94,17 +95,37 @@ export const control = (id: string): Control => {
   return found;
 };
 
+/** A control's value in words: the name of a choice, or the number with its unit. */
+export function named(id: string, value: string): string {
+  const one = control(id);
+  return one.choices?.find(([key]) => key === value)?.[1] ?? `${value} ${one.unit}`.trim();
+}
+
 /** Which control a message of the core is about; none where it names no key of one. */
 export function controlOf(message: string): string | undefined {
   const places = controls.flatMap((one) => one.keys.map((key) => ({ id: one.id, at: message.indexOf(`${key} = `) })));
   return places.filter((place) => place.at >= 0).sort((a, b) => a.at - b.at)[0]?.id;
 }
 
+/** A number as people write it: with its unit or without, "10,000" as the page itself prints it, "12,5" with a decimal comma. */
+function typedNumber(one: Control, text: string): number {
+  let bare = text.trim().toLowerCase();
+  const unit = one.unit.toLowerCase().replace("µ", "μ");
+  if (unit !== "" && bare.replace("µ", "μ").endsWith(unit)) bare = bare.slice(0, -unit.length).trim();
+  else if (unit !== "" && bare.startsWith(unit)) bare = bare.slice(unit.length).trim();
+  if (bare === "") return NaN;
+  return Number(/^-?[1-9]\d{0,2}(,\d{3})+(\.\d*)?$/.test(bare) ? bare.replaceAll(",", "") : bare.replace(",", "."));
+}
+
+/** What may be typed, as a sentence. */
+export const range = ({ min, max, unit, choices }: Control): string => (choices
+  ? `Choose one of ${choices.map(([, name]) => name).join(", ")}.` : `Type a number from ${min} to ${max}${unit ? ` ${unit}` : ""}.`);
+
 /** A value as the control allows it, or nothing. */
 export function accepted(one: Control, text: string): string | undefined {
   if (one.scale === "choice") return one.choices?.some(([value]) => value === text) ? text : undefined;
-  const number = Number(text.replace(",", "."));
-  if (text.trim() === "" || !Number.isFinite(number)) return undefined;
+  const number = typedNumber(one, text);
+  if (!Number.isFinite(number)) return undefined;
   if (number < one.min! || number > one.max!) return undefined;
   const stepped = one.step ? Math.round(number / one.step) * one.step : number;
   return String(Number(stepped.toPrecision(4)));
@@ -131,13 +152,16 @@ export function toAddress(design: Design, more: Record<string, string>): string 
   return new URLSearchParams([...changed, ...Object.entries(more)]).toString();
 }
 
-/** The design of an address. Values that no control allows are left at their defaults. */
-export function fromAddress(text: string): { design: Design; more: URLSearchParams } {
-  const more = new URLSearchParams(text), design = { ...defaults };
+/** The design of an address. Values that no control allows are left at their defaults, and `refused` says so. */
+export function fromAddress(text: string): { design: Design; more: URLSearchParams; refused: string[] } {
+  const more = new URLSearchParams(text), design = { ...defaults }, refused: string[] = [];
   for (const one of controls) {
     const value = more.get(one.id);
     const allowed = value === null ? undefined : accepted(one, value);
     if (allowed !== undefined) design[one.id] = allowed;
+    else if (value !== null) {
+      refused.push(`${one.label}: the address has "${value}"; ${named(one.id, defaults[one.id]!)} is used. ${range(one)}`);
+    }
   }
   const off = more.get("off") ?? "";
   if (/^[a-z_,]*$/.test(off)) design.off = off;
@@ -145,7 +169,7 @@ export function fromAddress(text: string): { design: Design; more: URLSearchPara
   if (/^\d{1,9}$/.test(seed)) design.seed = seed;
   const frames = more.get("frames") ?? "300";
   if (/^[1-9]\d{0,2}$/.test(frames)) design.frames = frames;
-  return { design, more };
+  return { design, more, refused };
 }
 
 /** Rooms, and where the camera stands in them. */

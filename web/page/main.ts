@@ -3,7 +3,7 @@ import { Compare } from "./compare.js";
 import { Controls } from "./controls.js";
 import { Conversion, type Probed } from "./conversion.js";
 import { type AccuracyRow, Cost } from "./cost.js";
-import { accepted, control, controlOf, defaults, type Design, fromAddress, scenario, toAddress } from "./design.js";
+import { accepted, control, controlOf, defaults, type Design, fromAddress, named, scenario, toAddress } from "./design.js";
 import { chromeTrace, png16, save } from "./downloads.js";
 import { type Corner, Features } from "./features.js";
 import { bits, byId, make, short } from "./ink.js";
@@ -47,6 +47,7 @@ function remember(): void {
 
 function change(id: string, value: string): void {
   controls.clear(id);
+  byId("address-note").textContent = "";
   if (tab === "compare") other = { ...(other ?? design), [id]: value };
   else design = { ...design, [id]: value };
   restart();
@@ -142,7 +143,8 @@ function describe({ summary, milliseconds }: FrameAnswer): void {
   const light = short(Number(design.lux)), photons = short(summary.mean_photons);
   const clipped = summary.saturated > 0.01 ? ` ${short(100 * summary.saturated, 2)} % of the pixels are full.` : "";
   const shutter = summary.rolling ? "row after row" : "all rows at once";
-  byId("caption").textContent = `Frame ${summary.frame}: at ${light} lux each pixel gathers about ${photons} photons in ` +
+  const which = tab === "compare" ? `Design A, frame ${summary.frame}` : `Frame ${summary.frame}`;
+  byId("caption").textContent = `${which}: at ${light} lux each pixel gathers about ${photons} photons in ` +
     `${short(summary.exposure_us / 1000)} ms, ${shutter}; the extractor finds ${summary.features} corners.${clipped}`;
   if (document.body.dataset.first === undefined) {
     performance.mark("first picture");
@@ -150,7 +152,7 @@ function describe({ summary, milliseconds }: FrameAnswer): void {
   }
   document.body.dataset.frame = String(summary.frame);
   document.body.dataset.ms = milliseconds.toFixed(1);
-  byId("machine").textContent = `${short(milliseconds)} ms in this browser`;
+  byId("machine").textContent = `${short(milliseconds)} ms to simulate`;
   byId("hashes").replaceChildren(...Object.entries(summary.hashes).map(([name, value]) =>
     make("div", {}, make("dt", {}, name), make("dd", { title: value }, value.slice(0, 16)))));
   byId("summary-line").textContent = `${bits(summary.raw_bits)} raw, ${bits(summary.feature_bits)} as features, ` +
@@ -198,7 +200,8 @@ async function refresh(): Promise<void> {
     cost.showStages(summary);
   } else {
     const changed = other ? Object.keys(other).filter((key) => other![key] !== design[key]) : [];
-    compare.show(changed.map((key) => (key in defaults && !["off", "seed", "frames"].includes(key) ? control(key).label : key)));
+    compare.show(changed.map((key) => (["off", "seed", "frames"].includes(key) ? key
+      : `${control(key).label} (${named(key, design[key]!)} in A, ${named(key, other![key]!)} in B)`)));
   }
   document.body.dataset.shown = `${tab} ${summary.frame} ${place.x},${place.y}`;
 }
@@ -256,6 +259,9 @@ function tell(): void {
   }
   stopped = false;
   playing = step.play ?? false;
+  byId("address-note").textContent = "";
+  // On a phone the picture is below the fold otherwise.
+  if (matchMedia("(max-width: 30rem)").matches) host.scrollIntoView();
   choose(step.tab);
   restart();
 }
@@ -413,6 +419,7 @@ const place = (name: string, count: number): number => {
 const across = Number(design.size);
 picture.probe = { x: place("x", across), y: place("y", (across * 3) / 4) };
 connect();
+byId("address-note").textContent = address.refused.join(" ");
 choose(tab);
 if (story) tell();
 else restart();

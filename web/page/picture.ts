@@ -15,14 +15,23 @@ export class Picture {
   probe: Probe = { x: 0, y: 0 };
   corner = -1;
   showsFeatures = true;
+  /** The pixel to which the probe returns when the mouse leaves: the last one that was clicked or set by keys. */
+  private held: Probe | undefined;
   /** Share of the width that shows design A; 1 without a comparison. */
   wiper = 1;
 
   constructor(private readonly moved: (probe: Probe) => void) {
     this.frame.addEventListener("keydown", (event) => this.key(event));
-    this.frame.addEventListener("pointerdown", (event) => this.point(event));
+    // The mouse shows every pixel under it; a click keeps one, so that the way to a panel or control does not lose it.
+    this.frame.addEventListener("pointerenter", () => { this.held ??= this.probe; });
+    this.frame.addEventListener("pointerdown", (event) => this.keep(event));
     this.frame.addEventListener("pointermove", (event) => {
-      if (event.buttons & 1 || event.pointerType === "mouse") this.point(event);
+      if (event.buttons & 1) this.keep(event);
+      else if (event.pointerType === "mouse") this.point(event);
+    });
+    this.frame.addEventListener("pointerleave", () => {
+      if (this.held) this.moveTo(this.held);
+      this.held = undefined;
     });
     new ResizeObserver(() => this.drawOver()).observe(this.frame);
   }
@@ -135,6 +144,11 @@ export class Picture {
     });
   }
 
+  private keep(event: PointerEvent): void {
+    this.point(event);
+    this.held = this.probe;
+  }
+
   private key(event: KeyboardEvent): void {
     const steps: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
     const step = steps[event.key];
@@ -145,6 +159,7 @@ export class Picture {
       x: limit(this.probe.x + far * step[0], this.last.width),
       y: limit(this.probe.y + far * step[1], this.last.height),
     });
+    if (this.held) this.held = this.probe;
   }
 
   moveTo(probe: Probe): void {

@@ -48,8 +48,8 @@ export class Rows {
     const last = table.length / fields - 1, skew = table[last * fields]! - table[0]!;
     const wait = table[last * fields + 2]! - table[last * fields + 1]!;
     byId("rows-text").textContent = summary.rolling
-      ? `Rolling shutter: the last row starts ${time(skew)} after the first, one line of ${time(summary.line_us)} after another. ` +
-        "What moves meanwhile leans."
+      ? `Rolling shutter: each row starts one line, ${time(summary.line_us)}, after the row above; the last ${time(skew)} after the ` +
+        "first. What moves meanwhile leans."
       : `Global shutter: all rows start together. The last row waits ${time(wait)} in its storage node until its line comes.`;
     this.draw();
   }

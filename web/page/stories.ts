@@ -10,6 +10,9 @@ const bright: Design = { lux: "2500", motion: "still", shutter: "global", exposu
 /** Little light under a high gain: a few hundred electrons fill a fifth of the codes. */
 const dim: Design = { ...bright, lux: "200", gain: "8" };
 
+/** A few dozen electrons, read with a noise of two: shot noise is the largest part. */
+const faint: Design = { ...bright, lux: "40", gain: "16", read: "20" };
+
 /** The light and gain at which four grey values tell a room's surfaces apart. */
 const sparse: Design = { ...bright, motion: "sway", gain: "2" };
 
@@ -18,15 +21,16 @@ const turning: Design = { ...bright, motion: "spin", rate: "400", exposure: "0.5
 
 export const stories: Story[] = [
   { id: "photons", title: "Why counting photons is noisy", steps: [
-    { text: "In good light a pixel gathers thousands of electrons. The picture is clean. Watch the electrons of the probed pixel.",
-      design: bright, tab: "pixel" },
+    { text: "In good light a pixel gathers thousands of electrons, and the picture is clean. The cross marks the probed pixel; the panel " +
+      "follows it from photons to its code. Click in the picture for another one.", design: bright, tab: "pixel" },
     { text: "Now the light falls to 40 lux, and gain 16 makes up for it. The scene has not changed, but each pixel gathers a few dozen " +
-      "electrons, and their number is a matter of chance. Step through some frames: the same pixel counts differently each time.",
-      design: { ...bright, lux: "40", gain: "16" }, tab: "pixel", play: true },
-    { text: "Taken apart: shot noise has most of the variance. It is no fault of the sensor. Its standard deviation is the square root " +
-      "of the count, so four times the light makes it half as large relative to the signal.", tab: "noise" },
-    { text: "The photon-transfer curve says the same: variance grows in proportion to the signal. The slope is the system gain. " +
-      "Change the light, the exposure or the read noise and measure again.", tab: "noise" },
+      "electrons, and their number is a matter of chance. Frames play: watch the same pixel's electrons change from frame to frame.",
+      design: faint, tab: "pixel", play: true },
+    { text: "Taken apart: shot noise, the chance in counting, has most of the variance. It is no fault of the sensor. Its standard " +
+      "deviation is the square root of the count, so four times the light makes it half as large relative to the signal.",
+      design: faint, tab: "noise" },
+    { text: "Press Measure, below the list: the photon-transfer curve says the same. Variance grows in proportion to the signal, and the " +
+      "slope is the system gain. Change the gain or the read noise and measure again.", tab: "noise" },
   ] },
   { id: "ramp", title: "What a ramp does", steps: [
     { text: "A column has one comparator and one counter. A ramp rises; the counter runs until the ramp passes the pixel's voltage. " +
@@ -46,7 +50,8 @@ export const stories: Story[] = [
       design: turning, tab: "rows", play: true },
     { text: "A rolling shutter exposes each row one line later than the row above. The camera has turned meanwhile: edges lean.",
       design: { ...turning, shutter: "rolling" }, tab: "rows", play: true },
-    { text: "A line of three times the length makes the lean three times as large. Look at the bars and at the picture together.",
+    { text: "A line of three times the length makes the lean three times as large. Each bar is a row's exposure; time runs to the right. " +
+      "Look at the bars and at the picture together.",
       design: { ...turning, shutter: "rolling", hts: "2800" }, tab: "rows", play: true },
     { text: "Both at once: global on the left of the wiper, rolling on the right. Drag it: the top row is the same in both, and each row " +
       "below has moved a little further.", design: { ...turning, hts: "2800" }, other: { shutter: "rolling" }, tab: "compare" },
@@ -78,11 +83,12 @@ export const stories: Story[] = [
       design: { ...bright, motion: "sway", link: "features", threshold: "40", rig: "65.0" }, tab: "pose", play: true },
   ] },
   { id: "milliwatts", title: "Where the milliwatts go", steps: [
-    { text: "Every block counts its events and its time. The bars are energy a frame of this very sensor.",
+    { text: "Every block counts its events and its time. The bars are the mean power of each block of this very sensor.",
       design: { ...bright, motion: "sway" }, tab: "energy", play: true },
-    { text: "Twelve bits: ramps run four times as long, and counters toggle more.",
+    { text: "Twelve bits: ramps run four times as long, and counters toggle more. Watch the converters.",
       design: { ...bright, motion: "sway", bits: "12", hts: "1200" }, tab: "energy", play: true },
-    { text: "Features only: the link falls silent, and the extractor does the work. Set it against ten bits of raw rows with A / B.",
+    { text: "Features only: the link sends a small part of the bits, yet its bar hardly falls. Its lanes draw most of their power " +
+      "whether they send or not. Open A / B and change what the link carries in design B: the table has the difference.",
       design: { ...bright, motion: "sway", link: "features" }, tab: "energy", play: true },
   ] },
 ];
