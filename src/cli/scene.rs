@@ -110,7 +110,9 @@ impl Found {
     fn of(name: String, scene: Scene, units: FileUnits) -> Self {
         let (extent, views) = (Extent::of(&scene), views::best(&scene, VIEWS));
         let shining = |material: &&sensel::scene::mesh::Material| material.is_emissive();
-        let lamps = scene.mesh.materials.iter().filter(shining).map(|material| material.name.clone()).collect();
+        let distant = scene.mesh.distant.iter().map(|_| "directional".to_owned());
+        let lamps =
+            scene.mesh.materials.iter().filter(shining).map(|material| material.name.clone()).chain(distant).collect();
         let open = views.first().map_or(0.0, |view| {
             let up = Pose::new(views::looking(0.0, 0.5 * std::f64::consts::PI), view.world_from_camera.translation_m);
             let overhead = views::judged(&scene, &extent, "overhead", up);

@@ -113,6 +113,19 @@ impl Scene {
         for cut_out in &self.mesh.cut_outs {
             cut_out.hash_into(&mut hasher);
         }
+        if !self.mesh.colours.is_empty() {
+            hasher.update(b"colours");
+            self.mesh.colours.chunks(1024).for_each(|colours| hash_floats(&mut hasher, colours.as_flattened()));
+        }
+        for light in &self.mesh.distant {
+            hasher.update(b"distant");
+            hash_floats(&mut hasher, &light.direction);
+            hash_floats(&mut hasher, &light.normal_irradiance);
+        }
+        if self.mesh.materials.iter().any(|material| material.culled) {
+            hasher.update(b"culled");
+            hasher.update(&self.mesh.materials.iter().map(|material| u8::from(material.culled)).collect::<Vec<_>>());
+        }
         *hasher.finalize().as_bytes()
     }
 }

@@ -61,6 +61,8 @@ pub struct Block {
     pub present: u64,
     /// One bit for each triangle that may have holes.
     pub cut_out: u32,
+    /// One bit for each triangle whose back cameras do not see.
+    pub culled: u32,
 }
 
 /// Flat tree.
@@ -100,6 +102,15 @@ impl Bvh {
         let mut flat = Self { nodes: Vec::new(), blocks: Vec::new(), pad_m };
         flat.widen(&tree, triangles_m, is_cut_out);
         flat
+    }
+
+    /// Marks triangles whose backs cameras do not see.
+    pub fn mark_culled(&mut self, is_culled: &dyn Fn(u32) -> bool) {
+        for block in &mut self.blocks {
+            for slot in 0..BLOCK {
+                block.culled |= u32::from(is_culled(block.triangle[slot])) << slot;
+            }
+        }
     }
 
     /// Bytes of nodes and triangles.
@@ -171,6 +182,7 @@ fn block(triangles: &[u32], triangles_m: &[[[f32; 3]; 3]], is_cut_out: &dyn Fn(u
         triangle: [0; BLOCK],
         present: u64::MAX >> (8 * (BLOCK - triangles.len())),
         cut_out: 0,
+        culled: 0,
     };
     for slot in 0..BLOCK {
         let triangle = triangles[slot.min(triangles.len() - 1)];

@@ -2,7 +2,8 @@
 //! coordinates.
 //!
 //! glTF's alpha mode MASK: a point is either there or not. Coverage is taken at full resolution, bilinear; antialiasing is left to the rays
-//! of a pixel, which fall on and beside the edge.
+//! of a pixel, which fall on and beside the edge. BLEND: a ray passes by chance, as often as coverage says, by a draw that its place
+//! decides (hashed alpha testing, Wyman and McGuire, I3D 2017), so that the mean over rays is the blend, in any order of surfaces.
 
 use super::texture::Wrap;
 use crate::num::{f32_from_i32, f32_from_u32, i32_truncated_f32, index};
@@ -15,31 +16,56 @@ pub struct CutOut {
     /// 255 is surface; row-major, the top row first.
     coverage: Vec<u8>,
     wrap: [Wrap; 2],
-    /// Coverage below this (0 to 255) is a hole.
-    least: f32,
+    rule: Rule,
+}
+
+/// What coverage means. Of 0 to 255.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rule {
+    /// Below this is a hole.
+    Least(f32),
+    /// Times this over 255, the share of rays that is stopped.
+    Share(f32),
 }
 
 impl CutOut {
     /// Takes row-major coverage, the top row first. Panics unless there are width times height codes, at least one.
     pub fn new(width: u32, height: u32, coverage: Vec<u8>, wrap: [Wrap; 2], cutoff: f32) -> Self {
         assert!(!coverage.is_empty() && coverage.len() == index(width) * index(height), "a picture needs its texels");
-        Self { width, height, coverage, wrap, least: 255.0 * cutoff }
+        Self { width, height, coverage, wrap, rule: Rule::Least(255.0 * cutoff) }
     }
 
-    /// Whether there is a hole at texture coordinates (glTF: origin top left, v downwards).
-    pub fn is_open(&self, uv: [f32; 2]) -> bool {
+    /// As `new`, but coverage times `alpha` is the share of rays that is stopped.
+    pub fn blended(width: u32, height: u32, coverage: Vec<u8>, wrap: [Wrap; 2], alpha: f32) -> Self {
+        Self { rule: Rule::Share(alpha), ..Self::new(width, height, coverage, wrap, 0.0) }
+    }
+
+    /// Whether there is a hole at texture coordinates (glTF: origin top left, v downwards). `draw`, from 0 to 1 and below 1, decides where
+    /// coverage is a share.
+    pub fn is_open(&self, uv: [f32; 2], draw: impl FnOnce() -> f32) -> bool {
         let (x0, x1, fx) = neighbours(uv[0], self.width, self.wrap[0]);
         let (y0, y1, fy) = neighbours(uv[1], self.height, self.wrap[1]);
         let at = |x: usize, y: usize| f32::from(self.coverage[y * index(self.width) + x]);
         let above = at(x0, y0) + (at(x1, y0) - at(x0, y0)) * fx;
         let below = at(x0, y1) + (at(x1, y1) - at(x0, y1)) * fx;
-        above + (below - above) * fy < self.least
+        let coverage = above + (below - above) * fy;
+        match self.rule {
+            Rule::Least(least) => coverage < least,
+            Rule::Share(alpha) => coverage * alpha <= 255.0 * draw(),
+        }
     }
 
     /// Bytes that identify these holes, for content keys.
     pub fn hash_into(&self, hasher: &mut blake3::Hasher) {
-        for number in [self.width, self.height, self.least.to_bits()] {
+        let (number, is_share) = match self.rule {
+            Rule::Least(least) => (least, false),
+            Rule::Share(alpha) => (alpha, true),
+        };
+        for number in [self.width, self.height, number.to_bits()] {
             hasher.update(&number.to_le_bytes());
+        }
+        if is_share {
+            hasher.update(b"share");
         }
         hasher.update(&self.wrap.map(|wrap| wrap as u8));
         hasher.update(&self.coverage);
@@ -75,8 +101,25 @@ mod tests {
         // Left texel a hole, right one surface: the edge for a cutoff of a half is at the middle.
         let cut_out = CutOut::new(2, 1, vec![0, 255], [Wrap::Clamp; 2], 0.5);
         for (u, is_open) in [(0.0, true), (0.25, true), (0.49, true), (0.51, false), (0.75, false), (1.0, false)] {
-            assert_eq!(cut_out.is_open([u, 0.5]), is_open, "{u}");
+            assert_eq!(cut_out.is_open([u, 0.5], || panic!("no draw")), is_open, "{u}");
         }
+    }
+
+    #[test]
+    fn coverage_as_a_share_stops_so_many_draws() {
+        let mut tried = 0;
+        for (code, alpha, share) in [(0, 1.0, 0.0), (255, 1.0, 1.0), (255, 0.25, 0.25), (51, 1.0, 0.2), (51, 0.5, 0.1)]
+        {
+            let pane = CutOut::blended(1, 1, vec![code], [Wrap::Repeat; 2], alpha);
+            let stopped = (0..1000).filter(|&draw| !pane.is_open([0.3, 0.7], || f32_from_i32(draw) / 1000.0)).count();
+            // Both ends are exact: nothing stops no draw, and all is all. Elsewhere rounding may decide one.
+            let expected = 1000.0 * share;
+            assert!(
+                (crate::num::f64_from_usize(stopped) - expected).abs() <= if share % 1.0 == 0.0 { 0.0 } else { 1.0 }
+            );
+            tried += 1;
+        }
+        assert_eq!(tried, 5);
     }
 
     #[test]
@@ -86,7 +129,7 @@ mod tests {
             for (code, is_open) in [(0, true), (255, false)] {
                 let cut_out = CutOut::new(3, 5, vec![code; 15], [wrap; 2], 0.5);
                 for u in [-1e9, -7.3, -1.0, -0.0, 0.0, 0.999_999_94, 1.0, 2.5, 1e9, f32::MAX] {
-                    assert_eq!(cut_out.is_open([u, -u]), is_open, "{wrap:?} at {u}");
+                    assert_eq!(cut_out.is_open([u, -u], || panic!("no draw")), is_open, "{wrap:?} at {u}");
                     tried += 1;
                 }
             }

@@ -179,7 +179,7 @@ impl Environment {
     pub fn aims(&self, count: usize) -> Vec<DistantLight> {
         let mut lights = Vec::new();
         if let Some(sun) = self.sun {
-            lights.extend(sun.points((count / 4).max(SUN_POINTS_MIN)));
+            lights.extend(sun.points(count / 4));
         }
         let total = self.row_sums.last().copied().unwrap_or(0.0);
         if total > 0.0 {
@@ -260,8 +260,9 @@ impl Sun {
         chord2 <= f32_nearest(chord * chord)
     }
 
-    /// Points of equal light on the disc: a spiral of the golden angle (Vogel 1979).
-    fn points(&self, count: usize) -> impl Iterator<Item = DistantLight> {
+    /// Points of equal light on the disc, at least 16: a spiral of the golden angle (Vogel 1979).
+    pub(super) fn points(&self, count: usize) -> impl Iterator<Item = DistantLight> + use<> {
+        let count = count.max(SUN_POINTS_MIN);
         let sides = super::chance::frame(self.direction);
         let light = self.normal_irradiance.map(|band| band / f32_nearest(f64_from_usize(count)));
         let towards = self.direction;

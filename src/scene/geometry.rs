@@ -7,6 +7,7 @@ use super::light::Bands;
 use super::mesh::Mesh;
 use super::samples::Layout;
 use crate::error::Error;
+use crate::num::index;
 use crate::pose::Pose;
 
 /// Geometry and materials, ready for rays.
@@ -57,7 +58,8 @@ impl Scene {
             material.base_colour = material.base_colour.map(|band| band.clamp(0.0, 1.0));
         }
         let corners_m: Vec<_> = (0..mesh.triangles.len()).map(|triangle| mesh.corners_m(triangle)).collect();
-        let bvh = Bvh::build_with_cut_outs(&corners_m, &|triangle| mesh.cut_out_of(triangle).is_some());
+        let mut bvh = Bvh::build_with_cut_outs(&corners_m, &|triangle| mesh.cut_out_of(triangle).is_some());
+        bvh.mark_culled(&|triangle| mesh.materials[index(mesh.material_of[index(triangle)])].culled);
         let (layout, lamps) = (Layout::of(&mesh), Lamps::of(&mesh, &bvh));
         let (environment, flickering, viewpoints) = (None, Vec::new(), Vec::new());
         let (name, notes) = (name.to_owned(), Vec::new());
@@ -87,7 +89,7 @@ impl Scene {
 
     /// Whether a material's own light flickers.
     pub(super) fn flickers(&self, material: u32) -> bool {
-        self.flickering.get(crate::num::index(material)).copied().unwrap_or(false)
+        self.flickering.get(index(material)).copied().unwrap_or(false)
     }
 
     /// Radiance of the environment beyond all surfaces.

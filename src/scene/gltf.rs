@@ -2,9 +2,9 @@
 //!
 //! Read: nested nodes and instances (EXT_mesh_gpu_instancing), triangles, strips and fans, dense, sparse and quantized accessors,
 //! positions, normals (flat where there are none), any set of texture coordinates with KHR_texture_transform, base colour with PNG
-//! or JPEG pictures from the file, from `data:` URIs or from its folder, holes (alpha), emission, sidedness, point and spot lights,
-//! cameras. Left out, and why it does no harm: metallic and roughness act as diffuse (see `scene`); transparent materials (alpha
-//! below a half, or marked dielectric) are dropped, so light passes; animation, skins, morph targets, points and lines are ignored.
+//! or JPEG pictures from the file, from `data:` URIs or from its folder, vertex colours, coverage (alpha), emission, sidedness, lights,
+//! cameras. Left out, each with a note: textures of normals, metallic-roughness and occlusion, materials' other extensions, animation,
+//! skins, morph targets, points and lines. Transparent materials (no alpha, or marked dielectric) are dropped, so light passes.
 //! A file may be hostile: every offset, count and index is checked before it is used, and no allocation is larger than a
 //! scene may be.
 
@@ -77,8 +77,12 @@ fn content(bytes: &[u8], units: &FileUnits, files: &Files<'_>) -> Result<Content
     for name in &container.ignored {
         notes.add(format!("the extension {name} is not read"));
     }
+    for animation in container.document.animations() {
+        let name = animation.name().map_or_else(|| animation.index().to_string(), |name| format!("'{name}'"));
+        notes.add(format!("animation {name} is not read"));
+    }
     let buffers = Buffers::of(&container.document, container.binary, files)?;
-    let kinds = material::read_all(&container.document, &buffers, files, &mut mesh, &mut notes)?;
+    let kinds = material::read_all(&container.document, &buffers, files, &container.unread, &mut mesh, &mut notes)?;
     let scene =
         container.document.default_scene().or_else(|| container.document.scenes().next()).ok_or("it has no scene")?;
     let mut reader = reader::Reader::new(&container, &buffers, kinds, mesh, notes);

@@ -273,7 +273,7 @@ impl LitScene {
             return [0.0; BANDS];
         }
         let irradiance = self.irradiance_of(shade.around(u, v), back, lamp_level);
-        let albedo = self.albedo(shade, paint, [u, v], footprint);
+        let albedo = self.albedo(triangle, paint, [u, v], footprint);
         let glow_level = self.glow_level(paint, direction, lamp_level);
         let mut light = [0.0; BANDS];
         for band in 0..BANDS {
@@ -315,14 +315,23 @@ impl LitScene {
 
     /// Reflectance at a point, averaged over the footprint.
     #[inline(always)]
-    fn albedo(&self, shade: &ShadeTriangle, paint: &Paint, [u, v]: [f32; 2], footprint: &Footprint) -> Bands {
-        if paint.texture == UNTEXTURED {
+    fn albedo(&self, triangle: u32, paint: &Paint, [u, v]: [f32; 2], footprint: &Footprint) -> Bands {
+        let mesh = &self.scene.mesh;
+        if paint.texture == UNTEXTURED && mesh.colours.is_empty() {
             return paint.base_colour;
         }
-        let [a, b, c] = shade.uv;
         let w = 1.0 - u - v;
-        let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
-        let colour = self.scene.mesh.textures[index(paint.texture)].over(uv, footprint);
+        let mut colour = [1.0; BANDS];
+        if paint.texture != UNTEXTURED {
+            let [a, b, c] = self.scene.layout.triangles[index(triangle)].uv;
+            let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
+            colour = mesh.textures[index(paint.texture)].over(uv, footprint);
+        }
+        if let Some([a, b, c]) = mesh.corner_colours(triangle) {
+            for band in 0..BANDS {
+                colour[band] *= a[band] * w + b[band] * u + c[band] * v;
+            }
+        }
         let mut albedo = paint.base_colour;
         for band in 0..BANDS {
             albedo[band] *= colour[band];
@@ -358,8 +367,14 @@ impl LitScene {
         let [sky_least, sky_greatest] = self.sky_bounds();
         let mut bounds = ExitanceBounds { least: sky_least, greatest: [0.0; BANDS], emitted: sky_greatest };
         let levels = self.lamp_level_bounds().map(f64::from);
-        for shade in &self.scene.layout.triangles {
-            let range = &ranges[index(shade.material)];
+        for (triangle, shade) in (0_u32..).zip(&self.scene.layout.triangles) {
+            let mut range = ranges[index(shade.material)];
+            if let Some([a, b, c]) = mesh.corner_colours(triangle) {
+                for band in 0..BANDS {
+                    range[0][band] *= a[band].min(b[band]).min(c[band]);
+                    range[1][band] *= a[band].max(b[band]).max(c[band]);
+                }
+            }
             let glow_level = if self.scene.flickers(shade.material) { levels[1] } else { 1.0 };
             let glow = self.paints[index(shade.material)].glow_lux.map(|glow| f64::from(glow) * glow_level);
             for (back, sample) in sides_of(shade) {

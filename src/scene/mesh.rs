@@ -2,11 +2,13 @@
 
 use super::bulb::Bulb;
 use super::cut_out::CutOut;
+use super::environment::Sun;
 use super::light::{BANDS, Bands, with_infrared};
 use super::texture::Texture;
 use super::tracer::Holes;
 pub use super::vectors::{area_m2, cross, dot, sub, unit, unit_normal};
-use crate::num::{index, u32_from};
+use crate::draw::mix;
+use crate::num::{f32_from_u32, index, low_u32, u32_from};
 
 /// Greatest albedo that a bake's bounces take: base colour times texture above it is clamped to it, since light in a closed room
 /// of albedo 1 has no finite level. What a ray sees of a surface is not: glTF's white reflects all.
@@ -33,6 +35,8 @@ pub struct Material {
     pub roughness: f32,
     /// Whether the back of a triangle is seen, lit and emits like its front.
     pub double_sided: bool,
+    /// Whether a camera looks through its back (glTF's culling). Light that comes from behind is stopped all the same.
+    pub culled: bool,
 }
 
 impl Material {
@@ -48,6 +52,7 @@ impl Material {
             metallic: 0.0,
             roughness: 1.0,
             double_sided: true,
+            culled: false,
         }
     }
 
@@ -108,13 +113,42 @@ pub struct Mesh {
     pub textures: Vec<Texture>,
     /// Holes that materials name.
     pub cut_outs: Vec<CutOut>,
+    /// Linear colours, 0 to 1, of the first vertices, multiplied with the base colour; vertices beyond are white.
+    pub colours: Vec<Bands>,
+    /// Light from infinitely far that is not seen itself, in the scene's own units.
+    pub distant: Vec<Sun>,
 }
+
+/// White, of vertices without a colour.
+const WHITE: Bands = [1.0; BANDS];
 
 impl Mesh {
     /// The holes of a triangle's material, if it has any.
     pub fn cut_out_of(&self, triangle: u32) -> Option<&CutOut> {
         let cut_out = self.materials[index(self.material_of[index(triangle)])].cut_out?;
         Some(&self.cut_outs[index(cut_out)])
+    }
+
+    /// Colour of a vertex.
+    #[inline(always)]
+    pub fn colour(&self, vertex: u32) -> Bands {
+        self.colours.get(index(vertex)).copied().unwrap_or(WHITE)
+    }
+
+    /// Colours of a triangle's corners; none in a mesh whose vertices have no colours.
+    #[inline(always)]
+    pub fn corner_colours(&self, triangle: u32) -> Option<[Bands; 3]> {
+        if self.colours.is_empty() {
+            return None;
+        }
+        Some(self.triangles[index(triangle)].map(|corner| self.colour(corner)))
+    }
+
+    /// Adds colours of the last vertices of the mesh.
+    pub fn colour_last(&mut self, colours: &[Bands]) {
+        let first = self.vertices.len().checked_sub(colours.len()).expect("colours belong to vertices");
+        self.colours.resize(first, WHITE);
+        self.colours.extend_from_slice(colours);
     }
 
     /// Corners of a triangle in metres.
@@ -209,6 +243,26 @@ impl Holes for Mesh {
         let Some(cut_out) = self.cut_out_of(triangle) else { return false };
         let [a, b, c] = self.triangles[index(triangle)].map(|corner| self.vertices[index(corner)].uv);
         let w = 1.0 - u - v;
-        cut_out.is_open([a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v])
+        let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
+        cut_out.is_open(uv, || draw_at(triangle, u, v))
+    }
+}
+
+/// A number from 0 to 1, below 1, that looks random from place to place.
+fn draw_at(triangle: u32, u: f32, v: f32) -> f32 {
+    let place = u64::from(u.to_bits()) << 32 | u64::from(v.to_bits());
+    let bits = mix(mix(place).wrapping_add(u64::from(triangle)));
+    f32_from_u32(low_u32(bits >> 40)) / 16_777_216.0
+}
+
+/// A mesh as cameras see it: without the backs that glTF culls.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a>(pub &'a Mesh);
+
+impl Holes for Seen<'_> {
+    const CULLS: bool = true;
+
+    fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool {
+        self.0.is_open(triangle, u, v)
     }
 }

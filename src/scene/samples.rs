@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::light::Bands;
+use super::light::{BANDS, Bands};
 use super::mesh::{ALBEDO_MAX, Material, Mesh, Vertex};
 use super::vectors::{area_m2, cross, dot, sub, unit, unit_normal};
 use crate::num::{f32_from_u32, f32_nearest, i32_truncated_f32, index, u32_from, u32_truncated_f32};
@@ -141,7 +141,7 @@ impl Layout {
                         let place = (cell(vertex), shade.material);
                         *known = *sample_of_cell
                             .entry(place)
-                            .or_insert_with(|| layout.push_vertex(mesh, vertex, &shade, spacing_m));
+                            .or_insert_with(|| layout.push_vertex(mesh, corner, &shade, spacing_m));
                     }
                     *known
                 });
@@ -151,8 +151,9 @@ impl Layout {
         layout
     }
 
-    fn push_vertex(&mut self, mesh: &Mesh, vertex: &Vertex, shade: &ShadeTriangle, spacing_m: f32) -> u32 {
-        let albedo = albedo(mesh, shade, vertex.uv, spacing_m);
+    fn push_vertex(&mut self, mesh: &Mesh, corner: u32, shade: &ShadeTriangle, spacing_m: f32) -> u32 {
+        let vertex = &mesh.vertices[index(corner)];
+        let albedo = albedo(mesh, shade, vertex.uv, mesh.colour(corner), spacing_m);
         let (position_m, normal) = (vertex.position_m, vertex.normal);
         let double_sided = mesh.materials[index(shade.material)].double_sided;
         self.samples.push(Sample { position_m, normal, albedo, double_sided, on_grid: false });
@@ -179,7 +180,11 @@ impl Layout {
                     shade.uv[0][axis] * weights[0] + shade.uv[1][axis] * weights[1] + shade.uv[2][axis] * weights[2]
                 });
                 let normal = unit(mix(normals)).unwrap_or(shade.normal);
-                let albedo = albedo(mesh, shade, uv, spacing_m);
+                let mut colour = [1.0; BANDS];
+                if let Some([a, b, c]) = mesh.corner_colours(u32_from(triangle)) {
+                    colour = std::array::from_fn(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2]);
+                }
+                let albedo = albedo(mesh, shade, uv, colour, spacing_m);
                 let double_sided = mesh.materials[index(shade.material)].double_sided;
                 self.samples.push(Sample { position_m: mix(corners_m), normal, albedo, double_sided, on_grid: true });
             }
@@ -243,10 +248,10 @@ fn grid_steps(corners_m: [[f32; 3]; 3], spacing_m: f32) -> u32 {
 }
 
 /// Reflectance of a material around a texture coordinate, averaged over the spacing of a grid, as bounces take it.
-fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2], spacing_m: f32) -> Bands {
+fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2], colour: Bands, spacing_m: f32) -> Bands {
     let material = &mesh.materials[index(shade.material)];
     let diffuse = if material.is_mirror() { 1.0 - material.metallic } else { 1.0 };
-    let base = material.base_colour.map(|band| band * diffuse);
+    let base: Bands = std::array::from_fn(|band| material.base_colour[band] * diffuse * colour[band]);
     let product = match material.texture {
         None => base,
         Some(texture) => {

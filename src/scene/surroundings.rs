@@ -77,6 +77,9 @@ impl Surroundings {
         for material in &mut mesh.materials {
             material.emission = material.emission.map(|band| band * self.lamps);
         }
+        for light in &mut mesh.distant {
+            light.normal_irradiance = light.normal_irradiance.map(|band| band * self.lamps);
+        }
         for panel in &self.panels {
             let plain = Material::plain(PANEL, [0.0; 3]);
             mesh.materials.push(Material { emission: with_infrared(panel.radiance), double_sided: false, ..plain });

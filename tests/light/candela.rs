@@ -14,9 +14,16 @@ use super::room::plate;
 
 /// The white square of 2 m at z = 5 under a light 2 m before its middle that shines along -z.
 fn under(light: serde_json::Value, settings: &BakeSettings) -> LitScene {
+    under_turned(light, 0.0, settings)
+}
+
+/// As `under`, with the light's node turned about the vertical.
+fn under_turned(light: serde_json::Value, turn_rad: f64, settings: &BakeSettings) -> LitScene {
     let mut file = File::square();
     file.json["extensions"] = serde_json::json!({"KHR_lights_punctual": {"lights": [light]}});
-    let node = serde_json::json!({"translation": [1, 1, 7], "extensions": {"KHR_lights_punctual": {"light": 0}}});
+    let node = serde_json::json!({
+        "translation": [1, 1, 7], "rotation": [0.0, libm::sin(0.5 * turn_rad), 0.0, libm::cos(0.5 * turn_rad)],
+        "extensions": {"KHR_lights_punctual": {"light": 0}}});
     file.json["nodes"].as_array_mut().unwrap().push(node);
     file.json["scenes"][0]["nodes"].as_array_mut().unwrap().push(2.into());
     let scene = Scene::from_glb("a.glb", &file.glb()).unwrap();
@@ -89,6 +96,27 @@ fn a_point_light_reads_its_candela_at_a_meter_all_around() {
         }
     }
     assert_eq!(tried, 20);
+}
+
+#[test]
+fn a_directional_light_gives_its_lux_times_the_cosine_everywhere() {
+    let mut tried = 0;
+    for turn_deg in [0.0_f64, 60.0, -45.0, 100.0] {
+        let light = serde_json::json!({"type": "directional", "intensity": 1000, "color": [1, 1, 0.5]});
+        let lit = under_turned(light, turn_deg.to_radians(), &BakeSettings::DRAFT);
+        let expected = 1000.0 * libm::cos(turn_deg.to_radians());
+        for triangle in 0..2_u32 {
+            for at in [[0.1, 0.1], [0.3, 0.6], [0.8, 0.1]] {
+                let [_, green, blue, _] = lit.exitance_lux(triangle, at, [0.0, 0.0, -1.0], &Footprint::POINT, 1.0);
+                // The board's back is seen where the light comes from behind it; its front has none then.
+                let expected = if expected > 0.0 { expected } else { 0.0 };
+                assert!((f64::from(green) - expected).abs() <= 5e-3 * expected, "{turn_deg}: {green} of {expected}");
+                assert!((f64::from(blue) - 0.5 * expected).abs() <= 5e-3 * expected, "{turn_deg}: {blue}");
+                tried += 1;
+            }
+        }
+    }
+    assert_eq!(tried, 24);
 }
 
 #[test]

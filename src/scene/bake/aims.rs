@@ -29,7 +29,8 @@ pub struct Aims {
 impl Aims {
     /// At lamps and bright directions, along so many rays.
     pub fn new(scene: &Scene, lamp_rays: usize, rays: usize) -> Self {
-        let distant = scene.environment.as_ref().map_or_else(Vec::new, |environment| environment.aims(lamp_rays));
+        let mut distant = scene.environment.as_ref().map_or_else(Vec::new, |environment| environment.aims(lamp_rays));
+        distant.extend(scene.mesh.distant.iter().flat_map(|light| light.points(lamp_rays / 4)));
         let (lamp_points, bulb_points) = (scene.lamps.points(lamp_rays), scene.lamps.bulb_points(lamp_rays));
         Self { lamp_points, bulb_points, distant, fan: fan(rays) }
     }

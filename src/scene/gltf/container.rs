@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use gltf::json::extensions::scene::khr_lights_punctual::Type;
 use gltf::json::validation::Checked;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
-/// Extensions that are read; any other one that a file requires is refused by name.
+/// Extensions that are read. Any other one that a file requires is refused by name, unless it only adds to the look of materials.
 const READ: [&str; 6] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
@@ -16,6 +17,30 @@ const READ: [&str; 6] = [
     "KHR_texture_transform",
 ];
 
+/// Extensions that hold geometry or pictures in a form that is not read, and what makes a file without them.
+const REMEDIES: [(&str, &str); 4] = [
+    ("KHR_draco_mesh_compression", "export the file without mesh compression (in Blender: Data, Compression off)"),
+    ("EXT_meshopt_compression", "write the file without mesh compression (gltfpack without -c and -cc)"),
+    ("KHR_texture_basisu", "write its textures as PNG or JPEG (gltfpack without -tc)"),
+    ("EXT_texture_webp", "write its textures as PNG or JPEG"),
+];
+
+/// Whether a file without this extension shows the same surfaces, if not in the same look.
+fn is_look(name: &str) -> bool {
+    ["KHR_materials_", "EXT_materials_", "ADOBE_materials_", "MSFT_materials_"]
+        .iter()
+        .any(|start| name.starts_with(start))
+        || matches!(name, "KHR_xmp_json_ld" | "KHR_animation_pointer")
+}
+
+/// Why a file cannot be read without an extension, and what to do.
+fn refusal(name: &str) -> String {
+    match REMEDIES.iter().find(|(known, _)| *known == name) {
+        Some((_, remedy)) => format!("it needs the extension {name}, which is not read; {remedy}"),
+        None => format!("it requires the extension {name}; use a file without it, or with one of {}", READ.join(", ")),
+    }
+}
+
 /// A file taken apart.
 pub struct Container<'a> {
     /// Its JSON, checked.
@@ -24,8 +49,10 @@ pub struct Container<'a> {
     pub binary: &'a [u8],
     /// Instancing of each node: accessor by attribute.
     pub instancing: Vec<Option<BTreeMap<String, usize>>>,
-    /// Extensions that the file uses, does not require, and that are not read.
+    /// Extensions that the file uses, that no material names, and that are not read.
     pub ignored: Vec<String>,
+    /// Names of extensions of each material that are not read.
+    pub unread: Vec<Vec<String>>,
 }
 
 /// The parts of the JSON that the `gltf` crate does not expose.
@@ -35,6 +62,62 @@ struct Outline {
     extensions_used: Vec<String>,
     extensions_required: Vec<String>,
     nodes: Vec<OutlineNode>,
+    materials: Vec<Extended>,
+    textures: Vec<OutlineTexture>,
+    meshes: Vec<OutlineMesh>,
+    accessors: Vec<OutlineAccessor>,
+}
+
+/// Something with extensions.
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct Extended {
+    extensions: BTreeMap<String, IgnoredAny>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct OutlineTexture {
+    source: Option<u64>,
+    extensions: BTreeMap<String, IgnoredAny>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct OutlineMesh {
+    primitives: Vec<OutlinePrimitive>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct OutlinePrimitive {
+    attributes: BTreeMap<String, usize>,
+    extensions: BTreeMap<String, IgnoredAny>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+struct OutlineAccessor {
+    buffer_view: Option<u64>,
+    sparse: Option<IgnoredAny>,
+}
+
+impl Outline {
+    /// The first extension without which something is missing.
+    fn missing(&self) -> Option<&str> {
+        let required = self.extensions_required.iter().map(String::as_str);
+        let unread = required.filter(|name| !READ.contains(name) && !is_look(name));
+        let picture = |texture: &&OutlineTexture| texture.source.is_none();
+        let pictures = self.textures.iter().filter(picture).flat_map(|texture| texture.extensions.keys());
+        let has_bytes = |number: &usize| {
+            self.accessors.get(*number).is_none_or(|it| it.buffer_view.is_some() || it.sparse.is_some())
+        };
+        let packed = |it: &&OutlinePrimitive| it.attributes.get("POSITION").is_some_and(|number| !has_bytes(number));
+        let primitives = self.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let packed = primitives.filter(packed).flat_map(|primitive| primitive.extensions.keys());
+        let known = |name: &&str| REMEDIES.iter().any(|(known, _)| known == name);
+        unread.chain(pictures.chain(packed).map(String::as_str).filter(known)).next()
+    }
 }
 
 #[derive(Deserialize, Default)]
@@ -85,15 +168,21 @@ pub fn open(bytes: &[u8]) -> Result<Container<'_>, String> {
     let (json, binary) = if is_text { (bytes, &[][..]) } else { chunks(bytes)? };
     judge(json)?;
     let outline: Outline = serde_json::from_slice(json).map_err(|error| not_gltf(&error))?;
-    if let Some(unread) = outline.extensions_required.iter().find(|name| !READ.contains(&name.as_str())) {
-        return Err(format!(
-            "it requires the extension {unread}; use a file without it, or with one of {}",
-            READ.join(", ")
-        ));
+    if let Some(missing) = outline.missing() {
+        return Err(refusal(missing));
     }
-    let ignored = outline.extensions_used.into_iter().filter(|name| !READ.contains(&name.as_str())).collect();
+    let is_unread = |name: &String| !READ.contains(&name.as_str());
+    let unread: Vec<Vec<String>> = outline
+        .materials
+        .into_iter()
+        .map(|material| material.extensions.into_keys().filter(is_unread).collect())
+        .collect();
+    let used = outline.extensions_used.into_iter().chain(outline.extensions_required);
+    let mut ignored: Vec<String> =
+        used.filter(|name| is_unread(name) && !unread.iter().flatten().any(|it| it == name)).collect();
+    ignored.dedup();
     let instancing = outline.nodes.into_iter().map(|node| node.extensions.instancing.map(|it| it.attributes)).collect();
-    Ok(Container { document: document(json)?, binary, instancing, ignored })
+    Ok(Container { document: document(json)?, binary, instancing, ignored, unread })
 }
 
 /// The JSON, every index in it within range, everything there that the crate takes for granted.

@@ -5,6 +5,7 @@ use glam::{DMat4, DVec3};
 use gltf::khr_lights_punctual::{Kind, Light};
 
 use super::super::bulb::{Bulb, Cone};
+use super::super::environment::Sun;
 use super::super::lamps::fixture::append_ball;
 use super::super::light::with_infrared;
 use super::super::mesh::Material;
@@ -18,7 +19,15 @@ const RADIUS_M: f32 = 0.03;
 /// Farthest place of a light along each axis; beyond it are no coordinates.
 const PLACE_MAX_M: f64 = 0.9e6;
 
-/// Puts a lamp where a light is. Units: glTF's candela and nits go together, so a ball of intensity I whose triangles have the area A,
+/// Directional lights at most: every place aims rays at each.
+const DISTANT_MAX: usize = 64;
+
+fn colour(light: &Light<'_>) -> [f32; 3] {
+    light.color().map(|band| if band.is_finite() { band.clamp(0.0, 1.0) } else { 1.0 })
+}
+
+/// Puts a lamp where a light is; a directional one shines from beyond all surfaces, in lux.
+/// Units: glTF's candela and nits go together, so a ball of intensity I whose triangles have the area A,
 /// a quarter of which is seen in the mean of all directions, has the radiance 4 I / A.
 ///
 /// # Errors
@@ -41,7 +50,14 @@ pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4)
             Some(Cone::new(axis, inner_cone_angle.into(), outer_cone_angle.into()))
         }
         Kind::Directional => {
-            reader.notes.add("directional lights are not read; use the sun of scene.sky instead");
+            if reader.mesh.distant.len() >= DISTANT_MAX {
+                reader.notes.add(format!("of the directional lights only the first {DISTANT_MAX} are read"));
+                return Ok(());
+            }
+            reader.notes.add("directional lights are as wide as the sun, and are not seen themselves");
+            let normal_irradiance = with_infrared(colour(light).map(|band| f32_nearest(f64::from(band) * intensity)));
+            let direction = (-forward).to_array().map(f32_nearest);
+            reader.mesh.distant.push(Sun { direction, normal_irradiance });
             return Ok(());
         }
     };
@@ -63,8 +79,7 @@ pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4)
         return Ok(());
     }
     let radiance = 4.0 * intensity / area_m2;
-    let colour = light.color().map(|band| if band.is_finite() { band.clamp(0.0, 1.0) } else { 1.0 });
-    let emission = with_infrared(colour.map(|band| f32_nearest(f64::from(band) * radiance)));
+    let emission = with_infrared(colour(light).map(|band| f32_nearest(f64::from(band) * radiance)));
     reader.mesh.materials[crate::num::index(material)].emission = emission;
     Ok(())
 }

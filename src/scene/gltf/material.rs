@@ -40,21 +40,73 @@ pub struct MaterialMapping {
     pub placing: Placing,
 }
 
-/// Whether light passes: alpha below a half where the file turns alpha on, or glass by the name that its converter left.
+/// Whether light passes: alpha below the cutoff, or none, where the file turns alpha on; or glass by the name that its converter left.
 fn is_clear(material: &gltf::Material<'_>) -> bool {
     let alpha = material.pbr_metallic_roughness().base_color_factor()[3];
     let extras: Option<serde_json::Value> =
         material.extras().as_ref().and_then(|extras| serde_json::from_str(extras.get()).ok());
     let kind = extras.as_ref().and_then(|extras| extras.get("source_bsdf")).and_then(|kind| kind.as_str());
-    cutoff(material).is_some_and(|cutoff| alpha < cutoff) || kind == Some("dielectric")
+    let is_open = match material.alpha_mode() {
+        AlphaMode::Opaque => false,
+        AlphaMode::Mask => alpha < material.alpha_cutoff().unwrap_or(0.5),
+        AlphaMode::Blend => alpha <= 0.0,
+    };
+    is_open || kind == Some("dielectric")
 }
 
-/// Coverage below which there is nothing, where the file turns alpha on.
-fn cutoff(material: &gltf::Material<'_>) -> Option<f32> {
-    match material.alpha_mode() {
-        AlphaMode::Opaque => None,
-        AlphaMode::Mask => Some(material.alpha_cutoff().unwrap_or(0.5)),
-        AlphaMode::Blend => Some(0.5),
+/// What alpha of a picture means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Alpha {
+    Ignored,
+    /// Less of it is a hole.
+    Least(f32),
+    /// Times this, the share that is covered.
+    Share(f32),
+}
+
+impl Alpha {
+    fn of(material: &gltf::Material<'_>) -> Self {
+        let alpha = material.pbr_metallic_roughness().base_color_factor()[3];
+        let alpha = if alpha.is_finite() { alpha.clamp(0.0, 1.0) } else { 1.0 };
+        match material.alpha_mode() {
+            AlphaMode::Opaque => Self::Ignored,
+            // What the factor takes from coverage, the cutoff must take as well.
+            AlphaMode::Mask => {
+                let cutoff = material.alpha_cutoff().unwrap_or(0.5);
+                Self::Least(if alpha > 0.0 { cutoff / alpha } else { 0.0 })
+            }
+            AlphaMode::Blend => Self::Share(alpha),
+        }
+    }
+
+    /// Tells it from others.
+    fn key(self) -> (u8, u32) {
+        match self {
+            Self::Ignored => (0, 0),
+            Self::Least(least) => (1, least.to_bits()),
+            Self::Share(alpha) => (2, alpha.to_bits()),
+        }
+    }
+
+    /// Whether anything is not wholly covered, and, if so, the holes.
+    fn holes(self, [width, height]: [u32; 2], coverage: Vec<u8>, wrap: [Wrap; 2]) -> Option<CutOut> {
+        let is_whole = coverage.iter().all(|&alpha| alpha == u8::MAX);
+        match self {
+            Self::Least(least) if !is_whole => Some(CutOut::new(width, height, coverage, wrap, least)),
+            Self::Share(alpha) if !is_whole || alpha < 1.0 => {
+                Some(CutOut::blended(width, height, coverage, wrap, alpha))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// A material's name for messages.
+pub fn called(material: &gltf::Material<'_>) -> String {
+    match (material.name(), material.index()) {
+        (Some(name), _) => format!("material '{name}'"),
+        (None, Some(number)) => format!("material {number}"),
+        (None, None) => "the default material".to_owned(),
     }
 }
 
@@ -75,6 +127,7 @@ pub fn read_all(
     document: &gltf::Document,
     buffers: &Buffers<'_>,
     files: &Files<'_>,
+    unread: &[Vec<String>],
     mesh: &mut Mesh,
     notes: &mut Notes,
 ) -> Result<Vec<MaterialMapping>, String> {
@@ -85,7 +138,7 @@ pub fn read_all(
         let mut read = plain(&material);
         if !is_clear {
             pictures.dress(&material, &mut read, mesh, notes)?;
-            note_what_is_left_out(&material, notes);
+            note_what_is_left_out(&material, unread, notes);
         }
         mesh.materials.push(read);
         kinds.push(MaterialMapping { is_clear, placing: placing(&material) });
@@ -114,18 +167,31 @@ fn plain(material: &gltf::Material<'_>) -> Material {
         metallic: sound(pbr.metallic_factor(), 1.0),
         roughness: sound(pbr.roughness_factor(), 1.0),
         double_sided: material.double_sided(),
+        culled: !material.double_sided(),
     }
 }
 
-fn note_what_is_left_out(material: &gltf::Material<'_>, notes: &mut Notes) {
+/// Says what of a material has no effect. `unread`: names of extensions that are not read, by material.
+fn note_what_is_left_out(material: &gltf::Material<'_>, unread: &[Vec<String>], notes: &mut Notes) {
+    let whose = called(material);
     if material.unlit() {
-        notes.add("unlit materials are lit like all others");
+        notes.add(format!("{whose} is unlit, and is lit like all others"));
     }
-    if material.normal_texture().is_some() {
-        notes.add("normal maps are not read: surfaces are as smooth as their vertices say");
+    let maps = [
+        (material.normal_texture().is_some(), "normal"),
+        (material.occlusion_texture().is_some(), "occlusion"),
+        (
+            material.pbr_metallic_roughness().metallic_roughness_texture().is_some(),
+            "metallic-roughness (its factors count)",
+        ),
+    ];
+    let names = maps.into_iter().filter(|(is_there, _)| *is_there).map(|(_, name)| name).collect::<Vec<_>>();
+    if !names.is_empty() {
+        notes.add(format!("{whose}: not read of its textures: {}", names.join(", ")));
     }
-    if material.pbr_metallic_roughness().metallic_roughness_texture().is_some() {
-        notes.add("metallic and roughness are read as factors, not from pictures");
+    let extensions = material.index().and_then(|number| unread.get(number)).filter(|names| !names.is_empty());
+    if let Some(names) = extensions {
+        notes.add(format!("{whose}: extensions not read: {}", names.join(", ")));
     }
 }
 
@@ -134,8 +200,8 @@ struct Pictures<'a, 'b> {
     buffers: &'a Buffers<'b>,
     files: &'a Files<'a>,
     budget: Budget,
-    /// Texture and holes in the mesh, by texture of the file and bits of the cutoff.
-    textures: BTreeMap<(usize, u32), (u32, Option<u32>)>,
+    /// Texture and holes in the mesh, by texture of the file and what its alpha means.
+    textures: BTreeMap<(usize, (u8, u32)), (u32, Option<u32>)>,
 }
 
 impl Pictures<'_, '_> {
@@ -149,21 +215,21 @@ impl Pictures<'_, '_> {
     ) -> Result<(), String> {
         let pbr = material.pbr_metallic_roughness();
         if let Some(info) = pbr.base_color_texture() {
-            // What the factor takes from coverage, the cutoff must take as well.
-            let alpha = pbr.base_color_factor()[3];
-            let least = cutoff(material).map(|cutoff| if alpha > 0.0 { cutoff / alpha } else { 0.0 });
-            let (texture, cut_out) = self.texture(&info.texture(), least, mesh)?;
+            let (texture, cut_out) = self.texture(&info.texture(), Alpha::of(material), mesh)?;
             (read.texture, read.cut_out) = (Some(texture), cut_out);
-            if cut_out.is_some() && material.alpha_mode() == AlphaMode::Blend {
-                notes.add("blended pictures are cut out where they cover less than a half");
-            }
+        } else if let Some(holes) = Alpha::of(material).holes([1, 1], vec![u8::MAX], [Wrap::Repeat; 2]) {
+            mesh.cut_outs.push(holes);
+            read.cut_out = Some(u32_from(mesh.cut_outs.len() - 1));
+        }
+        if read.cut_out.is_some() && material.alpha_mode() == AlphaMode::Blend {
+            notes.add(format!("{} is blended: it stops as large a share of rays as its alpha says", called(material)));
         }
         if let Some(info) = material.emissive_texture().filter(|_| read.is_emissive()) {
             let mean = self.decoded(&info.texture())?.mean();
             for (band, mean) in read.emission.iter_mut().zip(with_infrared(mean)) {
                 *band *= mean;
             }
-            notes.add("surfaces with a glowing picture glow evenly, with the picture's mean");
+            notes.add(format!("{}: its emissive texture is read as the mean of its texels", called(material)));
         }
         Ok(())
     }
@@ -171,10 +237,10 @@ impl Pictures<'_, '_> {
     fn texture(
         &mut self,
         texture: &gltf::Texture<'_>,
-        least: Option<f32>,
+        alpha: Alpha,
         mesh: &mut Mesh,
     ) -> Result<(u32, Option<u32>), String> {
-        let key = (texture.index(), least.map_or(u32::MAX, f32::to_bits));
+        let key = (texture.index(), alpha.key());
         if let Some(&known) = self.textures.get(&key) {
             return Ok(known);
         }
@@ -185,15 +251,17 @@ impl Pictures<'_, '_> {
             WrappingMode::ClampToEdge => Wrap::Clamp,
         });
         let mut picture = self.decoded(texture)?;
-        let holes = least.filter(|_| picture.alpha.iter().any(|&alpha| alpha < u8::MAX));
-        if let Some(least) = holes {
-            let code = crate::num::low_u8(crate::num::u32_truncated_f32((255.0 * least).clamp(0.0, 255.0)));
-            picture = picture.bled(code.max(1));
+        let least = match alpha {
+            Alpha::Least(least) => crate::num::low_u8(crate::num::u32_truncated_f32((255.0 * least).clamp(0.0, 255.0))),
+            _ => 0,
+        };
+        let holes = alpha.holes(picture.size_px, picture.alpha.clone(), wrap);
+        if holes.is_some() {
+            picture = picture.bled(least.max(1));
         }
         mesh.textures.push(picture.texture(wrap));
-        let cut_out = holes.map(|least| {
-            let [width, height] = picture.size_px;
-            mesh.cut_outs.push(CutOut::new(width, height, picture.alpha, wrap, least));
+        let cut_out = holes.map(|holes| {
+            mesh.cut_outs.push(holes);
             u32_from(mesh.cut_outs.len() - 1)
         });
         let made = (u32_from(mesh.textures.len() - 1), cut_out);

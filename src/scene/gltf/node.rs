@@ -1,18 +1,20 @@
 //! Reads the nodes of a checked glTF file: triangles in the world, cameras, and lights as lamps.
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
+use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
 use gltf::scene::Transform;
 use gltf::{Node, Primitive, Semantic};
 
 use super::super::geometry::Viewpoint;
+use super::super::light::{Bands, with_infrared};
 use super::super::mesh::{Material, Mesh, Vertex};
 use super::buffers::Buffers;
 use super::container::Container;
 use super::content::{Content, Notes};
-use super::material::MaterialMapping;
+use super::material::{self, MaterialMapping};
 pub use super::reader::Reader;
-use crate::num::{f32_nearest, f64_from_usize, u32_from};
+use crate::num::{f32_nearest, u32_from};
 use crate::pose::Pose;
 
 /// Nodes may be nested this deep.
@@ -56,6 +58,16 @@ impl<'a> Reader<'a> {
             return Err(format!("node {} has a transform that is not finite", node.index()));
         }
         if let Some(mesh) = node.mesh() {
+            let name = node
+                .name()
+                .or(mesh.name())
+                .map_or_else(|| format!("node {}", node.index()), |name| format!("'{name}'"));
+            if node.skin().is_some() {
+                self.notes.add(format!("{name}: its skin is not read; it stands as its mesh was made"));
+            }
+            if mesh.primitives().any(|primitive| primitive.morph_targets().len() > 0) {
+                self.notes.add(format!("{name}: its morph targets are not read"));
+            }
             let places = self.instances(node, &mesh)?;
             for world_from_instance in places.into_iter().map(|place| world_from_node * place) {
                 for primitive in mesh.primitives() {
@@ -172,7 +184,8 @@ impl<'a> Reader<'a> {
         let number = primitive.material().index().unwrap_or(self.kinds.len() - 1);
         let kind = self.kinds[number];
         if kind.is_clear {
-            self.notes.add("transparent surfaces are left out: light passes");
+            let whose = material::called(&primitive.material());
+            self.notes.add(format!("{whose} is transparent and left out: light passes"));
             return Ok(());
         }
         if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
@@ -185,7 +198,10 @@ impl<'a> Reader<'a> {
         let normals = primitive.get(&Semantic::Normals).map(|a| self.buffers.floats::<3>(&a)).transpose()?;
         let uvs = primitive.get(&Semantic::TexCoords(kind.placing.set));
         let uvs = uvs.map(|a| self.buffers.floats::<2>(&a)).transpose()?;
-        let material = self.coloured(primitive, number)?;
+        let (material, colours) = (u32_from(number), self.colours(primitive)?);
+        if colours.as_ref().is_some_and(|colours| colours.len() != positions.len()) {
+            return Err(format!("it has {} positions and {} colours", positions.len(), colours.map_or(0, |c| c.len())));
+        }
         let turned = DMat3::from_mat4(world_from_node);
         // Cofactors turn normals and exist where the inverse does not; of a mirrored node they point inwards, and glTF's front
         // stays the front.
@@ -205,7 +221,9 @@ impl<'a> Reader<'a> {
         let has_normals = normals.is_some();
         drop((positions, normals, uvs));
         self.flattened += if has_normals {
-            self.mesh.append(material, known, &triangles)?
+            let dropped = self.mesh.append(material, known, &triangles)?;
+            colours.iter().for_each(|colours| self.mesh.colour_last(colours));
+            dropped
         } else {
             // glTF 2.0, 3.7.2.1: without normals every triangle is flat, so no corner may be shared.
             if let Some(bad) = triangles.iter().flatten().find(|&&corner| crate::num::index(corner) >= known.len()) {
@@ -217,7 +235,13 @@ impl<'a> Reader<'a> {
                 .map(|at| if is_mirrored { [3 * at, 3 * at + 2, 3 * at + 1] } else { [3 * at, 3 * at + 1, 3 * at + 2] })
                 .collect();
             drop(known);
-            self.mesh.append(material, loose, &own)?
+            let dropped = self.mesh.append(material, loose, &own)?;
+            if let Some(colours) = colours {
+                let loose: Vec<Bands> =
+                    triangles.iter().flatten().map(|&corner| colours[crate::num::index(corner)]).collect();
+                self.mesh.colour_last(&loose);
+            }
+            dropped
         };
         Ok(())
     }
@@ -243,21 +267,19 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The primitive's material, or, where its vertices have colours, a new one of their mean.
-    fn coloured(&mut self, primitive: &Primitive<'_>, number: usize) -> Result<u32, String> {
-        let Some(colours) = primitive.get(&Semantic::Colors(0)) else { return Ok(u32_from(number)) };
-        let colours: Vec<[f32; 3]> = if colours.dimensions() == gltf::accessor::Dimensions::Vec4 {
-            self.buffers.floats::<4>(&colours)?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
+    /// Colours of a primitive's vertices, 0 to 1; none where they have no colours.
+    fn colours(&mut self, primitive: &Primitive<'_>) -> Result<Option<Vec<Bands>>, String> {
+        let Some(accessor) = primitive.get(&Semantic::Colors(0)) else { return Ok(None) };
+        let colours: Vec<[f32; 4]> = if accessor.dimensions() == gltf::accessor::Dimensions::Vec4 {
+            self.buffers.floats::<4>(&accessor)?
         } else {
-            self.buffers.floats::<3>(&colours)?
+            self.buffers.floats::<3>(&accessor)?.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect()
         };
-        let mut material = self.mesh.materials[number].clone();
-        let factor = mean(&colours).map(|band| if band.is_finite() { band.clamp(0.0, 1.0) } else { 1.0 });
-        for (band, factor) in material.base_colour.iter_mut().zip(super::super::light::with_infrared(factor)) {
-            *band *= factor;
+        if primitive.material().alpha_mode() != AlphaMode::Opaque && colours.iter().any(|colour| colour[3] < 1.0) {
+            self.notes.add(format!("{}: alpha of vertex colours is not read", material::called(&primitive.material())));
         }
-        self.notes.add("colours of vertices are read as their mean over each primitive");
-        Ok(self.push(material))
+        let sound = |band: f32| if band.is_finite() { band.clamp(0.0, 1.0) } else { 1.0 };
+        Ok(Some(colours.into_iter().map(|[r, g, b, _]| with_infrared([r, g, b].map(sound))).collect()))
     }
 
     /// Adds a material that the file does not have, or finds it among those added before.
@@ -269,16 +291,6 @@ impl<'a> Reader<'a> {
         self.mesh.materials.push(material);
         u32_from(self.mesh.materials.len() - 1)
     }
-}
-
-fn mean(colours: &[[f32; 3]]) -> [f32; 3] {
-    let mut sums = [0.0_f64; 3];
-    for colour in colours {
-        for band in 0..3 {
-            sums[band] += f64::from(colour[band]);
-        }
-    }
-    sums.map(|sum| f32_nearest(sum / f64_from_usize(colours.len().max(1))))
 }
 
 /// glTF cameras look along -z with y up; ours look along +z with y down. None where the node's transform has no rotation.

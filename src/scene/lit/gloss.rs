@@ -66,8 +66,9 @@ impl LitScene {
             return None;
         }
         let mut at_normal = gloss.at_normal;
-        if material.metallic > 0.0 && material.texture.is_some() {
-            let albedo = self.albedo(shade, &self.paints[index(shade.material)], [u, v], &Footprint::POINT);
+        let is_painted = material.texture.is_some() || !self.scene.mesh.colours.is_empty();
+        if material.metallic > 0.0 && is_painted {
+            let albedo = self.albedo(triangle, &self.paints[index(shade.material)], [u, v], &Footprint::POINT);
             for band in 0..BANDS {
                 at_normal[band] += (albedo[band] - material.base_colour[band]) * material.metallic;
             }

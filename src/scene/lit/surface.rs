@@ -200,6 +200,10 @@ impl LitScene {
                 glow_levels.0[lane] = self.glow_level(paint, along, lamp_levels[lane]);
             }
         }
+        let mut colours = *colours;
+        if let Some(corners) = self.scene.mesh.corner_colours(*triangle) {
+            mix_in(&mut colours, &corners, *u, *v);
+        }
         let mut lux = irradiance;
         for band in 0..BANDS {
             let albedo = Floats::splat(paint.base_colour[band]) * colours[band];
@@ -250,6 +254,16 @@ impl LitScene {
             irradiance[lane] = self.irradiance_of(near, back.0[lane] != 0, lamp_levels[lane]);
         }
         by_band(&irradiance)
+    }
+}
+
+/// Multiplies colours with those of a triangle's corners, by the weights of its second and third.
+#[inline(always)]
+fn mix_in(colours: &mut [Floats; BANDS], [a, b, c]: &[Bands; 3], u: Floats, v: Floats) {
+    let w = Floats::splat(1.0) - u - v;
+    for band in 0..BANDS {
+        let mixed = Floats::splat(a[band]) * w + Floats::splat(b[band]) * u + Floats::splat(c[band]) * v;
+        colours[band] = colours[band] * mixed;
     }
 }
 

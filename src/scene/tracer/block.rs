@@ -197,6 +197,10 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
         lower[lane] = if triangle < hits.triangle[lane] { u32::MAX } else { 0 };
     }
     let mut wins = within & (t.below(known) | (t.equal(known) & Mask(lower)));
+    if H::CULLS && candidate.block.culled >> candidate.slot & 1 != 0 {
+        // A ray along the normal comes from behind.
+        wins = wins & slope.at_most(zero);
+    }
     let (u, v) = (weight_b * share, weight_c * share);
     if candidate.block.cut_out >> candidate.slot & 1 != 0 {
         wins = solid(holes, triangle, wins, &u, &v, hits);

@@ -20,6 +20,9 @@ pub struct Packet {
 /// Where cut-out triangles let rays through. It is called only for triangles that the tree has as cut out, and only for points
 /// that would otherwise be hits; its answer must depend on its arguments alone.
 pub trait Holes {
+    /// Whether rays pass the backs of triangles that the tree has as culled.
+    const CULLS: bool = false;
+
     /// Whether a ray passes the triangle at these weights of its second and third corner.
     fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool;
 }
