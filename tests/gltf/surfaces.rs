@@ -100,7 +100,7 @@ fn what_is_not_read_is_said_by_name() {
     file.json["extensionsRequired"] = serde_json::json!(["KHR_materials_clearcoat"]);
     file.json["extensionsUsed"] = serde_json::json!(["KHR_materials_clearcoat", "KHR_materials_variants"]);
     file.json["meshes"][0]["primitives"][0]["targets"] = serde_json::json!([{"POSITION": 0}]);
-    file.json["nodes"][1]["name"] = "robot".into();
+    file.json["nodes"][1]["name"] = "robot\u{7}".into();
     file.json["nodes"][1]["skin"] = 0.into();
     file.json["skins"] = serde_json::json!([{"joints": [0]}]);
     file.json["animations"] = serde_json::json!([{"name": "walk", "channels": [], "samplers": []}]);
@@ -109,8 +109,8 @@ fn what_is_not_read_is_said_by_name() {
         "material 'board': not read of its textures: normal, occlusion",
         "material 'board': extensions not read: KHR_materials_clearcoat",
         "the extension KHR_materials_variants is not read",
-        "'robot': its skin is not read",
-        "'robot': its morph targets are not read",
+        r"'robot\u{7}': its skin is not read",
+        r"'robot\u{7}': its morph targets are not read",
         "animation 'walk' is not read",
     ] {
         assert!(notes.iter().any(|note| note.contains(wanted)), "expected '{wanted}' in {notes:?}");

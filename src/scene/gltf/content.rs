@@ -3,6 +3,7 @@
 use super::super::geometry::Viewpoint;
 use super::super::mesh::Mesh;
 use crate::scene::source::Read;
+use crate::text::sentence_shown;
 
 /// Files beside a glTF file.
 pub struct Files<'a> {
@@ -18,7 +19,8 @@ pub struct Notes(pub(super) Vec<String>);
 
 impl Notes {
     pub(super) fn add(&mut self, note: impl Into<String>) {
-        let note = note.into();
+        // Names in it are the file's own.
+        let note = sentence_shown(&note.into());
         if self.0.contains(&note) {
             return;
         }
