@@ -158,7 +158,7 @@ pub struct LadderArguments {
     #[arg(long, default_value_t = 3)]
     pub frames: u32,
     /// Frames of each run whose poses are judged; 0: none.
-    #[arg(long, value_name = "N", default_value_t = 60)]
+    #[arg(long, value_name = "N", default_value_t = 40)]
     pub pose_frames: u32,
     /// Finest error that is told apart, in units of photon noise, 0.1 to 10; what is finer is not shown.
     #[arg(long, value_name = "ERROR", default_value_t = 0.5)]
