@@ -57,13 +57,14 @@ module fx_cells #(
   logic [7:0] held_used, walk_used;  // of 2 OCTAVES banks
   logic [WORD-1:0] list, sorted;
   logic [PER_CELL-1:0] ahead;
-  // Picked bank by bank: a part-select at a product maps to a shifter over all banks.
-  always_comb begin
-    list = '0;
+  // A bank's list, or zeros where none was written. Picked bank by bank: a part-select at a product maps to a shifter over all banks.
+  function automatic [WORD-1:0] list_of(input [BANKS*WORD-1:0] all, input [7:0] used, input [2:0] wanted);
+    list_of = '0;
     for (int n = 0; n < BANKS; n = n + 1) begin
-      if ({held_octave, held_bank} == n[2:0] && held_used[n]) list = list | words[n*WORD+:WORD];
+      if (wanted == n[2:0] && used[n]) list_of = list_of | all[n*WORD+:WORD];
     end
-  end
+  endfunction
+  assign list = list_of(words, held_used, {held_octave, held_bank});
   genvar e;
   generate
     for (e = 0; e < PER_CELL; e = e + 1) begin : each_entry
@@ -86,11 +87,8 @@ module fx_cells #(
   logic [WORD-1:0] cell_list;
   logic more, step;
   logic [SLOT-1:0] entry;
+  assign cell_list = list_of(words, walk_used, {octave, bank});
   always_comb begin
-    cell_list = '0;
-    for (int n = 0; n < BANKS; n = n + 1) begin
-      if ({octave, bank} == n[2:0] && walk_used[n]) cell_list = cell_list | words[n*WORD+:WORD];
-    end
     entry = '0;
     for (int n = 0; n < PER_CELL; n = n + 1) begin
       if (index == n[1:0]) entry = entry | cell_list[n*SLOT+:SLOT];

@@ -107,7 +107,6 @@ mod tests {
 
     #[test]
     fn coverage_as_a_share_stops_so_many_draws() {
-        let mut tried = 0;
         for (code, alpha, share) in [(0, 1.0, 0.0), (255, 1.0, 1.0), (255, 0.25, 0.25), (51, 1.0, 0.2), (51, 0.5, 0.1)]
         {
             let pane = CutOut::blended(1, 1, vec![code], [Wrap::Repeat; 2], alpha);
@@ -117,9 +116,7 @@ mod tests {
             assert!(
                 (crate::num::f64_from_usize(stopped) - expected).abs() <= if share % 1.0 == 0.0 { 0.0 } else { 1.0 }
             );
-            tried += 1;
         }
-        assert_eq!(tried, 5);
     }
 
     #[test]

@@ -327,9 +327,9 @@ impl LitScene {
             let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
             colour = mesh.textures[index(paint.texture)].over(uv, footprint);
         }
-        if let Some([a, b, c]) = mesh.corner_colours(triangle) {
+        if let Some(of_vertices) = mesh.colour_at(triangle, [w, u, v]) {
             for band in 0..BANDS {
-                colour[band] *= a[band] * w + b[band] * u + c[band] * v;
+                colour[band] *= of_vertices[band];
             }
         }
         let mut albedo = paint.base_colour;

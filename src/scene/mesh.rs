@@ -144,6 +144,13 @@ impl Mesh {
         Some(self.triangles[index(triangle)].map(|corner| self.colour(corner)))
     }
 
+    /// Colour at these weights of a triangle's corners; none in a mesh whose vertices have no colours.
+    #[inline(always)]
+    pub fn colour_at(&self, triangle: u32, weights: [f32; 3]) -> Option<Bands> {
+        let [a, b, c] = self.corner_colours(triangle)?;
+        Some(std::array::from_fn(|band| a[band] * weights[0] + b[band] * weights[1] + c[band] * weights[2]))
+    }
+
     /// Adds colours of the last vertices of the mesh.
     pub fn colour_last(&mut self, colours: &[Bands]) {
         let first = self.vertices.len().checked_sub(colours.len()).expect("colours belong to vertices");
@@ -257,9 +264,9 @@ fn draw_at(triangle: u32, u: f32, v: f32) -> f32 {
 
 /// A mesh as cameras see it: without the backs that glTF culls.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a>(pub &'a Mesh);
+pub struct BackfaceCulled<'a>(pub &'a Mesh);
 
-impl Holes for Seen<'_> {
+impl Holes for BackfaceCulled<'_> {
     const CULLS: bool = true;
 
     fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool {

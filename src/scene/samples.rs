@@ -180,10 +180,7 @@ impl Layout {
                     shade.uv[0][axis] * weights[0] + shade.uv[1][axis] * weights[1] + shade.uv[2][axis] * weights[2]
                 });
                 let normal = unit(mix(normals)).unwrap_or(shade.normal);
-                let mut colour = [1.0; BANDS];
-                if let Some([a, b, c]) = mesh.corner_colours(u32_from(triangle)) {
-                    colour = std::array::from_fn(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2]);
-                }
+                let colour = mesh.colour_at(u32_from(triangle), weights).unwrap_or([1.0; BANDS]);
                 let albedo = albedo(mesh, shade, uv, colour, spacing_m);
                 let double_sided = mesh.materials[index(shade.material)].double_sided;
                 self.samples.push(Sample { position_m: mix(corners_m), normal, albedo, double_sided, on_grid: true });

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use sensel::pose::Pose;
 use sensel::scene::Illuminant;
-use sensel::scene::mesh::Seen;
+use sensel::scene::mesh::BackfaceCulled;
 use sensel::scene::texture::Footprint;
 use sensel::scene::tracer::{Holes, MISS, Stack, closest_through};
 use sensel::scene::views::packet_of;
@@ -80,7 +80,8 @@ fn cameras_look_through_backs_that_are_culled_and_light_does_not() {
         let turned = DQuat::from_rotation_y(std::f64::consts::PI);
         for (z, rotation, expected) in [(0.0, DQuat::IDENTITY, seen_from_behind), (10.0, turned, 2)] {
             let packet = packet_of(&Pose::new(rotation, DVec3::new(1.5, 0.5, z)), |_| DVec3::Z);
-            let seen = closest_through(&scene.bvh, &Seen(&scene.mesh), &packet, &mut Stack::new()).triangle[0];
+            let seen =
+                closest_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, &mut Stack::new()).triangle[0];
             assert_eq!(seen == MISS, expected == MISS, "{double_sided} {z}");
             let met = closest_through(&scene.bvh, &scene.mesh, &packet, &mut Stack::new()).triangle[0];
             assert!(met != MISS, "{double_sided} {z}");

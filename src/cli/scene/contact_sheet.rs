@@ -7,8 +7,7 @@ use image::{ImageFormat, Rgb, RgbImage};
 use sensel::error::Error;
 use sensel::num::{f64_from_usize, index, u32_from, u32_truncated_f32};
 use sensel::scene::lanes::LANES;
-use sensel::scene::mesh::Seen;
-use sensel::scene::mesh::dot;
+use sensel::scene::mesh::{BackfaceCulled, dot};
 use sensel::scene::texture::Footprint;
 use sensel::scene::tracer::{MISS, Stack, closest_through};
 use sensel::scene::views::{View, packet_of};
@@ -63,7 +62,7 @@ fn line(lit: &LitScene, view: &View, row: usize) -> Vec<[f32; 3]> {
             let y = 0.75 * at(row, sample / EACH, index(SIZE_PX[1]));
             DVec3::new(x, y, 1.0)
         });
-        let hits = closest_through(&lit.scene().bvh, &Seen(&lit.scene().mesh), &packet, &mut stack);
+        let hits = closest_through(&lit.scene().bvh, &BackfaceCulled(&lit.scene().mesh), &packet, &mut stack);
         for lane in 0..LANES {
             let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
             let seen = match hits.triangle[lane] {

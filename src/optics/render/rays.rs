@@ -11,7 +11,7 @@ use crate::optics::motion::{Turn, Turns};
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, splat3, unrolled};
 use crate::scene::light::{BANDS, Bands};
 use crate::scene::lit::{Face, OnTriangle, by_band};
-use crate::scene::mesh::Seen;
+use crate::scene::mesh::BackfaceCulled;
 use crate::scene::texture::Footprint;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
 use crate::simd::dispatch;
@@ -127,7 +127,8 @@ impl View<'_> {
     #[inline(always)]
     pub fn sample(&self, pixels: &Pixels, aim: &Aim, stack: &mut Stack) -> Sampled {
         let (bearing, pose, packet) = aim.rays(pixels);
-        let hits = closest_inline_through(&self.scene.scene().bvh, &Seen(&self.scene.scene().mesh), &packet, stack);
+        let hits =
+            closest_inline_through(&self.scene.scene().bvh, &BackfaceCulled(&self.scene.scene().mesh), &packet, stack);
         let traced = Traced { hits, packet };
         let (mut lux, is_glossy) =
             self.shade(&traced, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose });

@@ -9,7 +9,7 @@ use super::view::{Aim, Filter, Pixels, Traced, View};
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::BANDS;
 use crate::scene::lit::BOUNCES_MAX;
-use crate::scene::mesh::Seen;
+use crate::scene::mesh::BackfaceCulled;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
 use crate::simd::Kernel;
 
@@ -49,7 +49,12 @@ impl Kernel for Reflection<'_, '_> {
         for bounce in 0..view.reflections.min(BOUNCES_MAX) {
             let numbers = |lane: usize| facet_numbers(aim.numbers[lane], pixels.facet_seeds[lane], bounce);
             let Some(packet) = view.reflected(&traced, &numbers, &mut paths) else { break };
-            let hits = closest_inline_through(&view.scene.scene().bvh, &Seen(&view.scene.scene().mesh), &packet, stack);
+            let hits = closest_inline_through(
+                &view.scene.scene().bvh,
+                &BackfaceCulled(&view.scene.scene().mesh),
+                &packet,
+                stack,
+            );
             traced = Traced { hits, packet };
             length_m = length_m + traced.hits.t;
             let width_m = length_m * pixels.spread * Floats::splat(aim.shares.pixel);

@@ -11,7 +11,7 @@ use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::Scene;
 use crate::scene::lanes::LANES;
-use crate::scene::mesh::Seen;
+use crate::scene::mesh::BackfaceCulled;
 use crate::scene::tracer::{MISS, Stack, closest_through};
 
 /// Visibility of a pixel's point in the other view. The numbers are those of kept pictures.
@@ -136,7 +136,7 @@ fn mark_occluded(scene: &Scene, found: &mut [Match]) {
                 if point.is_far() { f32::MAX } else { f32_nearest(toward.length() * (1.0 - OCCLUDER_GAP_SHARE)) };
             set_lane(&mut packet, lane, pose.translation_m, toward.normalize_or_zero(), t_max);
         }
-        let hits = closest_through(&scene.bvh, &Seen(&scene.mesh), &packet, &mut stack);
+        let hits = closest_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, &mut stack);
         for (lane, found) in group.iter_mut().enumerate() {
             let Some((point, _)) = &found.sight else { continue };
             if hits.triangle[lane] != MISS && hits.triangle[lane] != point.triangle {

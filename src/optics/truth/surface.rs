@@ -9,8 +9,7 @@ use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::Scene;
 use crate::scene::lanes::{Floats, LANES};
-use crate::scene::mesh::Mesh;
-use crate::scene::mesh::Seen;
+use crate::scene::mesh::{BackfaceCulled, Mesh};
 use crate::scene::tracer::{MISS, Packet, Stack, closest_through};
 use crate::units::Size;
 
@@ -49,7 +48,7 @@ fn surfaces_of_row(scene: &Scene, view: &View<'_>, row: usize) -> Vec<(f64, u32)
                 set_lane(&mut packet, lane, pose.translation_m, *direction, f32::MAX);
             }
         }
-        let hits = closest_through(&scene.bvh, &Seen(&scene.mesh), &packet, &mut stack);
+        let hits = closest_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, &mut stack);
         for (lane, direction) in group.iter().enumerate() {
             found.push(match direction {
                 Some(direction) if hits.triangle[lane] != MISS => {
