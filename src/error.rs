@@ -114,6 +114,17 @@ impl Error {
         }
     }
 
+    /// The same where a section's keys stand within another: `motion.kind` under `scene.object.0`.
+    #[must_use]
+    pub fn under(self, place: &str, section: &str) -> Self {
+        match self {
+            Self::Config { file, line, key, value, reason } if key.split('.').next() == Some(section) => {
+                Self::Config { file, line, key: format!("{place}.{key}"), value, reason }
+            }
+            other => other,
+        }
+    }
+
     /// A range or relation that does not hold, found by a stage that knows keys but not files; the configuration layer
     /// adds file, line and value.
     pub fn key(key: &str, value: impl std::fmt::Display, reason: impl Into<String>) -> Self {

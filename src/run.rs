@@ -21,6 +21,7 @@ mod inputs;
 mod keep_up;
 mod light;
 mod motion;
+mod objects;
 mod on_link;
 mod packet_demand;
 mod photon_store;

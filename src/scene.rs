@@ -5,6 +5,7 @@
 //! horizontal plane at a given point has a given illuminance, or taken as lamps and sky state it. Light is baked over diffuse surfaces, and
 //! over glossy metals as over mirrors. Glass that the file marks as such is left out.
 
+pub mod animation;
 pub mod bake;
 pub mod box_room;
 #[cfg(feature = "pictures")]
@@ -33,6 +34,7 @@ pub mod lit;
 pub mod mesh;
 pub mod motion;
 pub mod nearest;
+pub mod object;
 #[cfg(feature = "pictures")]
 pub mod pattern;
 #[cfg(feature = "pictures")]
@@ -59,5 +61,5 @@ pub use light::Illuminant;
 pub use lit::{ExitanceBounds, LitScene};
 pub use surroundings::{Panel, Surroundings};
 
-pub use geometry::{Scene, Viewpoint};
+pub use geometry::{MovingScene, Scene, Viewpoint};
 pub use source::{PictureBytes, Read};

@@ -30,7 +30,7 @@ fn refusal(text: &str) -> String {
         Ok(resolved) => resolved,
         Err(error) => return error.to_string(),
     };
-    let checked = SensorSetup::new(&resolved).map(|_| ()).and_then(|()| resolved.scenario.motion_source().map(|_| ()));
+    let checked = SensorSetup::new(&resolved).map(|_| ()).and_then(|()| resolved.scenario.motion.source().map(|_| ()));
     let checked = checked.and_then(|()| resolved.scenario.imu().map(|_| ()));
     checked.map_err(|error| resolved.tree.locate(error)).unwrap_err().to_string()
 }

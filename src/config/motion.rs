@@ -5,7 +5,8 @@ use glam::{DQuat, DVec3};
 use super::check::{one_of, within};
 use super::resolved::Resolved;
 use super::rig::orientation;
-use super::scenario::{Motion, MotionPose, Scenario};
+use super::presets::DEFAULTS;
+use super::scenario::{Motion, MotionPose, ObjectMotion};
 use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::num;
@@ -54,17 +55,16 @@ pub enum Source<'a> {
     },
 }
 
-impl Scenario {
-    /// What moves the rig.
+impl Motion {
+    /// What moves the rig, or an object.
     ///
     /// # Errors
     /// A kind that is not known or does not go with a file, values out of range.
-    pub fn motion_source(&self) -> Result<Source<'_>, Error> {
-        let section = &self.motion;
-        match (section.file.as_deref(), section.kind.as_deref()) {
+    pub fn source(&self) -> Result<Source<'_>, Error> {
+        match (self.file.as_deref(), self.kind.as_deref()) {
             (Some(file), None) => {
                 let would_do = "0 (none) to 2";
-                let bridge_gaps_s = within("motion.bridge_gaps_s", section.bridge_gaps_s, 0.0..=2.0, would_do)?;
+                let bridge_gaps_s = within("motion.bridge_gaps_s", self.bridge_gaps_s, 0.0..=2.0, would_do)?;
                 Ok(Source::Recording { file, bridge_gaps_s })
             }
             (Some(file), Some("spline")) => Ok(Source::ControlFile(file)),
@@ -74,12 +74,12 @@ impl Scenario {
             }
             (None, None | Some("still")) => self.still(),
             (None, Some("sway")) => Ok(Source::Sway),
-            (None, Some("spline")) => Ok(Source::ControlPoses(control_poses(section)?)),
+            (None, Some("spline")) => Ok(Source::ControlPoses(control_poses(self)?)),
             (None, Some("walk" | "run")) => Ok(Source::Gait(Box::new(self.gait()?))),
             (None, Some("spin")) => {
                 let would_do = "-1,800 to 1,800";
                 let rate_deg_per_s =
-                    within("motion.rate_deg_per_s", section.rate_deg_per_s, -1800.0..=1800.0, would_do)?;
+                    within("motion.rate_deg_per_s", self.rate_deg_per_s, -1800.0..=1800.0, would_do)?;
                 Ok(Source::Spin { rate_deg_per_s })
             }
             (None, Some(kind)) => {
@@ -92,19 +92,18 @@ impl Scenario {
     /// Factor on the source's translation: `motion.scale`, or 1 where the source's own keys state metres.
     ///
     /// # Errors
-    /// As `motion_source`.
-    pub fn motion_scale(&self) -> Result<f64, Error> {
-        let scale = within("motion.scale", self.motion.scale, 1e-9..=100.0, "1e-9 to 100")?;
-        let states_metres = matches!(self.motion_source()?, Source::Oscillation { .. } | Source::Gait(_));
+    /// As `source`.
+    pub fn factor(&self) -> Result<f64, Error> {
+        let scale = within("motion.scale", self.scale, 1e-9..=100.0, "1e-9 to 100")?;
+        let states_metres = matches!(self.source()?, Source::Oscillation { .. } | Source::Gait(_));
         Ok(if states_metres { 1.0 } else { scale })
     }
 
     fn still(&self) -> Result<Source<'_>, Error> {
-        let section = &self.motion;
-        let height_mm = within("motion.oscillation_mm", section.oscillation_mm, 0.0..=1000.0, "0 to 1,000")?;
-        let frequency_hz = within("motion.oscillation_hz", section.oscillation_hz, 0.01..=50.0, "0.01 to 50")?;
+        let height_mm = within("motion.oscillation_mm", self.oscillation_mm, 0.0..=1000.0, "0 to 1,000")?;
+        let frequency_hz = within("motion.oscillation_hz", self.oscillation_hz, 0.01..=50.0, "0.01 to 50")?;
         let axes = [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)];
-        let axis = one_of("motion.oscillation_axis", &section.oscillation_axis, &axes)?;
+        let axis = one_of("motion.oscillation_axis", &self.oscillation_axis, &axes)?;
         if height_mm == 0.0 {
             return Ok(Source::Still);
         }
@@ -112,22 +111,41 @@ impl Scenario {
     }
 
     fn gait(&self) -> Result<Gait, Error> {
-        let section = &self.motion;
-        let mut figures = if section.kind.as_deref() == Some("run") { RUN } else { WALK };
-        if let Some(speed) = section.speed_m_per_s {
+        let mut figures = if self.kind.as_deref() == Some("run") { RUN } else { WALK };
+        if let Some(speed) = self.speed_m_per_s {
             figures.speed_m_per_s = within("motion.speed_m_per_s", speed, 1e-3..=20.0, "0.001 to 20")?;
         }
-        if let Some(rate_hz) = section.step_rate_hz {
+        if let Some(rate_hz) = self.step_rate_hz {
             figures.step_rate_hz = within("motion.step_rate_hz", rate_hz, 0.5..=4.0, "0.5 to 4")?;
         }
         // Eight waves of the wander can stand together at four standard deviations: steps must not go backwards.
         let most_hz = num::lesser(0.3, 0.2 * figures.step_rate_hz);
         let would_do = format!("0 to {most_hz}");
-        figures.step_rate_sd_hz = within("motion.step_rate_sd_hz", section.step_rate_sd_hz, 0.0..=most_hz, &would_do)?;
-        let radius_m = within("motion.radius_m", section.radius_m, 0.1..=10_000.0, "0.1 to 10,000")?;
+        figures.step_rate_sd_hz = within("motion.step_rate_sd_hz", self.step_rate_sd_hz, 0.0..=most_hz, &would_do)?;
+        let radius_m = within("motion.radius_m", self.radius_m, 0.1..=10_000.0, "0.1 to 10,000")?;
         let paths = [("line", Path::Line), ("circle", Path::Circle(radius_m)), ("loop", Path::eight(radius_m))];
-        let path = one_of("motion.path", &section.path, &paths)?;
-        Ok(Gait::new(figures, path, DrawKey::root(section.seed)))
+        let path = one_of("motion.path", &self.path, &paths)?;
+        Ok(Gait::new(figures, path, DrawKey::root(self.seed)))
+    }
+}
+
+impl ObjectMotion {
+    /// The same as a motion of the rig is written, with the defaults of what is not given.
+    ///
+    /// # Errors
+    /// None of a motion that was read: its keys have the types of `[motion]`.
+    pub fn motion(&self) -> Result<Motion, Error> {
+        let refused = |error: String| Error::Run(format!("an object's motion: {error}"));
+        let mut defaults: toml::Table = toml::from_str(DEFAULTS).map_err(|error| refused(error.to_string()))?;
+        let Some(toml::Value::Table(mut keys)) = defaults.remove("motion") else {
+            return Err(refused("no defaults".to_owned()));
+        };
+        let given = toml::Table::try_from(self).map_err(|error| refused(error.to_string()))?;
+        if given.contains_key("file") {
+            keys.remove("kind");
+        }
+        keys.extend(given);
+        keys.try_into().map_err(|error: toml::de::Error| refused(error.to_string()))
     }
 }
 

@@ -20,8 +20,8 @@ use crate::optics::truth::{Matches, Surfaces, View, Visibility, matches, surface
 use crate::picture::{Channel, to_exr};
 use crate::plane::Plane;
 use crate::run::{CameraFrame, Frame, Session, Setup};
-use crate::scene::Scene;
 use crate::scene::motion::imu::ImuSample;
+use crate::scene::object::DynamicScene;
 use crate::units::FrameIndex;
 
 /// Kinds under construction in a run's folder.
@@ -133,8 +133,7 @@ impl TruthWriter {
         if !has_tum_depth && !self.keep.needs_surfaces() {
             return Ok(());
         }
-        let Some(scene) = setup.world.scene() else { return self.picture_depth(place) };
-        let scene = scene.scene();
+        let Some(scene) = setup.world.dynamic_scene() else { return self.picture_depth(place) };
         let seen = surfaces(scene, &view);
         self.shape(place, scene, &view, &seen)?;
         if let Some(tum) = self.tum.as_mut().filter(|_| camera == 0) {
@@ -171,7 +170,7 @@ impl TruthWriter {
         write_exr(&self.path("depth", place, "exr"), [("Z", depth_m)])
     }
 
-    fn shape(&self, place: &Place<'_>, scene: &Scene, view: &View<'_>, seen: &Surfaces) -> Result<(), Error> {
+    fn shape(&self, place: &Place<'_>, scene: DynamicScene<'_>, view: &View<'_>, seen: &Surfaces) -> Result<(), Error> {
         if self.keep.has(Kept::Depth) {
             let depth_m = seen.depth_m(view);
             super::picture::write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;
@@ -184,6 +183,11 @@ impl TruthWriter {
         if self.keep.has(Kept::Materials) {
             let numbers = seen.materials(scene).map(|number| u16::try_from(number).unwrap_or(u16::MAX));
             super::picture::write_grey_16(&self.path("materials", place, "png"), &numbers)?;
+        }
+        if self.keep.has(Kept::Objects) {
+            let instance = |number: u32| scene.object(number).map_or(0, |object| object.instance);
+            let numbers = seen.object.map(|number| u16::try_from(instance(number)).unwrap_or(u16::MAX));
+            super::picture::write_grey_16(&self.path("objects", place, "png"), &numbers)?;
         }
         Ok(())
     }

@@ -3,11 +3,13 @@
 use super::camera::Camera;
 use crate::num::{greater, lesser};
 use crate::scene::light::BANDS;
-use crate::scene::{ExitanceBounds, Illuminant, LitScene};
+use crate::scene::object::DynamicScene;
+use crate::scene::{ExitanceBounds, Illuminant};
 
 /// Least and greatest mean photons of a pixel over an exposure. Lamps and sky count as seen, because they may be.
-pub fn photon_bounds(scene: &LitScene, camera: &Camera, exposure_s: f64) -> [f64; 2] {
-    of_exitance(scene.illuminant(), &scene.exitance_bounds(), camera, exposure_s)
+pub fn photon_bounds<'a>(scene: impl Into<DynamicScene<'a>>, camera: &Camera, exposure_s: f64) -> [f64; 2] {
+    let scene = scene.into();
+    of_exitance(scene.fixed.illuminant(), &scene.exitance_bounds(), camera, exposure_s)
 }
 
 /// The same for light within these bounds.

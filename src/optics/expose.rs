@@ -18,7 +18,8 @@ use crate::num::{f32_nearest, f64_from_usize};
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::light::{BANDS, INFRARED};
-use crate::scene::{Illuminant, LitScene};
+use crate::scene::Illuminant;
+use crate::scene::object::DynamicScene;
 use crate::units::Span;
 
 /// Wavelengths that represent the bands in diffraction, their middles: red, green, blue, near infrared.
@@ -113,15 +114,16 @@ fn check(path: &ImagePath) -> Result<(), Error> {
 
 /// One exposure as the photodiodes receive it. `shutter` has one span a row. Its render noise is stated as an upper bound where bands are
 /// rendered one by one, since they may err together, and before blur and crosstalk, which only lower it.
-pub fn expose(
-    scene: &LitScene,
+pub fn expose<'a>(
+    scene: impl Into<DynamicScene<'a>>,
     camera: &Camera,
     shutter: &[Span],
     world_from_body: &(dyn Fn(f64) -> Pose + Sync),
     sampling: Sampling,
 ) -> Exposure {
+    let scene = scene.into();
     let rendered = |camera: &Camera| Ok(render(scene, camera, shutter, world_from_body, sampling));
-    expose_by(scene.illuminant(), camera, &rendered).expect("rendering cannot fail")
+    expose_by(scene.fixed.illuminant(), camera, &rendered).expect("rendering cannot fail")
 }
 
 /// The same where the light behind an ideal lens comes from elsewhere: `ideal` is called once for each group of bands.

@@ -249,6 +249,13 @@ impl Timeline {
         let first = known.iter().map(|of_row| of_row[0]).collect();
         Self { pieces: (0..count).map(lanes).collect(), first, is_still }
     }
+
+    /// Cuts what is still into as many pieces as what moves beside it, and counts it as moving.
+    pub fn cut_alike(&mut self, pieces: u32) {
+        if std::mem::take(&mut self.is_still) {
+            self.pieces = vec![self.pieces[0].clone(); index(pieces)];
+        }
+    }
 }
 
 impl Timeline {

@@ -8,7 +8,7 @@
 //!    until each pixel is below it.
 //! 4. `replicate`: sample a few pixels again with other samples, to state the error.
 //!
-//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`) and texture footprints (`footprint`). `frame` runs
+//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`, `objects`) and texture footprints (`footprint`). `frame` runs
 //! the steps over a picture on all cores.
 
 mod allocation;
@@ -16,6 +16,7 @@ mod pixel_samples;
 mod footprint;
 mod frame;
 mod first_batch;
+mod objects;
 mod pixel;
 mod rays;
 mod reflect;
@@ -30,7 +31,7 @@ use super::camera::Camera;
 use crate::num::{index, u64_from};
 use crate::plane::Plane;
 use crate::pose::Pose;
-use crate::scene::LitScene;
+use crate::scene::object::DynamicScene;
 use crate::units::Span;
 use allocation::{Estimate, INITIAL_SAMPLES, Stage};
 use first_batch::FirstBatch;
@@ -51,18 +52,19 @@ const BY_PIXEL_FROM: u32 = 32;
 const PASSES_MAX: usize = 12;
 
 /// Renders one exposure. `shutter` has one span a row (all equal for a global shutter). Panics if it does not, or without samples.
-pub fn render(
-    scene: &LitScene,
+pub fn render<'a>(
+    scene: impl Into<DynamicScene<'a>>,
     camera: &Camera,
     shutter: &[Span],
     world_from_body: &(dyn Fn(f64) -> Pose + Sync),
     sampling: Sampling,
 ) -> Exposure {
     assert!(shutter.len() == index(camera.size.height_px), "a render needs one span for each row");
+    let DynamicScene { fixed: scene, objects } = scene.into();
     let follows_gloss = sampling.follows_gloss;
     let reflections = if scene.has_gloss(follows_gloss) { sampling.reflections } else { 0 };
     let view = View { scene, camera, reflections, follows_gloss };
-    let picture = Picture::new(view, shutter, world_from_body, sampling);
+    let picture = Picture::new(view, objects, shutter, world_from_body, sampling);
     if sampling.is_adaptive() {
         return to_target(picture);
     }

@@ -11,7 +11,8 @@ use crate::num::{f64_from_usize, greater, lesser};
 use crate::optics::Camera;
 use crate::pixel;
 use crate::scene::motion::Motion;
-use crate::scene::{LitScene, nearest};
+use crate::scene::object::MovingObject;
+use crate::scene::nearest;
 use crate::units::{FrameIndex, RowIndex, Span};
 
 /// Largest number of parts of the run with separate path boxes.
@@ -38,6 +39,14 @@ pub(super) struct Known<'a> {
     pub run: Span,
     /// Of the rig's dies.
     pub dies: DieSpread,
+}
+
+/// What is known of a moving object.
+struct ObjectFacts {
+    /// Least and greatest distance from a camera.
+    depth_m: [f64; 2],
+    /// Of any of its points, at most.
+    speed_m_per_s: f64,
 }
 
 /// The same with its light.
@@ -70,7 +79,11 @@ impl Lit<'_> {
     fn facts(&self) -> Result<ScenarioFacts, Error> {
         let at_run = |error: crate::scene::motion::MotionError| Error::Run(error.to_string());
         let speeds = self.motion.speeds_max(self.run).map_err(at_run)?;
-        let depth_m = self.depth_m().map_err(at_run)?;
+        let of_scene_m = self.depth_m().map_err(at_run)?;
+        let objects = self.objects().map_err(at_run)?;
+        let depth_m = objects.iter().fold(of_scene_m, |[near, far], object| {
+            [lesser(near, object.depth_m[0]), greater(far, object.depth_m[1])]
+        });
         let mut facts = self.light_facts();
         facts.push(self.lamps());
         facts.push(self.field_of_view());
@@ -79,20 +92,20 @@ impl Lit<'_> {
             least: depth_m[0],
             greatest: depth_m[1],
             how: match self.world {
-                World::Scene(_) => "boxes around the path to the nearest and farthest triangle".to_owned(),
+                World::Scene(..) => "boxes around the path to the nearest and farthest triangle, and to moving objects".to_owned(),
                 #[cfg(feature = "pictures")]
                 World::Images(_) => "pictures from elsewhere".to_owned(),
             },
         });
         facts.extend(self.speeds(speeds));
-        facts.extend(self.motions_px(speeds, depth_m[0]));
+        facts.extend(self.motions_px(speeds, of_scene_m[0], &objects));
         facts.extend(self.charge_facts());
         Ok(ScenarioFacts { facts, tiles: self.tiles() })
     }
 
     /// Least and greatest mean electrons of a pixel. The planner reckons with lit surfaces; a pixel may also see none.
     fn signal_e(&self) -> [f64; 2] {
-        let is_black = self.world.scene().is_some_and(LitScene::may_be_black);
+        let is_black = self.world.dynamic_scene().is_some_and(|scene| scene.may_be_black());
         let least = if is_black { 0.0 } else { self.light.photons_min };
         [least, self.light.photons_max].map(|photons| photons * self.sensor.electrons_per_photon())
     }
@@ -177,6 +190,28 @@ impl Lit<'_> {
         Ok([nearest_m, farthest_m])
     }
 
+    /// How near moving objects come to a camera, and how fast they pass it.
+    fn objects(&self) -> Result<Vec<ObjectFacts>, crate::scene::motion::MotionError> {
+        let Some(scene) = self.world.dynamic_scene() else { return Ok(Vec::new()) };
+        let reach_m = DVec3::splat(self.reach_m());
+        let step_s = self.run.length_s() / f64_from_usize(PATH_PARTS);
+        let of = |object: &MovingObject| {
+            let mut depth_m = [f64::INFINITY, 0.0];
+            for part in 0..PATH_PARTS {
+                let start_s = self.run.start_s + step_s * f64_from_usize(part);
+                let span = Span { start_s, end_s: lesser(start_s + step_s, self.run.end_s) };
+                let (low_m, high_m) = self.motion.extent_m(span)?;
+                let (low_m, high_m) = (low_m - reach_m, high_m + reach_m);
+                let [least_m, most_m] = object.extent_m(span)?;
+                let gap_m = (least_m - high_m).max(low_m - most_m).max(DVec3::ZERO);
+                let far_m = (most_m - low_m).abs().max((high_m - least_m).abs());
+                depth_m = [lesser(depth_m[0], gap_m.length()), greater(depth_m[1], far_m.length())];
+            }
+            Ok(ObjectFacts { depth_m, speed_m_per_s: object.speed_max_m_per_s(self.run)? })
+        };
+        scene.objects.iter().map(of).collect()
+    }
+
     fn speeds(&self, [speed, turn]: [f64; 2]) -> [Fact; 2] {
         let how = match self.motion {
             Motion::Still(_) => "nothing moves",
@@ -187,17 +222,25 @@ impl Lit<'_> {
     }
 
     /// How far the picture of a point can move while it stays in view.
-    fn motions_px(&self, [speed, turn]: [f64; 2], nearest_m: f64) -> [Fact; 2] {
+    fn motions_px(&self, [speed, turn]: [f64; 2], nearest_m: f64, objects: &[ObjectFacts]) -> [Fact; 2] {
         let camera_speed = speed + turn * self.reach_m();
-        let passing = if camera_speed > 0.0 { camera_speed / nearest_m } else { 0.0 };
+        let past = |speed: f64, nearest_m: f64| if speed > 0.0 { speed / nearest_m } else { 0.0 };
+        // What passes fastest: the fixed scene or an object.
+        let (mut passing, mut passed) = (past(camera_speed, nearest_m), (camera_speed, nearest_m));
+        for object in objects {
+            let (speed, nearest_m) = (camera_speed + object.speed_m_per_s, object.depth_m[0]);
+            if past(speed, nearest_m) > passing {
+                (passing, passed) = (past(speed, nearest_m), (speed, nearest_m));
+            }
+        }
         let per_rad = ends(self.windows.iter().map(px_per_rad_max)).1;
         let px_per_s = per_rad * (turn + passing);
         let how = format!(
             "{} px a radian times ({} deg/s of turning + {} m/s past {} m)",
             readable(per_rad),
             readable(turn.to_degrees()),
-            readable(camera_speed),
-            readable(nearest_m)
+            readable(passed.0),
+            readable(passed.1)
         );
         let schedule = &self.sensor.schedule;
         let middle_s = |row: u32| schedule.exposure(FrameIndex(0), RowIndex(row)).middle_s();

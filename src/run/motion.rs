@@ -6,6 +6,7 @@ use super::assets::Assets;
 use crate::config::Scenario;
 use crate::config::check::{unit_quaternion, within};
 use crate::config::motion::{STEP_TOLERANCE, Source};
+use crate::config::scenario::Motion as MotionKeys;
 use crate::error::Error;
 use crate::facts::readable;
 use crate::num::{f64_from_usize, greater, lesser};
@@ -51,7 +52,14 @@ pub struct Placed {
 /// # Errors
 /// A file that is no trajectory, a run that leaves its time range, values out of range.
 pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Result<Placed, Error> {
-    let section = &scenario.motion;
+    placed(&scenario.motion, scenario.run.frames, run, assets)
+}
+
+/// The motion of a section's keys over the whole `run` of so many frames.
+///
+/// # Errors
+/// As `placed_motion`.
+pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets) -> Result<Placed, Error> {
     let turn = unit_quaternion("motion.world_from_motion", section.world_from_motion)?;
     let offset_m = DVec3::from_array(section.offset_m);
     if !is_in_reach(offset_m) {
@@ -59,9 +67,9 @@ pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Res
         return Err(Error::key("motion.offset_m", format!("{:?}", section.offset_m), reason));
     }
     let start_s = within("motion.start_s", section.start_s, 0.0..=START_S_MAX, "0 to 10,000")?;
-    let scale = scenario.motion_scale()?;
+    let scale = section.factor()?;
     let asked = Span { start_s: start_s + run.start_s, end_s: start_s + run.end_s };
-    let Some((spline, notes)) = spline(scenario, asked, assets)? else {
+    let Some((spline, notes)) = spline(section, frames, asked, assets)? else {
         return Ok(Placed { motion: Motion::Still(Pose::new(turn, offset_m)), notes: Vec::new() });
     };
     let at_start = |error: MotionError| error.at_key("motion.start_s", start_s);
@@ -79,7 +87,7 @@ fn is_in_reach(place_m: DVec3) -> bool {
 }
 
 /// Refuses a path that leaves the space that scenes have, or on which no picture could be taken.
-fn check_reach(section: &crate::config::scenario::Motion, motion: &Motion, run: Span) -> Result<(), Error> {
+fn check_reach(section: &MotionKeys, motion: &Motion, run: Span) -> Result<(), Error> {
     let named = section.file.as_deref().or(section.kind.as_deref()).unwrap_or_default();
     let key = if section.file.is_some() { "motion.file" } else { "motion.kind" };
     let refused = |reason: String| Error::key(key, named, reason);
@@ -106,7 +114,12 @@ fn check_reach(section: &crate::config::scenario::Motion, motion: &Motion, run: 
 }
 
 /// The spline of the scenario's source over `asked`, in the source's own frame and time, with notes; none where nothing moves.
-fn spline(scenario: &Scenario, asked: Span, assets: &dyn Assets) -> Result<Option<(Spline, Vec<String>)>, Error> {
+fn spline(
+    section: &MotionKeys,
+    frames: u32,
+    asked: Span,
+    assets: &dyn Assets,
+) -> Result<Option<(Spline, Vec<String>)>, Error> {
     let check_end = |end_s_max: f64| {
         if asked.end_s <= end_s_max {
             return Ok(());
@@ -116,13 +129,13 @@ fn spline(scenario: &Scenario, asked: Span, assets: &dyn Assets) -> Result<Optio
              within {end_s_max:.0} s",
             asked.end_s
         );
-        Err(Error::key("run.frames", scenario.run.frames, reason))
+        Err(Error::key("run.frames", frames, reason))
     };
     let follow = |knot_s: f64, pose: &dyn Fn(f64) -> Pose| {
         check_end(KNOTS_MAX * knot_s)?;
         Ok((generated(pose, knot_s, asked.end_s), Vec::new()))
     };
-    let made = match scenario.motion_source()? {
+    let made = match section.source()? {
         Source::Still => return Ok(None),
         Source::Recording { file, bridge_gaps_s } => recorded(file, bridge_gaps_s, asked, assets),
         Source::ControlFile(file) => {

@@ -12,6 +12,8 @@ use crate::error::Error;
 use crate::fidelity::RenderSettings;
 use crate::num::{f64_from_usize, greater, index, lesser, u32_truncated, u64_from};
 use crate::optics::{Exposure, Rounding};
+use crate::pose::Pose;
+use crate::scene::object::MovingObject;
 use crate::units::{FrameIndex, Span};
 
 /// Fingerprint of the code from scene to photons.
@@ -26,11 +28,11 @@ const POSE_STEP_S: f64 = 0.001;
 impl RenderInputs<'_> {
     /// The key of this exposure's photons, in lower-case hexadecimal; none for pictures from elsewhere, which are not stored.
     pub fn photon_key(&self) -> Option<String> {
-        let scene = self.world.scene()?;
+        let scene = self.world.dynamic_scene()?;
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"sensel photons 1");
         hasher.update(SOURCES.as_bytes());
-        hasher.update(&scene.content_hash());
+        hasher.update(&scene.fixed.content_hash());
         self.camera.hash_into(&mut hasher);
         self.hash_place(&mut hasher);
         hash_settings(&self.settings, &mut hasher);
@@ -39,7 +41,7 @@ impl RenderInputs<'_> {
             hasher.update(&row.start_s.to_le_bytes());
             hasher.update(&row.end_s.to_le_bytes());
         }
-        self.hash_path(&mut hasher);
+        self.hash_path(scene.objects, &mut hasher);
         Some(hasher.finalize().to_hex().to_string())
     }
 
@@ -51,9 +53,9 @@ impl RenderInputs<'_> {
         hasher.update(&u64_from(self.place.slot).to_le_bytes());
     }
 
-    /// The path enters by poses at equal steps from the first row's start to the last row's end: what the body does before and after
+    /// Paths of body and objects enter by poses at equal steps from the first row's start to the last row's end: what the body does before and after
     /// reaches no photon of this exposure.
-    fn hash_path(&self, hasher: &mut blake3::Hasher) {
+    fn hash_path(&self, objects: &[MovingObject], hasher: &mut blake3::Hasher) {
         let none = Span { start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
         let whole = self.rows.iter().fold(none, |all, row| Span {
             start_s: lesser(all.start_s, row.start_s),
@@ -64,11 +66,13 @@ impl RenderInputs<'_> {
         let count = index(u32_truncated(steps));
         for step in 0..=count {
             let t_s = if step == count { whole.end_s } else { whole.start_s + length_s * f64_from_usize(step) / steps };
-            let pose = self.motion.world_from_body(t_s).expect("the motion covers the run");
-            let numbers = pose.rotation.to_array().into_iter().chain(pose.translation_m.to_array());
-            numbers.for_each(|number| {
-                hasher.update(&number.to_le_bytes());
-            });
+            hash_pose(&self.motion.world_from_body(t_s).expect("the motion covers the run"), hasher);
+            for object in objects {
+                hash_pose(&object.world_from_object(t_s), hasher);
+            }
+        }
+        for object in objects {
+            hasher.update(&object.lit_at(whole.middle_s()).content_hash());
         }
     }
 
@@ -85,6 +89,12 @@ impl RenderInputs<'_> {
         let exposure = self.expose()?;
         store.keep(&key, &exposure, Rounding::new(self.settings.rounding_sigma));
         Ok(exposure)
+    }
+}
+
+fn hash_pose(pose: &Pose, hasher: &mut blake3::Hasher) {
+    for number in pose.rotation.to_array().into_iter().chain(pose.translation_m.to_array()) {
+        hasher.update(&number.to_le_bytes());
     }
 }
 

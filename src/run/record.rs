@@ -57,7 +57,7 @@ impl Session {
         };
         if report.scenario.render_variance_ratio.is_none() {
             let reason = match *self.setup.world {
-                World::Scene(_) => "one sample a pixel says nothing about its own error".to_owned(),
+                World::Scene(..) => "one sample a pixel says nothing about its own error".to_owned(),
                 #[cfg(feature = "pictures")]
                 World::Images(_) => {
                     "pictures are integrated without chance, and their own noise is not known".to_owned()
@@ -150,7 +150,7 @@ impl Session {
             light: lit.map_or_else(String::new, LitScene::describe_light),
             motion: source.motion.file.as_ref().or(source.motion.kind.as_ref()).cloned().unwrap_or_default(),
             motion_notes: setup.motion_notes.clone(),
-            motion_scale: source.motion_scale().expect("checked where the motion was placed"),
+            motion_scale: source.motion.factor().expect("checked where the motion was placed"),
             path_m,
             duration_s: truth.last().map_or(0.0, |last| last.t_s) - truth.first().map_or(0.0, |first| first.t_s),
             frames: u32_from(self.notes.len()),

@@ -6,6 +6,7 @@ mod pictures;
 
 use super::assets::{Assets, Progress};
 use super::light::{check_scene, lit_scene};
+use super::objects::{lit_objects, moving_objects};
 use crate::config::Scenario;
 use crate::effects::regions::LightBounds;
 use crate::error::Error;
@@ -19,14 +20,15 @@ use crate::pose::Pose;
 #[cfg(feature = "pictures")]
 use crate::scene::ImageSequence;
 use crate::scene::motion::Motion;
+use crate::scene::object::{DynamicScene, MovingObject};
 use crate::scene::{Illuminant, LitScene};
 use crate::units::Span;
 pub use demand::Demand;
 
 /// What is looked at.
 pub enum World {
-    /// Geometry under light.
-    Scene(Box<LitScene>),
+    /// Geometry under light, and what moves through it.
+    Scene(Box<LitScene>, Vec<MovingObject>),
     /// Pictures over time, one stream a camera.
     #[cfg(feature = "pictures")]
     Images(ImageSequence),
@@ -49,12 +51,16 @@ impl World {
                 .map(|(sequence, notes)| (Self::Images(sequence), notes)),
             #[cfg(not(feature = "pictures"))]
             Some(folders) => Err(no_pictures(folders)),
-            None => lit_scene(scenario, demand.start_m, assets, progress).map(|lit| {
-                let notes = lit.scene().notes.clone();
+            None => {
+                let lit = lit_scene(scenario, demand.start_m, assets, progress)?;
+                let mut notes = lit.scene().notes.clone();
                 // Bounds of the light belong to the scene under its light, as its bake does: the planner reads them.
                 lit.exitance_bounds();
-                (Self::Scene(Box::new(lit)), notes)
-            }),
+                let run = (demand.span_of)(demand.frames);
+                let objects = moving_objects(scenario, run, assets)?;
+                let objects = lit_objects(objects, &lit, run, &mut notes)?;
+                Ok((Self::Scene(Box::new(lit), objects), notes))
+            }
         }
     }
 
@@ -71,14 +77,26 @@ impl World {
             }
             #[cfg(not(feature = "pictures"))]
             Some(folders) => Err(no_pictures(folders)),
-            None => check_scene(scenario, assets),
+            None => {
+                moving_objects(scenario, (demand.span_of)(demand.frames), assets)?;
+                check_scene(scenario, assets)
+            }
         }
     }
 
     /// The geometry under its light, where there is geometry.
     pub fn scene(&self) -> Option<&LitScene> {
         match self {
-            Self::Scene(scene) => Some(&**scene),
+            Self::Scene(scene, _) => Some(&**scene),
+            #[cfg(feature = "pictures")]
+            Self::Images(_) => None,
+        }
+    }
+
+    /// The same with what moves through it.
+    pub fn dynamic_scene(&self) -> Option<DynamicScene<'_>> {
+        match self {
+            Self::Scene(scene, objects) => Some(DynamicScene { fixed: scene, objects }),
             #[cfg(feature = "pictures")]
             Self::Images(_) => None,
         }
@@ -86,13 +104,14 @@ impl World {
 
     /// Whether every exposure of the same length sees the same light under a motion: nothing moves and nothing flickers.
     pub fn is_still(&self, motion: &Motion) -> bool {
-        matches!(motion, Motion::Still(_)) && self.scene().is_some_and(LitScene::is_steady)
+        let is_fixed = |scene: DynamicScene<'_>| scene.fixed.is_steady() && scene.objects.is_empty();
+        matches!(motion, Motion::Still(_)) && self.dynamic_scene().is_some_and(is_fixed)
     }
 
     /// Spectrum of its white light.
     pub fn illuminant(&self) -> Illuminant {
         match self {
-            Self::Scene(scene) => scene.illuminant(),
+            Self::Scene(scene, _) => scene.illuminant(),
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => sequence.streams[0].illuminant(),
         }
@@ -111,7 +130,9 @@ impl World {
         sampling: Sampling,
     ) -> Result<Exposure, Error> {
         match self {
-            Self::Scene(scene) => Ok(optics::expose(scene, camera, shutter, world_from_body, sampling)),
+            Self::Scene(fixed, objects) => {
+                Ok(optics::expose(DynamicScene { fixed, objects }, camera, shutter, world_from_body, sampling))
+            }
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => {
                 let stream = &sequence.streams[number];
@@ -124,7 +145,9 @@ impl World {
     pub fn photon_bounds(&self, cameras: &[Camera], exposures_s: [f64; 2]) -> LightBounds {
         let of = |exposure_s: f64| match self {
             // The cameras of a rig are alike, and a scene's bounds hold wherever they stand.
-            Self::Scene(scene) => optics::photon_bounds(scene, &cameras[0], exposure_s),
+            Self::Scene(fixed, objects) => {
+                optics::photon_bounds(DynamicScene { fixed, objects }, &cameras[0], exposure_s)
+            }
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => {
                 let mut bounds = [f64::INFINITY, 0.0];
@@ -148,7 +171,7 @@ impl World {
     #[cfg_attr(not(feature = "pictures"), expect(unused_variables, reason = "only pictures have a stream a camera"))]
     pub fn depth(&self, (number, camera): (usize, &Camera), t_s: f64) -> Result<Option<Plane<f32>>, Error> {
         match self {
-            Self::Scene(_) => Ok(None),
+            Self::Scene(..) => Ok(None),
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => resample::depth(&sequence.streams[number], camera, t_s),
         }
@@ -157,7 +180,7 @@ impl World {
     /// Whether depth is known.
     pub fn has_depth(&self) -> bool {
         match self {
-            Self::Scene(_) => true,
+            Self::Scene(..) => true,
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => sequence.streams.iter().all(crate::scene::ImageStream::has_depth),
         }

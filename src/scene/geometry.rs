@@ -1,5 +1,6 @@
 //! Geometry and materials of a scene, ready for rays.
 
+use super::animation::Chain;
 use super::bvh::Bvh;
 use super::environment::Environment;
 use super::lamps::Lamps;
@@ -33,6 +34,19 @@ pub struct Scene {
     pub viewpoints: Vec<Viewpoint>,
     /// What of the file was left out, changed or repaired, in sentences for its user.
     pub notes: Vec<String>,
+    /// Parts that the file's animation moves; no part of the geometry above.
+    pub moving: Vec<MovingScene>,
+}
+
+/// A part of a file that moves rigidly.
+#[derive(Clone, Debug)]
+pub struct MovingScene {
+    /// As the file calls its node.
+    pub name: String,
+    /// How it moves in the file's frame.
+    pub chain: Chain,
+    /// In its own frame.
+    pub shape: Scene,
 }
 
 /// Where a scene's author put a camera.
@@ -62,8 +76,8 @@ impl Scene {
         bvh.mark_culled(&|triangle| mesh.materials[index(mesh.material_of[index(triangle)])].culled);
         let (layout, lamps) = (Layout::of(&mesh), Lamps::of(&mesh, &bvh));
         let (environment, flickering, viewpoints) = (None, Vec::new(), Vec::new());
-        let (name, notes) = (name.to_owned(), Vec::new());
-        Ok(Self { name, mesh, bvh, layout, lamps, sky, environment, flickering, viewpoints, notes })
+        let (name, notes, moving) = (name.to_owned(), Vec::new(), Vec::new());
+        Ok(Self { name, mesh, bvh, layout, lamps, sky, environment, flickering, viewpoints, notes, moving })
     }
 
     /// Gives the scene a sky of this radiance (in its own light units) beyond all surfaces.

@@ -3,12 +3,14 @@
 //! Read: nested nodes and instances (EXT_mesh_gpu_instancing), triangles, strips and fans, dense, sparse and quantized accessors,
 //! positions, normals (flat where there are none), any set of texture coordinates with KHR_texture_transform, base colour with PNG
 //! or JPEG pictures from the file, from `data:` URIs or from its folder, vertex colours, coverage (alpha), emission, sidedness, lights,
-//! cameras. Left out, each with a note: textures of normals, metallic-roughness and occlusion, materials' other extensions, animation,
-//! skins, morph targets, points and lines. Transparent materials (no alpha, or marked dielectric) are dropped, so light passes.
+//! cameras, and what the first animation moves rigidly, as parts of their own. Left out, each with a note: textures of normals,
+//! metallic-roughness and occlusion, materials' other extensions, other animations, scale and morph weights of the first, skins, morph
+//! targets, points and lines. Transparent materials (no alpha, or marked dielectric) are dropped, so light passes.
 //! A file may be hostile: every offset, count and index is checked before it is used, and no allocation is larger than a
 //! scene may be.
 
 mod accessor;
+mod animation;
 mod buffers;
 mod container;
 mod content;
@@ -19,7 +21,8 @@ mod reader;
 
 use super::Surroundings;
 use super::file_units::FileUnits;
-use super::geometry::Scene;
+use super::animation::Chain;
+use super::geometry::{MovingScene, Scene};
 use super::mesh::Mesh;
 use super::source::Read;
 use crate::error::Error;
@@ -59,16 +62,48 @@ impl Scene {
         surroundings: &Surroundings,
         read: Read<'_>,
     ) -> Result<Self, Error> {
-        let folder = name.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
-        let files = Files { read: &|file: &str| read(&format!("{folder}{file}")) };
-        let content =
-            content(bytes, units, &files).map_err(|reason| Error::Content { file: name.to_owned(), reason })?;
+        let content = content_in(name, bytes, units, read)?;
         let mut mesh = content.mesh;
         surroundings.furnish(&mut mesh);
         let mut scene = Self::new(name, mesh, super::light::with_infrared(surroundings.sky))?;
         (scene.viewpoints, scene.notes) = (content.viewpoints, content.notes);
+        scene.moving = moving_scenes(content.moving)?;
         Ok(scene)
     }
+
+    /// Reads a glTF file as an object: the part that stands in it, if there is one, and those that its animation moves. The first part
+    /// has the notes.
+    ///
+    /// # Errors
+    /// As `from_glb`.
+    pub fn parts_from_gltf(
+        name: &str,
+        bytes: &[u8],
+        units: &FileUnits,
+        read: Read<'_>,
+    ) -> Result<Vec<MovingScene>, Error> {
+        let content = content_in(name, bytes, units, read)?;
+        let mut parts = moving_scenes(content.moving)?;
+        if parts.is_empty() || !content.mesh.triangles.is_empty() {
+            let shape = Self::new(name, content.mesh, Default::default())?;
+            parts.insert(0, MovingScene { name: name.to_owned(), chain: Chain::default(), shape });
+        }
+        parts[0].shape.notes = content.notes;
+        Ok(parts)
+    }
+}
+
+fn content_in(name: &str, bytes: &[u8], units: &FileUnits, read: Read<'_>) -> Result<Content, Error> {
+    let folder = name.rsplit_once('/').map_or(String::new(), |(folder, _)| format!("{folder}/"));
+    let files = Files { read: &|file: &str| read(&format!("{folder}{file}")) };
+    content(bytes, units, &files).map_err(|reason| Error::Content { file: name.to_owned(), reason })
+}
+
+fn moving_scenes(parts: Vec<content::MovingPart>) -> Result<Vec<MovingScene>, Error> {
+    let scene = |content::MovingPart { name, chain, mesh }| {
+        Ok(MovingScene { shape: Scene::new(&name, mesh, Default::default())?, name, chain })
+    };
+    parts.into_iter().map(scene).collect()
 }
 
 fn content(bytes: &[u8], units: &FileUnits, files: &Files<'_>) -> Result<Content, String> {
@@ -77,17 +112,14 @@ fn content(bytes: &[u8], units: &FileUnits, files: &Files<'_>) -> Result<Content
     for name in &container.ignored {
         notes.add(format!("the extension {name} is not read"));
     }
-    for animation in container.document.animations() {
-        let name = animation.name().map_or_else(|| animation.index().to_string(), |name| format!("'{name}'"));
-        notes.add(format!("animation {name} is not read"));
-    }
     let buffers = Buffers::of(&container.document, container.binary, files)?;
+    let tracks = animation::read(&container.document, &buffers, &mut notes)?;
     let kinds = material::read_all(&container.document, &buffers, files, &container.unread, &mut mesh, &mut notes)?;
     let scene =
         container.document.default_scene().or_else(|| container.document.scenes().next()).ok_or("it has no scene")?;
-    let mut reader = reader::Reader::new(&container, &buffers, kinds, mesh, notes);
+    let mut reader = reader::Reader::new(&container, &buffers, kinds, mesh, tracks, notes);
     for node in scene.nodes() {
-        reader.node(&node, units.world_from_file(), 0)?;
+        reader.node(&node, &node::Place::root(units.world_from_file()), 0)?;
     }
     Ok(reader.content())
 }

@@ -8,19 +8,21 @@
 mod data;
 mod gloss;
 mod identity;
+mod object_light;
 mod slopes;
 mod surface;
 
 pub use data::{ExitanceBounds, Face, LitScene};
 pub use gloss::{BOUNCES_MAX, Facet, is_exact_mirror};
+pub use object_light::ObjectLight;
 pub use surface::{OnTriangle, by_band, by_lane};
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
 use super::bake::aims::{Aims, aimed_light};
-use super::bake::rays::bounce_rays;
+use super::bake::rays::{GROUPS, bounce_rays};
 use super::bake::{Bake, BakeSettings};
 use super::flicker::Flicker;
 use super::geometry::Scene;
@@ -93,22 +95,40 @@ impl Scene {
     fn horizontal_irradiance(&self, bake: &Bake, at_m: DVec3) -> [f64; BANDS] {
         let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
         let aims = Aims::new(self, METER_LAMP_RAYS, METER_RAYS);
-        let [aimed, _] = aimed_light(self, at, up, 1, &aims);
-        let rays = bounce_rays(self, at, up, &aims.fan);
-        let mut bounced = [0.0; BANDS];
+        let baked = [bake.irradiance.as_slice(), bake.flickering.as_slice()];
+        let [steady, flickering] = self.irradiance_at((at, up), &aims, baked, 1.0);
+        std::array::from_fn(|band| steady[band] + flickering[band])
+    }
+
+    /// Irradiance of one side of a place, steady and flickering, from lamps and sky by `aims` and from the surfaces around, of which
+    /// `baked` is the irradiance (steady, flickering; the latter may be empty). Radiances of the scene count `per_unit` times.
+    pub(super) fn irradiance_at(
+        &self,
+        (at_m, normal): ([f32; 3], [f32; 3]),
+        aims: &Aims,
+        baked: [&[Bands]; GROUPS],
+        per_unit: f64,
+    ) -> [[f64; BANDS]; GROUPS] {
+        let [aimed, _] = aimed_light(self, at_m, normal, 1, aims);
+        let rays = bounce_rays(self, at_m, normal, &aims.fan);
+        let mut bounced = [[0.0; BANDS]; GROUPS];
         let mut add = |place: usize, weight: Bands| {
-            for light in [bake.irradiance.get(place), bake.flickering.get(place)].into_iter().flatten() {
+            let albedo = self.layout.samples[place / 2].albedo;
+            for (sum, baked) in bounced.iter_mut().zip(baked) {
+                let Some(light) = baked.get(place) else { continue };
                 for band in 0..BANDS {
-                    let albedo = self.layout.samples[place / 2].albedo[band];
-                    bounced[band] += f64::from(light[band]) * f64::from(albedo) * f64::from(weight[band]);
+                    sum[band] += f64::from(light[band]) * f64::from(albedo[band]) * f64::from(weight[band]);
                 }
             }
         };
         rays.met.iter().for_each(|&place| add(index(place), [1.0; BANDS]));
         rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.place), mirrored.weight()));
-        std::array::from_fn(|band| {
-            let [steady, flickering] = [0, 1].map(|group| aimed[group][band] + rays.seen[group][band]);
-            steady + flickering + bounced[band] / crate::num::f64_from_usize(METER_RAYS)
+        let count = crate::num::f64_from_usize(aims.fan.len().max(1));
+        std::array::from_fn(|group| {
+            let of = |band: usize| {
+                per_unit * (aimed[group][band] + rays.seen[group][band]) + bounced[group][band] / count
+            };
+            std::array::from_fn(of)
         })
     }
 
@@ -167,14 +187,14 @@ impl LitScene {
             illuminance_lux: 0.0,
             bounces: bake.bounces,
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
-            faces: surface::faces(&scene.mesh, &scene.layout, &slopes::of(&scene.mesh), &paints),
+            faces: surface::faces(&scene.mesh, &scene.layout, &slopes::of(&scene.mesh), &paints).into(),
             paints,
             cones,
             has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
             gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
             bounds: OnceLock::new(),
             content: OnceLock::new(),
-            scene,
+            scene: Arc::new(scene),
         }
     }
 
@@ -246,10 +266,15 @@ impl LitScene {
             None => self.sky_lux.contains(&0.0),
             Some(_) => sky_least.contains(&0.0),
         };
-        is_dark_beyond || self.paints.iter().any(|paint| !paint.double_sided)
+        is_dark_beyond || self.has_dark_backs()
     }
 
-    /// Whether the same picture is seen at any time.
+    /// Whether a surface has one side only.
+    pub fn has_dark_backs(&self) -> bool {
+        self.paints.iter().any(|paint| !paint.double_sided)
+    }
+
+    /// Whether the same light is seen at any time.
     pub fn is_steady(&self) -> bool {
         self.flicker.is_none()
     }

@@ -1,5 +1,8 @@
 //! Triangles and their materials. In a mesh every number is finite, every index is in range and every triangle has an area.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use super::bulb::Bulb;
 use super::cut_out::CutOut;
 use super::environment::Sun;
@@ -221,6 +224,64 @@ impl Mesh {
         let vertices = [vertex(0), vertex(1), vertex(2), vertex(3)];
         self.append(material, vertices, &[[0, 1, 2], [0, 2, 3]]).expect("a quadrangle made here is sound");
     }
+}
+
+impl Mesh {
+    /// Takes ranges of triangles out, which are disjoint, and makes a mesh of each list of them with the materials that it uses. The rest
+    /// keeps its materials and their order.
+    #[must_use]
+    pub fn split_off(&mut self, lists: &[&[Range<usize>]]) -> Vec<Self> {
+        if lists.is_empty() {
+            return Vec::new();
+        }
+        let parts = lists.iter().map(|ranges| self.part(ranges.iter().cloned().flatten())).collect();
+        let mut is_taken = vec![false; self.triangles.len()];
+        lists.iter().flat_map(|ranges| ranges.iter().cloned()).flatten().for_each(|triangle| is_taken[triangle] = true);
+        let mut kept = is_taken.iter().map(|taken| !taken);
+        self.triangles.retain(|_| kept.next().unwrap_or(true));
+        let mut kept = is_taken.iter().map(|taken| !taken);
+        self.material_of.retain(|_| kept.next().unwrap_or(true));
+        parts
+    }
+
+    /// A mesh of some triangles.
+    fn part(&self, triangles: impl Iterator<Item = usize>) -> Self {
+        let mut part = Self::default();
+        let (mut vertices, mut materials) = (BTreeMap::new(), BTreeMap::new());
+        let (mut textures, mut cut_outs) = (BTreeMap::new(), BTreeMap::new());
+        for triangle in triangles {
+            let corners = self.triangles[triangle].map(|corner| {
+                *vertices.entry(corner).or_insert_with(|| {
+                    part.vertices.push(self.vertices[index(corner)]);
+                    if !self.colours.is_empty() {
+                        part.colours.push(self.colour(corner));
+                    }
+                    u32_from(part.vertices.len() - 1)
+                })
+            });
+            let number = self.material_of[triangle];
+            let material = *materials.entry(number).or_insert_with(|| {
+                let mut material = self.materials[index(number)].clone();
+                material.texture =
+                    material.texture.map(|texture| taken_over(texture, &self.textures, &mut part.textures, &mut textures));
+                material.cut_out =
+                    material.cut_out.map(|cut_out| taken_over(cut_out, &self.cut_outs, &mut part.cut_outs, &mut cut_outs));
+                part.materials.push(material);
+                u32_from(part.materials.len() - 1)
+            });
+            part.triangles.push(corners);
+            part.material_of.push(material);
+        }
+        part
+    }
+}
+
+/// The number in another list of an entry of one, which is copied where it is not there yet.
+fn taken_over<T: Clone>(number: u32, from: &[T], to: &mut Vec<T>, known: &mut BTreeMap<u32, u32>) -> u32 {
+    *known.entry(number).or_insert_with(|| {
+        to.push(from[index(number)].clone());
+        u32_from(to.len() - 1)
+    })
 }
 
 fn in_range(coordinate_m: f32) -> bool {

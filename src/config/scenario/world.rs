@@ -49,6 +49,8 @@ sections! {
         sky: Sky,
         /// Lamps beside those that the scene has.
         lamp: Vec<crate::scene::Lamp>,
+        /// Rigid objects that move, up to 64. They receive light; they cast no shadow and send none back.
+        object: Vec<SceneObject>,
         /// How lamps flicker.
         flicker: FlickerKeys,
         /// "full": light after all bounces. "draft": the same by few rays, for a first look. "sketch": by a quarter of those. "direct":
@@ -169,6 +171,59 @@ sections! {
         oscillation_hz: f64,
         /// Its axis, of the still body: "x", "y" or "z".
         oscillation_axis: String,
+    }
+    /// A rigid object that moves.
+    SceneObject {
+        /// A glTF binary in the scenario's folder. A model stands with y up and looks along +z, as glTF says.
+        file: String,
+        /// As reports call it; the file's name if not given.
+        name: Option<String>,
+        /// Metres of a unit of the file, 1e-6 to 1e6; not given: 1.
+        scale: Option<f64>,
+        /// Axis of the file that points up: "y" (also if not given) or "z".
+        up: Option<String>,
+        /// How it moves; not given: it stands.
+        motion: Option<ObjectMotion>,
+    }
+    /// How an object moves, by the keys of `[motion]`, whose defaults hold where one is not given. `offset_m` is the place of the model's
+    /// origin at the start. "walk", "run", "spin", "sway" and control poses lead the model's front ahead; a file's poses are those of the model.
+    ObjectMotion {
+        /// As `motion.file`.
+        file: Option<String>,
+        /// As `motion.kind`.
+        kind: Option<String>,
+        /// As `motion.start_s`.
+        start_s: Option<f64>,
+        /// As `motion.scale`.
+        scale: Option<f64>,
+        /// As `motion.offset_m`.
+        offset_m: Option<[f64; 3]>,
+        /// As `motion.world_from_motion`.
+        world_from_motion: Option<[f64; 4]>,
+        /// As `motion.bridge_gaps_s`.
+        bridge_gaps_s: Option<f64>,
+        /// As `[[motion.pose]]`.
+        pose: Option<Vec<MotionPose>>,
+        /// As `motion.path`.
+        path: Option<String>,
+        /// As `motion.radius_m`.
+        radius_m: Option<f64>,
+        /// As `motion.speed_m_per_s`.
+        speed_m_per_s: Option<f64>,
+        /// As `motion.step_rate_hz`.
+        step_rate_hz: Option<f64>,
+        /// As `motion.step_rate_sd_hz`.
+        step_rate_sd_hz: Option<f64>,
+        /// As `motion.seed`.
+        seed: Option<u64>,
+        /// As `motion.rate_deg_per_s`.
+        rate_deg_per_s: Option<f64>,
+        /// As `motion.oscillation_mm`.
+        oscillation_mm: Option<f64>,
+        /// As `motion.oscillation_hz`.
+        oscillation_hz: Option<f64>,
+        /// As `motion.oscillation_axis`.
+        oscillation_axis: Option<String>,
     }
     /// A control pose. Without an orientation the body looks level along the trajectory world's -z.
     MotionPose {

@@ -21,7 +21,7 @@ pub(super) fn text(keep: &Keep, setup: &Setup) -> Result<String, Error> {
         "frames": setup.frames,
         "cameras": setup.cameras.len(),
         "file_names": "time of the frame in nanoseconds, as in mav0",
-        "row_times": "middle of each row's longest exposure; poses, depth, normals, materials, flow, visibility and stereo belong to it",
+        "row_times": "middle of each row's longest exposure; poses, depth, normals, materials, objects, flow, visibility and stereo belong to it",
         "camera_frame": "x right, y down, z forward; pixel centres are integers",
         "kept": kinds,
     });
@@ -58,8 +58,15 @@ fn meaning(kept: Kept, setup: &Setup) -> Value {
         Kept::Normals => json!({ "exr": { "normal.X": "unit vector in the camera's frame, 0 where nothing is met" } }),
         Kept::Materials => json!({ "png": {
             "0": "nothing",
-            "names_from_1": setup.world.scene().map_or_else(Vec::new, |lit| {
-                lit.scene().mesh.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>()
+            "names_from_1": setup.world.dynamic_scene().map_or_else(Vec::new, |scene| {
+                scene.shapes().flat_map(|shape| &shape.mesh.materials).map(|m| m.name.as_str()).collect::<Vec<_>>()
+            }),
+        } }),
+        Kept::Objects => json!({ "png": {
+            "0": "what stands, or nothing",
+            "names_from_1": setup.world.dynamic_scene().map_or_else(Vec::new, |scene| {
+                let firsts = scene.objects.chunk_by(|a, b| a.instance == b.instance).map(|parts| &parts[0]);
+                firsts.map(|object| object.name.as_str()).collect::<Vec<_>>()
             }),
         } }),
         Kept::Flow => json!({

@@ -25,6 +25,8 @@ pub enum Kept {
     Normals,
     /// Materials of the surfaces.
     Materials,
+    /// Number of the moving object from 1 in the order of the scenario, 0 for what stands.
+    Objects,
     /// Displacement to the next frame.
     Flow,
     /// What becomes of each point in the next frame.
@@ -38,7 +40,7 @@ pub enum Kept {
 }
 
 /// All of them, as a user names them.
-const NAMES: [(Kept, &str); 15] = [
+const NAMES: [(Kept, &str); 16] = [
     (Kept::Packets, "packets"),
     (Kept::Photons, "photons"),
     (Kept::Electrons, "electrons"),
@@ -49,6 +51,7 @@ const NAMES: [(Kept, &str); 15] = [
     (Kept::Depth, "depth"),
     (Kept::Normals, "normals"),
     (Kept::Materials, "materials"),
+    (Kept::Objects, "objects"),
     (Kept::Flow, "flow"),
     (Kept::Visibility, "visibility"),
     (Kept::Stereo, "stereo"),
@@ -80,6 +83,7 @@ impl Kept {
             | Self::Depth
             | Self::Normals
             | Self::Materials
+            | Self::Objects
             | Self::Flow
             | Self::Visibility => (0..cameras).map(|camera| format!("{name}/cam{camera}")).collect(),
         }
@@ -87,7 +91,7 @@ impl Kept {
 
     /// Whether it needs to know what each pixel sees.
     fn needs_surfaces(self) -> bool {
-        [Self::Depth, Self::Normals, Self::Materials, Self::Flow, Self::Visibility, Self::Stereo].contains(&self)
+        [Self::Depth, Self::Normals, Self::Materials, Self::Objects, Self::Flow, Self::Visibility, Self::Stereo].contains(&self)
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::allocation::{Estimate, INITIAL_SAMPLES, STRATA, Stage, missed_variance};
 use super::first_batch::FirstBatch;
+use super::objects::ObjectInView;
 use super::pixel::{Pixel, StoppingRule};
 use super::pixel_samples::PixelSamples;
 use super::replicate::Replicate;
@@ -15,6 +16,7 @@ use crate::parallel::{collected, over_chunks};
 use crate::pose::Pose;
 use crate::scene::lanes::LANES;
 use crate::scene::light::{BANDS, Bands};
+use crate::scene::object::MovingObject;
 use crate::scene::tracer::Stack;
 use crate::simd::dispatch;
 use crate::units::Span;
@@ -38,6 +40,8 @@ pub struct Picture<'a> {
     pub sampling: Sampling,
     /// Motion over the exposure of each group of rows.
     pub timelines: Vec<Timeline>,
+    /// What moves beside the camera.
+    pub objects: Vec<ObjectInView>,
     per_lux_s: [f64; BANDS],
     /// Level of the flickering lamps in each stratum of each row's exposure.
     pub lamp_levels: Vec<[f32; STRATA]>,
@@ -60,21 +64,37 @@ impl<'a> Picture<'a> {
     /// Evaluates the motion and the lamps once for every row.
     pub fn new(
         view: View<'a>,
+        objects: &[MovingObject],
         shutter: &'a [Span],
         world_from_body: &(dyn Fn(f64) -> Pose + Sync),
         sampling: Sampling,
     ) -> Self {
         let world_from_camera = |t_s: f64| world_from_body(t_s).then(&view.camera.body_from_camera);
         let groups = shutter.len().div_ceil(ROWS);
-        let spans = |group: usize| rows_of(group, shutter.len()).map(|row| shutter[row]);
-        let pieces = collected(groups, |group| Timeline::pieces_for(spans(group)[0], &world_from_camera));
+        let spans = collected(groups, |group| rows_of(group, shutter.len()).map(|row| shutter[row]));
+        let pieces_of = |group: usize| {
+            let beside = objects.iter().map(|object| {
+                let pose = |t_s: f64| object.world_from_object(t_s).inverse().then(&world_from_camera(t_s));
+                Timeline::pieces_for(spans[group][0], &pose)
+            });
+            beside.fold(Timeline::pieces_for(spans[group][0], &world_from_camera), u32::max)
+        };
         // As many for all, so that rays of many rows may share a packet.
-        let pieces = pieces.into_iter().max().unwrap_or(1);
-        let timelines = collected(groups, |group| Timeline::of(spans(group), pieces, &world_from_camera));
+        let pieces = collected(groups, pieces_of).into_iter().max().unwrap_or(1);
+        let mut timelines = collected(groups, |group| Timeline::of(spans[group], pieces, &world_from_camera));
+        let mut objects: Vec<ObjectInView> =
+            objects.iter().map(|object| ObjectInView::new(object, &spans, pieces, &world_from_camera)).collect();
+        for group in 0..groups {
+            let beside = objects.iter_mut().map(|object| &mut object.timelines[group]);
+            let mut all: Vec<&mut Timeline> = beside.chain([&mut timelines[group]]).collect();
+            if all.iter().any(|timeline| !timeline.is_still) {
+                all.iter_mut().for_each(|timeline| timeline.cut_alike(pieces));
+            }
+        }
         let level = |row: usize| std::array::from_fn(|stratum| level(&view, shutter[row], stratum, STRATA));
         let lamp_levels = (0..shutter.len()).map(level).collect();
         let per_lux_s = view.camera.photons_per_lux_s(view.scene.illuminant());
-        Self { view, shutter, sampling, timelines, per_lux_s, lamp_levels }
+        Self { view, shutter, sampling, timelines, objects, per_lux_s, lamp_levels }
     }
 
     /// Pixels of a row.
@@ -114,6 +134,7 @@ impl<'a> Picture<'a> {
         dispatch(Rows {
             view: self.view,
             timeline: &self.timelines[group],
+            objects: &self.objects,
             lamp_levels: &lamp_levels,
             photons_per_lux: row_of.map(|row| std::array::from_fn(|column| self.photons_per_lux(column, row))),
             first: group * ROWS,
@@ -130,6 +151,7 @@ impl<'a> Picture<'a> {
         Pixel {
             view: self.view,
             timeline: &self.timelines[y / ROWS],
+            objects: &self.objects,
             lamp_levels: &self.lamp_levels[y],
             photons_per_lux: self.photons_per_lux(x, y),
             at: [x, y],

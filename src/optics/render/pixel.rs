@@ -8,6 +8,7 @@
 pub use super::allocation::{INITIAL_SAMPLES, STRATA};
 use super::allocation::{may_count, ratio};
 use super::footprint::SampleShare;
+use super::objects::{Instants, ObjectInView, Objects};
 use super::pixel_samples::{OF_BEFORE, PixelSamples};
 use super::shear::sheared_lanes;
 use super::sobol::points;
@@ -49,6 +50,8 @@ pub struct Pixel<'a> {
     pub view: View<'a>,
     /// How the camera moves over the exposure of the row and its neighbours.
     pub timeline: &'a Timeline,
+    /// What moves beside the camera.
+    pub objects: &'a [ObjectInView],
     /// Level of the flickering lamps in each stratum of the row's exposure.
     pub lamp_levels: &'a [f32; STRATA],
     /// Photons of each band per lux-equivalent behind the filter.
@@ -112,6 +115,7 @@ impl Pixel<'_> {
             }
         }
         let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
+        let group = self.at[1] / ROWS;
         let mut aim = Aim {
             place: samples.place,
             motion: PacketMotion::Shared(self.timeline.first_of_row(self.at[1] % ROWS)),
@@ -122,6 +126,7 @@ impl Pixel<'_> {
             shares: samples.shares,
             moves: samples.moves,
             numbers: samples.numbers,
+            objects: Objects { all: self.objects, group, instants: Instants::Row(self.at[1] % ROWS) },
         };
         if self.timeline.pieces.len() == 1 {
             return self.view.sample(pixels, &aim, stack).photons;
@@ -133,8 +138,10 @@ impl Pixel<'_> {
             piece_of[lane] = index(piece);
             aim.share.0[lane] = time - f32_from_u32(piece);
         }
-        let motion = self.timeline.gathered(self.at[1] % ROWS * COLUMNS, &piece_of);
+        let lane = self.at[1] % ROWS * COLUMNS;
+        let motion = self.timeline.gathered(lane, &piece_of);
         aim.motion = PacketMotion::ByLane(&motion);
+        aim.objects.instants = Instants::Pieces(lane, &piece_of);
         self.view.sample(pixels, &aim, stack).photons
     }
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
 use super::footprint::{Differentials, Look, footprint};
+use super::objects::AmongObjects;
 use super::reflect::Reflection;
 pub use super::view::{Aim, Pixels, View};
 pub(super) use super::view::{Filter, Traced};
@@ -130,18 +131,38 @@ impl View<'_> {
         let hits =
             closest_inline_through(&self.scene.scene().bvh, &BackfaceCulled(&self.scene.scene().mesh), &packet, stack);
         let traced = Traced { hits, packet };
-        let (mut lux, is_glossy) =
-            self.shade(&traced, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose });
-        if self.reflections > 0 && is_glossy {
-            lux = dispatch(Reflection { view: self, traced: &traced, pixels, aim, lux, stack });
-        }
-        let [r, g, b, n] = lux;
+        let mut distance_m = hits.t;
+        let [r, g, b, n] = if aim.objects.all.is_empty() {
+            self.light_of(&traced, pixels, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose }, stack)
+        } else {
+            let among = AmongObjects { view: self, pixels, aim, bearing, pose, traced, stack };
+            let (lux, nearest_m) = dispatch(among);
+            distance_m = nearest_m;
+            lux
+        };
         let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
         let mut roll_off = Floats::splat(0.0);
         for lane in 0..LANES {
             roll_off.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
         }
-        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, distance_m: traced.hits.t }
+        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, distance_m }
+    }
+
+    /// Light by band of what each ray met, with what gloss reflects of the fixed scene.
+    #[inline(always)]
+    pub(super) fn light_of(
+        &self,
+        traced: &Traced,
+        pixels: &Pixels,
+        aim: &Aim,
+        filter: &Filter,
+        stack: &mut Stack,
+    ) -> [Floats; BANDS] {
+        let (lux, is_glossy) = self.shade(traced, aim, filter);
+        if self.reflections > 0 && is_glossy {
+            return dispatch(Reflection { view: self, traced, pixels, aim, lux, stack });
+        }
+        lux
     }
 
     /// Light by band of what each ray met, and whether any of that keeps an image. Rays that met one triangle at about one distance are

@@ -4,6 +4,7 @@
 
 use super::first_batch::{FirstBatch, Quarters};
 use super::footprint::SampleShare;
+use super::objects::{Instants, ObjectInView, Objects};
 use super::sobol::{self, Place, Seeds};
 use super::view::{Aim, Pixels, View};
 use crate::draw::{DrawKey, mix};
@@ -48,6 +49,8 @@ pub struct Rows<'a> {
     pub view: View<'a>,
     /// How the camera moves over the rows' exposures.
     pub timeline: &'a Timeline,
+    /// What moves beside the camera.
+    pub objects: &'a [ObjectInView],
     /// Level of the flickering lamps in each stratum of time, lane by lane.
     pub lamp_levels: &'a [[f32; LANES]],
     /// Photons of each band per lux-equivalent behind a pixel's filter, on the axis, over each row's exposure; by row, then by column
@@ -135,6 +138,11 @@ impl Rows<'_> {
                 shares: &shares,
                 moves: None,
                 numbers: &[number; LANES],
+                objects: Objects {
+                    all: self.objects,
+                    group: self.first / ROWS,
+                    instants: Instants::Tile(piece),
+                },
             };
             let sampled = self.view.sample(pixels, &aim, stack);
             parts.add(number, sampled.photons);

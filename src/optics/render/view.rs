@@ -5,6 +5,7 @@
 use super::super::camera::Camera;
 use super::super::motion::{PacketMotion, Turns};
 use super::footprint::SampleShare;
+use super::objects::Objects;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors};
 use crate::scene::light::BANDS;
@@ -39,6 +40,7 @@ pub struct Pixels {
 }
 
 /// Where, when and for how much of its pixel each lane's ray stands.
+#[derive(Clone, Copy)]
 pub struct Aim<'a> {
     /// Place in the pixel from its left and from its upper edge, and in the exposure, each 0..1.
     pub place: [Floats; 3],
@@ -58,6 +60,8 @@ pub struct Aim<'a> {
     pub moves: Option<&'a [Floats; 2]>,
     /// The samples' numbers.
     pub numbers: &'a [u32; LANES],
+    /// What moves beside the camera.
+    pub objects: Objects<'a>,
 }
 
 /// What a look-up of a texture averages over.

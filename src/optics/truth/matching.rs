@@ -5,13 +5,13 @@ use glam::DVec2;
 
 use super::surface::{Point, Surfaces, idle, is_inside, set_lane};
 use super::view::View;
-use crate::num::{f32_nearest, f64_from_usize};
+use crate::num::{f32_nearest, f64_from_usize, u32_from};
 use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::pose::Pose;
-use crate::scene::Scene;
 use crate::scene::lanes::LANES;
 use crate::scene::mesh::BackfaceCulled;
+use crate::scene::object::{DynamicScene, MovingObject};
 use crate::scene::tracer::{MISS, Stack, closest_through};
 
 /// Visibility of a pixel's point in the other view. The numbers are those of kept pictures.
@@ -54,16 +54,21 @@ const SETTLED_PX: f64 = 1e-7;
 
 /// Finds where `to` sees the points of `from`. A point is seen at the time of the row on which it then lies: that row is
 /// found as the fixed point of `y = row of project(point at the time of y)`. Points without a surface are taken as infinitely far.
-pub fn matches(scene: &Scene, from: &View<'_>, surfaces: &Surfaces, to: &View<'_>) -> Matches {
-    let size = surfaces.size();
-    let search = Search { view: to, pose_of_all: to.is_instant().then(|| to.row_poses[0]) };
+pub fn matches<'a>(
+    scene: impl Into<DynamicScene<'a>>,
+    from: &View<'_>,
+    surfaces: &Surfaces,
+    to: &View<'_>,
+) -> Matches {
+    let (scene, size) = (scene.into(), surfaces.size());
+    let search = Search { scene, view: to, pose_of_all: to.is_instant().then(|| to.row_poses[0]) };
     let work = |row: usize| {
         let mut found: Vec<Match> = Vec::with_capacity(surfaces.range_m.width_px());
         for column in 0..surfaces.range_m.width_px() {
             let here_px = DVec2::new(f64_from_usize(column), f64_from_usize(row));
-            found.push(search.match_of(surfaces.point(from, column, row), here_px));
+            found.push(search.match_of(surfaces.point(&scene, from, column, row), here_px));
         }
-        mark_occluded(scene, &mut found);
+        mark_occluded(&scene, &mut found);
         found.into_iter().map(|found| (found.shift_px.map(f32_nearest), found.seen)).collect::<Vec<_>>()
     };
     let found: Vec<([f32; 2], Visibility)> = collected(surfaces.range_m.height_px(), work).concat();
@@ -75,8 +80,8 @@ pub fn matches(scene: &Scene, from: &View<'_>, surfaces: &Surfaces, to: &View<'_
 struct Match {
     shift_px: [f64; 2],
     seen: Visibility,
-    /// The point and the camera's pose that sees it, where it lies on the picture.
-    sight: Option<(Point, Pose)>,
+    /// The point, and the time and the camera's pose that see it, where it lies on the picture.
+    sight: Option<(Point, f64, Pose)>,
 }
 
 impl Match {
@@ -86,6 +91,7 @@ impl Match {
 }
 
 struct Search<'a, 'b> {
+    scene: DynamicScene<'a>,
     view: &'a View<'b>,
     /// Where all rows are seen at once.
     pose_of_all: Option<Pose>,
@@ -95,24 +101,26 @@ impl Search<'_, '_> {
     fn match_of(&self, point: Option<Point>, here_px: DVec2) -> Match {
         let Some(point) = point else { return Match::none(Visibility::Nothing) };
         let lens = &self.view.camera.lens;
-        let pose = match self.pose_of_all {
-            Some(pose) => pose,
+        let (pose, t_s) = match self.pose_of_all {
+            Some(pose) => (pose, self.view.time_s(0.0)),
             None => match self.row_of(&point, here_px.y) {
-                Ok(y_px) => self.view.pose(y_px),
+                Ok(y_px) => (self.view.pose(y_px), self.view.time_s(y_px)),
                 Err(seen) => return Match::none(seen),
             },
         };
-        let Some(place_px) = lens.project(point.in_camera(&pose)) else { return Match::none(Visibility::Outside) };
+        let in_world = point.at(&self.scene, t_s);
+        let Some(place_px) = lens.project(in_world.in_camera(&pose)) else { return Match::none(Visibility::Outside) };
         let inside = is_inside(self.view.camera.size, place_px);
         let seen = if inside { Visibility::Visible } else { Visibility::Outside };
-        Match { shift_px: (place_px - here_px).to_array(), seen, sight: inside.then_some((point, pose)) }
+        Match { shift_px: (place_px - here_px).to_array(), seen, sight: inside.then_some((point, t_s, pose)) }
     }
 
     /// The row on which a point lies while that row is exposed; the poses between rows are interpolated.
     fn row_of(&self, point: &Point, first_px: f64) -> Result<f64, Visibility> {
         let mut y_px = first_px;
         for _ in 0..STEPS_MAX {
-            let place_px = self.view.camera.lens.project(point.in_camera(&self.view.pose_between(y_px)));
+            let in_world = point.at(&self.scene, self.view.time_s(y_px));
+            let place_px = self.view.camera.lens.project(in_world.in_camera(&self.view.pose_between(y_px)));
             let Some(place_px) = place_px else { return Err(Visibility::Outside) };
             let before_px = std::mem::replace(&mut y_px, place_px.y);
             // Beyond the picture all places have the edge row's time.
@@ -125,22 +133,33 @@ impl Search<'_, '_> {
 }
 
 /// Looks from where each point is seen back to the point.
-fn mark_occluded(scene: &Scene, found: &mut [Match]) {
+fn mark_occluded(scene: &DynamicScene<'_>, found: &mut [Match]) {
     let mut stack = Stack::new();
     for group in found.chunks_mut(LANES) {
-        let mut packet = idle();
-        for (lane, found) in group.iter().enumerate() {
-            let Some((point, pose)) = &found.sight else { continue };
-            let toward = point.toward(pose);
-            let t_max =
-                if point.is_far() { f32::MAX } else { f32_nearest(toward.length() * (1.0 - OCCLUDER_GAP_SHARE)) };
-            set_lane(&mut packet, lane, pose.translation_m, toward.normalize_or_zero(), t_max);
-        }
-        let hits = closest_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, &mut stack);
-        for (lane, found) in group.iter_mut().enumerate() {
-            let Some((point, _)) = &found.sight else { continue };
-            if hits.triangle[lane] != MISS && hits.triangle[lane] != point.triangle {
-                found.seen = Visibility::Occluded;
+        for object in 0..=u32_from(scene.objects.len()) {
+            let shape = scene.object(object).map_or(scene.fixed.scene(), MovingObject::shape);
+            let mut packet = idle();
+            for (lane, found) in group.iter().enumerate() {
+                let Some((point, t_s, pose)) = &found.sight else { continue };
+                let toward = point.at(scene, *t_s).toward(pose);
+                let t_max =
+                    if point.is_far() { f32::MAX } else { f32_nearest(toward.length() * (1.0 - OCCLUDER_GAP_SHARE)) };
+                let (origin_m, direction) = match scene.object(object) {
+                    None => (pose.translation_m, toward.normalize_or_zero()),
+                    Some(object) => {
+                        let object_from_world = object.world_from_object(*t_s).inverse();
+                        let direction = object_from_world.direction(toward.normalize_or_zero());
+                        (object_from_world.point(pose.translation_m), direction)
+                    }
+                };
+                set_lane(&mut packet, lane, origin_m, direction, t_max);
+            }
+            let hits = closest_through(&shape.bvh, &BackfaceCulled(&shape.mesh), &packet, &mut stack);
+            for (lane, found) in group.iter_mut().enumerate() {
+                let Some((point, ..)) = &found.sight else { continue };
+                if hits.triangle[lane] != MISS && (object, hits.triangle[lane]) != (point.object, point.triangle) {
+                    found.seen = Visibility::Occluded;
+                }
             }
         }
     }

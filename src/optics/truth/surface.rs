@@ -3,13 +3,14 @@
 use glam::DVec3;
 
 use super::view::View;
-use crate::num::{f32_nearest, f64_from_usize, greater, index};
+use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 use crate::parallel::collected;
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::Scene;
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::mesh::{BackfaceCulled, Mesh};
+use crate::scene::object::DynamicScene;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_through};
 use crate::units::Size;
 
@@ -22,45 +23,73 @@ const REFINED_SHARE_MAX: f64 = 1e-3;
 pub struct Surfaces {
     /// Distance along the ray of the pixel's centre in metres; positive infinity where it meets nothing or there is no ray.
     pub range_m: Plane<f64>,
-    /// Triangle of the scene, or `tracer::MISS`.
+    /// Triangle of the object's shape, or `tracer::MISS`.
     pub triangle: Plane<u32>,
+    /// Number of the moving object from 1; 0 for the fixed scene.
+    pub object: Plane<u32>,
+}
+
+/// What one pixel sees.
+#[derive(Clone, Copy)]
+struct Seen {
+    range_m: f64,
+    triangle: u32,
+    object: u32,
 }
 
 /// Finds the surfaces of a view.
-pub fn surfaces(scene: &Scene, view: &View<'_>) -> Surfaces {
-    let size = view.camera.size;
-    let found = collected(index(size.height_px), |row| surfaces_of_row(scene, view, row)).concat();
-    let (range_m, triangle) = found.into_iter().unzip();
-    Surfaces { range_m: Plane::from_values(size, range_m), triangle: Plane::from_values(size, triangle) }
+pub fn surfaces<'a>(scene: impl Into<DynamicScene<'a>>, view: &View<'_>) -> Surfaces {
+    let (scene, size) = (scene.into(), view.camera.size);
+    let found = collected(index(size.height_px), |row| surfaces_of_row(&scene, view, row)).concat();
+    Surfaces {
+        range_m: Plane::from_values(size, found.iter().map(|seen| seen.range_m).collect()),
+        triangle: Plane::from_values(size, found.iter().map(|seen| seen.triangle).collect()),
+        object: Plane::from_values(size, found.iter().map(|seen| seen.object).collect()),
+    }
 }
 
-fn surfaces_of_row(scene: &Scene, view: &View<'_>, row: usize) -> Vec<(f64, u32)> {
-    let pose = view.row_poses[row];
-    let directions: Vec<Option<DVec3>> = (0..index(view.camera.size.width_px))
-        .map(|column| view.bearing(column, row).map(|bearing| pose.direction(bearing)))
-        .collect();
+fn surfaces_of_row(scene: &DynamicScene<'_>, view: &View<'_>, row: usize) -> Vec<Seen> {
+    let bearings: Vec<Option<DVec3>> =
+        (0..index(view.camera.size.width_px)).map(|column| view.bearing(column, row)).collect();
+    let mut found = vec![Seen { range_m: f64::INFINITY, triangle: MISS, object: 0 }; bearings.len()];
+    for (number, (shape, world_from_shape)) in (0_u32..).zip(shapes_at(scene, view.row_time_s(row))) {
+        let pose = world_from_shape.inverse().then(&view.row_poses[row]);
+        // The fixed scene's frame is the world, and no bit of the pose may change on the way.
+        let pose = if number == 0 { view.row_poses[row] } else { pose };
+        add_surfaces(shape, number, &pose, &bearings, &mut found);
+    }
+    found
+}
+
+/// The fixed scene and each object's shape, with `world_from_shape` at a time.
+pub(super) fn shapes_at<'a>(scene: &DynamicScene<'a>, t_s: f64) -> impl Iterator<Item = (&'a Scene, Pose)> {
+    let objects = scene.objects.iter().map(move |object| (object.shape(), object.world_from_object(t_s)));
+    std::iter::once((scene.fixed.scene(), Pose::IDENTITY)).chain(objects)
+}
+
+/// Puts what is nearer of a shape in the place of what was found before.
+fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec3>], found: &mut [Seen]) {
     let mut stack = Stack::new();
-    let mut found = Vec::with_capacity(directions.len());
-    for group in directions.chunks(LANES) {
+    for (group, found) in bearings.chunks(LANES).zip(found.chunks_mut(LANES)) {
+        let directions: Vec<Option<DVec3>> =
+            group.iter().map(|bearing| bearing.map(|bearing| pose.direction(bearing))).collect();
         let mut packet = idle();
-        for (lane, direction) in group.iter().enumerate() {
+        for (lane, direction) in directions.iter().enumerate() {
             if let Some(direction) = direction {
                 set_lane(&mut packet, lane, pose.translation_m, *direction, f32::MAX);
             }
         }
-        let hits = closest_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, &mut stack);
-        for (lane, direction) in group.iter().enumerate() {
-            found.push(match direction {
-                Some(direction) if hits.triangle[lane] != MISS => {
-                    let corners_m = corners_m(&scene.mesh, hits.triangle[lane]);
-                    let traced_m = f64::from(hits.t.0[lane]);
-                    (refined_m(corners_m, pose.translation_m, *direction, traced_m), hits.triangle[lane])
-                }
-                _ => (f64::INFINITY, MISS),
-            });
+        let hits = closest_through(&shape.bvh, &BackfaceCulled(&shape.mesh), &packet, &mut stack);
+        for (lane, direction) in directions.iter().enumerate() {
+            let triangle = hits.triangle[lane];
+            let Some(direction) = direction.filter(|_| triangle != MISS) else { continue };
+            let traced_m = f64::from(hits.t.0[lane]);
+            let range_m = refined_m(corners_m(&shape.mesh, triangle), pose.translation_m, direction, traced_m);
+            if range_m < found[lane].range_m {
+                found[lane] = Seen { range_m, triangle, object };
+            }
         }
     }
-    found
 }
 
 /// A packet without rays.
@@ -112,36 +141,56 @@ impl Surfaces {
 
     /// Unit normals in the camera's frame (x right, y down, z forward), on the side that is seen: of the triangles themselves, not
     /// smoothed between corners. Zero where nothing is met. One plane a coordinate.
-    pub fn normals(&self, scene: &Scene, view: &View<'_>) -> [Plane<f32>; 3] {
+    pub fn normals<'a>(&self, scene: impl Into<DynamicScene<'a>>, view: &View<'_>) -> [Plane<f32>; 3] {
+        let scene = scene.into();
         let normals = self.of_pixels(DVec3::ZERO, &|column, row, _, triangle| {
-            let pose = view.row_poses[row];
-            let [a, b, c] = corners_m(&scene.mesh, triangle);
-            let normal = pose.rotation.conjugate() * (b - a).cross(c - a).normalize_or_zero();
+            let object = index(self.object.at(column, row));
+            let (shape, world_from_shape) =
+                shapes_at(&scene, view.row_time_s(row)).nth(object).expect("what is seen is there");
+            let camera_from_shape = view.row_poses[row].rotation.conjugate() * world_from_shape.rotation;
+            let [a, b, c] = corners_m(&shape.mesh, triangle);
+            let normal = camera_from_shape * (b - a).cross(c - a).normalize_or_zero();
             let away = view.bearing(column, row).is_some_and(|bearing| bearing.dot(normal) > 0.0);
             if away { -normal } else { normal }
         });
         [0, 1, 2].map(|axis| normals.map(|normal: DVec3| f32_nearest(normal[axis])))
     }
 
-    /// Index of each pixel's material in the scene's list, counted from 1; 0 where nothing is met.
-    pub fn materials(&self, scene: &Scene) -> Plane<u32> {
-        self.of_pixels(0, &|_, _, _, triangle| scene.mesh.material_of[index(triangle)] + 1)
+    /// Index of each pixel's material, counted from 1, in the list of the fixed scene's materials and then those of each object; 0 where
+    /// nothing is met.
+    pub fn materials<'a>(&self, scene: impl Into<DynamicScene<'a>>) -> Plane<u32> {
+        let scene = scene.into();
+        let shapes: Vec<&Scene> = scene.shapes().collect();
+        let mut first = vec![1_u32];
+        for shape in &shapes {
+            first.push(first[first.len() - 1] + u32_from(shape.mesh.materials.len()));
+        }
+        self.of_pixels(0, &|column, row, _, triangle| {
+            let object = index(self.object.at(column, row));
+            first[object] + shapes[object].mesh.material_of[index(triangle)]
+        })
     }
 
-    /// The point that a pixel sees: in the world, or as a direction where it is infinitely far. None where there is no ray.
-    pub(super) fn point(&self, view: &View<'_>, column: usize, row: usize) -> Option<Point> {
+    /// The point that a pixel sees, or a direction where it is infinitely far. None where there is no ray.
+    pub(super) fn point(
+        &self,
+        scene: &DynamicScene<'_>,
+        view: &View<'_>,
+        column: usize,
+        row: usize,
+    ) -> Option<Point> {
         let pose = view.row_poses[row];
         let direction = pose.direction(view.bearing(column, row)?);
         let range_m = self.range_m.at(column, row);
-        Some(if range_m.is_finite() {
-            Point {
-                place: pose.translation_m + direction * range_m,
-                weight: 1.0,
-                triangle: self.triangle.at(column, row),
-            }
-        } else {
-            Point { place: direction, weight: 0.0, triangle: MISS }
-        })
+        if !range_m.is_finite() {
+            return Some(Point { place: direction, weight: 0.0, triangle: MISS, object: 0 });
+        }
+        let (place_m, object) = (pose.translation_m + direction * range_m, self.object.at(column, row));
+        let place = match scene.object(object) {
+            None => place_m,
+            Some(object) => object.world_from_object(view.row_time_s(row)).inverse().point(place_m),
+        };
+        Some(Point { place, weight: 1.0, triangle: self.triangle.at(column, row), object })
     }
 
     /// A value of every pixel that meets something.
@@ -161,15 +210,36 @@ impl Surfaces {
     }
 }
 
-/// A point of a surface, or (weight 0) a direction to what is infinitely far.
+/// A point of a surface in the frame of its object (the world, for the fixed scene), or (weight 0) a direction to what is infinitely far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
     place: DVec3,
     weight: f64,
     pub(super) triangle: u32,
+    pub(super) object: u32,
 }
 
 impl Point {
+    /// The point as it is in the world at a time.
+    pub(super) fn at(&self, scene: &DynamicScene<'_>, t_s: f64) -> WorldPoint {
+        let moved = scene.object(self.object).map(|object| object.world_from_object(t_s).point(self.place));
+        WorldPoint { place: moved.unwrap_or(self.place), weight: self.weight }
+    }
+
+    /// Whether it is infinitely far.
+    pub(super) fn is_far(&self) -> bool {
+        self.weight == 0.0
+    }
+}
+
+/// A point of a surface in the world at some time, or (weight 0) a direction to what is infinitely far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WorldPoint {
+    place: DVec3,
+    weight: f64,
+}
+
+impl WorldPoint {
     /// In the frame of a camera.
     pub(super) fn in_camera(&self, world_from_camera: &Pose) -> DVec3 {
         world_from_camera.rotation.conjugate() * self.toward(world_from_camera)
@@ -178,11 +248,6 @@ impl Point {
     /// From the camera to the point, in the world; of unit length where the point is infinitely far.
     pub(super) fn toward(&self, world_from_camera: &Pose) -> DVec3 {
         self.place - world_from_camera.translation_m * self.weight
-    }
-
-    /// Whether it is infinitely far.
-    pub(super) fn is_far(&self) -> bool {
-        self.weight == 0.0
     }
 }
 

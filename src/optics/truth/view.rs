@@ -63,6 +63,11 @@ impl<'a> View<'a> {
         self.row_times_s[above] + share * (self.row_times_s[below] - self.row_times_s[above])
     }
 
+    /// When the middle of a row's exposure is, in seconds of run time.
+    pub(super) fn row_time_s(&self, row: usize) -> f64 {
+        self.row_times_s[row]
+    }
+
     /// `world_from_camera` at that time, exact.
     pub(super) fn pose(&self, y_px: f64) -> Pose {
         (self.world_from_body)(self.time_s(y_px)).then(&self.camera.body_from_camera)

@@ -1,5 +1,6 @@
 //! What a glTF file is read into, with notes on what was left out.
 
+use super::super::animation::Chain;
 use super::super::geometry::Viewpoint;
 use super::super::mesh::Mesh;
 use crate::scene::source::Read;
@@ -32,10 +33,23 @@ impl Notes {
     }
 }
 
+/// A part of a file that its animation moves rigidly.
+#[derive(Clone, Debug)]
+pub struct MovingPart {
+    /// As the file calls its node.
+    pub name: String,
+    /// How it moves in the file's frame.
+    pub chain: Chain,
+    /// In its own frame.
+    pub mesh: Mesh,
+}
+
 /// What a file holds.
 pub struct Content {
-    /// Geometry and materials.
+    /// Geometry and materials of what stands.
     pub mesh: Mesh,
+    /// What the file's animation moves.
+    pub moving: Vec<MovingPart>,
     /// Cameras.
     pub viewpoints: Vec<Viewpoint>,
     /// What was left out or repaired.

@@ -6,14 +6,16 @@ use gltf::mesh::Mode;
 use gltf::scene::Transform;
 use gltf::{Node, Primitive, Semantic};
 
+use super::super::animation::{Chain, Joint};
 use super::super::geometry::Viewpoint;
 use super::super::light::{Bands, with_infrared};
 use super::super::mesh::{Material, Mesh, Vertex};
 use super::buffers::Buffers;
 use super::container::Container;
-use super::content::{Content, Notes};
+use super::animation::Tracks;
+use super::content::{Content, MovingPart, Notes};
 use super::material::{self, MaterialMapping};
-pub use super::reader::Reader;
+pub use super::reader::{Part, Place, Reader};
 use crate::num::{f32_nearest, u32_from};
 use crate::pose::Pose;
 
@@ -31,10 +33,12 @@ impl<'a> Reader<'a> {
         buffers: &'a Buffers<'a>,
         kinds: Vec<MaterialMapping>,
         mesh: Mesh,
+        tracks: Tracks,
         notes: Notes,
     ) -> Self {
         let met = vec![false; container.document.nodes().len()];
-        Self { container, buffers, kinds, mesh, viewpoints: Vec::new(), notes, met, flattened: 0 }
+        let (viewpoints, parts) = (Vec::new(), Vec::new());
+        Self { container, buffers, kinds, mesh, viewpoints, notes, met, flattened: 0, tracks, parts }
     }
 
     /// What was read.
@@ -42,18 +46,27 @@ impl<'a> Reader<'a> {
         if self.flattened > 0 {
             self.notes.add(format!("{} triangles without area are left out", self.flattened));
         }
-        Content { mesh: self.mesh, viewpoints: self.viewpoints, notes: self.notes.0 }
+        let mut moving: Vec<MovingPart> = Vec::new();
+        let ranges: Vec<_> = self.parts.iter().map(|part| part.triangles.as_slice()).collect();
+        let meshes = self.mesh.split_off(&ranges);
+        for (Part { name, chain, .. }, mesh) in self.parts.into_iter().zip(meshes) {
+            if !mesh.triangles.is_empty() {
+                moving.push(MovingPart { name, chain, mesh });
+            }
+        }
+        Content { mesh: self.mesh, moving, viewpoints: self.viewpoints, notes: self.notes.0 }
     }
 
     /// Reads a node and all below it.
-    pub fn node(&mut self, node: &Node<'_>, world_from_parent: DMat4, depth: usize) -> Result<(), String> {
+    pub fn node(&mut self, node: &Node<'_>, parent: &Place, depth: usize) -> Result<(), String> {
         if depth > DEPTH_MAX {
             return Err(format!("its nodes are nested deeper than {DEPTH_MAX}"));
         }
         if std::mem::replace(&mut self.met[node.index()], true) {
             return Err(format!("node {} is in a cycle or has two parents; use a tree", node.index()));
         }
-        let world_from_node = world_from_parent * self.parent_from_node(node);
+        let place = self.place(node, parent);
+        let Place { world_from_node, part_from_node, part } = place;
         if !world_from_node.is_finite() {
             return Err(format!("node {} has a transform that is not finite", node.index()));
         }
@@ -69,11 +82,15 @@ impl<'a> Reader<'a> {
                 self.notes.add(format!("{name}: its morph targets are not read"));
             }
             let places = self.instances(node, &mesh)?;
-            for world_from_instance in places.into_iter().map(|place| world_from_node * place) {
+            let before = self.mesh.triangles.len();
+            for part_from_instance in places.into_iter().map(|place| part_from_node * place) {
                 for primitive in mesh.primitives() {
                     let place = format!("mesh {} primitive {}", mesh.index(), primitive.index());
-                    self.primitive(&primitive, world_from_instance).map_err(|reason| format!("{place}: {reason}"))?;
+                    self.primitive(&primitive, part_from_instance).map_err(|reason| format!("{place}: {reason}"))?;
                 }
+            }
+            if let Some(part) = part {
+                self.parts[part].triangles.push(before..self.mesh.triangles.len());
             }
         }
         if node.camera().is_some() {
@@ -81,13 +98,44 @@ impl<'a> Reader<'a> {
             self.viewpoints.extend(viewpoint(name, world_from_node));
         }
         if let Some(light) = node.light() {
+            if part.is_some() {
+                self.notes.add("lights that an animation moves stay where they are without it");
+            }
             self.judge_light()?;
             super::lights::place(self, &light, world_from_node)?;
         }
         for child in node.children() {
-            self.node(&child, world_from_node, depth + 1)?;
+            self.node(&child, &place, depth + 1)?;
         }
         Ok(())
+    }
+
+    /// Where a node is. One that the animation moves begins a part of its own.
+    fn place(&mut self, node: &Node<'_>, parent: &Place) -> Place {
+        let parent_from_node = self.parent_from_node(node);
+        let Some(tracks) = self.tracks.get(&node.index()).cloned() else { return parent.child(parent_from_node) };
+        let name = node.name().map_or_else(|| format!("node {}", node.index()), str::to_owned);
+        // An animated node has no matrix (glTF 2.0, 3.11), and what scales it unequally cannot be moved rigidly.
+        let parts = (rigid(parent.part_from_node), node.transform());
+        let (Some((pose, scale)), Transform::Decomposed { translation, rotation, scale: own }) = parts else {
+            self.notes.add(format!("'{name}' stands still: what it hangs on is mirrored or scaled unequally, or it has a matrix"));
+            return parent.child(parent_from_node);
+        };
+        let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+        let turn = self.unit_turn(rotation, || format!("node {}", node.index()));
+        let joint = Joint {
+            rest: Pose::new(turn, wide(translation) * scale),
+            translation: tracks.translation.map(|track| track.scaled(scale)),
+            rotation: tracks.rotation,
+        };
+        let above = parent.part.map_or_else(Chain::default, |part| self.parts[part].chain.clone());
+        let chain = above.with(Joint::fixed(pose)).with(joint);
+        self.parts.push(Part { name, chain, triangles: Vec::new() });
+        Place {
+            world_from_node: parent.world_from_node * parent_from_node,
+            part_from_node: DMat4::from_scale(wide(own) * scale),
+            part: Some(self.parts.len() - 1),
+        }
     }
 
     /// A node's own transform; a rotation that is no unit quaternion is made one.
@@ -291,6 +339,20 @@ impl<'a> Reader<'a> {
         self.mesh.materials.push(material);
         u32_from(self.mesh.materials.len() - 1)
     }
+}
+
+/// A transform as a rotation, a translation and one scale; none where it is mirrored or scales unequally.
+fn rigid(transform: DMat4) -> Option<(Pose, f64)> {
+    let columns = DMat3::from_mat4(transform);
+    let scale = columns.x_axis.length();
+    let turn = columns * (1.0 / scale);
+    let identity = turn.transpose() * turn;
+    let is_rigid = (0..3).all(|column| {
+        let expected = DMat3::IDENTITY.col(column);
+        (identity.col(column) - expected).abs().max_element() < 1e-4
+    });
+    (scale > 1e-9 && is_rigid && turn.determinant() > 0.0)
+        .then(|| (Pose::new(DQuat::from_mat3(&turn).normalize(), transform.w_axis.truncate()), scale))
 }
 
 /// glTF cameras look along -z with y up; ours look along +z with y down. None where the node's transform has no rotation.

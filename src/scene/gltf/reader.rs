@@ -1,7 +1,13 @@
 //! State of a walk over the nodes of a glTF file.
 
+use std::ops::Range;
+
+use glam::DMat4;
+
+use super::super::animation::Chain;
 use super::super::geometry::Viewpoint;
 use super::super::mesh::Mesh;
+use super::animation::Tracks;
 use super::buffers::Buffers;
 use super::container::Container;
 use super::content::Notes;
@@ -19,4 +25,43 @@ pub struct Reader<'a> {
     /// Nodes that were met: a tree meets each once.
     pub(super) met: Vec<bool>,
     pub(super) flattened: usize,
+    /// What the file's animation moves.
+    pub(super) tracks: Tracks,
+    /// Parts that it moves, with the numbers of their triangles.
+    pub(super) parts: Vec<Part>,
+}
+
+/// A part of the file that moves as one.
+#[derive(Clone, Debug)]
+pub struct Part {
+    pub(super) name: String,
+    pub(super) chain: Chain,
+    pub(super) triangles: Vec<Range<usize>>,
+}
+
+/// Where a node is.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// In the world, where nothing is animated.
+    pub(super) world_from_node: DMat4,
+    /// In the part that moves it; in the world where none does.
+    pub(super) part_from_node: DMat4,
+    /// That part.
+    pub(super) part: Option<usize>,
+}
+
+impl Place {
+    /// The root of a file.
+    pub fn root(world_from_file: DMat4) -> Self {
+        Self { world_from_node: world_from_file, part_from_node: world_from_file, part: None }
+    }
+
+    /// Of a child in it.
+    pub(super) fn child(&self, node_from_child: DMat4) -> Self {
+        Self {
+            world_from_node: self.world_from_node * node_from_child,
+            part_from_node: self.part_from_node * node_from_child,
+            part: self.part,
+        }
+    }
 }

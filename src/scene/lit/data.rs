@@ -7,7 +7,8 @@ use super::super::flicker::Flicker;
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands, Illuminant};
 use super::super::mesh::Gloss;
-use std::sync::OnceLock;
+use crate::num::{greater, lesser};
+use std::sync::{Arc, OnceLock};
 
 /// Least and greatest light that leaves a scene's surfaces, in lux-equivalents a band.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +19,21 @@ pub struct ExitanceBounds {
     pub greatest: [f64; BANDS],
     /// Greatest of lamps and sky; 0 without.
     pub emitted: [f64; BANDS],
+}
+
+impl ExitanceBounds {
+    /// Of what either of two bounds.
+    #[must_use]
+    pub fn and(&self, other: &Self) -> Self {
+        let of = |choose: fn(f64, f64) -> f64, a: &[f64; BANDS], b: &[f64; BANDS]| {
+            std::array::from_fn(|band| choose(a[band], b[band]))
+        };
+        Self {
+            least: of(lesser, &self.least, &other.least),
+            greatest: of(greater, &self.greatest, &other.greatest),
+            emitted: of(greater, &self.emitted, &other.emitted),
+        }
+    }
 }
 
 /// What shading needs of a material, in one cache line.
@@ -44,7 +60,8 @@ pub(super) const NO_CONE: u32 = u32::MAX;
 /// A scene under light.
 #[derive(Clone, Debug)]
 pub struct LitScene {
-    pub(super) scene: Scene,
+    /// Shared, so that one scene under different light is cheap.
+    pub(super) scene: Arc<Scene>,
     pub(super) illuminant: Illuminant,
     /// Lux-equivalents of steady light; side 0, then side 1 of each sample.
     pub(super) irradiance_lux: Vec<Bands>,
@@ -64,7 +81,7 @@ pub struct LitScene {
     /// Whether the bake followed light over surfaces.
     pub(super) bounces: bool,
     /// What a ray needs of each triangle.
-    pub(super) faces: Vec<Face>,
+    pub(super) faces: Arc<[Face]>,
     pub(super) has_textures: bool,
     /// What of each material keeps an image.
     pub(super) gloss: Vec<Option<Gloss>>,

@@ -45,7 +45,9 @@ impl LitScene {
             flickering: _,
             viewpoints: _,
             notes: _,
-        } = scene;
+            // An exposure's key holds what it sees of these.
+            moving: _,
+        } = &**scene;
         let mut hasher = blake3::Hasher::new();
         hasher.update(&scene.bake_key(&BakeSettings::ROOM));
         hasher.update(format!("{illuminant:?} {flicker:?} {lux_per_radiance:?} {sky_lux:?} {bounces}").as_bytes());

@@ -1,0 +1,216 @@
+//! Moving objects in a render. A rigid object that moves before a camera is a camera that moves before the object: rays are turned into the
+//! object's frame and traced against its own tree there, each at its own instant.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use glam::DVec3;
+
+use super::super::motion::{PacketMotion, Parabolas, Timeline, Turns};
+use super::view::{Aim, Filter, Pixels, Traced, View};
+use crate::num::{f32_nearest, f64_from_usize, greater, lesser};
+use crate::pose::Pose;
+use crate::scene::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3};
+use crate::scene::light::BANDS;
+use crate::scene::mesh::BackfaceCulled;
+use crate::scene::object::MovingObject;
+use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
+use crate::scene::LitScene;
+use crate::simd::Kernel;
+use crate::units::Span;
+
+/// Instants of a group's exposures at which an object's place is asked for.
+const INSTANTS: usize = 9;
+/// Share of its motion in view by which an object may stray between these instants.
+const STRAY: f64 = 0.25;
+
+/// An object over one exposure.
+pub struct ObjectInView {
+    /// Under the light of the exposure's middle.
+    pub lit: LitScene,
+    /// `object_from_camera` over the exposures of each group of rows.
+    pub timelines: Vec<Timeline>,
+    /// Where each group of rows may see it.
+    cones: Vec<Cone>,
+}
+
+/// Directions in the camera's frame.
+#[derive(Clone, Copy, Debug)]
+struct Cone {
+    axis: [f32; 3],
+    /// Least cosine to the axis.
+    cosine: f32,
+}
+
+/// What of a timeline the rays of a packet belong to.
+#[derive(Clone, Copy)]
+pub enum Instants<'a> {
+    /// A tile's rows, in one piece of their exposures.
+    Tile(usize),
+    /// One row, whose exposure is one piece.
+    Row(usize),
+    /// A lane's row, in a piece for each lane.
+    Pieces(usize, &'a [usize; LANES]),
+}
+
+impl Instants<'_> {
+    /// The motion of a timeline there; `gathered` holds what has to be put together.
+    #[inline(always)]
+    fn of<'t>(&self, timeline: &'t Timeline, gathered: &'t mut Option<Parabolas>) -> PacketMotion<'t> {
+        match self {
+            Self::Tile(piece) => PacketMotion::ByLane(&timeline.pieces[*piece]),
+            Self::Row(row) => PacketMotion::Shared(timeline.first_of_row(*row)),
+            Self::Pieces(lane, piece_of) => PacketMotion::ByLane(gathered.insert(timeline.gathered(*lane, piece_of))),
+        }
+    }
+}
+
+/// The objects as the rays of one packet may meet them.
+#[derive(Clone, Copy)]
+pub struct Objects<'a> {
+    /// All of them.
+    pub all: &'a [ObjectInView],
+    /// The packet's group of rows.
+    pub group: usize,
+    /// Its rays' instants.
+    pub instants: Instants<'a>,
+}
+
+impl ObjectInView {
+    /// For the spans of groups of rows and the motion of a camera, in `pieces` of time a group.
+    pub fn new(
+        object: &MovingObject,
+        groups: &[[Span; super::tile::ROWS]],
+        pieces: u32,
+        world_from_camera: &(dyn Fn(f64) -> Pose + Sync),
+    ) -> Self {
+        let pose = |t_s: f64| object.world_from_object(t_s).inverse().then(&world_from_camera(t_s));
+        let timelines = crate::parallel::collected(groups.len(), |group| Timeline::of(groups[group], pieces, &pose));
+        let cones = crate::parallel::collected(groups.len(), |group| Cone::around(object, &groups[group], &pose));
+        let all = groups.iter().flatten();
+        let start_s = all.clone().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
+        let end_s = all.fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
+        Self { lit: object.lit_at(Span { start_s, end_s }.middle_s()), timelines, cones }
+    }
+}
+
+impl Cone {
+    /// Around an object's ball over the spans of some rows.
+    fn around(object: &MovingObject, spans: &[Span], object_from_camera: &dyn Fn(f64) -> Pose) -> Self {
+        let (middle_m, radius_m) = object.ball_m();
+        let start_s = spans.iter().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
+        let end_s = spans.iter().fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
+        let places: [DVec3; INSTANTS] = std::array::from_fn(|instant| {
+            let share = f64_from_usize(instant) / f64_from_usize(INSTANTS - 1);
+            object_from_camera(start_s + (end_s - start_s) * share).inverse().point(middle_m)
+        });
+        let everywhere = Self { axis: [0.0, 0.0, 1.0], cosine: -2.0 };
+        let Some(axis) = places[INSTANTS / 2].try_normalize() else { return everywhere };
+        let (mut strays_rad, mut strays_m, mut nearest_m) = (0.0, 0.0, f64::INFINITY);
+        for place_m in places {
+            let distance_m = place_m.length();
+            nearest_m = lesser(nearest_m, distance_m);
+            strays_m = greater(strays_m, (distance_m - places[INSTANTS / 2].length()).abs());
+            let cosine = place_m.dot(axis) / greater(distance_m, 1e-12);
+            strays_rad = greater(strays_rad, libm::acos(cosine.clamp(-1.0, 1.0)));
+        }
+        let distance_m = nearest_m - STRAY * strays_m;
+        if distance_m <= radius_m {
+            return everywhere;
+        }
+        let angle_rad = libm::asin(radius_m / distance_m) + (1.0 + STRAY) * strays_rad + 1e-3;
+        if angle_rad >= std::f64::consts::PI {
+            return everywhere;
+        }
+        Self { axis: axis.to_array().map(f32_nearest), cosine: f32_nearest(libm::cos(angle_rad)) - 1e-6 }
+    }
+
+    /// Whether a ray with a bearing of unit length may meet what the cone is around.
+    #[inline(always)]
+    fn may_hold(&self, bearing: &Vectors) -> bool {
+        // Bearings between corners of a pixel are shorter than 1 by an eighth of its square: below a millionth.
+        Floats::splat(self.cosine).below(dot3(splat3(self.axis), *bearing)).any()
+    }
+}
+
+/// Light of rays among moving objects: traces the fixed scene, then each object that is near, and shades what is nearest.
+pub(super) struct AmongObjects<'a, 'b> {
+    pub view: &'a View<'b>,
+    pub pixels: &'a Pixels,
+    pub aim: &'a Aim<'a>,
+    pub bearing: Vectors,
+    pub pose: Turns,
+    /// What the rays meet of the fixed scene.
+    pub traced: Traced,
+    pub stack: &'a mut Stack,
+}
+
+/// What rays meet of one object.
+struct OnObject {
+    number: usize,
+    traced: Traced,
+    pose: Turns,
+}
+
+impl Kernel for AmongObjects<'_, '_> {
+    type Output = ([Floats; BANDS], Floats);
+
+    #[inline(always)]
+    fn run(self) -> ([Floats; BANDS], Floats) {
+        let Self { view, pixels, aim, bearing, pose, mut traced, stack } = self;
+        let Objects { all, group, instants } = aim.objects;
+        let is_ray = Floats::splat(0.0).below(traced.packet.t_max);
+        let mut distance_m = traced.hits.t;
+        let mut met: Vec<OnObject> = Vec::new();
+        for (number, object) in all.iter().enumerate() {
+            if !object.cones[group].may_hold(&bearing) {
+                continue;
+            }
+            let mut gathered = None;
+            let own_pose = instants.of(&object.timelines[group], &mut gathered).at(aim.share);
+            let packet = Packet {
+                origin_m: own_pose.place_m(),
+                direction: own_pose.turned(bearing),
+                t_min: Floats::splat(0.0),
+                t_max: is_ray.select(distance_m, Floats::splat(-1.0)),
+            };
+            let shape = object.lit.scene();
+            let hits = closest_inline_through(&shape.bvh, &BackfaceCulled(&shape.mesh), &packet, stack);
+            let lanes = hit(&hits.triangle) & is_ray;
+            if !lanes.any() {
+                continue;
+            }
+            distance_m = lanes.select(hits.t, distance_m);
+            // Nearer than all before.
+            leave_out(&mut traced.packet.t_max, lanes);
+            met.iter_mut().for_each(|other| leave_out(&mut other.traced.packet.t_max, lanes));
+            let t_max = lanes.select(packet.t_max, Floats::splat(-1.0));
+            met.push(OnObject { number, traced: Traced { hits, packet: Packet { t_max, ..packet } }, pose: own_pose });
+        }
+        let mut lux = view.light_of(&traced, pixels, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose }, stack);
+        for OnObject { number, traced, pose } in &met {
+            let object = &all[*number];
+            let mut gathered = None;
+            let motion = instants.of(&object.timelines[group], &mut gathered);
+            let of_object = View { scene: &object.lit, reflections: 0, ..*view };
+            let filter = Filter::Primary { pixels, bearing: &bearing, pose };
+            let (own, _) = of_object.shade(traced, &Aim { motion, ..*aim }, &filter);
+            let lanes = Floats::splat(0.0).below(traced.packet.t_max);
+            for band in 0..BANDS {
+                lux[band] = lanes.select(own[band], lux[band]);
+            }
+        }
+        (lux, distance_m)
+    }
+}
+
+/// Lanes that met something.
+#[inline(always)]
+fn hit(triangles: &[u32; LANES]) -> Mask {
+    Mask(std::array::from_fn(|lane| if triangles[lane] == MISS { 0 } else { u32::MAX }))
+}
+
+/// Ends rays before they begin.
+#[inline(always)]
+fn leave_out(t_max: &mut Floats, lanes: Mask) {
+    *t_max = lanes.select(Floats::splat(-1.0), *t_max);
+}

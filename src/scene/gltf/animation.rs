@@ -1,0 +1,67 @@
+//! Reads the first animation of a glTF file: tracks of translation and rotation of the nodes that it moves.
+
+use std::collections::BTreeMap;
+
+use gltf::animation::{Channel, Property};
+
+use super::super::animation::{Interpolation, Track};
+use super::buffers::Buffers;
+use super::content::Notes;
+
+/// What moves a node in its parent, in the file's units.
+#[derive(Clone, Debug, Default)]
+pub struct NodeTracks {
+    pub(super) translation: Option<Track<3>>,
+    pub(super) rotation: Option<Track<4>>,
+}
+
+/// Tracks by node.
+pub type Tracks = BTreeMap<usize, NodeTracks>;
+
+/// Reads what the first animation moves rigidly, and notes what is left out.
+///
+/// # Errors
+/// Accessors that are not there or not what they should be, keys that make no track.
+pub fn read(document: &gltf::Document, buffers: &Buffers<'_>, notes: &mut Notes) -> Result<Tracks, String> {
+    let mut tracks = Tracks::new();
+    for animation in document.animations() {
+        let name = animation.name().map_or_else(|| animation.index().to_string(), |name| format!("'{name}'"));
+        if animation.index() > 0 {
+            notes.add(format!("animation {name} is not read: the first one plays"));
+            continue;
+        }
+        for channel in animation.channels() {
+            let node = channel.target().node();
+            let whose = node.name().map_or_else(|| format!("node {}", node.index()), |name| format!("'{name}'"));
+            let left_out = match channel.target().property() {
+                Property::Scale => Some("scale"),
+                Property::MorphTargetWeights => Some("morph weights"),
+                Property::Translation | Property::Rotation => None,
+            };
+            if let Some(what) = left_out {
+                notes.add(format!("animation {name}: the {what} of {whose} are not read"));
+                continue;
+            }
+            let refused = |reason: String| format!("animation {name}, {whose}: {reason}");
+            let of_node = tracks.entry(node.index()).or_default();
+            if channel.target().property() == Property::Translation {
+                of_node.translation = Some(track::<3>(&channel, buffers).map_err(refused)?);
+            } else {
+                of_node.rotation = Some(track::<4>(&channel, buffers).map_err(refused)?);
+            }
+        }
+    }
+    Ok(tracks)
+}
+
+fn track<const N: usize>(channel: &Channel<'_>, buffers: &Buffers<'_>) -> Result<Track<N>, String> {
+    let sampler = channel.sampler();
+    let times_s = buffers.floats::<1>(&sampler.input())?.into_iter().map(|[t_s]| f64::from(t_s)).collect();
+    let values = buffers.floats::<N>(&sampler.output())?.into_iter().map(|value| value.map(f64::from)).collect();
+    let interpolation = match sampler.interpolation() {
+        gltf::animation::Interpolation::Step => Interpolation::Step,
+        gltf::animation::Interpolation::Linear => Interpolation::Linear,
+        gltf::animation::Interpolation::CubicSpline => Interpolation::CubicSpline,
+    };
+    Track::new(times_s, values, interpolation)
+}

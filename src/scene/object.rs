@@ -1,0 +1,156 @@
+//! Rigid objects that move through a scene: a shape in its own frame, its path, and its light along that.
+
+use glam::{DQuat, DVec3};
+
+use super::animation::{Chain, ChainLimits};
+use super::geometry::Scene;
+use super::lit::{ExitanceBounds, LitScene, ObjectLight};
+use super::motion::{Motion, MotionError};
+use super::views::Extent;
+use crate::num::index;
+use crate::pose::Pose;
+use crate::units::Span;
+
+/// From a model to a body that moves ahead: glTF's models stand with y up and look along +z, bodies have y down and z ahead.
+const BODY_FROM_MODEL: DQuat = DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0);
+
+/// Objects of a scene at most.
+pub const OBJECTS_MAX: usize = 256;
+
+/// How a motion moves a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectMotion {
+    /// Of the body.
+    pub motion: Motion,
+    /// Whether the body has y down and z ahead, as a rig on its way, so that the model stands on it and looks ahead; else the body's frame
+    /// is the model's.
+    pub looks_ahead: bool,
+    /// How the model's animation moves the part.
+    pub chain: Chain,
+}
+
+impl ObjectMotion {
+    fn world_from_object(&self, t_s: f64) -> Pose {
+        let body = self.motion.world_from_body(t_s).expect("the motion covers the run");
+        let model = if self.looks_ahead { body.then(&Pose::new(BODY_FROM_MODEL, DVec3::ZERO)) } else { body };
+        // What has no animation keeps its pose in every bit.
+        if self.chain.joints.is_empty() { model } else { model.then(&self.chain.at(t_s)) }
+    }
+}
+
+/// What moves through a scene.
+#[derive(Clone, Debug)]
+pub struct MovingObject {
+    /// As the user calls it; parts of one file have one name.
+    pub name: String,
+    /// Number of the object that it is a part of, from 1.
+    pub instance: u32,
+    motion: ObjectMotion,
+    light: ObjectLight,
+    /// Ball around the shape, in its frame: middle and radius in metres.
+    ball_m: (DVec3, f64),
+    /// Of the animation, for the whole shape.
+    limits: ChainLimits,
+}
+
+/// A scene at rest and what moves through it.
+#[derive(Clone, Copy, Debug)]
+pub struct DynamicScene<'a> {
+    /// What stands, under its light.
+    pub fixed: &'a LitScene,
+    /// What moves.
+    pub objects: &'a [MovingObject],
+}
+
+impl<'a> From<&'a LitScene> for DynamicScene<'a> {
+    fn from(fixed: &'a LitScene) -> Self {
+        Self { fixed, objects: &[] }
+    }
+}
+
+impl<'a> DynamicScene<'a> {
+    /// An object by its number from 1; none for 0, the fixed scene.
+    pub fn object(&self, number: u32) -> Option<&'a MovingObject> {
+        number.checked_sub(1).map(|number| &self.objects[index(number)])
+    }
+
+    /// The shape of the fixed scene, then those of the objects.
+    pub fn shapes(&self) -> impl Iterator<Item = &'a Scene> {
+        std::iter::once(self.fixed.scene()).chain(self.objects.iter().map(MovingObject::shape))
+    }
+
+    /// Whether a ray can come back black from something.
+    pub fn may_be_black(&self) -> bool {
+        self.fixed.may_be_black() || self.objects.iter().any(|object| object.light.has_dark_backs())
+    }
+
+    /// Bounds of the light that leaves anything, at any time.
+    pub fn exitance_bounds(&self) -> ExitanceBounds {
+        self.objects.iter().fold(self.fixed.exitance_bounds(), |bounds, object| bounds.and(object.light.exitance_bounds()))
+    }
+}
+
+impl MovingObject {
+    /// Lets a shape move through a scene for a run, which the motion must cover. Finds its light along the path.
+    ///
+    /// # Errors
+    /// A motion that ends before the run.
+    pub fn new(
+        (name, instance): (&str, u32),
+        shape: Scene,
+        motion: ObjectMotion,
+        fixed: &LitScene,
+        run: Span,
+    ) -> Result<Self, MotionError> {
+        motion.motion.covers(run)?;
+        let extent = Extent::of(&shape);
+        let ball_m = (0.5 * (extent.least_m + extent.greatest_m), 0.5 * extent.size_m().length());
+        let light = ObjectLight::of(shape, fixed, &|t_s| motion.world_from_object(t_s), run);
+        let limits = motion.chain.limits(ball_m.0.length() + ball_m.1);
+        Ok(Self { name: name.to_owned(), instance, motion, light, ball_m, limits })
+    }
+
+    /// Where the shape's frame is at a time of the run. Panics outside it.
+    pub fn world_from_object(&self, t_s: f64) -> Pose {
+        self.motion.world_from_object(t_s)
+    }
+
+    /// The shape, in its own frame.
+    pub fn shape(&self) -> &Scene {
+        self.light.shape()
+    }
+
+    /// The shape under the light of a time of the run.
+    pub fn lit_at(&self, t_s: f64) -> LitScene {
+        self.light.at(t_s)
+    }
+
+    /// Middle and radius in metres of a ball around the shape, in its frame.
+    pub fn ball_m(&self) -> (DVec3, f64) {
+        self.ball_m
+    }
+
+    /// Corners of a box that holds the shape over a span of the run.
+    ///
+    /// # Errors
+    /// A span that the motion does not cover.
+    pub fn extent_m(&self, span: Span) -> Result<[DVec3; 2], MotionError> {
+        let (low_m, high_m) = self.motion.motion.extent_m(span)?;
+        let reach_m = DVec3::splat(self.reach_m());
+        Ok([low_m - reach_m, high_m + reach_m])
+    }
+
+    /// Greatest speed of any of its points in a span of the run, in m/s.
+    ///
+    /// # Errors
+    /// A span that the motion does not cover.
+    pub fn speed_max_m_per_s(&self, span: Span) -> Result<f64, MotionError> {
+        let [speed, turn_rad_per_s] = self.motion.motion.speeds_max(span)?;
+        Ok(speed + turn_rad_per_s * self.reach_m() + self.limits.speed_m_per_s)
+    }
+
+    /// Distance of its farthest point from the place that its motion moves.
+    fn reach_m(&self) -> f64 {
+        self.ball_m.0.length() + self.ball_m.1 + self.limits.reach_m
+    }
+}
