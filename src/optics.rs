@@ -5,6 +5,7 @@ pub mod bounds;
 pub mod camera;
 pub mod crosstalk;
 pub mod expose;
+pub mod fixed;
 pub mod lens;
 pub mod mosaic;
 mod motion;
@@ -18,10 +19,11 @@ pub mod truth;
 
 pub use bounds::photon_bounds;
 pub use camera::{Aperture, Camera, Pupil};
-pub use expose::{ImagePath, expose, expose_by};
+pub use expose::{ImagePath, expose, expose_by, expose_moving};
+pub use fixed::FixedPictures;
 pub use mosaic::Mosaic;
 pub use psf::Psf;
-pub use render::{Exposure, Sampling, render};
+pub use render::{Exposure, Sampling, render, render_over};
 #[cfg(feature = "pictures")]
 pub use resample::resample;
 pub use roll_off::{RollOff, Shading};

@@ -4,6 +4,8 @@
 
 use std::time::{Duration, Instant};
 
+#[path = "gltf/animation.rs"]
+mod animation;
 #[path = "gltf/file.rs"]
 pub mod file;
 #[path = "gltf/surfaces.rs"]

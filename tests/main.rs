@@ -57,6 +57,7 @@ mod lie;
 mod light;
 mod link;
 mod motion;
+mod objects;
 mod pipeline;
 mod pixel;
 mod plan;

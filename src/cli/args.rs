@@ -109,8 +109,8 @@ pub struct RunArguments {
     /// Effects: all, auto, none, or +name,-name.
     #[arg(long, allow_hyphen_values = true)]
     pub effects: Option<String>,
-    /// What is kept: packets, photons, electrons, codes, features, colour, poses, depth, normals, materials, objects, flow, visibility, stereo,
-    /// tum, map.
+    /// What is kept: packets, photons, electrons, codes, features, colour, poses, depth, normals, materials, objects, flow, visibility,
+    /// stereo, tum, map.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub keep: Vec<String>,
 }

@@ -173,6 +173,10 @@ impl Found {
         outln!("  lights        {lamps}");
         let cameras: Vec<&str> = self.scene.viewpoints.iter().map(|view| view.name.as_str()).collect();
         outln!("  cameras       {}", if cameras.is_empty() { "none".to_owned() } else { cameras.join(", ") });
+        let moving: Vec<&str> = self.scene.moving.iter().map(|part| part.name.as_str()).collect();
+        if !moving.is_empty() {
+            outln!("  moves         {} (not counted above)", moving.join(", "));
+        }
         for note in &self.scene.notes {
             outln!("  note          {note}");
         }
@@ -226,6 +230,11 @@ impl Found {
             "materials": self.materials().into_iter().map(material).collect::<Vec<_>>(),
             "lights": self.lamps,
             "cameras": self.scene.viewpoints.iter().map(|camera| camera.name.clone()).collect::<Vec<_>>(),
+            "moving": self.scene.moving.iter().map(|part| json!({
+                "name": part.name,
+                "triangles": part.shape.mesh.triangles.len(),
+                "length_s": part.chain.length_s,
+            })).collect::<Vec<_>>(),
             "views": self.views.iter().map(view).collect::<Vec<_>>(),
             "notes": self.scene.notes,
             "warnings": self.warnings(),

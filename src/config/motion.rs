@@ -3,9 +3,9 @@
 use glam::{DQuat, DVec3};
 
 use super::check::{one_of, within};
+use super::presets::DEFAULTS;
 use super::resolved::Resolved;
 use super::rig::orientation;
-use super::presets::DEFAULTS;
 use super::scenario::{Motion, MotionPose, ObjectMotion};
 use crate::draw::DrawKey;
 use crate::error::Error;
@@ -78,8 +78,7 @@ impl Motion {
             (None, Some("walk" | "run")) => Ok(Source::Gait(Box::new(self.gait()?))),
             (None, Some("spin")) => {
                 let would_do = "-1,800 to 1,800";
-                let rate_deg_per_s =
-                    within("motion.rate_deg_per_s", self.rate_deg_per_s, -1800.0..=1800.0, would_do)?;
+                let rate_deg_per_s = within("motion.rate_deg_per_s", self.rate_deg_per_s, -1800.0..=1800.0, would_do)?;
                 Ok(Source::Spin { rate_deg_per_s })
             }
             (None, Some(kind)) => {

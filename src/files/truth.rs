@@ -21,7 +21,7 @@ use crate::picture::{Channel, to_exr};
 use crate::plane::Plane;
 use crate::run::{CameraFrame, Frame, Session, Setup};
 use crate::scene::motion::imu::ImuSample;
-use crate::scene::object::DynamicScene;
+use crate::scene::object::Shapes;
 use crate::units::FrameIndex;
 
 /// Kinds under construction in a run's folder.
@@ -134,6 +134,7 @@ impl TruthWriter {
             return Ok(());
         }
         let Some(scene) = setup.world.dynamic_scene() else { return self.picture_depth(place) };
+        let scene = scene.shapes();
         let seen = surfaces(scene, &view);
         self.shape(place, scene, &view, &seen)?;
         if let Some(tum) = self.tum.as_mut().filter(|_| camera == 0) {
@@ -170,7 +171,7 @@ impl TruthWriter {
         write_exr(&self.path("depth", place, "exr"), [("Z", depth_m)])
     }
 
-    fn shape(&self, place: &Place<'_>, scene: DynamicScene<'_>, view: &View<'_>, seen: &Surfaces) -> Result<(), Error> {
+    fn shape(&self, place: &Place<'_>, scene: Shapes<'_>, view: &View<'_>, seen: &Surfaces) -> Result<(), Error> {
         if self.keep.has(Kept::Depth) {
             let depth_m = seen.depth_m(view);
             super::picture::write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;

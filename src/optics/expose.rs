@@ -10,15 +10,17 @@
 use super::camera::Camera;
 pub(super) use super::camera::Pass;
 use super::crosstalk::shared_out;
+use super::fixed::FixedPictures;
 use super::mosaic::{FILTER_BANDS, Mosaic};
 use super::psf::Psf;
-use super::render::{Exposure, Sampling, render};
+use super::render::{Exposure, Sampling, render, render_over};
+use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::num::{f32_nearest, f64_from_usize};
 use crate::plane::Plane;
 use crate::pose::Pose;
-use crate::scene::light::{BANDS, INFRARED};
 use crate::scene::Illuminant;
+use crate::scene::light::{BANDS, INFRARED};
 use crate::scene::object::DynamicScene;
 use crate::units::Span;
 
@@ -123,6 +125,25 @@ pub fn expose<'a>(
 ) -> Exposure {
     let scene = scene.into();
     let rendered = |camera: &Camera| Ok(render(scene, camera, shutter, world_from_body, sampling));
+    expose_by(scene.fixed.illuminant(), camera, &rendered).expect("rendering cannot fail")
+}
+
+/// The same of a still camera under steady light, where only what moves is rendered anew: `fixed` names the samples of the fixed scene's
+/// picture, which `pictures` keeps.
+pub fn expose_moving(
+    scene: DynamicScene<'_>,
+    camera: &Camera,
+    shutter: &[Span],
+    world_from_body: &(dyn Fn(f64) -> Pose + Sync),
+    (sampling, fixed): (Sampling, DrawKey),
+    pictures: &FixedPictures,
+) -> Exposure {
+    let rendered = |camera: &Camera| {
+        let of_fixed = Sampling { key: fixed, ..sampling };
+        let alone = || render(scene.fixed, camera, shutter, world_from_body, of_fixed);
+        let picture = pictures.of(camera, shutter, &of_fixed, alone);
+        Ok(render_over(&picture, scene, camera, shutter, world_from_body, sampling))
+    };
     expose_by(scene.fixed.illuminant(), camera, &rendered).expect("rendering cannot fail")
 }
 

@@ -8,10 +8,11 @@
 //!    until each pixel is below it.
 //! 4. `replicate`: sample a few pixels again with other samples, to state the error.
 //!
-//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`, `objects`) and texture footprints (`footprint`). `frame` runs
+//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`, `objects`, `among`) and texture footprints (`footprint`). `frame` runs
 //! the steps over a picture on all cores.
 
 mod allocation;
+mod among;
 mod pixel_samples;
 mod footprint;
 mod frame;
@@ -37,7 +38,6 @@ use allocation::{Estimate, INITIAL_SAMPLES, Stage};
 use first_batch::FirstBatch;
 use frame::{Picture, Refined};
 use pixel::StoppingRule;
-use pixel_samples::PixelSamples;
 pub use settings::{Exposure, Sampling};
 use view::View;
 
@@ -60,11 +60,49 @@ pub fn render<'a>(
     sampling: Sampling,
 ) -> Exposure {
     assert!(shutter.len() == index(camera.size.height_px), "a render needs one span for each row");
-    let DynamicScene { fixed: scene, objects } = scene.into();
-    let follows_gloss = sampling.follows_gloss;
-    let reflections = if scene.has_gloss(follows_gloss) { sampling.reflections } else { 0 };
-    let view = View { scene, camera, reflections, follows_gloss };
-    let picture = Picture::new(view, objects, shutter, world_from_body, sampling);
+    let scene = scene.into();
+    let view = View::new(scene.fixed, camera, sampling);
+    rendered(&Picture::new(view, scene.objects, shutter, world_from_body, sampling))
+}
+
+/// Renders one exposure of a still camera under steady light over a picture of the fixed scene alone: only tiles in which an object may be
+/// seen are rendered.
+pub fn render_over(
+    fixed: &Exposure,
+    scene: DynamicScene<'_>,
+    camera: &Camera,
+    shutter: &[Span],
+    world_from_body: &(dyn Fn(f64) -> Pose + Sync),
+    sampling: Sampling,
+) -> Exposure {
+    let view = View::new(scene.fixed, camera, sampling);
+    let mut picture = Picture::new(view, scene.objects, shutter, world_from_body, sampling);
+    picture.tiles = Some(among::tiles_in_view(&picture.objects, camera));
+    let mut exposure = rendered(&picture);
+    let (mut anew, mut kept) = (0_u32, 0_u32);
+    let pairs = exposure.photons.values_mut().iter_mut().zip(fixed.photons.values());
+    for (at, (photons, of_fixed)) in pairs.enumerate() {
+        if picture.is_rendered(at) {
+            anew += 1;
+        } else {
+            *photons = *of_fixed;
+            kept += 1;
+        }
+    }
+    // Each states the mean over its own pixels.
+    let share = f64::from(anew) / f64::from(anew + kept);
+    let ratios = [exposure.render_variance_ratio, fixed.render_variance_ratio];
+    exposure.render_variance_ratio = match (anew, kept) {
+        (0, _) => ratios[1],
+        (_, 0) => ratios[0],
+        _ => share * ratios[0] + (1.0 - share) * ratios[1],
+    };
+    exposure.rays += fixed.rays;
+    exposure
+}
+
+fn rendered(picture: &Picture) -> Exposure {
+    let (camera, sampling) = (picture.view.camera, picture.sampling);
     if sampling.is_adaptive() {
         return to_target(picture);
     }
@@ -74,7 +112,7 @@ pub fn render<'a>(
         return stratified_by_pixel(picture, samples);
     }
     let seen = picture.first_batch(samples);
-    let rays = u64::from(samples) * u64_from(seen.len());
+    let rays = u64::from(samples) * u64_from((0..seen.len()).filter(|&at| picture.is_rendered(at)).count());
     let ratio = first_batch::variance_ratio(&seen, samples, sampling.saturation_photons);
     Exposure {
         photons: plane(camera, seen.iter().map(|pixel| pixel.photons)),
@@ -88,22 +126,22 @@ fn plane(camera: &Camera, photons: impl Iterator<Item = f32>) -> Plane<f32> {
 }
 
 /// Renders the same number of samples for each pixel, along its motion. One more ray each finds the nearest surface first.
-fn stratified_by_pixel(picture: Picture, samples: u32) -> Exposure {
+fn stratified_by_pixel(picture: &Picture, samples: u32) -> Exposure {
     let Sampling { saturation_photons, .. } = picture.sampling;
     let seen = picture.first_batch(1);
     let rule = StoppingRule { samples, least_gain: None, saturation_photons, share: Some(pixel::share(samples)) };
-    let mut refined: Vec<Refined> =
-        (0..seen.len()).map(|at| Refined { at, pixel_samples: PixelSamples::new(0.0) }).collect();
+    let mut refined: Vec<Refined> = (0..seen.len()).filter(|&at| picture.is_rendered(at)).map(Refined::at).collect();
     picture.refine(&mut refined, &seen, &rule);
-    let of = |Refined { pixel_samples, .. }: &Refined| {
-        Estimate::refined(pixel_samples.photons, pixel_samples.variance(), 1, samples)
-    };
-    let estimates: Vec<Estimate> = refined.iter().map(of).collect();
-    with_stated_error(&picture, &estimates, &seen, 1, &rule)
+    let width = picture.width();
+    let mut estimates = allocation::first_estimates(&seen, width, 1, saturation_photons);
+    for Refined { at, pixel_samples } in &refined {
+        estimates[*at] = Estimate::refined(pixel_samples.photons, pixel_samples.variance(), 1, samples);
+    }
+    with_stated_error(picture, &estimates, &seen, 1, &rule)
 }
 
 /// Renders with as few samples as bring the mean of variance over photons down to the tolerance.
-fn to_target(picture: Picture) -> Exposure {
+fn to_target(picture: &Picture) -> Exposure {
     let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
     let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
     let first_batch = FIRST_BATCH_SAMPLES[usize::from(picture.sampling.tolerance >= LOOSE)];
@@ -122,7 +160,7 @@ fn to_target(picture: Picture) -> Exposure {
             let is_first = estimate.stage != Stage::Refined;
             if is_first && estimate.may_count(saturation_photons) && estimate.marginal_gain() >= least {
                 estimate.stage = Stage::Refined;
-                refined.push(Refined { at, pixel_samples: PixelSamples::new(0.0) });
+                refined.push(Refined::at(at));
             }
         }
         picture.refine(&mut refined, &seen, &rule);
@@ -137,7 +175,7 @@ fn to_target(picture: Picture) -> Exposure {
             break;
         }
     }
-    with_stated_error(&picture, &estimates, &seen, first_batch, &rule)
+    with_stated_error(picture, &estimates, &seen, first_batch, &rule)
 }
 
 /// The picture, with the error that replicates of some pixels state.
@@ -153,7 +191,9 @@ fn with_stated_error(
     let replicates = replicate::choose(estimates, width, saturation_photons, key.with(REPLICATE_KEY));
     let (others, more) = picture.replicates(&replicates, estimates, seen, first_batch, rule);
     let ratio = replicate::variance_ratio(estimates, &replicates, &others, saturation_photons);
-    let rays = estimates.iter().map(|estimate| u64::from(estimate.samples)).sum::<u64>() + more;
+    let is_rendered = |(at, _): &(usize, &Estimate)| picture.is_rendered(*at);
+    let first = estimates.iter().enumerate().filter(is_rendered);
+    let rays = first.map(|(_, estimate)| u64::from(estimate.samples)).sum::<u64>() + more;
     let photons = plane(picture.view.camera, estimates.iter().map(|estimate| estimate.photons));
     Exposure { photons, render_variance_ratio: ratio * electrons_per_photon, rays }
 }

@@ -60,7 +60,9 @@ impl RenderInputs<'_> {
             saturation_photons: f32_nearest(settings.saturation_photons()),
             key: self.key(),
         };
-        let mut exposure = self.world.expose((self.place.camera, self.camera), self.rows, &pose, sampling)?;
+        let of_still = self.world.has_still_view(self.motion).then(|| self.key_of(FrameIndex(0)));
+        let place = (self.place.camera, self.camera);
+        let mut exposure = self.world.expose(place, self.rows, &pose, sampling, of_still)?;
         if let Some(rounding) = Rounding::new(settings.rounding_sigma) {
             rounding.round(&mut exposure, settings.quantum_efficiency);
         }
@@ -68,9 +70,12 @@ impl RenderInputs<'_> {
     }
 
     fn key(&self) -> DrawKey {
-        let ExposurePlace { camera, frame, slot } = self.place;
         // Nothing distinguishes the frames of a still picture, so its samples are those of frame 0 at every time.
-        let named = if self.world.is_still(self.motion) { FrameIndex(0) } else { frame };
+        self.key_of(if self.world.is_still(self.motion) { FrameIndex(0) } else { self.place.frame })
+    }
+
+    fn key_of(&self, named: FrameIndex) -> DrawKey {
+        let ExposurePlace { camera, slot, .. } = self.place;
         let key = DrawKey::root(self.settings.seed).with(RENDER_NUMBER).with(u64_from(camera)).with(named.0.into());
         repeated(if slot == 0 { key } else { key.with(u64_from(slot)) }, self.settings.repeat)
     }

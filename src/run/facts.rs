@@ -11,8 +11,8 @@ use crate::num::{f64_from_usize, greater, lesser};
 use crate::optics::Camera;
 use crate::pixel;
 use crate::scene::motion::Motion;
-use crate::scene::object::MovingObject;
 use crate::scene::nearest;
+use crate::scene::object::MovingObject;
 use crate::units::{FrameIndex, RowIndex, Span};
 
 /// Largest number of parts of the run with separate path boxes.
@@ -81,9 +81,9 @@ impl Lit<'_> {
         let speeds = self.motion.speeds_max(self.run).map_err(at_run)?;
         let of_scene_m = self.depth_m().map_err(at_run)?;
         let objects = self.objects().map_err(at_run)?;
-        let depth_m = objects.iter().fold(of_scene_m, |[near, far], object| {
-            [lesser(near, object.depth_m[0]), greater(far, object.depth_m[1])]
-        });
+        let depth_m = objects
+            .iter()
+            .fold(of_scene_m, |[near, far], object| [lesser(near, object.depth_m[0]), greater(far, object.depth_m[1])]);
         let mut facts = self.light_facts();
         facts.push(self.lamps());
         facts.push(self.field_of_view());
@@ -92,7 +92,9 @@ impl Lit<'_> {
             least: depth_m[0],
             greatest: depth_m[1],
             how: match self.world {
-                World::Scene(..) => "boxes around the path to the nearest and farthest triangle, and to moving objects".to_owned(),
+                World::Scene(_) => {
+                    "boxes around the path to the nearest and farthest triangle, and to moving objects".to_owned()
+                }
                 #[cfg(feature = "pictures")]
                 World::Images(_) => "pictures from elsewhere".to_owned(),
             },

@@ -7,12 +7,12 @@ use crate::config::check::{one_of, within};
 use crate::config::motion::Source;
 use crate::config::scenario::SceneObject;
 use crate::error::Error;
+use crate::num::u32_from;
+use crate::pose::Pose;
 use crate::scene::file_units::{FileUnits, UpAxis};
 use crate::scene::motion::Motion;
 use crate::scene::object::{MovingObject, OBJECTS_MAX, ObjectMotion};
-use crate::num::u32_from;
 use crate::scene::{LitScene, MovingScene, Scene};
-use crate::pose::Pose;
 use crate::units::Span;
 
 /// An object before it is lit: parts that move by its motion and their own animation.
@@ -110,7 +110,8 @@ pub fn lit_objects(
         return Err(Error::key("scene.object", format!("{count} objects"), reason));
     }
     if count > 0 {
-        let note = "moving objects are lit by the scene as it is without them: they cast no shadow and send no light back";
+        let note =
+            "moving objects are lit by the scene as it is without them: they cast no shadow and send no light back";
         notes.push(note.to_owned());
     }
     let mut lit = Vec::with_capacity(count);

@@ -57,7 +57,7 @@ impl Session {
         };
         if report.scenario.render_variance_ratio.is_none() {
             let reason = match *self.setup.world {
-                World::Scene(..) => "one sample a pixel says nothing about its own error".to_owned(),
+                World::Scene(_) => "one sample a pixel says nothing about its own error".to_owned(),
                 #[cfg(feature = "pictures")]
                 World::Images(_) => {
                     "pictures are integrated without chance, and their own noise is not known".to_owned()

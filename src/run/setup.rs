@@ -155,7 +155,9 @@ impl Setup {
         let exposed_from_s = first_exposure_s(&sensor, windows.len());
         let span_of = |frames: u32| Span { start_s: exposed_from_s, ..span_of_run(&sensor, windows.len(), frames) };
         let demand = Demand { start_m: start.translation_m, cameras: &windows, frames, span_of: &span_of };
-        let (world, scene_notes) = match taken.as_ref().and_then(|taken| taken.world_for(scenario, start.translation_m, run_span))
+        let (world, scene_notes) = match taken
+            .as_ref()
+            .and_then(|taken| taken.world_for(scenario, start.translation_m, run_span))
         {
             Some(kept) => (kept.world.clone(), kept.scene_notes.clone()),
             None => World::new(scenario, &demand, assets, progress).map(|(world, notes)| (Arc::new(world), notes))?,
@@ -288,10 +290,8 @@ impl<'a> TakenOver<'a> {
         // Pictures from elsewhere are bound to cameras and times of the run.
         // What moves is bound to the run's times.
         let same_times = scenario.scene.object.is_empty() || self.motion_for(scenario, run).is_some();
-        let is_equal = own.scene == scenario.scene
-            && scenario.scene.images.is_none()
-            && own_start_m == start_m
-            && same_times;
+        let is_equal =
+            own.scene == scenario.scene && scenario.scene.images.is_none() && own_start_m == start_m && same_times;
         (!self.is_compared || is_equal).then_some(self.setup)
     }
 }

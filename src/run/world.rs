@@ -8,13 +8,14 @@ use super::assets::{Assets, Progress};
 use super::light::{check_scene, lit_scene};
 use super::objects::{lit_objects, moving_objects};
 use crate::config::Scenario;
+use crate::draw::DrawKey;
 use crate::effects::regions::LightBounds;
 use crate::error::Error;
 #[cfg(feature = "pictures")]
 use crate::num::{greater, lesser};
 #[cfg(feature = "pictures")]
 use crate::optics::resample;
-use crate::optics::{self, Camera, Exposure, Sampling};
+use crate::optics::{self, Camera, Exposure, FixedPictures, Sampling};
 use crate::plane::Plane;
 use crate::pose::Pose;
 #[cfg(feature = "pictures")]
@@ -25,10 +26,24 @@ use crate::scene::{Illuminant, LitScene};
 use crate::units::Span;
 pub use demand::Demand;
 
+/// A scene and what moves through it.
+pub struct SceneWorld {
+    fixed: LitScene,
+    objects: Vec<MovingObject>,
+    /// Of the fixed scene alone, for still cameras.
+    pictures: FixedPictures,
+}
+
+impl SceneWorld {
+    fn dynamic(&self) -> DynamicScene<'_> {
+        DynamicScene { fixed: &self.fixed, objects: &self.objects }
+    }
+}
+
 /// What is looked at.
 pub enum World {
     /// Geometry under light, and what moves through it.
-    Scene(Box<LitScene>, Vec<MovingObject>),
+    Scene(Box<SceneWorld>),
     /// Pictures over time, one stream a camera.
     #[cfg(feature = "pictures")]
     Images(ImageSequence),
@@ -59,7 +74,8 @@ impl World {
                 let run = (demand.span_of)(demand.frames);
                 let objects = moving_objects(scenario, run, assets)?;
                 let objects = lit_objects(objects, &lit, run, &mut notes)?;
-                Ok((Self::Scene(Box::new(lit), objects), notes))
+                let world = SceneWorld { fixed: lit, objects, pictures: FixedPictures::default() };
+                Ok((Self::Scene(Box::new(world)), notes))
             }
         }
     }
@@ -87,7 +103,7 @@ impl World {
     /// The geometry under its light, where there is geometry.
     pub fn scene(&self) -> Option<&LitScene> {
         match self {
-            Self::Scene(scene, _) => Some(&**scene),
+            Self::Scene(scene) => Some(&scene.fixed),
             #[cfg(feature = "pictures")]
             Self::Images(_) => None,
         }
@@ -96,7 +112,7 @@ impl World {
     /// The same with what moves through it.
     pub fn dynamic_scene(&self) -> Option<DynamicScene<'_>> {
         match self {
-            Self::Scene(scene, objects) => Some(DynamicScene { fixed: scene, objects }),
+            Self::Scene(scene) => Some(scene.dynamic()),
             #[cfg(feature = "pictures")]
             Self::Images(_) => None,
         }
@@ -104,20 +120,25 @@ impl World {
 
     /// Whether every exposure of the same length sees the same light under a motion: nothing moves and nothing flickers.
     pub fn is_still(&self, motion: &Motion) -> bool {
-        let is_fixed = |scene: DynamicScene<'_>| scene.fixed.is_steady() && scene.objects.is_empty();
-        matches!(motion, Motion::Still(_)) && self.dynamic_scene().is_some_and(is_fixed)
+        self.has_still_view(motion) && self.dynamic_scene().is_some_and(|scene| scene.objects.is_empty())
+    }
+
+    /// Whether a still camera sees the scene under steady light, so that only what moves changes.
+    pub fn has_still_view(&self, motion: &Motion) -> bool {
+        matches!(motion, Motion::Still(_)) && self.scene().is_some_and(LitScene::is_steady)
     }
 
     /// Spectrum of its white light.
     pub fn illuminant(&self) -> Illuminant {
         match self {
-            Self::Scene(scene, _) => scene.illuminant(),
+            Self::Scene(scene) => scene.fixed.illuminant(),
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => sequence.streams[0].illuminant(),
         }
     }
 
-    /// What a camera of the rig sees in one exposure, a span a row.
+    /// What a camera of the rig sees in one exposure, a span a row. `of_still` names the samples of what stands, where a camera stands still
+    /// under steady light: only what moves is then rendered anew.
     ///
     /// # Errors
     /// A picture that cannot be read any more.
@@ -128,11 +149,16 @@ impl World {
         shutter: &[Span],
         world_from_body: &(dyn Fn(f64) -> Pose + Sync),
         sampling: Sampling,
+        of_still: Option<DrawKey>,
     ) -> Result<Exposure, Error> {
         match self {
-            Self::Scene(fixed, objects) => {
-                Ok(optics::expose(DynamicScene { fixed, objects }, camera, shutter, world_from_body, sampling))
-            }
+            Self::Scene(scene) => Ok(match of_still {
+                Some(key) if !scene.objects.is_empty() => {
+                    let all = (sampling, key);
+                    optics::expose_moving(scene.dynamic(), camera, shutter, world_from_body, all, &scene.pictures)
+                }
+                _ => optics::expose(scene.dynamic(), camera, shutter, world_from_body, sampling),
+            }),
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => {
                 let stream = &sequence.streams[number];
@@ -145,9 +171,7 @@ impl World {
     pub fn photon_bounds(&self, cameras: &[Camera], exposures_s: [f64; 2]) -> LightBounds {
         let of = |exposure_s: f64| match self {
             // The cameras of a rig are alike, and a scene's bounds hold wherever they stand.
-            Self::Scene(fixed, objects) => {
-                optics::photon_bounds(DynamicScene { fixed, objects }, &cameras[0], exposure_s)
-            }
+            Self::Scene(scene) => optics::photon_bounds(scene.dynamic(), &cameras[0], exposure_s),
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => {
                 let mut bounds = [f64::INFINITY, 0.0];
@@ -171,7 +195,7 @@ impl World {
     #[cfg_attr(not(feature = "pictures"), expect(unused_variables, reason = "only pictures have a stream a camera"))]
     pub fn depth(&self, (number, camera): (usize, &Camera), t_s: f64) -> Result<Option<Plane<f32>>, Error> {
         match self {
-            Self::Scene(..) => Ok(None),
+            Self::Scene(_) => Ok(None),
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => resample::depth(&sequence.streams[number], camera, t_s),
         }
@@ -180,7 +204,7 @@ impl World {
     /// Whether depth is known.
     pub fn has_depth(&self) -> bool {
         match self {
-            Self::Scene(..) => true,
+            Self::Scene(_) => true,
             #[cfg(feature = "pictures")]
             Self::Images(sequence) => sequence.streams.iter().all(crate::scene::ImageStream::has_depth),
         }

@@ -40,7 +40,12 @@ impl<const N: usize> Track<N> {
             return Err("it has no keys".to_owned());
         }
         if values.len() != each * times_s.len() {
-            return Err(format!("it has {} keys and {} values; use {} values", times_s.len(), values.len(), each * times_s.len()));
+            return Err(format!(
+                "it has {} keys and {} values; use {} values",
+                times_s.len(),
+                values.len(),
+                each * times_s.len()
+            ));
         }
         if times_s.iter().any(|t_s| !(t_s.is_finite() && *t_s >= 0.0)) {
             return Err("a time of its keys is negative or not finite".to_owned());
@@ -92,7 +97,10 @@ impl<const N: usize> Track<N> {
                 let (value, leaves) = (self.values[3 * before + 1], self.values[3 * before + 2]);
                 let (enters, next) = (self.values[3 * after], self.values[3 * after + 1]);
                 std::array::from_fn(|n| {
-                    weights[0] * value[n] + weights[1] * leaves[n] + weights_after[0] * next[n] + weights_after[1] * enters[n]
+                    weights[0] * value[n]
+                        + weights[1] * leaves[n]
+                        + weights_after[0] * next[n]
+                        + weights_after[1] * enters[n]
                 })
             }
         }
@@ -131,8 +139,10 @@ impl Joint {
 
     fn at(&self, t_s: f64) -> Pose {
         let line = |a: [f64; 3], b: [f64; 3], share: f64| std::array::from_fn(|n| a[n] + (b[n] - a[n]) * share);
-        let translation_m = self.translation.as_ref().map_or(self.rest.translation_m, |track| track.at(t_s, line).into());
-        let arc = |a: [f64; 4], b: [f64; 4], share: f64| slerp(DQuat::from_array(a), DQuat::from_array(b), share).to_array();
+        let translation_m =
+            self.translation.as_ref().map_or(self.rest.translation_m, |track| track.at(t_s, line).into());
+        let arc =
+            |a: [f64; 4], b: [f64; 4], share: f64| slerp(DQuat::from_array(a), DQuat::from_array(b), share).to_array();
         let rotation = self.rotation.as_ref().map_or(self.rest.rotation, |track| {
             let turn = DQuat::from_array(track.at(t_s, arc));
             if turn.length_squared() > 1e-12 { turn.normalize() } else { self.rest.rotation }
@@ -273,7 +283,17 @@ mod tests {
     fn the_limits_of_a_chain_hold_for_its_points_at_all_times() {
         let slide = Track::new(
             vec![0.0, 0.4, 1.0],
-            vec![[0.0; 3], [0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.5, 0.2, 0.0], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]],
+            vec![
+                [0.0; 3],
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [2.0, 0.0, 0.0],
+                [0.5, 0.2, 0.0],
+                [0.0; 3],
+                [0.0; 3],
+                [0.0; 3],
+                [0.0; 3],
+            ],
             Interpolation::CubicSpline,
         );
         let chain = Chain::default()

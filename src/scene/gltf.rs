@@ -20,8 +20,8 @@ mod node;
 mod reader;
 
 use super::Surroundings;
-use super::file_units::FileUnits;
 use super::animation::Chain;
+use super::file_units::FileUnits;
 use super::geometry::{MovingScene, Scene};
 use super::mesh::Mesh;
 use super::source::Read;
@@ -64,6 +64,11 @@ impl Scene {
     ) -> Result<Self, Error> {
         let content = content_in(name, bytes, units, read)?;
         let mut mesh = content.mesh;
+        if mesh.triangles.is_empty() && !content.moving.is_empty() {
+            let reason =
+                "its animation moves all of it; use it as a [[scene.object]] in a scene that stands".to_owned();
+            return Err(Error::Content { file: name.to_owned(), reason });
+        }
         surroundings.furnish(&mut mesh);
         let mut scene = Self::new(name, mesh, super::light::with_infrared(surroundings.sky))?;
         (scene.viewpoints, scene.notes) = (content.viewpoints, content.notes);

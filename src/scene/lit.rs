@@ -125,9 +125,8 @@ impl Scene {
         rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.place), mirrored.weight()));
         let count = crate::num::f64_from_usize(aims.fan.len().max(1));
         std::array::from_fn(|group| {
-            let of = |band: usize| {
-                per_unit * (aimed[group][band] + rays.seen[group][band]) + bounced[group][band] / count
-            };
+            let of =
+                |band: usize| per_unit * (aimed[group][band] + rays.seen[group][band]) + bounced[group][band] / count;
             std::array::from_fn(of)
         })
     }

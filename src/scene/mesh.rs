@@ -262,10 +262,12 @@ impl Mesh {
             let number = self.material_of[triangle];
             let material = *materials.entry(number).or_insert_with(|| {
                 let mut material = self.materials[index(number)].clone();
-                material.texture =
-                    material.texture.map(|texture| taken_over(texture, &self.textures, &mut part.textures, &mut textures));
-                material.cut_out =
-                    material.cut_out.map(|cut_out| taken_over(cut_out, &self.cut_outs, &mut part.cut_outs, &mut cut_outs));
+                material.texture = material
+                    .texture
+                    .map(|texture| taken_over(texture, &self.textures, &mut part.textures, &mut textures));
+                material.cut_out = material
+                    .cut_out
+                    .map(|cut_out| taken_over(cut_out, &self.cut_outs, &mut part.cut_outs, &mut cut_outs));
                 part.materials.push(material);
                 u32_from(part.materials.len() - 1)
             });

@@ -69,14 +69,9 @@ impl<'a> From<&'a LitScene> for DynamicScene<'a> {
 }
 
 impl<'a> DynamicScene<'a> {
-    /// An object by its number from 1; none for 0, the fixed scene.
-    pub fn object(&self, number: u32) -> Option<&'a MovingObject> {
-        number.checked_sub(1).map(|number| &self.objects[index(number)])
-    }
-
-    /// The shape of the fixed scene, then those of the objects.
-    pub fn shapes(&self) -> impl Iterator<Item = &'a Scene> {
-        std::iter::once(self.fixed.scene()).chain(self.objects.iter().map(MovingObject::shape))
+    /// The same without its light.
+    pub fn shapes(&self) -> Shapes<'a> {
+        Shapes { fixed: self.fixed.scene(), objects: self.objects }
     }
 
     /// Whether a ray can come back black from something.
@@ -86,7 +81,47 @@ impl<'a> DynamicScene<'a> {
 
     /// Bounds of the light that leaves anything, at any time.
     pub fn exitance_bounds(&self) -> ExitanceBounds {
-        self.objects.iter().fold(self.fixed.exitance_bounds(), |bounds, object| bounds.and(object.light.exitance_bounds()))
+        self.objects
+            .iter()
+            .fold(self.fixed.exitance_bounds(), |bounds, object| bounds.and(object.light.exitance_bounds()))
+    }
+}
+
+/// The shape of a scene at rest, and what moves through it.
+#[derive(Clone, Copy, Debug)]
+pub struct Shapes<'a> {
+    /// What stands.
+    pub fixed: &'a Scene,
+    /// What moves.
+    pub objects: &'a [MovingObject],
+}
+
+impl<'a> From<&'a Scene> for Shapes<'a> {
+    fn from(fixed: &'a Scene) -> Self {
+        Self { fixed, objects: &[] }
+    }
+}
+
+impl<'a> From<DynamicScene<'a>> for Shapes<'a> {
+    fn from(scene: DynamicScene<'a>) -> Self {
+        scene.shapes()
+    }
+}
+
+impl<'a> Shapes<'a> {
+    /// An object by its number from 1; none for 0, the fixed scene.
+    pub fn object(&self, number: u32) -> Option<&'a MovingObject> {
+        number.checked_sub(1).map(|number| &self.objects[index(number)])
+    }
+
+    /// The shape of an object by its number from 1, or of the fixed scene (0).
+    pub fn shape(&self, number: u32) -> &'a Scene {
+        self.object(number).map_or(self.fixed, MovingObject::shape)
+    }
+
+    /// The shape of the fixed scene, then those of the objects.
+    pub fn all(&self) -> impl Iterator<Item = &'a Scene> {
+        std::iter::once(self.fixed).chain(self.objects.iter().map(MovingObject::shape))
     }
 }
 

@@ -59,7 +59,7 @@ fn meaning(kept: Kept, setup: &Setup) -> Value {
         Kept::Materials => json!({ "png": {
             "0": "nothing",
             "names_from_1": setup.world.dynamic_scene().map_or_else(Vec::new, |scene| {
-                scene.shapes().flat_map(|shape| &shape.mesh.materials).map(|m| m.name.as_str()).collect::<Vec<_>>()
+                scene.shapes().all().flat_map(|shape| &shape.mesh.materials).map(|m| m.name.as_str()).collect::<Vec<_>>()
             }),
         } }),
         Kept::Objects => json!({ "png": {

@@ -91,7 +91,8 @@ impl Kept {
 
     /// Whether it needs to know what each pixel sees.
     fn needs_surfaces(self) -> bool {
-        [Self::Depth, Self::Normals, Self::Materials, Self::Objects, Self::Flow, Self::Visibility, Self::Stereo].contains(&self)
+        [Self::Depth, Self::Normals, Self::Materials, Self::Objects, Self::Flow, Self::Visibility, Self::Stereo]
+            .contains(&self)
     }
 }
 

@@ -295,7 +295,7 @@ mod tests {
 
     /// Three by three pixels of four samples each that saw as much, the middle one's within its own spread.
     fn around(photons: f32, spread: f32) -> Vec<FirstBatch> {
-        let uniform = FirstBatch { photons, nearest_m: 1.0, ..FirstBatch::NONE };
+        let uniform = FirstBatch { photons, ..FirstBatch::NONE };
         let mut seen = vec![uniform; 9];
         seen[4] =
             FirstBatch { removed_variance: 0.25 * spread, removed_variance_before: 0.75 * spread, spread, ..uniform };

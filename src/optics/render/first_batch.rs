@@ -28,14 +28,35 @@ pub struct FirstBatch {
     pub removed_variance_before: f32,
     /// Variance of the samples about their mean, as far as quarters show it.
     pub spread: f32,
-    /// Distance of the nearest surface in metres, `f32::MAX` where none was met.
-    pub nearest_m: f32,
+    /// The nearest surface.
+    pub nearest: Nearest,
+}
+
+/// The nearest surface that samples met.
+#[derive(Clone, Copy, Debug)]
+pub struct Nearest {
+    /// `f32::MAX` where none was met.
+    pub distance_m: f32,
+    /// Number of the moving object from 1; 0 for the fixed scene.
+    pub object: u32,
+}
+
+impl Nearest {
+    /// None.
+    pub const NONE: Self = Self { distance_m: f32::MAX, object: 0 };
+
+    /// The nearer of two; the first where they are as near.
+    #[inline(always)]
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        if other.distance_m < self.distance_m { other } else { self }
+    }
 }
 
 impl FirstBatch {
     /// Before any sample.
     pub const NONE: Self =
-        Self { photons: 0.0, removed_variance: 0.0, removed_variance_before: 0.0, spread: 0.0, nearest_m: f32::MAX };
+        Self { photons: 0.0, removed_variance: 0.0, removed_variance_before: 0.0, spread: 0.0, nearest: Nearest::NONE };
 }
 
 /// Means of the quarters of a batch, by lane.
@@ -79,7 +100,7 @@ impl Quarters {
 
     /// Statistics of one lane.
     #[inline(always)]
-    pub fn seen(&self, lane: usize, nearest_m: f32) -> FirstBatch {
+    pub fn seen(&self, lane: usize, nearest: Nearest) -> FirstBatch {
         let ((a, of_a), (b, of_b)) = (self.mean([0, 1], lane), self.mean([2, 3], lane));
         let all = of_a + of_b;
         let difference = a - b;
@@ -92,7 +113,7 @@ impl Quarters {
             removed_variance,
             removed_variance_before,
             spread,
-            nearest_m,
+            nearest,
         }
     }
 }

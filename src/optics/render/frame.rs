@@ -2,13 +2,13 @@
 //! only, so the order of work never shows.
 
 use super::allocation::{Estimate, INITIAL_SAMPLES, STRATA, Stage, missed_variance};
-use super::first_batch::FirstBatch;
+use super::first_batch::{FirstBatch, Nearest};
 use super::objects::ObjectInView;
 use super::pixel::{Pixel, StoppingRule};
 use super::pixel_samples::PixelSamples;
 use super::replicate::Replicate;
-use super::settings::Sampling;
-use super::tile::{COLUMNS, Pass, ROWS, Rows};
+use super::settings::{COLUMNS, ROWS, Sampling};
+use super::tile::{Pass, Rows};
 use super::view::View;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
 use crate::optics::motion::Timeline;
@@ -42,6 +42,8 @@ pub struct Picture<'a> {
     pub timelines: Vec<Timeline>,
     /// What moves beside the camera.
     pub objects: Vec<ObjectInView>,
+    /// Tiles of each group of rows that are rendered; none: all. The rest stays dark.
+    pub tiles: Option<Vec<Vec<bool>>>,
     per_lux_s: [f64; BANDS],
     /// Level of the flickering lamps in each stratum of each row's exposure.
     pub lamp_levels: Vec<[f32; STRATA]>,
@@ -53,6 +55,13 @@ pub struct Refined {
     pub at: usize,
     /// Its samples.
     pub pixel_samples: PixelSamples,
+}
+
+impl Refined {
+    /// Without samples yet.
+    pub fn at(at: usize) -> Self {
+        Self { at, pixel_samples: PixelSamples::new(0.0) }
+    }
 }
 
 /// Rows of each group; those beyond the last repeat it.
@@ -94,12 +103,18 @@ impl<'a> Picture<'a> {
         let level = |row: usize| std::array::from_fn(|stratum| level(&view, shutter[row], stratum, STRATA));
         let lamp_levels = (0..shutter.len()).map(level).collect();
         let per_lux_s = view.camera.photons_per_lux_s(view.scene.illuminant());
-        Self { view, shutter, sampling, timelines, objects, per_lux_s, lamp_levels }
+        Self { view, shutter, sampling, timelines, objects, tiles: None, per_lux_s, lamp_levels }
     }
 
     /// Pixels of a row.
     pub fn width(&self) -> usize {
         index(self.view.camera.size.width_px)
+    }
+
+    /// Whether a pixel is rendered.
+    pub fn is_rendered(&self, at: usize) -> bool {
+        let (x, y) = (at % self.width(), at / self.width());
+        self.tiles.as_ref().is_none_or(|tiles| tiles[y / ROWS][x / COLUMNS])
     }
 
     /// Photons of each band per lux-equivalent behind the filter of a pixel, over its row's exposure.
@@ -141,6 +156,7 @@ impl<'a> Picture<'a> {
             count: seen.len() / self.width(),
             keys: row_of.map(|row| self.sampling.key.with(u64_from(row))),
             pass,
+            tiles: self.tiles.as_ref().map(|tiles| tiles[group].as_slice()),
             seen,
         });
     }
@@ -159,8 +175,8 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// Distance of the nearest surface that a pixel or one of the four beside it met.
-    fn nearest_m(&self, seen: &[FirstBatch], at: usize) -> f32 {
+    /// The nearest surface that a pixel or one of the four beside it met.
+    fn nearest(&self, seen: &[FirstBatch], at: usize) -> Nearest {
         let (x, y, width) = (at % self.width(), at / self.width(), self.width());
         let beside = [
             y * width + x.saturating_sub(1),
@@ -168,11 +184,7 @@ impl<'a> Picture<'a> {
             y.saturating_sub(1) * width + x,
             (y + 1).min(self.shutter.len() - 1) * width + x,
         ];
-        let mut nearest = seen[at].nearest_m;
-        for other in beside {
-            nearest = if seen[other].nearest_m < nearest { seen[other].nearest_m } else { nearest };
-        }
-        nearest
+        beside.into_iter().fold(seen[at].nearest, |nearest, other| nearest.or(seen[other].nearest))
     }
 
     /// Refines pixels until a rule has enough.
@@ -183,7 +195,7 @@ impl<'a> Picture<'a> {
                 if pixel_samples.samples == 0 {
                     pixel_samples.missed_variance = missed_variance(seen, self.width(), *at);
                 }
-                self.pixel(*at, OF_REFINED).refine(pixel_samples, self.nearest_m(seen, *at), rule, &mut stack);
+                self.pixel(*at, OF_REFINED).refine(pixel_samples, self.nearest(seen, *at), rule, &mut stack);
             }
         });
     }
@@ -209,7 +221,7 @@ impl<'a> Picture<'a> {
                     let mut pixel_samples = PixelSamples::new(missed_variance(seen, self.width(), at));
                     self.pixel(at, OF_REFINED | kind).refine(
                         &mut pixel_samples,
-                        self.nearest_m(seen, at),
+                        self.nearest(seen, at),
                         &rule,
                         &mut stack,
                     );

@@ -5,17 +5,13 @@
 
 use glam::DVec3;
 
-use super::super::motion::{PacketMotion, Parabolas, Timeline, Turns};
-use super::view::{Aim, Filter, Pixels, Traced, View};
+use super::super::motion::{PacketMotion, Parabolas, Timeline};
+use super::settings::ROWS;
 use crate::num::{f32_nearest, f64_from_usize, greater, lesser};
 use crate::pose::Pose;
-use crate::scene::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3};
-use crate::scene::light::BANDS;
-use crate::scene::mesh::BackfaceCulled;
-use crate::scene::object::MovingObject;
-use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
 use crate::scene::LitScene;
-use crate::simd::Kernel;
+use crate::scene::lanes::{Floats, LANES, Vectors, dot3, splat3};
+use crate::scene::object::MovingObject;
 use crate::units::Span;
 
 /// Instants of a group's exposures at which an object's place is asked for.
@@ -55,7 +51,7 @@ pub enum Instants<'a> {
 impl Instants<'_> {
     /// The motion of a timeline there; `gathered` holds what has to be put together.
     #[inline(always)]
-    fn of<'t>(&self, timeline: &'t Timeline, gathered: &'t mut Option<Parabolas>) -> PacketMotion<'t> {
+    pub fn of<'t>(&self, timeline: &'t Timeline, gathered: &'t mut Option<Parabolas>) -> PacketMotion<'t> {
         match self {
             Self::Tile(piece) => PacketMotion::ByLane(&timeline.pieces[*piece]),
             Self::Row(row) => PacketMotion::Shared(timeline.first_of_row(*row)),
@@ -79,7 +75,7 @@ impl ObjectInView {
     /// For the spans of groups of rows and the motion of a camera, in `pieces` of time a group.
     pub fn new(
         object: &MovingObject,
-        groups: &[[Span; super::tile::ROWS]],
+        groups: &[[Span; ROWS]],
         pieces: u32,
         world_from_camera: &(dyn Fn(f64) -> Pose + Sync),
     ) -> Self {
@@ -90,6 +86,20 @@ impl ObjectInView {
         let start_s = all.clone().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
         let end_s = all.fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
         Self { lit: object.lit_at(Span { start_s, end_s }.middle_s()), timelines, cones }
+    }
+}
+
+impl ObjectInView {
+    /// Whether a ray of a group of rows with one of these bearings may meet it.
+    #[inline(always)]
+    pub fn may_be_met(&self, group: usize, bearing: &Vectors) -> bool {
+        self.cones[group].may_hold(bearing, Floats::splat(0.0))
+    }
+
+    /// Whether a ray of some pixels of a group may, each of which has this bearing and is so wide.
+    pub fn may_be_near(&self, group: usize, bearing: &Vectors, spread: Floats) -> bool {
+        // The cosine of an angle falls by no more than the angle grows.
+        self.cones[group].may_hold(bearing, spread + spread)
     }
 }
 
@@ -124,93 +134,10 @@ impl Cone {
         Self { axis: axis.to_array().map(f32_nearest), cosine: f32_nearest(libm::cos(angle_rad)) - 1e-6 }
     }
 
-    /// Whether a ray with a bearing of unit length may meet what the cone is around.
+    /// Whether a ray with one of these bearings of unit length may meet what the cone is around, with so much slack of the cosine.
     #[inline(always)]
-    fn may_hold(&self, bearing: &Vectors) -> bool {
+    fn may_hold(&self, bearing: &Vectors, slack: Floats) -> bool {
         // Bearings between corners of a pixel are shorter than 1 by an eighth of its square: below a millionth.
-        Floats::splat(self.cosine).below(dot3(splat3(self.axis), *bearing)).any()
+        (Floats::splat(self.cosine) - slack).below(dot3(splat3(self.axis), *bearing)).any()
     }
-}
-
-/// Light of rays among moving objects: traces the fixed scene, then each object that is near, and shades what is nearest.
-pub(super) struct AmongObjects<'a, 'b> {
-    pub view: &'a View<'b>,
-    pub pixels: &'a Pixels,
-    pub aim: &'a Aim<'a>,
-    pub bearing: Vectors,
-    pub pose: Turns,
-    /// What the rays meet of the fixed scene.
-    pub traced: Traced,
-    pub stack: &'a mut Stack,
-}
-
-/// What rays meet of one object.
-struct OnObject {
-    number: usize,
-    traced: Traced,
-    pose: Turns,
-}
-
-impl Kernel for AmongObjects<'_, '_> {
-    type Output = ([Floats; BANDS], Floats);
-
-    #[inline(always)]
-    fn run(self) -> ([Floats; BANDS], Floats) {
-        let Self { view, pixels, aim, bearing, pose, mut traced, stack } = self;
-        let Objects { all, group, instants } = aim.objects;
-        let is_ray = Floats::splat(0.0).below(traced.packet.t_max);
-        let mut distance_m = traced.hits.t;
-        let mut met: Vec<OnObject> = Vec::new();
-        for (number, object) in all.iter().enumerate() {
-            if !object.cones[group].may_hold(&bearing) {
-                continue;
-            }
-            let mut gathered = None;
-            let own_pose = instants.of(&object.timelines[group], &mut gathered).at(aim.share);
-            let packet = Packet {
-                origin_m: own_pose.place_m(),
-                direction: own_pose.turned(bearing),
-                t_min: Floats::splat(0.0),
-                t_max: is_ray.select(distance_m, Floats::splat(-1.0)),
-            };
-            let shape = object.lit.scene();
-            let hits = closest_inline_through(&shape.bvh, &BackfaceCulled(&shape.mesh), &packet, stack);
-            let lanes = hit(&hits.triangle) & is_ray;
-            if !lanes.any() {
-                continue;
-            }
-            distance_m = lanes.select(hits.t, distance_m);
-            // Nearer than all before.
-            leave_out(&mut traced.packet.t_max, lanes);
-            met.iter_mut().for_each(|other| leave_out(&mut other.traced.packet.t_max, lanes));
-            let t_max = lanes.select(packet.t_max, Floats::splat(-1.0));
-            met.push(OnObject { number, traced: Traced { hits, packet: Packet { t_max, ..packet } }, pose: own_pose });
-        }
-        let mut lux = view.light_of(&traced, pixels, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose }, stack);
-        for OnObject { number, traced, pose } in &met {
-            let object = &all[*number];
-            let mut gathered = None;
-            let motion = instants.of(&object.timelines[group], &mut gathered);
-            let of_object = View { scene: &object.lit, reflections: 0, ..*view };
-            let filter = Filter::Primary { pixels, bearing: &bearing, pose };
-            let (own, _) = of_object.shade(traced, &Aim { motion, ..*aim }, &filter);
-            let lanes = Floats::splat(0.0).below(traced.packet.t_max);
-            for band in 0..BANDS {
-                lux[band] = lanes.select(own[band], lux[band]);
-            }
-        }
-        (lux, distance_m)
-    }
-}
-
-/// Lanes that met something.
-#[inline(always)]
-fn hit(triangles: &[u32; LANES]) -> Mask {
-    Mask(std::array::from_fn(|lane| if triangles[lane] == MISS { 0 } else { u32::MAX }))
-}
-
-/// Ends rays before they begin.
-#[inline(always)]
-fn leave_out(t_max: &mut Floats, lanes: Mask) {
-    *t_max = lanes.select(Floats::splat(-1.0), *t_max);
 }

@@ -7,12 +7,13 @@
 
 pub use super::allocation::{INITIAL_SAMPLES, STRATA};
 use super::allocation::{may_count, ratio};
+use super::first_batch::Nearest;
 use super::footprint::SampleShare;
 use super::objects::{Instants, ObjectInView, Objects};
 use super::pixel_samples::{OF_BEFORE, PixelSamples};
+use super::settings::{COLUMNS, ROWS};
 use super::shear::sheared_lanes;
 use super::sobol::points;
-use super::tile::{COLUMNS, ROWS};
 use super::view::{Aim, Pixels, View};
 use crate::draw::{DrawKey, mix};
 use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from, u32_truncated_f32};
@@ -63,11 +64,11 @@ pub struct Pixel<'a> {
 }
 
 impl Pixel<'_> {
-    /// Doubles a pixel's samples until a rule has enough. `nearest_m` is the distance of the surface that its edges belong to.
-    pub fn refine(&self, pixel_samples: &mut PixelSamples, nearest_m: f32, rule: &StoppingRule, stack: &mut Stack) {
+    /// Doubles a pixel's samples until a rule has enough. Its edges belong to the nearest surface.
+    pub fn refine(&self, pixel_samples: &mut PixelSamples, nearest: Nearest, rule: &StoppingRule, stack: &mut Stack) {
         // What a pass leaves as it is costs it next to nothing.
         if pixel_samples.samples == 0 || (pixel_samples.samples < rule.samples && !rule.is_enough(pixel_samples)) {
-            dispatch(Refinement { pixel: self, pixel_samples, nearest_m, rule, stack });
+            dispatch(Refinement { pixel: self, pixel_samples, nearest, rule, stack });
         }
     }
 
@@ -78,15 +79,19 @@ impl Pixel<'_> {
         Pixels::of_one(self.view.camera, self.at, &self.photons_per_lux, facet_seed)
     }
 
-    /// How far the pixel goes over a surface at a distance, in its own widths and heights over the exposure, about its middle.
-    fn velocity_px(&self, pixels: &Pixels, distance_m: f32) -> [f32; 2] {
-        if self.timeline.is_still || pixels.t_max.0[0] < 0.0 {
+    /// How far the pixel goes over a surface, in its own widths and heights over the exposure, about its middle.
+    fn velocity_px(&self, pixels: &Pixels, Nearest { distance_m, object }: Nearest) -> [f32; 2] {
+        let timeline = match object.checked_sub(1) {
+            None => self.timeline,
+            Some(number) => &self.objects[index(number)].timelines[self.at[1] / ROWS],
+        };
+        if timeline.is_still || pixels.t_max.0[0] < 0.0 {
             return [0.0; 2];
         }
         // Beyond any scene; what is infinitely far goes with the turn alone.
         let distance_m = if distance_m < 1e6 { distance_m } else { 1e6 };
         let lane = self.at[1] % ROWS * COLUMNS;
-        let (pose, change) = (self.timeline.turn_at(lane, 0.5), self.timeline.change_at(lane, 0.5));
+        let (pose, change) = (timeline.turn_at(lane, 0.5), timeline.change_at(lane, 0.5));
         let corner = |number: usize| pixels.corners[number].each_ref().map(|axis| axis.0[0]);
         let [first, right, down, last] = [corner(0), corner(1), corner(2), corner(3)];
         let bearing = [0, 1, 2].map(|axis| 0.25 * (first[axis] + right[axis] + down[axis] + last[axis]));
@@ -166,7 +171,7 @@ const LANE_NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13
 struct Refinement<'a> {
     pixel: &'a Pixel<'a>,
     pixel_samples: &'a mut PixelSamples,
-    nearest_m: f32,
+    nearest: Nearest,
     rule: &'a StoppingRule,
     stack: &'a mut Stack,
 }
@@ -176,9 +181,9 @@ impl Kernel for Refinement<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { pixel, pixel_samples, nearest_m, rule, stack } = self;
+        let Self { pixel, pixel_samples, nearest, rule, stack } = self;
         let pixels = pixel.pixels();
-        let velocity_px = pixel.velocity_px(&pixels, nearest_m);
+        let velocity_px = pixel.velocity_px(&pixels, nearest);
         let seeds = seeds(pixel.key);
         while pixel_samples.samples < rule.samples && !(pixel_samples.samples > 0 && rule.is_enough(pixel_samples)) {
             let samples_before = pixel_samples.samples;

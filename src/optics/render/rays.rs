@@ -2,8 +2,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
+use super::among::AmongObjects;
 use super::footprint::{Differentials, Look, footprint};
-use super::objects::AmongObjects;
 use super::reflect::Reflection;
 pub use super::view::{Aim, Pixels, View};
 pub(super) use super::view::{Filter, Traced};
@@ -131,21 +131,21 @@ impl View<'_> {
         let hits =
             closest_inline_through(&self.scene.scene().bvh, &BackfaceCulled(&self.scene.scene().mesh), &packet, stack);
         let traced = Traced { hits, packet };
-        let mut distance_m = hits.t;
+        let (mut distance_m, mut object) = (hits.t, [0; LANES]);
         let [r, g, b, n] = if aim.objects.all.is_empty() {
             self.light_of(&traced, pixels, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose }, stack)
         } else {
             let among = AmongObjects { view: self, pixels, aim, bearing, pose, traced, stack };
-            let (lux, nearest_m) = dispatch(among);
-            distance_m = nearest_m;
-            lux
+            let met = dispatch(among);
+            (distance_m, object) = (met.distance_m, met.object);
+            met.lux
         };
         let [per_r, per_g, per_b, per_n] = pixels.photons_per_lux;
         let mut roll_off = Floats::splat(0.0);
         for lane in 0..LANES {
             roll_off.0[lane] = self.camera.roll_off_at(bearing[2].0[lane]);
         }
-        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, distance_m }
+        Sampled { photons: (r * per_r + g * per_g + b * per_b + n * per_n) * roll_off, distance_m, object }
     }
 
     /// Light by band of what each ray met, with what gloss reflects of the fixed scene.
@@ -255,6 +255,8 @@ pub struct Sampled {
     pub photons: Floats,
     /// Distance of each hit, in metres.
     pub distance_m: Floats,
+    /// Number of the moving object that was met, from 1; 0 for the fixed scene.
+    pub object: [u32; LANES],
 }
 
 /// A lane in the middle of a tile.

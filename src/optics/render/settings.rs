@@ -2,7 +2,13 @@
 
 use crate::draw::DrawKey;
 use crate::plane::Plane;
+use crate::scene::lanes::LANES;
 use crate::scene::lit::BOUNCES_MAX;
+
+/// Columns of the square of pixels that a packet covers: a tile.
+pub const COLUMNS: usize = 4;
+/// Rows of it, and of a unit of parallel work.
+pub const ROWS: usize = LANES / COLUMNS;
 
 /// What a camera saw in one exposure.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use crate::optics::camera::{Aperture, Pupil, RollOff};
 use crate::optics::lens::Lens;
 use crate::scene::light::BANDS;
 use crate::scene::mesh::{Material, Mesh};
-use crate::scene::{BakeSettings, Illuminant, Scene, box_room, target};
+use crate::scene::{BakeSettings, Illuminant, LitScene, Scene, box_room, target};
 use crate::simd::{Level, limit};
 use crate::units::Size;
 use glam::{DQuat, DVec3};

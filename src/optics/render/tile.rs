@@ -2,9 +2,10 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::first_batch::{FirstBatch, Quarters};
+use super::first_batch::{FirstBatch, Nearest, Quarters};
 use super::footprint::SampleShare;
 use super::objects::{Instants, ObjectInView, Objects};
+use super::settings::{COLUMNS, ROWS};
 use super::sobol::{self, Place, Seeds};
 use super::view::{Aim, Pixels, View};
 use crate::draw::{DrawKey, mix};
@@ -14,11 +15,6 @@ use crate::scene::lanes::{Floats, LANES};
 use crate::scene::light::Bands;
 use crate::scene::tracer::Stack;
 use crate::simd::Kernel;
-
-/// Columns of the square of pixels that a packet covers: a tile.
-pub const COLUMNS: usize = 4;
-/// Rows of it, and of a unit of parallel work.
-pub const ROWS: usize = LANES / COLUMNS;
 
 /// What all rows of a pass share.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +60,8 @@ pub struct Rows<'a> {
     pub keys: [DrawKey; ROWS],
     /// Which samples.
     pub pass: &'a Pass,
+    /// Which tiles are rendered; none: all.
+    pub tiles: Option<&'a [bool]>,
     /// Results, row by row.
     pub seen: &'a mut [FirstBatch],
 }
@@ -76,12 +74,15 @@ impl Kernel for Rows<'_> {
         let width = index(self.view.camera.size.width_px);
         let mut stack = Stack::new();
         for first in (0..width).step_by(COLUMNS) {
+            if self.tiles.is_some_and(|tiles| !tiles[first / COLUMNS]) {
+                continue;
+            }
             let (pixels, seeds) = self.pixels(first, width);
-            let (parts, nearest_m) = self.gather(&pixels, &seeds, &mut stack);
+            let (parts, nearest) = self.gather(&pixels, &seeds, &mut stack);
             for lane in 0..LANES {
                 let (row, column) = (lane / COLUMNS, first + lane % COLUMNS);
                 if row < self.count && column < width {
-                    self.seen[row * width + column] = parts.seen(lane, nearest_m.0[lane]);
+                    self.seen[row * width + column] = parts.seen(lane, nearest[lane]);
                 }
             }
         }
@@ -110,11 +111,11 @@ impl Rows<'_> {
         (pixels, seeds)
     }
 
-    /// Mean photons of the pass's samples, by quarters of the pass, and the distance of the nearest hit.
+    /// Mean photons of the pass's samples, by quarters of the pass, and the nearest surface of each pixel.
     #[inline(always)]
-    fn gather(&self, pixels: &Pixels, seeds: &Seeds, stack: &mut Stack) -> (Quarters, Floats) {
+    fn gather(&self, pixels: &Pixels, seeds: &Seeds, stack: &mut Stack) -> (Quarters, [Nearest; LANES]) {
         let mut parts = Quarters::new(self.pass.count);
-        let mut nearest_m = Floats::splat(f32::MAX);
+        let mut nearest = [Nearest::NONE; LANES];
         let shares = SampleShare::new(self.pass.shares[0], self.pass.shares[1]);
         let pieces = f32_from_u32(u32_from(self.timeline.pieces.len()));
         for number in 0..self.pass.count {
@@ -138,16 +139,15 @@ impl Rows<'_> {
                 shares: &shares,
                 moves: None,
                 numbers: &[number; LANES],
-                objects: Objects {
-                    all: self.objects,
-                    group: self.first / ROWS,
-                    instants: Instants::Tile(piece),
-                },
+                objects: Objects { all: self.objects, group: self.first / ROWS, instants: Instants::Tile(piece) },
             };
             let sampled = self.view.sample(pixels, &aim, stack);
             parts.add(number, sampled.photons);
-            nearest_m = nearest_m.lesser(sampled.distance_m);
+            for lane in 0..LANES {
+                nearest[lane] =
+                    nearest[lane].or(Nearest { distance_m: sampled.distance_m.0[lane], object: sampled.object[lane] });
+            }
         }
-        (parts, nearest_m)
+        (parts, nearest)
     }
 }

@@ -6,6 +6,7 @@ use super::super::camera::Camera;
 use super::super::motion::{PacketMotion, Turns};
 use super::footprint::SampleShare;
 use super::objects::Objects;
+use super::settings::Sampling;
 use crate::scene::LitScene;
 use crate::scene::lanes::{Floats, LANES, Vectors};
 use crate::scene::light::BANDS;
@@ -22,6 +23,15 @@ pub struct View<'a> {
     pub reflections: u32,
     /// Whether it follows those of gloss, or of mirrors only.
     pub follows_gloss: bool,
+}
+
+impl<'a> View<'a> {
+    /// Of a scene by a camera, with the reflections that it calls for.
+    pub fn new(scene: &'a LitScene, camera: &'a Camera, sampling: Sampling) -> Self {
+        let follows_gloss = sampling.follows_gloss;
+        let reflections = if scene.has_gloss(follows_gloss) { sampling.reflections } else { 0 };
+        Self { scene, camera, reflections, follows_gloss }
+    }
 }
 
 /// The pixels that the lanes look through.

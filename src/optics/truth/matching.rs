@@ -11,7 +11,7 @@ use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::lanes::LANES;
 use crate::scene::mesh::BackfaceCulled;
-use crate::scene::object::{DynamicScene, MovingObject};
+use crate::scene::object::Shapes;
 use crate::scene::tracer::{MISS, Stack, closest_through};
 
 /// Visibility of a pixel's point in the other view. The numbers are those of kept pictures.
@@ -54,12 +54,7 @@ const SETTLED_PX: f64 = 1e-7;
 
 /// Finds where `to` sees the points of `from`. A point is seen at the time of the row on which it then lies: that row is
 /// found as the fixed point of `y = row of project(point at the time of y)`. Points without a surface are taken as infinitely far.
-pub fn matches<'a>(
-    scene: impl Into<DynamicScene<'a>>,
-    from: &View<'_>,
-    surfaces: &Surfaces,
-    to: &View<'_>,
-) -> Matches {
+pub fn matches<'a>(scene: impl Into<Shapes<'a>>, from: &View<'_>, surfaces: &Surfaces, to: &View<'_>) -> Matches {
     let (scene, size) = (scene.into(), surfaces.size());
     let search = Search { scene, view: to, pose_of_all: to.is_instant().then(|| to.row_poses[0]) };
     let work = |row: usize| {
@@ -91,7 +86,7 @@ impl Match {
 }
 
 struct Search<'a, 'b> {
-    scene: DynamicScene<'a>,
+    scene: Shapes<'a>,
     view: &'a View<'b>,
     /// Where all rows are seen at once.
     pose_of_all: Option<Pose>,
@@ -133,11 +128,11 @@ impl Search<'_, '_> {
 }
 
 /// Looks from where each point is seen back to the point.
-fn mark_occluded(scene: &DynamicScene<'_>, found: &mut [Match]) {
+fn mark_occluded(scene: &Shapes<'_>, found: &mut [Match]) {
     let mut stack = Stack::new();
     for group in found.chunks_mut(LANES) {
         for object in 0..=u32_from(scene.objects.len()) {
-            let shape = scene.object(object).map_or(scene.fixed.scene(), MovingObject::shape);
+            let shape = scene.shape(object);
             let mut packet = idle();
             for (lane, found) in group.iter().enumerate() {
                 let Some((point, t_s, pose)) = &found.sight else { continue };

@@ -10,7 +10,7 @@ use crate::pose::Pose;
 use crate::scene::Scene;
 use crate::scene::lanes::{Floats, LANES};
 use crate::scene::mesh::{BackfaceCulled, Mesh};
-use crate::scene::object::DynamicScene;
+use crate::scene::object::Shapes;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_through};
 use crate::units::Size;
 
@@ -38,7 +38,7 @@ struct Seen {
 }
 
 /// Finds the surfaces of a view.
-pub fn surfaces<'a>(scene: impl Into<DynamicScene<'a>>, view: &View<'_>) -> Surfaces {
+pub fn surfaces<'a>(scene: impl Into<Shapes<'a>>, view: &View<'_>) -> Surfaces {
     let (scene, size) = (scene.into(), view.camera.size);
     let found = collected(index(size.height_px), |row| surfaces_of_row(&scene, view, row)).concat();
     Surfaces {
@@ -48,7 +48,7 @@ pub fn surfaces<'a>(scene: impl Into<DynamicScene<'a>>, view: &View<'_>) -> Surf
     }
 }
 
-fn surfaces_of_row(scene: &DynamicScene<'_>, view: &View<'_>, row: usize) -> Vec<Seen> {
+fn surfaces_of_row(scene: &Shapes<'_>, view: &View<'_>, row: usize) -> Vec<Seen> {
     let bearings: Vec<Option<DVec3>> =
         (0..index(view.camera.size.width_px)).map(|column| view.bearing(column, row)).collect();
     let mut found = vec![Seen { range_m: f64::INFINITY, triangle: MISS, object: 0 }; bearings.len()];
@@ -62,9 +62,9 @@ fn surfaces_of_row(scene: &DynamicScene<'_>, view: &View<'_>, row: usize) -> Vec
 }
 
 /// The fixed scene and each object's shape, with `world_from_shape` at a time.
-pub(super) fn shapes_at<'a>(scene: &DynamicScene<'a>, t_s: f64) -> impl Iterator<Item = (&'a Scene, Pose)> {
+pub(super) fn shapes_at<'a>(scene: &Shapes<'a>, t_s: f64) -> impl Iterator<Item = (&'a Scene, Pose)> {
     let objects = scene.objects.iter().map(move |object| (object.shape(), object.world_from_object(t_s)));
-    std::iter::once((scene.fixed.scene(), Pose::IDENTITY)).chain(objects)
+    std::iter::once((scene.fixed, Pose::IDENTITY)).chain(objects)
 }
 
 /// Puts what is nearer of a shape in the place of what was found before.
@@ -141,7 +141,7 @@ impl Surfaces {
 
     /// Unit normals in the camera's frame (x right, y down, z forward), on the side that is seen: of the triangles themselves, not
     /// smoothed between corners. Zero where nothing is met. One plane a coordinate.
-    pub fn normals<'a>(&self, scene: impl Into<DynamicScene<'a>>, view: &View<'_>) -> [Plane<f32>; 3] {
+    pub fn normals<'a>(&self, scene: impl Into<Shapes<'a>>, view: &View<'_>) -> [Plane<f32>; 3] {
         let scene = scene.into();
         let normals = self.of_pixels(DVec3::ZERO, &|column, row, _, triangle| {
             let object = index(self.object.at(column, row));
@@ -158,9 +158,9 @@ impl Surfaces {
 
     /// Index of each pixel's material, counted from 1, in the list of the fixed scene's materials and then those of each object; 0 where
     /// nothing is met.
-    pub fn materials<'a>(&self, scene: impl Into<DynamicScene<'a>>) -> Plane<u32> {
+    pub fn materials<'a>(&self, scene: impl Into<Shapes<'a>>) -> Plane<u32> {
         let scene = scene.into();
-        let shapes: Vec<&Scene> = scene.shapes().collect();
+        let shapes: Vec<&Scene> = scene.all().collect();
         let mut first = vec![1_u32];
         for shape in &shapes {
             first.push(first[first.len() - 1] + u32_from(shape.mesh.materials.len()));
@@ -172,13 +172,7 @@ impl Surfaces {
     }
 
     /// The point that a pixel sees, or a direction where it is infinitely far. None where there is no ray.
-    pub(super) fn point(
-        &self,
-        scene: &DynamicScene<'_>,
-        view: &View<'_>,
-        column: usize,
-        row: usize,
-    ) -> Option<Point> {
+    pub(super) fn point(&self, scene: &Shapes<'_>, view: &View<'_>, column: usize, row: usize) -> Option<Point> {
         let pose = view.row_poses[row];
         let direction = pose.direction(view.bearing(column, row)?);
         let range_m = self.range_m.at(column, row);
@@ -221,7 +215,7 @@ pub(super) struct Point {
 
 impl Point {
     /// The point as it is in the world at a time.
-    pub(super) fn at(&self, scene: &DynamicScene<'_>, t_s: f64) -> WorldPoint {
+    pub(super) fn at(&self, scene: &Shapes<'_>, t_s: f64) -> WorldPoint {
         let moved = scene.object(self.object).map(|object| object.world_from_object(t_s).point(self.place));
         WorldPoint { place: moved.unwrap_or(self.place), weight: self.weight }
     }

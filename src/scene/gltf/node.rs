@@ -10,9 +10,9 @@ use super::super::animation::{Chain, Joint};
 use super::super::geometry::Viewpoint;
 use super::super::light::{Bands, with_infrared};
 use super::super::mesh::{Material, Mesh, Vertex};
+use super::animation::Tracks;
 use super::buffers::Buffers;
 use super::container::Container;
-use super::animation::Tracks;
 use super::content::{Content, MovingPart, Notes};
 use super::material::{self, MaterialMapping};
 pub use super::reader::{Part, Place, Reader};
@@ -118,7 +118,9 @@ impl<'a> Reader<'a> {
         // An animated node has no matrix (glTF 2.0, 3.11), and what scales it unequally cannot be moved rigidly.
         let parts = (rigid(parent.part_from_node), node.transform());
         let (Some((pose, scale)), Transform::Decomposed { translation, rotation, scale: own }) = parts else {
-            self.notes.add(format!("'{name}' stands still: what it hangs on is mirrored or scaled unequally, or it has a matrix"));
+            self.notes.add(format!(
+                "'{name}' stands still: what it hangs on is mirrored or scaled unequally, or it has a matrix"
+            ));
             return parent.child(parent_from_node);
         };
         let wide = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));

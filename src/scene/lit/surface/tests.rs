@@ -17,12 +17,13 @@ fn lanes_have_the_bits_of_single_hits() {
         *light = light.map(|band| band + f32_from_u32(u32_from(number % 97)));
     }
     // Every third triangle has its samples at the corners.
-    for shade in steady.scene.layout.triangles.iter_mut().step_by(3) {
+    let scene = std::sync::Arc::get_mut(&mut steady.scene).unwrap();
+    for shade in scene.layout.triangles.iter_mut().step_by(3) {
         (shade.grid_steps, shade.samples) = (0, [5, 60, 17]);
     }
     let number = |vertex: usize| f32_from_u32(u32_from(vertex % 89)) / 89.0;
-    let vertices = steady.scene.mesh.vertices.len();
-    steady.scene.mesh.colours = (0..vertices).map(|at| [number(at), number(3 * at), number(7 * at), 1.0]).collect();
+    let vertices = scene.mesh.vertices.len();
+    scene.mesh.colours = (0..vertices).map(|at| [number(at), number(3 * at), number(7 * at), 1.0]).collect();
     let flicker = Flicker { waveform: Waveform::Sine, frequency_hz: 100.0, modulation: 0.5, phase_deg: 0.0 };
     let flickering = box_room(1).evenly_lit(300.0, Illuminant::D65).all_flickering(flicker);
     for (number, scene) in [steady, flickering].iter().enumerate() {

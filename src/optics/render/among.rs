@@ -1,0 +1,131 @@
+//! Light of rays among moving objects: the kernel that traces and shades them, and the tiles that may see any.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use super::super::camera::Camera;
+use super::super::motion::Turns;
+use super::objects::{ObjectInView, Objects};
+use super::settings::{COLUMNS, ROWS};
+use super::view::{Aim, Filter, Pixels, Traced, View};
+use crate::num::{index, u32_from};
+use crate::scene::lanes::{Floats, LANES, Mask, Vectors};
+use crate::scene::light::BANDS;
+use crate::scene::mesh::BackfaceCulled;
+use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
+use crate::simd::Kernel;
+
+/// The tiles of each group of rows in which an object may be seen, by any ray of the exposure.
+pub fn tiles_in_view(objects: &[ObjectInView], camera: &Camera) -> Vec<Vec<bool>> {
+    let [width, height] = [camera.size.width_px, camera.size.height_px].map(index);
+    let of_group = |group: usize| {
+        let is_in_view = |tile: usize| {
+            let mut pixels = Pixels::NONE;
+            for lane in 0..LANES {
+                let x = (tile * COLUMNS + lane % COLUMNS).min(width - 1);
+                let y = (group * ROWS + lane / COLUMNS).min(height - 1);
+                pixels.set(lane, camera, [x, y], &[0.0; BANDS]);
+            }
+            objects.iter().any(|object| object.may_be_near(group, &pixels.corners[0], pixels.spread))
+        };
+        (0..width.div_ceil(COLUMNS)).map(is_in_view).collect()
+    };
+    crate::parallel::collected(height.div_ceil(ROWS), of_group)
+}
+
+/// Light of rays among moving objects: traces the fixed scene, then each object that is near, and shades what is nearest.
+pub(super) struct AmongObjects<'a, 'b> {
+    pub view: &'a View<'b>,
+    pub pixels: &'a Pixels,
+    pub aim: &'a Aim<'a>,
+    pub bearing: Vectors,
+    pub pose: Turns,
+    /// What the rays meet of the fixed scene.
+    pub traced: Traced,
+    pub stack: &'a mut Stack,
+}
+
+/// What rays met among objects.
+pub(super) struct Met {
+    /// Light by band.
+    pub lux: [Floats; BANDS],
+    /// Distance of each hit.
+    pub distance_m: Floats,
+    /// Number of the object from 1; 0 for the fixed scene.
+    pub object: [u32; LANES],
+}
+
+/// What rays meet of one object.
+struct OnObject {
+    number: usize,
+    traced: Traced,
+    pose: Turns,
+}
+
+impl Kernel for AmongObjects<'_, '_> {
+    type Output = Met;
+
+    #[inline(always)]
+    fn run(self) -> Met {
+        let Self { view, pixels, aim, bearing, pose, mut traced, stack } = self;
+        let Objects { all, group, instants } = aim.objects;
+        let is_ray = Floats::splat(0.0).below(traced.packet.t_max);
+        let mut distance_m = traced.hits.t;
+        let mut met: Vec<OnObject> = Vec::new();
+        for (number, object) in all.iter().enumerate() {
+            if !object.may_be_met(group, &bearing) {
+                continue;
+            }
+            let mut gathered = None;
+            let own_pose = instants.of(&object.timelines[group], &mut gathered).at(aim.share);
+            let packet = Packet {
+                origin_m: own_pose.place_m(),
+                direction: own_pose.turned(bearing),
+                t_min: Floats::splat(0.0),
+                t_max: is_ray.select(distance_m, Floats::splat(-1.0)),
+            };
+            let shape = object.lit.scene();
+            let hits = closest_inline_through(&shape.bvh, &BackfaceCulled(&shape.mesh), &packet, stack);
+            let lanes = hit(&hits.triangle) & is_ray;
+            if !lanes.any() {
+                continue;
+            }
+            distance_m = lanes.select(hits.t, distance_m);
+            // Nearer than all before.
+            leave_out(&mut traced.packet.t_max, lanes);
+            met.iter_mut().for_each(|other| leave_out(&mut other.traced.packet.t_max, lanes));
+            let t_max = lanes.select(packet.t_max, Floats::splat(-1.0));
+            met.push(OnObject { number, traced: Traced { hits, packet: Packet { t_max, ..packet } }, pose: own_pose });
+        }
+        let mut lux =
+            view.light_of(&traced, pixels, aim, &Filter::Primary { pixels, bearing: &bearing, pose: &pose }, stack);
+        let mut object = [0; LANES];
+        for OnObject { number, traced, pose } in &met {
+            let seen = &all[*number];
+            let mut gathered = None;
+            let motion = instants.of(&seen.timelines[group], &mut gathered);
+            let of_object = View { scene: &seen.lit, reflections: 0, ..*view };
+            let filter = Filter::Primary { pixels, bearing: &bearing, pose };
+            let (own, _) = of_object.shade(traced, &Aim { motion, ..*aim }, &filter);
+            let lanes = Floats::splat(0.0).below(traced.packet.t_max);
+            for band in 0..BANDS {
+                lux[band] = lanes.select(own[band], lux[band]);
+            }
+            for lane in 0..LANES {
+                object[lane] = if lanes.0[lane] == 0 { object[lane] } else { u32_from(*number + 1) };
+            }
+        }
+        Met { lux, distance_m, object }
+    }
+}
+
+/// Lanes that met something.
+#[inline(always)]
+fn hit(triangles: &[u32; LANES]) -> Mask {
+    Mask(std::array::from_fn(|lane| if triangles[lane] == MISS { 0 } else { u32::MAX }))
+}
+
+/// Ends rays before they begin.
+#[inline(always)]
+fn leave_out(t_max: &mut Floats, lanes: Mask) {
+    *t_max = lanes.select(Floats::splat(-1.0), *t_max);
+}
