@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::camera::Camera;
-use super::render::{Exposure, Sampling};
+use super::render::{FixedPicture, Sampling};
 use crate::num::u64_from;
 use crate::units::Span;
 
@@ -11,7 +11,7 @@ use crate::units::Span;
 const KEPT: usize = 64;
 
 /// A picture under its key.
-type Kept = ([u8; 32], Arc<Exposure>);
+type Kept = ([u8; 32], Arc<FixedPicture>);
 
 /// Pictures of one scene under steady light.
 #[derive(Debug, Default)]
@@ -25,8 +25,8 @@ impl FixedPictures {
         camera: &Camera,
         shutter: &[Span],
         sampling: &Sampling,
-        render: impl Fn() -> Exposure,
-    ) -> Arc<Exposure> {
+        render: impl Fn() -> FixedPicture,
+    ) -> Arc<FixedPicture> {
         let key = key(camera, shutter, sampling);
         let known = |all: &[Kept]| all.iter().find(|(known, _)| *known == key).map(|(_, picture)| picture.clone());
         // A thread that panicked has left whole pictures.

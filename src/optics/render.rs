@@ -8,8 +8,8 @@
 //!    until each pixel is below it.
 //! 4. `replicate`: sample a few pixels again with other samples, to state the error.
 //!
-//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`, `objects`, `among`) and texture footprints (`footprint`). `frame` runs
-//! the steps over a picture on all cores.
+//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`, `objects`, `among`) and texture footprints
+//! (`footprint`). `frame` runs the steps over a picture on all cores.
 
 mod allocation;
 mod among;
@@ -32,6 +32,7 @@ use super::camera::Camera;
 use crate::num::{index, u64_from};
 use crate::plane::Plane;
 use crate::pose::Pose;
+use crate::scene::LitScene;
 use crate::scene::object::DynamicScene;
 use crate::units::Span;
 use allocation::{Estimate, INITIAL_SAMPLES, Stage};
@@ -62,13 +63,34 @@ pub fn render<'a>(
     assert!(shutter.len() == index(camera.size.height_px), "a render needs one span for each row");
     let scene = scene.into();
     let view = View::new(scene.fixed, camera, sampling);
-    rendered(&Picture::new(view, scene.objects, shutter, world_from_body, sampling))
+    rendered(&Picture::new(view, scene.objects, shutter, world_from_body, sampling), None).exposure
+}
+
+/// A picture of what stands, for `render_over`.
+#[derive(Clone, Debug)]
+pub struct FixedPicture {
+    /// The picture.
+    pub exposure: Exposure,
+    /// Marginal gain per ray down to which its pixels were sampled; infinite where the first batch met the target, or there was none.
+    least_gain: f32,
+}
+
+/// Renders one exposure of a scene in which nothing moves, for a camera that stands still.
+pub fn render_fixed(
+    scene: &LitScene,
+    camera: &Camera,
+    shutter: &[Span],
+    world_from_body: &(dyn Fn(f64) -> Pose + Sync),
+    sampling: Sampling,
+) -> FixedPicture {
+    let view = View::new(scene, camera, sampling);
+    rendered(&Picture::new(view, &[], shutter, world_from_body, sampling), None)
 }
 
 /// Renders one exposure of a still camera under steady light over a picture of the fixed scene alone: only tiles in which an object may be
-/// seen are rendered.
+/// seen are rendered, down to the same marginal gain per ray.
 pub fn render_over(
-    fixed: &Exposure,
+    fixed: &FixedPicture,
     scene: DynamicScene<'_>,
     camera: &Camera,
     shutter: &[Span],
@@ -78,7 +100,8 @@ pub fn render_over(
     let view = View::new(scene.fixed, camera, sampling);
     let mut picture = Picture::new(view, scene.objects, shutter, world_from_body, sampling);
     picture.tiles = Some(among::tiles_in_view(&picture.objects, camera));
-    let mut exposure = rendered(&picture);
+    let FixedPicture { exposure: fixed, least_gain } = fixed;
+    let mut exposure = rendered(&picture, Some(*least_gain)).exposure;
     let (mut anew, mut kept) = (0_u32, 0_u32);
     let pairs = exposure.photons.values_mut().iter_mut().zip(fixed.photons.values());
     for (at, (photons, of_fixed)) in pairs.enumerate() {
@@ -101,11 +124,17 @@ pub fn render_over(
     exposure
 }
 
-fn rendered(picture: &Picture) -> Exposure {
-    let (camera, sampling) = (picture.view.camera, picture.sampling);
-    if sampling.is_adaptive() {
-        return to_target(picture);
+/// Renders a picture; with a tolerance, down to a marginal gain or else to the target.
+fn rendered(picture: &Picture, least_gain: Option<f32>) -> FixedPicture {
+    if picture.sampling.is_adaptive() {
+        return to_target(picture, least_gain);
     }
+    FixedPicture { exposure: evenly(picture), least_gain: f32::INFINITY }
+}
+
+/// Renders with a given number of samples for each pixel.
+fn evenly(picture: &Picture) -> Exposure {
+    let (camera, sampling) = (picture.view.camera, picture.sampling);
     let samples = sampling.samples_per_pixel * sampling.subframes.max(1);
     assert!(samples > 0, "a render needs a sample");
     if sampling.subframes == 0 && samples >= BY_PIXEL_FROM {
@@ -140,8 +169,8 @@ fn stratified_by_pixel(picture: &Picture, samples: u32) -> Exposure {
     with_stated_error(picture, &estimates, &seen, 1, &rule)
 }
 
-/// Renders with as few samples as bring the mean of variance over photons down to the tolerance.
-fn to_target(picture: &Picture) -> Exposure {
+/// Renders with as few samples as bring the mean of variance over photons down to the tolerance, or down to a given marginal gain.
+fn to_target(picture: &Picture, given: Option<f32>) -> FixedPicture {
     let Sampling { samples_max, saturation_photons, .. } = picture.sampling;
     let target = picture.sampling.tolerance / picture.sampling.electrons_per_photon;
     let first_batch = FIRST_BATCH_SAMPLES[usize::from(picture.sampling.tolerance >= LOOSE)];
@@ -154,7 +183,8 @@ fn to_target(picture: &Picture) -> Exposure {
         if samples_max < INITIAL_SAMPLES {
             break;
         }
-        let Some(least) = allocation::least_gain(&estimates, target, saturation_photons) else { break };
+        let found = || allocation::least_gain(&estimates, target, saturation_photons);
+        let Some(least) = given.or_else(found) else { break };
         rule.least_gain = Some(least);
         for (at, estimate) in estimates.iter_mut().enumerate() {
             let is_first = estimate.stage != Stage::Refined;
@@ -175,7 +205,10 @@ fn to_target(picture: &Picture) -> Exposure {
             break;
         }
     }
-    with_stated_error(picture, &estimates, &seen, first_batch, &rule)
+    FixedPicture {
+        exposure: with_stated_error(picture, &estimates, &seen, first_batch, &rule),
+        least_gain: rule.least_gain.unwrap_or(f32::INFINITY),
+    }
 }
 
 /// The picture, with the error that replicates of some pixels state.

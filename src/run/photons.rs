@@ -53,8 +53,8 @@ impl RenderInputs<'_> {
         hasher.update(&u64_from(self.place.slot).to_le_bytes());
     }
 
-    /// Paths of body and objects enter by poses at equal steps from the first row's start to the last row's end: what the body does before and after
-    /// reaches no photon of this exposure.
+    /// Paths of body and objects enter by poses at equal steps from the first row's start to the last row's end: what happens before and
+    /// after reaches no photon of this exposure.
     fn hash_path(&self, objects: &[MovingObject], hasher: &mut blake3::Hasher) {
         let none = Span { start_s: f64::INFINITY, end_s: f64::NEG_INFINITY };
         let whole = self.rows.iter().fold(none, |all, row| Span {

@@ -137,8 +137,8 @@ impl World {
         }
     }
 
-    /// What a camera of the rig sees in one exposure, a span a row. `of_still` names the samples of what stands, where a camera stands still
-    /// under steady light: only what moves is then rendered anew.
+    /// What a camera of the rig sees in one exposure, a span a row. `of_still` names the samples of what stands, where a camera stands
+    /// still under steady light: only what moves is then rendered anew.
     ///
     /// # Errors
     /// A picture that cannot be read any more.

@@ -186,7 +186,8 @@ sections! {
         motion: Option<ObjectMotion>,
     }
     /// How an object moves, by the keys of `[motion]`, whose defaults hold where one is not given. `offset_m` is the place of the model's
-    /// origin at the start. "walk", "run", "spin", "sway" and control poses lead the model's front ahead; a file's poses are those of the model.
+    /// origin at the start. "walk", "run", "spin", "sway" and control poses lead the model's front ahead; a file's poses are those of the
+    /// model.
     ObjectMotion {
         /// As `motion.file`.
         file: Option<String>,

@@ -21,7 +21,7 @@ pub(super) fn text(keep: &Keep, setup: &Setup) -> Result<String, Error> {
         "frames": setup.frames,
         "cameras": setup.cameras.len(),
         "file_names": "time of the frame in nanoseconds, as in mav0",
-        "row_times": "middle of each row's longest exposure; poses, depth, normals, materials, objects, flow, visibility and stereo belong to it",
+        "row_times": "middle of each row's longest exposure, to which poses and all that is seen of surfaces belong",
         "camera_frame": "x right, y down, z forward; pixel centres are integers",
         "kept": kinds,
     });
