@@ -37,7 +37,7 @@ use crate::scene::object::DynamicScene;
 use crate::units::Span;
 use allocation::{Estimate, INITIAL_SAMPLES, Stage};
 use first_batch::FirstBatch;
-use frame::{Picture, Refined};
+use frame::{Kept, Picture, Refined};
 use pixel::StoppingRule;
 pub use settings::{Exposure, Sampling};
 use view::View;
@@ -99,8 +99,8 @@ pub fn render_over(
 ) -> Exposure {
     let view = View::new(scene.fixed, camera, sampling);
     let mut picture = Picture::new(view, scene.objects, shutter, world_from_body, sampling);
-    picture.tiles = Some(among::tiles_in_view(&picture.objects, camera));
     let FixedPicture { exposure: fixed, least_gain } = fixed;
+    picture.kept = Some(Kept { tiles: among::tiles_in_view(&picture.objects, camera), photons: &fixed.photons });
     let mut exposure = rendered(&picture, Some(*least_gain)).exposure;
     let (mut anew, mut kept) = (0_u32, 0_u32);
     let pairs = exposure.photons.values_mut().iter_mut().zip(fixed.photons.values());
@@ -141,8 +141,9 @@ fn evenly(picture: &Picture) -> Exposure {
         return stratified_by_pixel(picture, samples);
     }
     let seen = picture.first_batch(samples);
-    let rays = u64::from(samples) * u64_from((0..seen.len()).filter(|&at| picture.is_rendered(at)).count());
-    let ratio = first_batch::variance_ratio(&seen, samples, sampling.saturation_photons);
+    let own: Vec<FirstBatch> = (0..seen.len()).filter(|&at| picture.is_rendered(at)).map(|at| seen[at]).collect();
+    let rays = u64::from(samples) * u64_from(own.len());
+    let ratio = first_batch::variance_ratio(&own, samples, sampling.saturation_photons);
     Exposure {
         photons: plane(camera, seen.iter().map(|pixel| pixel.photons)),
         render_variance_ratio: if samples > 1 { ratio * sampling.electrons_per_photon } else { f64::INFINITY },
@@ -166,7 +167,7 @@ fn stratified_by_pixel(picture: &Picture, samples: u32) -> Exposure {
     for Refined { at, pixel_samples } in &refined {
         estimates[*at] = Estimate::refined(pixel_samples.photons, pixel_samples.variance(), 1, samples);
     }
-    with_stated_error(picture, &estimates, &seen, 1, &rule)
+    with_stated_error(picture, estimates, &seen, 1, &rule)
 }
 
 /// Renders with as few samples as bring the mean of variance over photons down to the tolerance, or down to a given marginal gain.
@@ -188,7 +189,8 @@ fn to_target(picture: &Picture, given: Option<f32>) -> FixedPicture {
         rule.least_gain = Some(least);
         for (at, estimate) in estimates.iter_mut().enumerate() {
             let is_first = estimate.stage != Stage::Refined;
-            if is_first && estimate.may_count(saturation_photons) && estimate.marginal_gain() >= least {
+            let may_count = is_first && picture.is_rendered(at) && estimate.may_count(saturation_photons);
+            if may_count && estimate.marginal_gain() >= least {
                 estimate.stage = Stage::Refined;
                 refined.push(Refined::at(at));
             }
@@ -206,7 +208,7 @@ fn to_target(picture: &Picture, given: Option<f32>) -> FixedPicture {
         }
     }
     FixedPicture {
-        exposure: with_stated_error(picture, &estimates, &seen, first_batch, &rule),
+        exposure: with_stated_error(picture, estimates, &seen, first_batch, &rule),
         least_gain: rule.least_gain.unwrap_or(f32::INFINITY),
     }
 }
@@ -214,16 +216,19 @@ fn to_target(picture: &Picture, given: Option<f32>) -> FixedPicture {
 /// The picture, with the error that replicates of some pixels state.
 fn with_stated_error(
     picture: &Picture,
-    estimates: &[Estimate],
+    mut estimates: Vec<Estimate>,
     seen: &[FirstBatch],
     first_batch: u32,
     rule: &StoppingRule,
 ) -> Exposure {
     let Sampling { saturation_photons, key, electrons_per_photon, .. } = picture.sampling;
     let width = index(picture.view.camera.size.width_px);
-    let replicates = replicate::choose(estimates, width, saturation_photons, key.with(REPLICATE_KEY));
-    let (others, more) = picture.replicates(&replicates, estimates, seen, first_batch, rule);
-    let ratio = replicate::variance_ratio(estimates, &replicates, &others, saturation_photons);
+    // What is dark does not count.
+    let kept = estimates.iter_mut().enumerate().filter(|(at, _)| !picture.is_rendered(*at));
+    kept.for_each(|(_, estimate)| estimate.photons = 0.0);
+    let replicates = replicate::choose(&estimates, width, saturation_photons, key.with(REPLICATE_KEY));
+    let (others, more) = picture.replicates(&replicates, &estimates, seen, first_batch, rule);
+    let ratio = replicate::variance_ratio(&estimates, &replicates, &others, saturation_photons);
     let is_rendered = |(at, _): &(usize, &Estimate)| picture.is_rendered(*at);
     let first = estimates.iter().enumerate().filter(is_rendered);
     let rays = first.map(|(_, estimate)| u64::from(estimate.samples)).sum::<u64>() + more;

@@ -13,6 +13,7 @@ use super::view::View;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u64_from};
 use crate::optics::motion::Timeline;
 use crate::parallel::{collected, over_chunks};
+use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::lanes::LANES;
 use crate::scene::light::{BANDS, Bands};
@@ -42,11 +43,19 @@ pub struct Picture<'a> {
     pub timelines: Vec<Timeline>,
     /// What moves beside the camera.
     pub objects: Vec<ObjectInView>,
-    /// Tiles of each group of rows that are rendered; none: all. The rest stays dark.
-    pub tiles: Option<Vec<Vec<bool>>>,
+    /// What is not rendered; none: all is.
+    pub kept: Option<Kept<'a>>,
     per_lux_s: [f64; BANDS],
     /// Level of the flickering lamps in each stratum of each row's exposure.
     pub lamp_levels: Vec<[f32; STRATA]>,
+}
+
+/// A picture of which some tiles are kept.
+pub struct Kept<'a> {
+    /// Which tiles of each group of rows are rendered anew.
+    pub tiles: Vec<Vec<bool>>,
+    /// Photons of the others.
+    pub photons: &'a Plane<f32>,
 }
 
 /// A pixel that is refined.
@@ -103,7 +112,7 @@ impl<'a> Picture<'a> {
         let level = |row: usize| std::array::from_fn(|stratum| level(&view, shutter[row], stratum, STRATA));
         let lamp_levels = (0..shutter.len()).map(level).collect();
         let per_lux_s = view.camera.photons_per_lux_s(view.scene.illuminant());
-        Self { view, shutter, sampling, timelines, objects, tiles: None, per_lux_s, lamp_levels }
+        Self { view, shutter, sampling, timelines, objects, kept: None, per_lux_s, lamp_levels }
     }
 
     /// Pixels of a row.
@@ -114,7 +123,7 @@ impl<'a> Picture<'a> {
     /// Whether a pixel is rendered.
     pub fn is_rendered(&self, at: usize) -> bool {
         let (x, y) = (at % self.width(), at / self.width());
-        self.tiles.as_ref().is_none_or(|tiles| tiles[y / ROWS][x / COLUMNS])
+        self.kept.as_ref().is_none_or(|kept| kept.tiles[y / ROWS][x / COLUMNS])
     }
 
     /// Photons of each band per lux-equivalent behind the filter of a pixel, over its row's exposure.
@@ -135,6 +144,10 @@ impl<'a> Picture<'a> {
         let pass = Pass { count, shares, subframes, each, strata_log2 };
         let mut seen = vec![FirstBatch::NONE; self.width() * self.shutter.len()];
         over_chunks(&mut seen, self.width() * ROWS, |group, seen| self.first_batch_rows(&pass, group, seen));
+        if let Some(kept) = &self.kept {
+            let photons = kept.photons.values().iter().enumerate().filter(|(at, _)| !self.is_rendered(*at));
+            photons.for_each(|(at, photons)| seen[at].photons = *photons);
+        }
         seen
     }
 
@@ -156,7 +169,7 @@ impl<'a> Picture<'a> {
             count: seen.len() / self.width(),
             keys: row_of.map(|row| self.sampling.key.with(u64_from(row))),
             pass,
-            tiles: self.tiles.as_ref().map(|tiles| tiles[group].as_slice()),
+            tiles: self.kept.as_ref().map(|kept| kept.tiles[group].as_slice()),
             seen,
         });
     }
