@@ -115,15 +115,11 @@ fn every_key_changes_power_by_what_its_formula_says() {
     let given = |ua: f64| format!("sensor.adc.column_bias_ua={ua}");
     let bias = account(&[&given(2.0)]);
     near(item_pj(&account(&[&given(6.0)]), "column_bias"), 3.0 * item_pj(&bias, "column_bias"), "column_bias_ua");
-    // A converter for two columns: half as many comparators for twice the time.
-    check(
-        &["sensor.adc.columns_per_adc=2", "sensor.readout.hts=2000", "sensor.readout.vts=800"],
-        "comparator_charge",
-        1.0,
-    );
-    // Charge a clock of the ramp: the reset ramp's 128 clocks and the signal's.
-    check(&["sensor.adc.bits=9"], "comparator_charge", (128.0 + 511.0) / (128.0 + 1023.0));
-    check(&["sensor.adc.reset_counts=256"], "comparator_charge", (256.0 + 1023.0) / (128.0 + 1023.0));
+    // A converter for two columns: twice the ramps.
+    check(&["sensor.adc.columns_per_adc=2", "sensor.readout.hts=2000", "sensor.readout.vts=800"], "ramp_step", 2.0);
+    // A step of the ramp a clock: the reset ramp's 128 clocks and the signal's.
+    check(&["sensor.adc.bits=9"], "ramp_step", (128.0 + 511.0) / (128.0 + 1023.0));
+    check(&["sensor.adc.reset_counts=256"], "ramp_step", (256.0 + 1023.0) / (128.0 + 1023.0));
     check(&["sensor.adc.column_capacitance_pf=2.1"], "column_settle", 2.2 / 1.1);
     check(&["sensor.pixel.conversion_gain_uv_per_e=20.0"], "pixel_reset", (8.0109 + 2.0) / (16.0218 + 2.0));
     // Twice the columns.
@@ -133,7 +129,7 @@ fn every_key_changes_power_by_what_its_formula_says() {
         2.0,
     );
     // Twice the rows in the same frame.
-    check(&["sensor.height=960"], "comparator_charge", 2.0);
+    check(&["sensor.height=960"], "ramp_step", 2.0);
     check(&["link.lanes=2"], "phy_lane", 3.0 / 2.0);
     check(&["sensor.pixel.type=4T", "sensor.readout.shutter=rolling"], "row_select", 5.0 / 7.0);
     check(&["energy.io_v=3.6", "energy.port=dphy"], "phy_lane", 1.0);
@@ -155,14 +151,21 @@ fn every_key_changes_power_by_what_its_formula_says() {
 
 #[test]
 fn bias_follows_settling_and_clock_by_the_time_of_conversion() {
-    // Bias flows for the share of a frame that converts, and at idle_bias for the rest.
+    // Bias flows for the share of a frame that converts, and at idle_bias for the rest. Part of it is that of the ramp's clock.
+    let idle_bias = resolved(&[]).scenario.energy.idle_bias;
     let expected = |sensor: &SensorSetup| {
         let adc = &sensor.parameters.adc;
         let conversion_s = adc.settling_s() + f64_from_u64(adc.ramp_clk().0) / f64_from_u64(adc.clock_hz);
         let share = 480.0 * conversion_s / sensor.schedule.frame_time_s();
         let technology = Technology::by_name("65nm").unwrap();
-        let mw = 1e-3 * technology.value(Constant::ComparatorBias) * 2.8 * 640.0;
-        1e9 * mw * sensor.schedule.frame_time_s() * (share + 0.75 * (1.0 - share))
+        let bias_ua = technology.value(Constant::ComparatorBias);
+        // Femtocoulombs a clock are 1e-9 uA at a hertz.
+        let clocked_ua = 1e-9 * technology.value(Constant::ComparatorCharge) * f64_from_u64(adc.clock_hz);
+        let comparators = 640.0 / f64::from(adc.columns_per_adc);
+        [bias_ua, clocked_ua].map(|ua| {
+            let mw = 1e-3 * ua * 2.8 * comparators;
+            1e9 * mw * sensor.schedule.frame_time_s() * (share + idle_bias * (1.0 - share))
+        })
     };
     let mut found = Vec::new();
     for set in [
@@ -170,11 +173,15 @@ fn bias_follows_settling_and_clock_by_the_time_of_conversion() {
         &["sensor.adc.settle_signal_us=6.0"],
         &["sensor.adc.clock_hz=240000000"],
         &["sensor.adc.settle_reset_us=0.5", "sensor.adc.settle_signal_us=0.5", "sensor.adc.clock_hz=960000000"],
+        &["sensor.adc.columns_per_adc=2", "sensor.readout.hts=2000", "sensor.readout.vts=800"],
     ] {
         let sensor = SensorSetup::new(&resolved(set)).unwrap();
-        let pj = item_pj(&sensor.estimated_energy(0.4).unwrap(), "comparator_bias");
-        near(pj, expected(&sensor), &format!("{set:?}"));
-        found.push(pj);
+        let account = sensor.estimated_energy(0.4).unwrap();
+        let pj = ["comparator_bias", "comparator_charge"].map(|name| item_pj(&account, name));
+        for (found, expected) in pj.into_iter().zip(expected(&sensor)) {
+            near(found, expected, &format!("{set:?}"));
+        }
+        found.push(pj[0]);
     }
     // Longer settling and slower ramps bias longer, faster ones shorter.
     assert!(found[1] > found[0] && found[2] > found[0] && found[3] < found[0], "{found:?}");
@@ -191,6 +198,30 @@ fn power_over_the_frame_rate_is_a_base_and_a_slope() {
     let slope = |a: (f64, f64), b: (f64, f64)| (a.1 - b.1) / (a.0 - b.0);
     near(slope(points[0], points[1]), slope(points[1], points[2]), "slope");
     near(fast.static_power_mw(), slow.static_power_mw(), "base");
+}
+
+#[test]
+fn several_exposures_are_converted_each_and_corrected_once() {
+    let rolling = ["sensor.pixel.type=4T", "sensor.readout.shutter=rolling", "sensor.readout.vts=1724"];
+    let exposures = |count: u32| {
+        let keys = ["sensor.readout.hdr=multi_exposure".to_owned(), format!("sensor.readout.hdr_exposures={count}")];
+        let set: Vec<&str> = rolling.into_iter().chain(keys.iter().map(String::as_str)).collect();
+        account(&set)
+    };
+    let (linear, two, three) = (account(&rolling), exposures(2), exposures(3));
+    // Exposures 16 times apart merge to 14 and 18 bits of codes of 10.
+    for (hdr, readings, merged_bits) in [(&two, 2.0, 14.0), (&three, 3.0, 18.0)] {
+        for (name, ratio) in [
+            ("ramp_step", readings),
+            ("column_settle", readings),
+            ("readout_bit", readings),
+            ("datapath_bit", merged_bits / 10.0),
+            ("clock_tree", 1.0 / readings),
+            ("references", 1.0),
+        ] {
+            near(item_pj(hdr, name), ratio * item_pj(&linear, name), &format!("{name} of {readings} exposures"));
+        }
+    }
 }
 
 #[test]

@@ -56,6 +56,8 @@ pub const CHIPS: &[Chip] = &[
     Chip { file: "mt9d131", name: "MT9D131", vendor: "Aptina", published_mw: 348.0, evidence: Evidence::Datasheet },
     Chip { file: "mt9m114", name: "MT9M114", vendor: "Aptina", published_mw: 135.0, evidence: Evidence::Datasheet },
     Chip { file: "mt9p031", name: "MT9P031", vendor: "Aptina", published_mw: 381.0, evidence: Evidence::Datasheet },
+    Chip { file: "ar0330", name: "AR0330", vendor: "Aptina", published_mw: 450.0, evidence: Evidence::Bound },
+    Chip { file: "mt9m413", name: "MT9M413", vendor: "Photobit", published_mw: 500.0, evidence: Evidence::Bound },
     Chip { file: "mt9m002", name: "MT9M002", vendor: "Aptina", published_mw: 345.3, evidence: Evidence::Datasheet },
     Chip { file: "mt9v024", name: "MT9V024", vendor: "Aptina", published_mw: 160.0, evidence: Evidence::Bound },
     Chip { file: "mt9v124", name: "MT9V124", vendor: "Aptina", published_mw: 55.0, evidence: Evidence::Datasheet },

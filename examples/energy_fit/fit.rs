@@ -2,12 +2,14 @@
 //! prior for each constant, by Levenberg and Marquardt.
 //!
 //! All chips share the constants. A chip counts by one over the root of its vendor's number of chips, so that a vendor with many chips does
-//! not decide alone, and residuals beyond 1.5 standard deviations count linearly (Huber).
+//! not decide alone, and residuals beyond 1.5 standard deviations count linearly (Huber). Published ratios of two modes of one chip are
+//! observations like totals, with a standard deviation of their own.
 
 use sensel::energy::{Constant, EnergyAccount, SensorPower, Technology};
 use sensel::events::Events;
 
 use super::chips::Chip;
+use super::slopes::Slope;
 
 /// Constants that are multiplied together, with their sum before any fit: physical estimates, and how far off they may be.
 pub struct Group {
@@ -69,27 +71,75 @@ pub const GROUPS: &[Group] = &[
 
 /// Standard deviation of the logarithm of published over modelled power that the fit assumes: about what vendors left out show.
 const SIGMA: f64 = 0.4;
+/// The same of a published ratio over the modelled one. What is the chip's own cancels, so that less is left; a quarter is two of these.
+const SLOPE_SIGMA: f64 = 0.12;
 /// Residual, in standard deviations, from which on it counts linearly.
 const HUBER: f64 = 1.5;
 /// Step of the numerical derivative, in the logarithm of a constant: the error of the difference, 1e-4 squared, is far below SIGMA.
 const STEP: f64 = 1e-4;
 
-/// A chip with everything that its power is computed from.
-pub struct Prepared {
-    /// The chip.
-    pub chip: Chip,
-    /// Its model.
+/// Everything that the power of a mode is computed from.
+pub struct Model {
+    /// Its items.
     pub power: SensorPower,
     /// Events of a frame.
     pub events: Events,
 }
 
-impl Prepared {
-    /// Power in mW with the base constants multiplied, each group's by the exponential of its parameter.
-    pub fn power_mw(&self, base: &Technology, parameters: &[f64]) -> f64 {
-        let technology = moved(base, parameters).scaled_to(self.power.technology.node_nm);
-        let power = self.power.with_technology(technology);
-        EnergyAccount::of(&self.events, 1, 1, 1, &power).power_mw()
+impl Model {
+    /// Power of a frame with constants that stand at the base node.
+    pub fn account(&self, base: &Technology) -> EnergyAccount {
+        let power = self.power.with_technology(base.scaled_to(self.power.technology.node_nm));
+        EnergyAccount::of(&self.events, 1, 1, 1, &power)
+    }
+}
+
+/// A chip with its model.
+pub struct Prepared {
+    /// The chip.
+    pub chip: Chip,
+    /// The mode of its figure.
+    pub model: Model,
+}
+
+/// A published ratio with the models of both modes.
+pub struct PreparedSlope {
+    /// The ratio.
+    pub slope: &'static Slope,
+    /// The mode above the line, and that below it.
+    pub modes: [Model; 2],
+}
+
+impl PreparedSlope {
+    /// The ratio with constants that stand at the base node.
+    pub fn ratio(&self, base: &Technology) -> f64 {
+        let [over, under] = [0, 1].map(|mode: usize| self.modes[mode].account(base).power_mw());
+        over / under
+    }
+}
+
+/// What a fit is made from.
+pub struct Observations<'a> {
+    /// Totals of chips.
+    pub chips: Vec<&'a Prepared>,
+    /// Ratios of two modes.
+    pub slopes: Vec<&'a PreparedSlope>,
+}
+
+impl Observations<'_> {
+    /// Logarithms of model over publication: of the totals, then of the ratios.
+    fn residuals(&self, base: &Technology) -> Vec<f64> {
+        let of = |chip: &&Prepared| libm::log(chip.model.account(base).power_mw() / chip.chip.published_mw);
+        let slope = |slope: &&PreparedSlope| libm::log(slope.ratio(base) / slope.slope.ratio());
+        self.chips.iter().map(of).chain(self.slopes.iter().map(slope)).collect()
+    }
+
+    /// One over the variance of each residual.
+    fn precisions(&self) -> Vec<f64> {
+        let of =
+            |sigma: f64, vendors: Vec<&str>| weights(&vendors).into_iter().map(move |weight| weight / (sigma * sigma));
+        let chips = of(SIGMA, self.chips.iter().map(|chip| chip.chip.vendor).collect());
+        chips.chain(of(SLOPE_SIGMA, self.slopes.iter().map(|slope| slope.slope.vendor).collect())).collect()
     }
 }
 
@@ -110,15 +160,13 @@ pub fn moved(base: &Technology, parameters: &[f64]) -> Technology {
     groups.fold(base.clone(), |technology, (group, &log)| technology.multiplied(group.constants, libm::exp(log)))
 }
 
-/// The parameters that fit these chips best.
-pub fn fit(base: &Technology, chips: &[&Prepared]) -> Vec<f64> {
-    let weights = weights(chips);
-    let logs = |parameters: &[f64]| -> Vec<f64> {
-        chips.iter().map(|chip| libm::log(chip.power_mw(base, parameters) / chip.chip.published_mw)).collect()
-    };
+/// The parameters that fit these observations best.
+pub fn fit(base: &Technology, observations: &Observations<'_>) -> Vec<f64> {
+    let precisions = observations.precisions();
+    let logs = |parameters: &[f64]| observations.residuals(&moved(base, parameters));
     let mut parameters = vec![0.0; GROUPS.len()];
     let mut residuals = logs(&parameters);
-    let mut least = cost(&residuals, &weights, &parameters);
+    let mut least = cost(&residuals, &precisions, &parameters);
     let mut damping = 1e-2;
     for _ in 0..40 {
         let slopes: Vec<Vec<f64>> = (0..GROUPS.len())
@@ -130,10 +178,10 @@ pub fn fit(base: &Technology, chips: &[&Prepared]) -> Vec<f64> {
             .collect();
         let scale: Vec<f64> = residuals
             .iter()
-            .zip(&weights)
-            .map(|(residual, weight)| {
-                let sigmas = residual.abs() * libm::sqrt(*weight) / SIGMA;
-                weight / (SIGMA * SIGMA) * if sigmas > HUBER { HUBER / sigmas } else { 1.0 }
+            .zip(&precisions)
+            .map(|(residual, precision)| {
+                let sigmas = residual.abs() * libm::sqrt(*precision);
+                precision * if sigmas > HUBER { HUBER / sigmas } else { 1.0 }
             })
             .collect();
         let product = |left: &[f64], right: &[f64]| -> f64 {
@@ -152,7 +200,7 @@ pub fn fit(base: &Technology, chips: &[&Prepared]) -> Vec<f64> {
             let step = solved(matrix, right);
             let tried: Vec<f64> = parameters.iter().zip(&step).map(|(at, step)| at + step).collect();
             let found = logs(&tried);
-            let now = cost(&found, &weights, &tried);
+            let now = cost(&found, &precisions, &tried);
             if now < least {
                 improved = least - now > 1e-7;
                 (parameters, residuals, least, damping) = (tried, found, now, damping / 3.0);
@@ -167,21 +215,21 @@ pub fn fit(base: &Technology, chips: &[&Prepared]) -> Vec<f64> {
     parameters
 }
 
-/// One over the root of the number of chips of a chip's vendor, with mean 1.
-fn weights(chips: &[&Prepared]) -> Vec<f64> {
-    let of_vendor = |vendor: &str| chips.iter().filter(|chip| chip.chip.vendor == vendor).count();
+/// One over the root of how often a vendor is named, with mean 1.
+fn weights(vendors: &[&str]) -> Vec<f64> {
+    let times = |vendor: &str| vendors.iter().filter(|named| **named == vendor).count();
     let raw: Vec<f64> =
-        chips.iter().map(|chip| 1.0 / libm::sqrt(sensel::num::f64_from_usize(of_vendor(chip.chip.vendor)))).collect();
+        vendors.iter().map(|vendor| 1.0 / libm::sqrt(sensel::num::f64_from_usize(times(vendor)))).collect();
     let mean = raw.iter().sum::<f64>() / sensel::num::f64_from_usize(raw.len());
     raw.iter().map(|weight| weight / mean).collect()
 }
 
-fn cost(residuals: &[f64], weights: &[f64], parameters: &[f64]) -> f64 {
-    let of = |(residual, weight): (&f64, &f64)| {
-        let sigmas = residual.abs() * libm::sqrt(*weight) / SIGMA;
+fn cost(residuals: &[f64], precisions: &[f64], parameters: &[f64]) -> f64 {
+    let of = |(residual, precision): (&f64, &f64)| {
+        let sigmas = residual.abs() * libm::sqrt(*precision);
         if sigmas < HUBER { sigmas * sigmas } else { 2.0 * HUBER * sigmas - HUBER * HUBER }
     };
-    let data: f64 = residuals.iter().zip(weights).map(of).sum();
+    let data: f64 = residuals.iter().zip(precisions).map(of).sum();
     let prior: f64 =
         parameters.iter().zip(GROUPS).map(|(at, group)| (at / group.prior_sigma) * (at / group.prior_sigma)).sum();
     data + prior

@@ -9,6 +9,7 @@ mod chips;
 mod fit;
 mod judge;
 mod page;
+mod slopes;
 
 use std::path::Path;
 

@@ -6,13 +6,13 @@ use std::path::Path;
 use sensel::energy::Constant;
 use sensel::run::ESTIMATED_LEVEL;
 
-use super::judge::{Outcome, sensor};
+use super::judge::{JudgedSlope, Outcome, blanked, sensor};
 
 const TEXT: &str = "writing to a string cannot fail";
 
 /// Tables by the name of their marks.
 pub fn tables(root: &Path, outcome: &Outcome) -> Vec<(&'static str, String)> {
-    vec![("chips", chips(outcome)), ("slopes", slopes(root)), ("link", link(root))]
+    vec![("chips", chips(outcome)), ("slopes", slopes(outcome)), ("trends", trends(root)), ("link", link(root))]
 }
 
 /// A page's text with the table between its marks replaced.
@@ -86,61 +86,41 @@ fn power(root: &Path, file: &str, set: &[&str]) -> (f64, f64) {
     (account.power_mw(), account.pj_per_pixel())
 }
 
-/// Keys that run a chip slower by a longer vertical blanking: lines, clocks and bias stay.
-fn slower(root: &Path, file: &str, fps: f64) -> String {
-    let schedule = sensor(root, file, &[]).schedule;
-    let vts = sensel::num::f64_from_u64(schedule.vts()) * schedule.fps() / fps;
-    format!("sensor.readout.vts={}", sensel::num::u64_half_even(vts))
+fn slopes(outcome: &Outcome) -> String {
+    let mut table = String::from(
+        "| slope | published | fitted to all | vendor unseen | unseen over published | source |\n|---|---|---|---|---|---|\n",
+    );
+    for JudgedSlope { slope, all, unseen } in &outcome.slopes {
+        let (what, source, published) = (slope.what, slope.source, slope.ratio());
+        let over = unseen / published;
+        writeln!(table, "| {what} | {published:.2} | {all:.2} | {unseen:.2} | {over:.2} | {source} |").expect(TEXT);
+    }
+    for slope in outcome.slopes.iter().map(|judged| judged.slope) {
+        if let Some(reason) = slope.reason {
+            writeln!(table, "\n{}: {reason}.", slope.what).expect(TEXT);
+        }
+    }
+    table
 }
 
-fn slopes(root: &Path) -> String {
-    let mut table = String::from("| slope | published | model |\n|---|---|---|\n");
-    let mut row = |what: &str, published: &str, model: String| {
-        writeln!(table, "| {what} | {published} | {model} |").expect(TEXT);
+fn trends(root: &Path) -> String {
+    let mut table = String::from("| OV7251 | expected | model |\n|---|---|---|\n");
+    let mut row = |what: &str, expected: &str, model: String| {
+        writeln!(table, "| {what} | {expected} | {model} |").expect(TEXT);
     };
-    let low = power(root, "hbku2026", &[&slower(root, "hbku2026", 14.0)]).0 * 1e3;
-    let high = power(root, "hbku2026", &[]).0 * 1e3;
-    let slope = (high - low) / (112.0 - 14.0);
-    let base = low - 14.0 * slope;
-    row(
-        "180 nm single slope, 14 to 112 fps (HBKU 2026; 64 x 64 at 1.8 V assumed)",
-        "0.21 uW a frame a second over 58.9 uW",
-        format!("{slope:.3} uW a frame a second over {base:.1} uW"),
-    );
-    let ratio = |of: (f64, f64), over: (f64, f64)| format!("{:.2}", of.0 / over.0);
-    let mt9m024 = power(root, "mt9m024_hdr", &[]);
-    let linear = power(root, "mt9m024", &[]);
-    row(
-        "MT9M034 / MT9M024, HDR of up to three exposures over linear",
-        "1.70",
-        format!("{} with three", ratio(mt9m024, linear)),
-    );
-    row(
-        "AR0230, HDR of two exposures over linear",
-        "1.45",
-        ratio(power(root, "ar0230_hdr", &[]), power(root, "ar0230", &[])),
-    );
-    let half = slower(root, "python480", 60.0);
-    row(
-        "PYTHON 480, 120 over 60 fps",
-        "1.17",
-        ratio(power(root, "python480", &[]), power(root, "python480", &[&half])),
-    );
-    let half = slower(root, "hv7131rp", 15.0);
-    row("HV7131RP, 30 over 15 fps", "1.26", ratio(power(root, "hv7131rp", &[]), power(root, "hv7131rp", &[&half])));
     for fps in [100.0, 30.0, 3.0] {
-        let pixel = power(root, "ov7251", &[&slower(root, "ov7251", fps)]).1;
+        let pixel = power(root, "ov7251", &[&blanked(root, "ov7251", fps)]).1;
         row(
-            &format!("pJ a pixel and frame, OV7251 at {fps} fps"),
+            &format!("{fps} fps"),
             "grows as 1 / fps (LiKamWa et al. 2013)",
-            format!("{pixel:.0}"),
+            format!("{pixel:.0} pJ a pixel and frame"),
         );
     }
     for width in [640, 320, 160, 80] {
         let window = format!("sensor.readout.window=[0, 0, {width}, 480]");
         let (mw, pixel) = power(root, "ov7251", &[&window]);
         row(
-            &format!("OV7251 at a width of {width}"),
+            &format!("a width of {width}"),
             "pJ a pixel grows as the picture shrinks (LiKamWa et al. 2013)",
             format!("{mw:.1} mW, {pixel:.0} pJ a pixel"),
         );
@@ -149,7 +129,7 @@ fn slopes(root: &Path) -> String {
         let clock = format!("sensor.adc.clock_hz={}", 98_304_000_u64 * (1 << bits) / 1024);
         let set = [&format!("sensor.adc.bits={bits}"), &format!("sensor.adc.reset_counts={}", (1 << bits) / 8), &clock];
         let (mw, _) = power(root, "ov7251", &set.map(String::as_str));
-        row(&format!("OV7251 at {bits} bits in the same line time"), "single slope: 2^bits", format!("{mw:.1} mW"));
+        row(&format!("{bits} bits in the same line time"), "single slope: 2^bits", format!("{mw:.1} mW"));
     }
     table
 }

@@ -77,10 +77,11 @@ fn single_slope(build: &mut Build<'_>) {
     let (design, supply_v) = (build.design, build.design.supply_v);
     let (analog, digital) = ((Block::Adc, Rail::Analog), (Block::Adc, Rail::Digital));
     let (columns, logic) = (f64::from(design.columns) / NOMINAL_COLUMNS, build.logic_factor());
-    // A comparator's bandwidth follows its clock, and so does its bias: a fixed charge a clock of the whole ramp, whatever the picture.
+    // A comparator's bandwidth is that of its clock, and so is its bias. It flows between ramps too, whatever the picture.
     let charge_fc = build.value(Constant::ComparatorCharge) * build.bias_class();
-    let clock_pj = 1e-3 * charge_fc * supply_v * f64::from(design.converters());
-    build.pj(analog, Amount::Event(Event::RampStep), Constant::ComparatorCharge, clock_pj);
+    let charge_mw = 1e-12 * charge_fc * crate::num::f64_from_u64(design.adc.clock_hz) * supply_v;
+    let all_mw = charge_mw * f64::from(design.converters());
+    build.mw(analog, Constant::ComparatorCharge, build.bias_share(), all_mw);
     let ramp_pj = build.value(Constant::RampStep) * columns * supply_v / RAMP_NOMINAL_V;
     build.pj(analog, Amount::Event(Event::RampStep), Constant::RampStep, ramp_pj);
     let gate_pj = logic * build.value(Constant::ComparatorClock);

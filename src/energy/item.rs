@@ -89,6 +89,12 @@ pub struct Design {
     pub pixels: u64,
     /// Codes of an output row.
     pub depth_bits: u32,
+    /// Exposures of a frame.
+    pub exposures: u64,
+    /// Codes of a pixel that leave the columns in a frame: exposures times conversions.
+    pub readings: u64,
+    /// Depth of the one code that they are merged to, before companding; that of the converter where there is one reading.
+    pub merged_bits: u32,
     /// Lines of a frame in which columns are converted, all exposures and black rows included.
     pub active_lines: u64,
     /// Settling, ramps and pulses of such a line, in seconds; at most the line.

@@ -30,18 +30,19 @@ const ROLLING_LINES: f64 = 5.0;
 const GLOBAL_LINES: f64 = 7.0;
 
 impl Design {
-    /// The facts of a checked sensor. `black_rows` are read beside the picture's; `depth_bits` is the depth of the codes that leave.
+    /// The facts of a checked sensor. `black_rows` are read beside the picture's; `depth_bits` is the depth of the codes that leave and
+    /// `merged_bits` that before companding.
     pub fn new(
         params: EnergyParams,
         (pixel, adc): (&PixelParams, &AdcParams),
         (schedule, link): (&Schedule, &LinkParams),
         supply_v: f64,
-        (black_rows, depth_bits): (u32, u32),
+        (black_rows, depth_bits, merged_bits): (u32, u32, u32),
     ) -> Self {
         let geometry = schedule.geometry();
         let slots = crate::num::u64_from(schedule.slots().len());
         let (reads, columns) = (geometry.reads(), geometry.columns_read());
-        let conversions = f64::from(schedule.params().hdr.conversions());
+        let conversions = schedule.params().hdr.conversions();
         let ramps_s = f64_from_u64(adc.ramp_clk().0) / f64_from_u64(adc.clock_hz);
         let pulses_s = f64_from_u64(schedule.params().pulses.total_clk()) / f64_from_u64(schedule.pixel_rate_hz());
         let line_s = schedule.line_time_s();
@@ -57,8 +58,11 @@ impl Design {
             columns,
             pixels: u64::from(columns) * u64::from(reads),
             depth_bits,
+            exposures: slots,
+            readings: slots * u64::from(conversions),
+            merged_bits,
             active_lines: slots * (u64::from(reads) + u64::from(black_rows)),
-            conversion_s: lesser(conversions * (adc.settling_s() + ramps_s + pulses_s), line_s),
+            conversion_s: lesser(f64::from(conversions) * (adc.settling_s() + ramps_s + pulses_s), line_s),
             line_s,
             frame_s: schedule.frame_time_s(),
             frame_clk: schedule.frame_clk().0,
@@ -68,6 +72,11 @@ impl Design {
     /// Share of a frame in which columns are converted.
     pub fn conversion_share(&self) -> f64 {
         lesser(f64_from_u64(self.active_lines) * self.conversion_s / self.frame_s, 1.0)
+    }
+
+    /// Bits of a pixel that are corrected over bits that leave its column. Correction runs once, on the merged code.
+    fn merged_share(&self) -> f64 {
+        f64::from(self.merged_bits) / (f64::from(self.adc.bits) * f64_from_u64(self.readings))
     }
 
     /// Converters of all columns.
@@ -225,9 +234,10 @@ impl Build<'_> {
         self.pj(digital, bit, Constant::ReadoutBit, shift_pj);
         // A test chip corrects less of its codes than a product, by the same ratio as its bias.
         let corrects = if design.params.periphery == Periphery::External { self.bias_class() } else { 1.0 };
-        self.pj(digital, bit, Constant::DatapathBit, corrects * logic * self.value(Constant::DatapathBit));
+        let pipeline = logic * design.merged_share();
+        self.pj(digital, bit, Constant::DatapathBit, corrects * pipeline * self.value(Constant::DatapathBit));
         if design.params.image_processor {
-            self.pj(digital, bit, Constant::ImageProcessorBit, logic * self.value(Constant::ImageProcessorBit));
+            self.pj(digital, bit, Constant::ImageProcessorBit, pipeline * self.value(Constant::ImageProcessorBit));
         }
         if design.params.pixel_node_nm.is_some() {
             self.pj(digital, bit, Constant::TsvBit, self.value(Constant::TsvBit));
@@ -313,7 +323,8 @@ impl Build<'_> {
             self.mw((Block::Periphery, rail), of, 1.0, class * factor * self.value(of));
         }
         let place = (Block::Periphery, Rail::Digital);
-        let clocks = Amount::PerFrame(self.design.frame_clk);
+        // The pipeline is clocked by merged pixels: readings leave the columns so many times as fast.
+        let clocks = Amount::PerFrame(self.design.frame_clk / self.design.exposures);
         self.pj(place, clocks, Constant::ClockTree, class * logic * self.value(Constant::ClockTree));
         let leakage_mw = class * self.leakage() * self.value(Constant::LeakageLogic);
         self.mw(place, Constant::LeakageLogic, 1.0, leakage_mw);

@@ -61,6 +61,11 @@ impl HdrMerge {
         Ok(Self { linear_bits: merged_bits, bits, black_level_dn: black, blend_dn, scales })
     }
 
+    /// Depth of the merged code before companding.
+    pub fn bits_before_companding(&self) -> u32 {
+        self.linear_bits
+    }
+
     /// The same merging, companded to a number of bits; unchanged where the merged code fits them.
     #[must_use]
     pub fn companded(&self, bits: u32) -> Self {

@@ -22,7 +22,9 @@ enum When<'a> {
 }
 
 fn when(item: &Item, idle_bias: f64) -> When<'static> {
-    if [Constant::ColumnBias, Constant::ComparatorBias, Constant::PixelComparator].contains(&item.of) {
+    let biases =
+        [Constant::ColumnBias, Constant::ComparatorBias, Constant::ComparatorCharge, Constant::PixelComparator];
+    if biases.contains(&item.of) {
         return When::Bias(idle_bias);
     }
     match (item.block, item.amount) {

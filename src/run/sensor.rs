@@ -156,6 +156,7 @@ impl SensorSetup {
         // The merged depth decides the packets, which decide the line: so the ratio comes first, and the exposures' own with them.
         let merge = nominal_merge(&parameters, second.as_ref(), readout.hdr)?;
         let hdr_bits = scenario.hdr_bits()?;
+        let merged_bits = merge.as_ref().map_or(parameters.adc.bits, HdrMerge::bits_before_companding);
         let merge = merge.map(|merge| merge.companded(hdr_bits));
         let bits = merge.as_ref().map_or(parameters.adc.bits, HdrMerge::bits);
         let packet_time_s = packet_demand_s(&link, size, bits, &readout)?;
@@ -182,7 +183,7 @@ impl SensorSetup {
             (&parameters.pixel, &parameters.adc),
             (&schedule, &link),
             scenario.sensor.supply_v,
-            (black.rows, bits),
+            (black.rows, bits, merged_bits),
         );
         let power = SensorPower::new(design, technology);
         let host = scenario.host_params()?;
