@@ -11,6 +11,8 @@ mod kill;
 mod outside;
 #[path = "sweeps/refusals.rs"]
 mod refusals;
+#[path = "sweeps/search.rs"]
+mod search;
 
 use std::path::Path;
 

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::{Place, SMALL};
 
 /// A script of the judges; its absence is a failure, not a pass.
-fn judge(script: &str, arguments: &[&str]) -> Value {
+pub fn judge(script: &str, arguments: &[&str]) -> Value {
     let python = std::env::var("SENSEL_JUDGE_PYTHON").expect("./check names the judges' Python in SENSEL_JUDGE_PYTHON");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut command = Command::new(python);

@@ -1,0 +1,64 @@
+"""`sensel-sweep submit`, `search` and `report`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from . import cluster
+
+
+def add_engine(part: argparse.ArgumentParser, engines: list[str], chunk: int) -> None:
+    """Options of everything that runs cells."""
+    part.add_argument("--engine", choices=engines, default=engines[0])
+    part.add_argument("--program", default="sensel", help="the program sensel on the workers")
+    part.add_argument("--scheduler", help="address of a running scheduler")
+    part.add_argument("--jobqueue", choices=sorted(cluster.QUEUES))
+    part.add_argument("--jobs", type=int, default=4, help="of a queue; parts of a batch with --engine slurm")
+    part.add_argument("--cores", type=int, default=1)
+    part.add_argument("--memory", default="4GB")
+    part.add_argument("--workers", type=int, default=2, help="of a local cluster")
+    part.add_argument("--chunk", type=int, default=chunk, help="cells of a task")
+    part.add_argument("--retries", type=int, default=3)
+
+
+def parser() -> argparse.ArgumentParser:
+    """All words of the command line."""
+    top = argparse.ArgumentParser(prog="sensel-sweep", description="Runs and searches sweeps of sensel.", allow_abbrev=False)
+    parts = top.add_subparsers(dest="part", required=True)
+    submit = parts.add_parser("submit", help="runs all cells of a sweep file on Dask", allow_abbrev=False)
+    submit.add_argument("file")
+    submit.add_argument("--out", required=True, help="folder of the sweep, seen by all workers")
+    add_engine(submit, ["dask"], 16)
+    search = parts.add_parser(
+        "search",
+        help="finds designs: writes batches of cells, runs them, proposes the next ones",
+        description="Options that are not listed here, such as --cache and --photons-gib, go to 'sensel sweep'.",
+        allow_abbrev=False,
+    )
+    search.add_argument("file")
+    search.add_argument("--out", help="folder of the search; out/searches/NAME unless given")
+    add_engine(search, ["local", "dask", "slurm", "none"], 4)
+    report = parts.add_parser("report", help="writes the report of a search again, from its finished cells", allow_abbrev=False)
+    report.add_argument("file")
+    report.add_argument("--out", help="folder of the search; out/searches/NAME unless given")
+    report.add_argument("--program", default="sensel")
+    return top
+
+
+def main() -> None:
+    """The command line; ends with an exit code as `sensel` has them."""
+    arguments, rest = parser().parse_known_args()
+    arguments.rest = rest
+    arguments.file = str(Path(arguments.file).resolve())
+    if arguments.out:
+        arguments.out = str(Path(arguments.out).resolve())
+    if arguments.part == "submit":
+        sys.exit(cluster.submit(arguments))
+    try:
+        from . import search
+    except ModuleNotFoundError as missing:
+        print(f"sensel-sweep: a search needs {missing.name}: pip install 'sensel-sweep[search]'", file=sys.stderr)
+        sys.exit(2)
+    sys.exit(search.main(arguments))

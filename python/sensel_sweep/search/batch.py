@@ -1,0 +1,150 @@
+"""Batches of cells as ordinary sweep files, and their figures from the tables that `sensel sweep gather` writes."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..cluster import Engine
+from .failure import Failure
+from .file import SearchFile
+
+# Exit codes of `sensel`.
+DONE, USAGE, SOME_FAILED = 0, 2, 3
+
+
+@dataclass(frozen=True)
+class Run:
+    """One cell of a search: a design on a trajectory with a seed."""
+
+    design: int
+    trajectory: str | None
+    seed: int
+
+    @property
+    def label(self) -> str:
+        """Name of the cell in a sweep file."""
+        return "/".join([f"design {self.design}", *([self.trajectory] if self.trajectory else []), f"seed {self.seed}"])
+
+
+@dataclass(frozen=True)
+class Result:
+    """A finished cell: figures by name, none where one could not be measured; no figure at all where the cell failed."""
+
+    has_failed: bool
+    figures: dict[str, float | None]
+
+
+def value_text(value: object) -> str:
+    """A value as TOML writes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return repr(value)
+    if isinstance(value, list):
+        return f"[{', '.join(value_text(one) for one in value)}]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{json.dumps(key)} = {value_text(one)}" for key, one in value.items()) + " }"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+
+
+def sweep_text(search: SearchFile, folder: Path, cells: list[tuple[str, dict]], comment: str) -> str:
+    """A sweep file with these cells."""
+    beside = search.path.parent / search.scenario
+    scenario = os.path.relpath(beside, folder) if beside.exists() else search.scenario
+    lines = [f"# {comment}", f"scenario = {value_text(scenario)}", 'method = "list"']
+    if search.cameras_alone:
+        lines.append("cameras_alone = true")
+    if search.set:
+        lines += ["", "[set]", *(f"{json.dumps(key)} = {value_text(value)}" for key, value in search.set.items())]
+    for label, assigned in cells:
+        lines += ["", "[[cell]]", f"name = {value_text(label)}", f"set = {value_text(assigned)}"]
+    return "\n".join(lines) + "\n"
+
+
+def write_whole(place: Path, text: str) -> None:
+    """Writes beside the place and renames, so that a kill leaves no half file."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    beside = place.with_suffix(f".{os.getpid()}.part")
+    beside.write_text(text, encoding="utf-8")
+    os.replace(beside, place)
+
+
+def refusal(engine: Engine, search: SearchFile, cells: list[tuple[str, dict]], figures: list[str]) -> str | None:
+    """What the program has against these cells or figures; runs none of them."""
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        file, none = folder / "check.toml", folder / "no.cells"
+        file.write_text(sweep_text(search, folder, cells, "Checks cells"), encoding="utf-8")
+        none.write_text("", encoding="utf-8")
+        words = engine.words("run", file, folder / "sweep") + ["--cells", str(none), "--quiet"]
+        for figure in figures:
+            words += ["--spec", f"{figure} >= 0 for 50 %"]
+        try:
+            said = subprocess.run(words, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+        except OSError as error:
+            raise Failure(f"--program {words[0]}: {error.strerror}; name the program sensel with --program") from None
+    if said.returncode == DONE:
+        return None
+    lines = [line for line in said.stderr.splitlines() if line.strip()]
+    return (lines[-1] if lines else f"exit code {said.returncode}").removeprefix("error: ").replace(str(folder) + "/", "")
+
+
+def gathered(engine: Engine, file: Path, out: Path, table: Path) -> dict[str, Result]:
+    """The finished cells of a sweep file by label; keeps the table beside the file."""
+    said = subprocess.run(engine.words("gather", file, out) + ["--quiet"], capture_output=True, text=True, check=False)
+    if said.returncode != DONE:
+        return {}
+    write_whole(table, (out / "cells.csv").read_text(encoding="utf-8"))
+    return read_table(table)
+
+
+def read_table(table: Path) -> dict[str, Result]:
+    """Results by label. The columns begin with the cell's name, its status and its label."""
+    with table.open(encoding="utf-8", newline="") as lines:
+        rows = csv.reader(lines)
+        head = next(rows)
+        figures = [(place, name) for place, name in enumerate(head) if place > 2 and not name.startswith("config.")]
+        found = {}
+        for row in rows:
+            values = {name: float(row[place]) if row[place] else None for place, name in figures}
+            found[row[2]] = Result(row[1] != "done", values)
+    return found
+
+
+def reason_of_failure(out: Path) -> str:
+    """Why some cell failed, from its record."""
+    for place in sorted((out / "cells").glob("*/*.json")):
+        try:
+            error = json.loads(place.read_text(encoding="utf-8").split("\n", 1)[1]).get("error")
+        except (ValueError, IndexError, OSError):
+            continue
+        if error:
+            return str(error)
+    return "no reason was kept"
+
+
+def run_batch(engine: Engine, file: Path, out: Path, labels: list[str], said: str) -> dict[str, Result]:
+    """Runs what is missing of a sweep file; its results."""
+    table = file.with_suffix(".csv")
+    found = read_table(table) if table.exists() else {}
+    if set(labels) <= set(found):
+        return found
+    found = gathered(engine, file, out, table)
+    if set(labels) <= set(found):
+        return found
+    print(f"sensel-sweep: {said}", file=sys.stderr)
+    code = engine.run(file, out)
+    if code not in (DONE, SOME_FAILED):
+        raise Failure(f"{file}: 'sensel sweep run' ended with exit code {code}; finished cells are kept, search again to go on", code)
+    found = gathered(engine, file, out, table)
+    missing = [label for label in labels if label not in found]
+    if missing:
+        raise Failure(f"{file}: {len(missing)} of {len(labels)} cells have no result; search again to go on", SOME_FAILED)
+    return found

@@ -1,0 +1,66 @@
+"""Weighs objectives against each other: which design to choose, and what it would be at other prices."""
+
+from __future__ import annotations
+
+import math
+
+from .designs import Summary, Wanted, dominates, front, place
+from .file import SearchFile
+
+
+def score(wish: Wanted, means: tuple[float | None, ...], weights: list[float], all_means: list[tuple]) -> float:
+    """The price of a design, small being good: the sum of weighted logarithms, so that one percent of each objective weighs its weight.
+
+    Where a figure is not above zero in all designs, its share of the span of all designs takes the logarithm's place."""
+    total = 0.0
+    for number, (objective, weight) in enumerate(zip(wish.objectives, weights)):
+        values = [one[number] for one in all_means]
+        if all(value > 0.0 for value in values):
+            part = math.log(means[number])
+        else:
+            part = (means[number] - min(values)) / ((max(values) - min(values)) or 1.0)
+        total += weight * objective.sign * part
+    return total
+
+
+def best(wish: Wanted, means: dict[int, tuple], weights: list[float]) -> int | None:
+    """The design of the least price."""
+    if not means:
+        return None
+    everything = list(means.values())
+    return min(means, key=lambda number: (score(wish, means[number], weights, everything), number))
+
+
+def weights_of(wish: Wanted) -> list[float]:
+    """As the file states them."""
+    return [one.weight for one in wish.objectives]
+
+
+def finalists(search: SearchFile, wish: Wanted, summaries: list[Summary], count: int) -> list[int]:
+    """Designs to evaluate anew: the best ones at the stated prices and at prices that favour each objective, then others along the front,
+    then the next behind it, and every guess."""
+    on_front = front(wish, summaries)
+    means = {one.design.number: one.means for one in on_front}
+    chosen: list[int] = []
+
+    def add(number: int | None) -> None:
+        if number is not None and number not in chosen and len(chosen) < count:
+            chosen.append(number)
+
+    weights = weights_of(wish)
+    add(best(wish, means, weights))
+    for number in range(len(weights)):
+        add(best(wish, means, [2.0 * weight if place == number else weight for place, weight in enumerate(weights)]))
+    step = max(1, math.ceil(len(on_front) / max(count, 1)))
+    for one in [*on_front[::step], *on_front]:
+        add(one.design.number)
+    behind = [one for one in summaries if one.is_feasible and one.design.number not in means]
+    while behind and len(chosen) < count:
+        places = [place(wish, one.means) for one in behind]
+        layer = [one for one, own in zip(behind, places) if not any(dominates(other, own) for other in places)]
+        for one in layer:
+            add(one.design.number)
+        behind = [one for one in behind if one not in layer]
+    known = {one.design.number for one in summaries if one.runs}
+    guesses = [one.design.number for one in summaries if one.design.guess and one.design.number in known]
+    return sorted({*chosen, *guesses})

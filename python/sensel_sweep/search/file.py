@@ -1,0 +1,385 @@
+"""Reads a search file: what is varied, what is wanted, and how many cells it may cost. Unknown keys are refused."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .failure import Failure, nearest, refused
+
+SAMPLERS = ["auto", "tpe", "nsga2", "gp", "random"]
+RELATIONS = ["<=", ">=", "<", ">"]
+# "keeps_up" in a list of constraints.
+KEEPS_UP = "timing.extractor.frames_over <= 0"
+
+
+@dataclass(frozen=True)
+class Factor:
+    """What is varied: a key over values or from low to high, or named levels of several keys each."""
+
+    name: str
+    key: str | None = None
+    values: tuple = ()
+    levels: tuple = ()
+    low: float = 0.0
+    high: float = 0.0
+    is_log: bool = False
+    is_whole: bool = False
+
+    @property
+    def is_range(self) -> bool:
+        """Whether it goes from low to high."""
+        return not self.values and not self.levels
+
+    @property
+    def choices(self) -> list:
+        """Values, or names of levels."""
+        return list(self.values) or [name for name, _ in self.levels]
+
+    def at(self, share: float):
+        """The value at a share of the range, 0 to below 1; choices are equally likely."""
+        if not self.is_range:
+            return self.choices[min(int(share * len(self.choices)), len(self.choices) - 1)]
+        if self.is_log:
+            return self.rounded(self.low * math.exp(share * math.log(self.high / self.low)))
+        return self.rounded(self.low + share * (self.high - self.low))
+
+    def rounded(self, value):
+        """Whole, or four significant digits within the bounds: the last bits of a processor's arithmetic decide no design."""
+        if not self.is_range:
+            return value
+        if self.is_whole:
+            return int(min(max(round(value), math.ceil(self.low)), math.floor(self.high)))
+        return min(max(float(f"{value:.4g}"), self.low), self.high)
+
+    def assigned(self, value) -> dict:
+        """Keys of the scenario and their values."""
+        if self.levels:
+            return dict(next(keys for name, keys in self.levels if name == value))
+        return {self.key: value}
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A figure that is to be small or large."""
+
+    figure: str
+    is_maximised: bool = False
+    weight: float = 1.0
+
+    @property
+    def sign(self) -> float:
+        """What makes smaller better."""
+        return -1.0 if self.is_maximised else 1.0
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A figure, its limit, and the share of the runs that must keep it; without a share, all of them."""
+
+    figure: str
+    relation: str
+    limit: float
+    share: float | None
+    text: str
+
+    def is_met(self, value: float | None) -> bool:
+        """Whether a run keeps it; one without the figure does not."""
+        if value is None:
+            return False
+        return {"<": value < self.limit, "<=": value <= self.limit, ">": value > self.limit, ">=": value >= self.limit}[self.relation]
+
+
+@dataclass(frozen=True)
+class Final:
+    """The evaluation of the front on seeds and trajectories that the search never saw."""
+
+    seeds: tuple[int, ...]
+    trajectories: tuple
+    designs: int
+
+
+@dataclass(frozen=True)
+class SearchFile:
+    """A search file, checked."""
+
+    path: Path
+    scenario: str
+    set: dict
+    cameras_alone: bool
+    factors: tuple[Factor, ...]
+    trajectories: tuple
+    objectives: tuple[Objective, ...]
+    constraints: tuple[Constraint, ...]
+    guesses: tuple
+    final: Final
+    seed: int
+    cells: int
+    batch: int
+    start: int
+    seeds: int
+    seeds_most: int
+    sampler: str
+    identity: str = field(default="", compare=False)
+
+    @property
+    def replicates(self) -> int:
+        """Cells of a new design."""
+        return self.seeds * len(self.trajectories)
+
+
+def constraint(text: str) -> Constraint:
+    """Reads `FIGURE < LIMIT`, with <, <=, > or >=, and `for SHARE %` or nothing after it."""
+    example = 'write "ate_m < 0.010 for 99 %", "power_mw < 5" or "keeps_up"'
+    if text.strip() == "keeps_up":
+        return Constraint(*constraint_parts(KEEPS_UP, example), text=text.strip())
+    return Constraint(*constraint_parts(text, example), text=text.strip())
+
+
+def constraint_parts(text: str, example: str) -> tuple[str, str, float, float | None]:
+    rule, has_share, share_text = text.partition(" for ")
+    relation = next((sign for sign in RELATIONS if sign in rule), None)
+    if relation is None:
+        raise ValueError(f"there is no <, <=, > or >=; {example}")
+    figure, _, limit_text = (part.strip() for part in rule.partition(relation))
+    share = None
+    if has_share:
+        number = re.fullmatch(r"\s*([0-9.]+)\s*%\s*", share_text)
+        share = float(number[1]) / 100.0 if number and number[1].count(".") < 2 else None
+        if share is None or not 0.0 < share < 1.0:
+            raise ValueError(f"the share must be above 0 and below 100 %; {example}")
+    try:
+        limit = float(limit_text)
+    except ValueError:
+        raise ValueError(f"the limit is no number; {example}") from None
+    if not figure or not math.isfinite(limit):
+        raise ValueError(f"a figure and a finite limit are needed; {example}")
+    return figure, relation, limit, share
+
+
+def read(path: Path) -> SearchFile:
+    """Reads and checks a search file."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise Failure(f"{path}: {error.strerror or error}", 4) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise Failure(f"{path}: {error}") from None
+    return Reader(str(path)).search_file(path, table)
+
+
+class Reader:
+    """Checks the parts of a search file."""
+
+    def __init__(self, name: str):
+        self.name = name
+
+    def refused(self, key: str, value: object, reason: str) -> Failure:
+        return refused(self.name, key, value, reason)
+
+    def known(self, where: str, table: dict, keys: list[str]) -> None:
+        """Refuses a key that is none."""
+        for key in table:
+            if key not in keys:
+                raise self.refused(f"{where}.{key}" if where else key, None, f"unknown key; {nearest(key, keys)}")
+
+    def number(self, where: str, table: dict, key: str, usual, low, high):
+        """A number in its range; whole where the usual one is."""
+        value = table.get(key, usual)
+        is_whole = isinstance(usual, int)
+        is_number = isinstance(value, int) or (isinstance(value, float) and not is_whole)
+        if isinstance(value, bool) or not is_number or not low <= value <= high:
+            kind = "a whole number" if is_whole else "a number"
+            raise self.refused(f"{where}.{key}", value, f"must be {kind} from {low} to {high}, as in {key} = {usual}")
+        return value
+
+    def tables(self, where: str, value: object) -> list[dict]:
+        """A list of tables."""
+        if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+            raise self.refused(where, None, f"must be tables, as in [[{where}]]")
+        return value
+
+    def text(self, where: str, table: dict, key: str, example: str) -> str:
+        """A text that must be there."""
+        value = table.get(key)
+        if not isinstance(value, str) or not value:
+            raise self.refused(f"{where}.{key}" if where else key, value, f"must be a text, as in {key} = \"{example}\"")
+        return value
+
+    def keys(self, where: str, value: object) -> dict:
+        """Keys of a scenario by dotted path: nested tables and dotted keys say the same."""
+        if not isinstance(value, dict):
+            raise self.refused(where, value, 'must be a table, as in set = { "sensor.adc.bits" = 8 }')
+        flat: dict = {}
+        for key, inner in value.items():
+            if isinstance(inner, dict):
+                flat.update({f"{key}.{rest}": one for rest, one in self.keys(where, inner).items()})
+            else:
+                flat[key] = inner
+        return flat
+
+    def levels(self, where: str, value: object) -> tuple:
+        """Names with the keys that each sets."""
+        found = []
+        for number, table in enumerate(self.tables(where, value)):
+            self.known(f"{where}.{number}", table, ["name", "set"])
+            name = self.text(f"{where}.{number}", table, "name", "walk")
+            found.append((name, self.keys(f"{where}.{number}.set", table.get("set", {}))))
+        self.refuse_twins(where, [name for name, _ in found])
+        return tuple(found)
+
+    def refuse_twins(self, where: str, names: list) -> None:
+        twins = [name for number, name in enumerate(names) if name in names[:number]]
+        if twins:
+            raise self.refused(where, twins[0], "stands there twice; give each its own name")
+
+    def factor(self, number: int, table: dict) -> Factor:
+        where = f"factor.{number}"
+        self.known(where, table, ["name", "key", "values", "low", "high", "spacing", "whole", "level"])
+        name = table.get("name", table.get("key"))
+        ways = ["values" in table, "low" in table or "high" in table, "level" in table]
+        if sum(ways) != 1:
+            raise self.refused(f"{where}.values", None, "give one of values, low with high, or [[factor.level]] tables")
+        if "level" in table:
+            levels = self.levels(f"{where}.level", table["level"])
+            if len(levels) < 2:
+                raise self.refused(f"{where}.level", None, "give at least two levels")
+            return Factor(self.text(where, table, "name", "smoothing"), levels=levels)
+        key = self.text(where, table, "key", "sensor.adc.bits")
+        if "values" in table:
+            values = table["values"]
+            if not isinstance(values, list) or len(values) < 2:
+                raise self.refused(f"{where}.values", values, "give at least two values, as in values = [8, 10, 12]")
+            self.refuse_twins(f"{where}.values", values)
+            return Factor(name, key, values=tuple(values))
+        low, high = table.get("low"), table.get("high")
+        for end, value in (("low", low), ("high", high)):
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+                raise self.refused(f"{where}.{end}", value, "a range needs low and high, both finite, as in low = 1, high = 12")
+        if not low < high:
+            raise self.refused(f"{where}.high", high, f"must be above low, which is {low}")
+        spacing = table.get("spacing", "linear")
+        if spacing not in ("linear", "log"):
+            raise self.refused(f"{where}.spacing", spacing, 'use "linear" or "log"')
+        if spacing == "log" and low <= 0:
+            raise self.refused(f"{where}.low", low, 'must be above 0 with spacing = "log"')
+        is_whole = table.get("whole", False)
+        if is_whole not in (True, False):
+            raise self.refused(f"{where}.whole", is_whole, "use true or false")
+        if is_whole and math.floor(high) <= math.ceil(low):
+            raise self.refused(f"{where}.high", high, "there are fewer than two whole numbers from low to high")
+        return Factor(name, key, low=float(low), high=float(high), is_log=spacing == "log", is_whole=is_whole)
+
+    def objective(self, number: int, table: dict) -> Objective:
+        where = f"objective.{number}"
+        self.known(where, table, ["figure", "goal", "weight"])
+        goal = table.get("goal", "minimise")
+        if goal not in ("minimise", "maximise"):
+            raise self.refused(f"{where}.goal", goal, 'use "minimise" or "maximise"')
+        weight = self.number(where, table, "weight", 1.0, 1e-6, 1e6)
+        return Objective(self.text(where, table, "figure", "power_mw"), goal == "maximise", float(weight))
+
+    def guess(self, number: int, table: dict, factors: tuple[Factor, ...]) -> tuple:
+        """A design that somebody wrote down: every factor has a value."""
+        where = f"guess.{number}"
+        self.known(where, table, ["name", "is"])
+        name, given = self.text(where, table, "name", "expert"), table.get("is", {})
+        self.known(f"{where}.is", given, [factor.name for factor in factors])
+        for factor in factors:
+            value = given.get(factor.name)
+            if factor.is_range:
+                is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+                accepted = is_number and factor.low <= value <= factor.high and (not factor.is_whole or value == int(value))
+                wanted = f"from {factor.low:g} to {factor.high:g}{', whole' if factor.is_whole else ''}"
+            else:
+                accepted, wanted = value in factor.choices, f"one of {factor.choices}"
+            if not accepted:
+                raise self.refused(f"{where}.is.{factor.name}", value, f"must be {wanted}")
+        return name, {factor.name: factor.rounded(given[factor.name]) for factor in factors}
+
+    def final(self, table: dict, seeds_most: int, trajectories: tuple) -> Final:
+        self.known("final", table, ["seeds", "designs", "trajectory"])
+        seeds = table.get("seeds", 8)
+        if isinstance(seeds, int) and not isinstance(seeds, bool) and seeds > 0:
+            seeds = list(range(seeds_most + 1, seeds_most + 1 + seeds))
+        is_list = isinstance(seeds, list) and all(isinstance(one, int) and not isinstance(one, bool) and one >= 0 for one in seeds)
+        if not is_list or not seeds:
+            raise self.refused("final.seeds", seeds, "must be a count above 0 or a list, as in seeds = 20")
+        self.refuse_twins("final.seeds", seeds)
+        seen = [seed for seed in seeds if seed <= seeds_most and seed > 0]
+        if seen:
+            raise self.refused("final.seeds", seen[0], f"the search itself uses seeds 1 to {seeds_most}; use {seeds_most + 1} or more")
+        own = self.levels("final.trajectory", table["trajectory"]) if "trajectory" in table else trajectories
+        designs = self.number("final", table, "designs", 6, 1, 1000)
+        return Final(tuple(seeds), own, designs)
+
+    def search_file(self, path: Path, table: dict) -> SearchFile:
+        top = ["scenario", "set", "cameras_alone", "trajectory", "factor", "objective", "constraints", "guess", "search", "final"]
+        self.known("", table, top)
+        scenario = self.text("", table, "scenario", "hall")
+        factors = tuple(self.factor(number, one) for number, one in enumerate(self.tables("factor", table.get("factor", []))))
+        if not factors:
+            raise self.refused("factor", None, "nothing is varied; write at least one [[factor]] with key, low and high")
+        self.refuse_twins("factor", [factor.name for factor in factors])
+        objectives = tuple(self.objective(number, one) for number, one in enumerate(self.tables("objective", table.get("objective", []))))
+        if not objectives:
+            raise self.refused("objective", None, 'nothing is wanted; write at least one [[objective]] with figure = "power_mw"')
+        self.refuse_twins("objective", [one.figure for one in objectives])
+        constraints = []
+        texts = table.get("constraints", [])
+        if not isinstance(texts, list):
+            raise self.refused("constraints", texts, 'must be a list, as in constraints = ["power_mw < 5"]')
+        for number, text in enumerate(texts):
+            try:
+                constraints.append(constraint(str(text)))
+            except ValueError as error:
+                raise self.refused(f"constraints.{number}", text, str(error)) from None
+        own = table.get("search", {})
+        self.known("search", own, ["seed", "cells", "batch", "start", "seeds", "seeds_most", "sampler"])
+        trajectories = self.levels("trajectory", table["trajectory"]) if "trajectory" in table else ((None, {}),)
+        seeds = self.number("search", own, "seeds", 2, 1, 1000)
+        seeds_most = self.number("search", own, "seeds_most", max(8, seeds), seeds, 1000)
+        batch = self.number("search", own, "batch", 8, 1, 10_000)
+        start = self.number("search", own, "start", max(batch, 2 * len(factors) + 2), 2, 10_000)
+        cells = self.number("search", own, "cells", 240, 1, 1_000_000)
+        guesses = tuple(self.guess(number, one, factors) for number, one in enumerate(self.tables("guess", table.get("guess", []))))
+        self.refuse_twins("guess", [name for name, _ in guesses])
+        least = (start + len(guesses)) * seeds * len(trajectories)
+        if cells < least:
+            reason = f"the first round alone takes {least} cells ({start} designs to start with, {len(guesses)} guesses, "
+            raise self.refused("search.cells", cells, reason + f"{seeds * len(trajectories)} cells each); use {least} or more")
+        sampler = own.get("sampler", "auto")
+        if sampler not in SAMPLERS:
+            raise self.refused("search.sampler", sampler, f"use one of {', '.join(SAMPLERS)}")
+        return SearchFile(
+            path=path,
+            scenario=scenario,
+            set=self.keys("set", table.get("set", {})),
+            cameras_alone=bool(table.get("cameras_alone", False)),
+            factors=factors,
+            trajectories=trajectories,
+            objectives=objectives,
+            constraints=tuple(constraints),
+            guesses=guesses,
+            final=self.final(table.get("final", {}), seeds_most, trajectories),
+            seed=self.number("search", own, "seed", 1, 0, 2**63 - 1),
+            cells=cells,
+            batch=batch,
+            start=start,
+            seeds=seeds,
+            seeds_most=seeds_most,
+            sampler=sampler,
+            identity=identity(table),
+        )
+
+
+def identity(table: dict) -> str:
+    """Hash of everything that decides batches; the number of cells and the final evaluation may change later."""
+    kept = {key: value for key, value in table.items() if key != "final"}
+    kept["search"] = {key: value for key, value in table.get("search", {}).items() if key != "cells"}
+    return hashlib.sha256(json.dumps(kept, sort_keys=True, default=str).encode()).hexdigest()[:16]

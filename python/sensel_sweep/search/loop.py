@@ -1,0 +1,261 @@
+"""The rounds of a search, and the evaluation of its front on seeds and trajectories that it never saw."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import optuna
+
+from ..cluster import Engine
+from .batch import Result, Run, gathered, read_table, reason_of_failure, refusal, run_batch, sweep_text, write_whole
+from .choice import finalists
+from .designs import Design, Summary, Wanted, summary, wanted
+from .failure import Failure
+from .file import SearchFile
+from .propose import first, proposals
+from .racing import seeds_wanted
+
+# Share of a round's new cells that designs near the front may take for more seeds.
+RACE_SHARE = 0.5
+
+
+@dataclass
+class State:
+    """All designs of a search with what is known of them."""
+
+    search: SearchFile
+    out: Path
+    designs: list[Design] = field(default_factory=list)
+    wish: Wanted | None = None
+    cells: int = 0
+    rounds: int = 0
+    # Finished cells after each round.
+    cells_after: list[int] = field(default_factory=list)
+    final: dict[int, dict[Run, Result]] = field(default_factory=dict)
+    # Whether finished cells are read and nothing is written or run.
+    reads_only: bool = False
+    is_finished: bool = False
+
+    def summaries(self) -> list[Summary]:
+        """Of all designs of which anything is known."""
+        return [summary(self.wish, design) for design in self.designs if design.has_run]
+
+    @property
+    def sweep(self) -> Path:
+        """The folder of the cells."""
+        return self.out / "sweep"
+
+
+class Paused(Exception):
+    """A batch is written and somebody else runs it."""
+
+
+def assigned(search: SearchFile, trajectories: tuple, design: Design, run: Run) -> dict:
+    """Keys of a cell."""
+    keys: dict = {}
+    for factor in search.factors:
+        keys.update(factor.assigned(design.is_[factor.name]))
+    keys.update(dict(trajectories)[run.trajectory])
+    return {**keys, "seed": run.seed}
+
+
+def runs_of(trajectories: tuple, number: int, seeds: list[int]) -> list[Run]:
+    """Every trajectory with every seed."""
+    return [Run(number, name, seed) for name, _ in trajectories for seed in seeds]
+
+
+def search_all(state: State, engine: Engine) -> None:
+    """All rounds, then the final evaluation. Rounds that have run are read, not run."""
+    check_identity(state)
+    try:
+        while play(state, engine):
+            pass
+        evaluate_front(state, engine)
+        state.is_finished = bool(state.final)
+    except Paused:
+        if not state.reads_only or state.wish is None:
+            raise
+
+
+def check_identity(state: State) -> None:
+    """A folder belongs to one search: rounds of another file would be read as this one's."""
+    place = state.out / "search.json"
+    if place.exists():
+        if json.loads(place.read_text(encoding="utf-8")).get("search") != state.search.identity:
+            raise Failure(f"{state.search.path}: has changed since {state.out} was searched; name another folder with --out")
+        return
+    if state.reads_only:
+        raise Failure(f"{state.out}: holds no search; run 'sensel-sweep search {state.search.path.name}' first, or name its folder with --out")
+    if state.out.exists() and any(state.out.iterdir()):
+        raise Failure(f"{state.out}: holds files and no search; name an empty folder with --out")
+    write_whole(place, json.dumps({"search": state.search.identity, "optuna": optuna.__version__}) + "\n")
+
+
+@dataclass
+class Plan:
+    """What a round runs."""
+
+    designs: list[Design]
+    runs: list[Run]
+    refused: dict[int, str] = field(default_factory=dict)
+
+    def text(self) -> str:
+        """As JSON."""
+        designs = [{"number": one.number, "is": one.is_, "guess": one.guess} for one in self.designs]
+        runs = [[one.design, one.trajectory, one.seed] for one in self.runs]
+        return json.dumps({"designs": designs, "runs": runs, "refused": self.refused}, indent=1) + "\n"
+
+    @staticmethod
+    def read(place: Path, turn: int) -> Plan:
+        """What `text` wrote."""
+        found = json.loads(place.read_text(encoding="utf-8"))
+        designs = [Design(one["number"], one["is"], turn, one["guess"]) for one in found["designs"]]
+        refused = {int(number): why for number, why in found["refused"].items()}
+        return Plan(designs, [Run(*one) for one in found["runs"]], refused)
+
+
+def next_plan(state: State) -> Plan:
+    """What the finished cells and the search's seed propose."""
+    search, turn = state.search, state.rounds
+    left = search.cells - state.cells
+    extra: dict[int, list[int]] = {}
+    if turn == 0:
+        points = [(is_, None) for is_ in first(search)] + [(is_, name) for name, is_ in search.guesses]
+    else:
+        summaries = state.summaries()
+        if search.sampler != "random":
+            extra = seeds_wanted(search, state.wish, summaries, min(left, int(RACE_SHARE * search.batch * search.replicates)))
+        left -= sum(len(seeds) for seeds in extra.values()) * len(search.trajectories)
+        count = min(search.batch, left // search.replicates)
+        points = [(is_, None) for is_ in proposals(search, state.wish, summaries, turn, count)] if count else []
+    new = [Design(len(state.designs) + place, is_, turn, guess) for place, (is_, guess) in enumerate(points)]
+    runs = [run for design in new for run in runs_of(search.trajectories, design.number, list(range(1, search.seeds + 1)))]
+    runs += [run for number, seeds in extra.items() for run in runs_of(search.trajectories, number, seeds)]
+    return Plan(new, runs)
+
+
+def play(state: State, engine: Engine) -> bool:
+    """One round; false where there is nothing more to do."""
+    search, turn = state.search, state.rounds
+    if state.cells >= search.cells:
+        return False
+    place = state.out / "rounds" / f"{turn:03d}.json"
+    if state.reads_only and not place.exists():
+        return False
+    plan = Plan.read(place, turn) if place.exists() else next_plan(state)
+    if not plan.runs:
+        return False
+    results = run_round(state, engine, place, plan, search.trajectories, f"Round {turn} of {search.path.name}")
+    for run, result in results.items():
+        state.designs[run.design].results[run] = result
+    state.cells += len(plan.runs)
+    state.cells_after.append(state.cells)
+    state.rounds += 1
+    after_round(state)
+    return True
+
+
+def run_round(state: State, engine: Engine, place: Path, plan: Plan, trajectories: tuple, comment: str) -> dict[Run, Result]:
+    """Writes a batch, runs it and reads it. A design that the scenario refuses stays out and says why."""
+    search, file = state.search, place.with_suffix(".toml")
+    state.designs += plan.designs
+
+    def cells(some: list[Run]) -> list[tuple[str, dict]]:
+        return [(run.label, assigned(search, trajectories, state.designs[run.design], run)) for run in some]
+
+    if not place.exists():
+        plan.refused = find_refused(state, engine, cells, plan.runs)
+        accepted = [run for run in plan.runs if run.design not in plan.refused]
+        if accepted:
+            write_whole(file, sweep_text(search, file.parent, cells(accepted), comment))
+        write_whole(place, plan.text())
+    for number, why in plan.refused.items():
+        state.designs[number].refusal = why
+    accepted = [run for run in plan.runs if run.design not in plan.refused]
+    if not accepted:
+        return {}
+    labels = [run.label for run in accepted]
+    if engine.arguments.engine == "none" and not set(labels) <= set(read_or_gather(state, engine, file)):
+        if not state.reads_only:
+            print(file)
+        raise Paused
+    found = run_batch(engine, file, state.sweep, labels, f"{comment}: {len(labels)} cells")
+    return {run: found[run.label] for run in accepted}
+
+
+def read_or_gather(state: State, engine: Engine, file: Path) -> dict:
+    """What there is of a batch that others run."""
+    table = file.with_suffix(".csv")
+    found = read_table(table) if table.exists() else {}
+    return found or gathered(engine, file, state.sweep, table)
+
+
+def find_refused(state: State, engine: Engine, cells, runs: list[Run]) -> dict[int, str]:
+    """Designs that the scenario refuses, with its reason; figures that no cell has end the search before its first cell."""
+    search = state.search
+    is_first = state.rounds == 0
+    if refusal(engine, search, cells(runs), []) is None:
+        if is_first:
+            check_figures(state, engine, cells(runs[:1]))
+        return {}
+    numbers = sorted({run.design for run in runs})
+    refused = {}
+    for number in numbers:
+        why = refusal(engine, search, cells([run for run in runs if run.design == number]), [])
+        if why is not None:
+            refused[number] = why
+    if is_first and len(refused) == len(numbers):
+        why = refused[numbers[0]].removeprefix("check.toml:")
+        raise Failure(f"{search.path}: the scenario refuses every design; the first one because: {why}")
+    if is_first:
+        check_figures(state, engine, cells([run for run in runs if run.design not in refused][:1]))
+    return refused
+
+
+def check_figures(state: State, engine: Engine, cells: list[tuple[str, dict]]) -> None:
+    """Asks the program for every figure, so that a wrong name costs no cell."""
+    search = state.search
+    named = [(f"objective.{number}.figure", one.figure) for number, one in enumerate(search.objectives)]
+    named += [(f"constraints.{number}", one.figure) for number, one in enumerate(search.constraints)]
+    if refusal(engine, search, cells, [figure for _, figure in named]) is None:
+        return
+    for key, figure in named:
+        why = refusal(engine, search, cells, [figure])
+        if why is not None:
+            raise Failure(f"{search.path}: {key} = {figure}: {why.replace('figure of --spec', 'figure')}")
+
+
+def after_round(state: State) -> None:
+    """Names the figures once there is a cell, and ends a search in which nothing runs."""
+    results = [result for design in state.designs for result in design.results.values()]
+    whole = [result for result in results if not result.has_failed]
+    if not whole:
+        reason = reason_of_failure(state.sweep)
+        raise Failure(f"{state.search.path}: all {len(results)} cells of the first round failed; one of them: {reason}", 3)
+    if state.wish is None:
+        known = sorted({name for result in whole for name in result.figures})
+        try:
+            state.wish = wanted(state.search, known)
+        except ValueError as error:
+            raise Failure(f"{state.search.path}: {error}") from None
+
+
+def evaluate_front(state: State, engine: Engine) -> None:
+    """Runs the front's designs and the guesses on seeds and trajectories that the search never saw."""
+    final = state.search.final
+    numbers = finalists(state.search, state.wish, state.summaries(), final.designs)
+    runs = [run for number in numbers for run in runs_of(final.trajectories, number, list(final.seeds))]
+    if not runs:
+        return
+    designs = {str(number): state.designs[number].is_ for number in numbers}
+    named = json.dumps([designs, [run.label for run in runs], final.trajectories], sort_keys=True)
+    place = state.out / "rounds" / f"final-{hashlib.sha256(named.encode()).hexdigest()[:8]}.json"
+    if state.reads_only and not place.exists():
+        return
+    plan = Plan.read(place, state.rounds) if place.exists() else Plan([], runs)
+    results = run_round(state, engine, place, plan, final.trajectories, f"Final evaluation of {state.search.path.name}")
+    for run, result in results.items():
+        state.final.setdefault(run.design, {})[run] = result

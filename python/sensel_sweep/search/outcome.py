@@ -1,0 +1,164 @@
+"""What a search ends with: the front on held-back seeds and trajectories, the chosen design, and why."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from scipy import stats
+
+from .choice import best, weights_of
+from .designs import Design, Summary, front, hypervolume, place, summary
+from .loop import State
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Over runs; an interval of Student's t needs two of them."""
+
+    value: float | None
+    interval: tuple[float, float] | None
+    count: int
+    lost: int
+
+
+@dataclass(frozen=True)
+class Kept:
+    """How many runs keep a constraint, with Clopper and Pearson's exact interval of the share."""
+
+    met: int
+    runs: int
+    interval: tuple[float, float]
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A design on the held-back runs."""
+
+    summary: Summary
+    means: tuple[Mean, ...]
+    kept: tuple[Kept, ...]
+
+    @property
+    def number(self) -> int:
+        """Of the design."""
+        return self.summary.design.number
+
+    @property
+    def is_admissible(self) -> bool:
+        """Whether the held-back runs keep every constraint as often as asked."""
+        return all(one.verdict != "missed" for one in self.kept) and all(one.value is not None for one in self.means)
+
+
+def mean_of(values: list[float], runs: int) -> Mean:
+    """With its 95 % interval."""
+    if not values:
+        return Mean(None, None, 0, runs)
+    mean = math.fsum(values) / len(values)
+    if len(values) < 2:
+        return Mean(mean, None, len(values), runs - len(values))
+    sd = math.sqrt(math.fsum((value - mean) ** 2 for value in values) / (len(values) - 1))
+    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(values) - 1)) * sd / math.sqrt(len(values))
+    return Mean(mean, (mean - half, mean + half), len(values), runs - len(values))
+
+
+def kept_of(met: int, runs: int, share: float | None) -> Kept:
+    """Shown: the interval lies above the share. Kept so far: the observed share reaches it. Missed: it does not."""
+    tail = (1.0 - CONFIDENCE) / 2
+    low = float(stats.beta.ppf(tail, met, runs - met + 1)) if met else 0.0
+    high = float(stats.beta.ppf(1.0 - tail, met + 1, runs - met)) if met < runs else 1.0
+    wanted = 1.0 if share is None else share
+    verdict = "missed" if met < wanted * runs - 1e-9 else "shown" if share is not None and low >= share else "kept so far"
+    return Kept(met, runs, (low, high), verdict)
+
+
+def judged(state: State) -> list[Judged]:
+    """All designs of the final evaluation, by the first objective."""
+    found = []
+    for number, results in state.final.items():
+        held = Design(number, state.designs[number].is_, state.designs[number].round, state.designs[number].guess, results=results)
+        one = summary(state.wish, held)
+        means = []
+        for objective in state.wish.objectives:
+            values = [state.wish.value(objective.figure, result) for result in results.values()]
+            means.append(mean_of([value for value in values if value is not None], len(values)))
+        kept = []
+        for constraint in state.wish.constraints:
+            values = [state.wish.value(constraint.figure, result) for result in results.values()]
+            kept.append(kept_of(sum(constraint.is_met(value) for value in values), len(values), constraint.share))
+        found.append(Judged(one, tuple(means), tuple(kept)))
+    return sorted(found, key=lambda one: (*(math.inf if mean is None else mean for mean in one.summary.means), one.number))
+
+
+def admissible_means(all_judged: list[Judged]) -> dict[int, tuple]:
+    """Means by design, of those that keep their constraints."""
+    return {one.number: one.summary.means for one in all_judged if one.is_admissible}
+
+
+def chosen(state: State, all_judged: list[Judged]) -> int | None:
+    """The admissible design of the least price."""
+    return best(state.wish, admissible_means(all_judged), weights_of(state.wish))
+
+
+def prices_doubled(state: State, all_judged: list[Judged]) -> list[tuple[str, int | None]]:
+    """The choice if one percent of an objective weighed twice as much, for each objective."""
+    weights, means = weights_of(state.wish), admissible_means(all_judged)
+    doubled = []
+    for number, objective in enumerate(state.wish.objectives):
+        own = [2.0 * weight if at == number else weight for at, weight in enumerate(weights)]
+        doubled.append((objective.figure, best(state.wish, means, own)))
+    return doubled
+
+
+def limits_moved(state: State, share: float) -> list[tuple[str, float, int | None]]:
+    """The best design of the search's own cells if a limit were looser (above 0) or tighter by a share of itself."""
+    from dataclasses import replace
+
+    moved = []
+    for number, constraint in enumerate(state.wish.constraints):
+        if constraint.figure.endswith("tracked_fraction") or constraint.limit == 0.0:
+            continue
+        direction = 1.0 if constraint.relation.startswith("<") else -1.0
+        limit = constraint.limit * (1.0 + direction * share)
+        own = list(state.wish.constraints)
+        own[number] = replace(constraint, limit=limit)
+        wish = replace(state.wish, constraints=tuple(own))
+        summaries = [summary(wish, design) for design in state.designs if design.has_run]
+        means = {one.design.number: one.means for one in summaries if one.is_feasible}
+        moved.append((constraint.text, limit, best(wish, means, weights_of(wish))))
+    return moved
+
+
+def reference_of(state: State, summaries: list[Summary]) -> list[float] | None:
+    """The worst place of any feasible design, a tenth of the span further out."""
+    places = [place(state.wish, one.means) for one in summaries if one.is_feasible]
+    if not places:
+        return None
+    columns = list(zip(*places))
+    return [max(column) + 0.1 * ((max(column) - min(column)) or abs(max(column)) or 1.0) for column in columns]
+
+
+def progress(state: State) -> list[tuple[int, float]]:
+    """After each round: finished cells, and the hypervolume of the designs so far by all that is known of them now; with one objective the
+    best mean so far."""
+    summaries = state.summaries()
+    reference = reference_of(state, summaries)
+    if reference is None:
+        return []
+    cells, line = 0, []
+    for turn in range(state.rounds):
+        cells = state.cells_after[turn]
+        places = [place(state.wish, one.means) for one in summaries if one.is_feasible and one.design.round <= turn]
+        if len(reference) > 1:
+            line.append((cells, hypervolume(places, reference)))
+        elif places:
+            line.append((cells, state.wish.objectives[0].sign * min(places)[0]))
+    return line
+
+
+def search_front(state: State) -> list[Summary]:
+    """By the search's own cells."""
+    return front(state.wish, state.summaries())

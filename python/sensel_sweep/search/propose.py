@@ -1,0 +1,114 @@
+"""Proposes designs. Nothing is kept between rounds: the study is built again from the finished designs, and the sampler's seed is that of
+the round."""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+
+import numpy
+import optuna
+from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution, IntDistribution
+
+from .designs import Summary, Wanted
+from .failure import Failure
+from .file import Factor, SearchFile
+
+# Asked again so often where a proposal is known already.
+TRIES = 20
+# Names of NSGA-II's generations in a study; a round is a generation.
+GENERATION = "NSGAIISampler:generation"
+
+
+def seed_of(search: SearchFile, turn: int) -> int:
+    """Of a round."""
+    return int.from_bytes(hashlib.sha256(f"{search.seed} {turn}".encode()).digest()[:4], "big")
+
+
+def kind(search: SearchFile) -> str:
+    """The sampler by name."""
+    return "tpe" if search.sampler == "auto" else search.sampler
+
+
+def sampler(search: SearchFile, turn: int) -> optuna.samplers.BaseSampler:
+    """Seeded for a round."""
+    seed = seed_of(search, turn)
+    name = kind(search)
+    if name == "random":
+        return optuna.samplers.RandomSampler(seed=seed)
+    if name == "nsga2":
+        return optuna.samplers.NSGAIISampler(population_size=max(search.batch, 2), seed=seed)
+    if name == "gp":
+        try:
+            import torch  # noqa: F401
+        except ModuleNotFoundError:
+            raise Failure(f"{search.path}: search.sampler = gp: needs torch, which is not installed; use tpe") from None
+        return optuna.samplers.GPSampler(n_startup_trials=1, seed=seed)
+    return optuna.samplers.TPESampler(n_startup_trials=1, seed=seed)
+
+
+def distribution(factor: Factor) -> BaseDistribution:
+    """Where a factor's values lie. Choices go by number, so that a choice may be any value."""
+    if not factor.is_range:
+        return CategoricalDistribution(list(range(len(factor.choices))))
+    if factor.is_whole:
+        return IntDistribution(int(factor.rounded(factor.low)), int(factor.rounded(factor.high)), log=factor.is_log)
+    return FloatDistribution(factor.low, factor.high, log=factor.is_log)
+
+
+def study_of(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> optuna.Study:
+    """The finished designs as trials. What could not be measured takes the worst value that was; its constraint says that it failed."""
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    directions = ["maximize" if one.is_maximised else "minimize" for one in wish.objectives]
+    study = optuna.create_study(directions=directions, sampler=sampler(search, turn))
+    worst = []
+    for number, objective in enumerate(wish.objectives):
+        known = [one.means[number] for one in summaries if one.means[number] is not None]
+        worst.append(objective.sign * max((objective.sign * value for value in known), default=0.0))
+    distributions = {factor.name: distribution(factor) for factor in search.factors}
+    for one in summaries:
+        is_ = one.design.is_
+        params = {
+            factor.name: is_[factor.name] if factor.is_range else factor.choices.index(is_[factor.name]) for factor in search.factors
+        }
+        trial = optuna.trial.create_trial(
+            values=[worst[number] if mean is None else mean for number, mean in enumerate(one.means)],
+            params=params,
+            distributions=distributions,
+            constraints={str(number): excess for number, excess in enumerate(one.excess)},
+            system_attrs={GENERATION: one.design.round},
+        )
+        study.add_trial(trial)
+    return study
+
+
+def first(search: SearchFile) -> list[dict]:
+    """A Latin hypercube: each range has as many equal parts as there are designs, and each part one of them (McKay 1979)."""
+    generator = numpy.random.Generator(numpy.random.PCG64(seed_of(search, 0)))
+    if kind(search) == "random":
+        shares = generator.random((search.start, len(search.factors)))
+    else:
+        parts = [generator.permutation(search.start) for _ in search.factors]
+        shares = (numpy.array(parts).T + generator.random((search.start, len(search.factors)))) / search.start
+    return [{factor.name: factor.at(float(share)) for factor, share in zip(search.factors, row)} for row in shares]
+
+
+def proposals(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int, count: int) -> list[dict]:
+    """New designs of a round, each once; fewer where the space has no more."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        study = study_of(search, wish, summaries, turn)
+        distributions = {factor.name: distribution(factor) for factor in search.factors}
+        known = [one.design.is_ for one in summaries]
+        found: list[dict] = []
+        for _ in range(count + TRIES):
+            if len(found) == count:
+                break
+            params = study.ask(distributions).params
+            is_ = {
+                factor.name: factor.rounded(params[factor.name]) if factor.is_range else factor.choices[params[factor.name]]
+                for factor in search.factors
+            }
+            if is_ not in known and is_ not in found:
+                found.append(is_)
+    return found

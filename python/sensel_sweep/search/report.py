@@ -1,0 +1,310 @@
+"""Writes a search's page, the chosen design, and the tables behind the page."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from html import escape
+
+import optuna
+
+from .batch import value_text, write_whole
+from .chart import Series, chart, digits
+from .loop import State
+from .outcome import CONFIDENCE, Judged, chosen, judged, limits_moved, prices_doubled, progress, search_front
+from .propose import kind, study_of
+
+STYLE = """:root{color-scheme:light dark;--s1:#0b62c4;--s2:#b3541e;--s3:#2f7d32;--soft:#555;--grid:#e2e2e2;--rule:#888;--bg:#fff;--fg:#1a1a1a}
+@media(prefers-color-scheme:dark){:root{--s1:#7db7ff;--s2:#ffac7a;--s3:#8bd48e;--soft:#bbb;--grid:#333;--rule:#777;--bg:#141414;--fg:#eee}}
+body{font:15px/1.5 system-ui,sans-serif;background:var(--bg);color:var(--fg);margin:0 auto;max-width:1200px;padding:1rem}
+h1{margin:.2em 0}h2{border-bottom:1px solid var(--grid);padding-top:1em;font-size:1.2rem}
+table{border-collapse:collapse}th,td{padding:.2em .7em;border-bottom:1px solid var(--grid);text-align:left}
+td.n{text-align:right;font-variant-numeric:tabular-nums}.note{color:var(--soft);max-width:60em}
+.pair{display:flex;flex-wrap:wrap;gap:2rem;align-items:flex-start}.chart{margin:0;width:min(520px,100%)}
+.chart>svg{width:100%;height:auto;fill:var(--fg)}.legend{list-style:none;display:flex;gap:1rem;padding:0}.legend svg{width:1em;height:1em}
+section{overflow-x:auto}p{max-width:60em}"""
+
+# Designs that a statement on keys rests on, at least.
+DESIGNS_FOR_IMPORTANCE = 20
+# Share by which a limit is moved to see what it costs.
+MOVED = 0.1
+
+
+def write(state: State) -> None:
+    """Writes report.html, report.json and, with a choice, chosen.toml; says what was found."""
+    all_judged = judged(state)
+    number = chosen(state, all_judged)
+    facts = facts_of(state, all_judged, number)
+    write_whole(state.out / "report.json", json.dumps(facts, indent=1) + "\n")
+    lines = sentences(state, all_judged, number)
+    toml = None
+    if number is not None:
+        toml = design_toml(state, number, lines)
+        write_whole(state.out / "chosen.toml", toml)
+    write_whole(state.out / "report.html", page(state, all_judged, number, lines, toml, facts))
+    print("\n".join(lines))
+    print(f"report: {state.out / 'report.html'}")
+    if toml:
+        print(f"design: {state.out / 'chosen.toml'}")
+
+
+def keys_of(state: State, number: int) -> dict:
+    """Keys of the scenario that a design sets, with those that all designs share."""
+    keys = dict(state.search.set)
+    for factor in state.search.factors:
+        keys.update(factor.assigned(state.designs[number].is_[factor.name]))
+    return keys
+
+
+def design_toml(state: State, number: int, lines: list[str]) -> str:
+    """A design as lines of a scenario, with the reasons above them."""
+    comments = "".join(f"# {line}\n" for line in lines)
+    keys = keys_of(state, number)
+    words = " ".join(f"--set {shell(f'{key}={value_text(value)}')}" for key, value in keys.items())
+    rows = "".join(f"{key} = {value_text(value)}\n" for key, value in keys.items())
+    return f"{comments}# sensel run {state.search.scenario} {words}\n\n{rows}"
+
+
+def shell(text: str) -> str:
+    """For a POSIX shell."""
+    return "'" + text.replace("'", "'\\''") + "'"
+
+
+def importance(state: State) -> dict[str, float]:
+    """Which factors mattered for reaching the best tenth of the designs (PED-ANOVA); empty with too few designs."""
+    summaries = state.summaries()
+    if len(summaries) < DESIGNS_FOR_IMPORTANCE:
+        return {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = optuna.importance.get_param_importances(study_of(state.search, state.wish, summaries, 0))
+    return {name: float(share) for name, share in found.items()}
+
+
+def mean_text(mean) -> str:
+    """A mean with its interval."""
+    if mean.value is None:
+        return "not measured"
+    ends = f" ({digits(mean.interval[0])} to {digits(mean.interval[1])})" if mean.interval else ""
+    return digits(mean.value) + ends
+
+
+def design_text(state: State, number: int) -> str:
+    """A design's factors in words."""
+    return ", ".join(f"{name} = {value:.6g}" if isinstance(value, float) else f"{name} = {value}" for name, value in state.designs[number].is_.items())
+
+
+def title_of(state: State, number: int) -> str:
+    """A design's number, and whose guess it is."""
+    guess = state.designs[number].guess
+    return f"design {number}" + (f" (guess: {guess})" if guess else "")
+
+
+def sentences(state: State, all_judged: list[Judged], number: int | None) -> list[str]:
+    """The choice and why, and what other prices and limits would change."""
+    search = state.search
+    if not state.is_finished:
+        if state.final or not search_front(state):
+            return [f"{state.cells} cells of {len(state.designs)} designs: no design keeps all constraints yet."]
+        return [f"{state.cells} of {search.cells} cells are finished; the front is not evaluated yet."]
+    if number is None:
+        return ["No design keeps all constraints on the held-back seeds and trajectories. Loosen a limit, widen a range, or give more cells."]
+    own = next(one for one in all_judged if one.number == number)
+    lines = [f"Chosen: {title_of(state, number)}: {design_text(state, number)}."]
+    lines += [
+        f"{objective.figure} is {mean_text(mean)} over {mean.count} held-back runs (mean with 95 % interval)."
+        for objective, mean in zip(state.wish.objectives, own.means)
+    ]
+    for constraint, kept in zip(state.wish.constraints, own.kept):
+        low, high = (100.0 * end for end in kept.interval)
+        lines.append(
+            f"'{constraint.text}': {kept.met} of {kept.runs} held-back runs keep it (95 % interval {low:.1f} to {high:.1f} %): {kept.verdict}."
+        )
+    count = sum(one.is_admissible for one in all_judged)
+    if len(state.wish.objectives) == 1:
+        goal = "largest" if state.wish.objectives[0].is_maximised else "least"
+        lines.append(f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints, and this one has the {goal} {own_figure(state)}.")
+    else:
+        lines.append(
+            f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints. This one has the least weighted product of its "
+            "objectives: one percent of each weighs as much as its weight says."
+        )
+        for figure, other in prices_doubled(state, all_judged):
+            same = "the choice stays" if other == number else f"{title_of(state, other)} would be chosen: {design_text(state, other)}"
+            lines.append(f"If {figure} cost twice as much, {same}.")
+    for text, limit, other in limits_moved(state, -MOVED):
+        said = "no design of this search keeps it" if other is None else "the best one by the search's own cells is " + title_of(state, other)
+        lines.append(f"With the limit of '{text}' at {digits(limit)}, {said}.")
+    return lines
+
+
+def own_figure(state: State) -> str:
+    """The one objective."""
+    return state.wish.objectives[0].figure
+
+
+def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict:
+    """Everything on the page, for programs."""
+    search, wish = state.search, state.wish
+    designs = []
+    on_front = {one.design.number for one in search_front(state)}
+    for one in state.summaries():
+        design = one.design
+        designs.append(
+            {
+                "number": design.number,
+                "round": design.round,
+                "guess": design.guess,
+                "is": design.is_,
+                "runs": one.runs,
+                "means": dict(zip([objective.figure for objective in wish.objectives], one.means)),
+                "is_feasible": one.is_feasible,
+                "on_front": design.number in on_front,
+                "refused": design.refusal,
+            }
+        )
+    final = []
+    for one in all_judged:
+        means = {
+            objective.figure: {"mean": mean.value, "interval": mean.interval, "runs": mean.count, "lost": mean.lost}
+            for objective, mean in zip(wish.objectives, one.means)
+        }
+        kept = {
+            constraint.text: {"met": own.met, "runs": own.runs, "interval": own.interval, "verdict": own.verdict}
+            for constraint, own in zip(wish.constraints, one.kept)
+        }
+        final.append({"number": one.number, "means": means, "constraints": kept, "is_admissible": one.is_admissible})
+    return {
+        "file": search.path.name,
+        "sampler": kind(search),
+        "seed": search.seed,
+        "optuna": optuna.__version__,
+        "cells": state.cells,
+        "rounds": state.rounds,
+        "is_finished": state.is_finished,
+        "objectives": [{"figure": one.figure, "goal": "maximise" if one.is_maximised else "minimise"} for one in wish.objectives],
+        "constraints": [one.text for one in wish.constraints],
+        "designs": designs,
+        "final": final,
+        "chosen": number,
+        "progress": progress(state),
+        "importance": importance(state),
+    }
+
+
+def page(state: State, all_judged: list[Judged], number: int | None, lines: list[str], toml: str | None, facts: dict) -> str:
+    """The page, one file without network."""
+    search, wish = state.search, state.wish
+    title = escape(f"Search: {search.path.stem}")
+    refused = sum(design.refusal is not None for design in state.designs)
+    failed = sum(result.has_failed for design in state.designs for result in design.results.values())
+    lost = sum(
+        any(not one.is_met(result.figures.get(one.figure)) for one in wish.tracked.values())
+        for design in state.designs
+        for result in design.results.values()
+        if not result.has_failed
+    )
+    wanted = "; ".join([f"{'maximise' if one.is_maximised else 'minimise'} {one.figure}" for one in wish.objectives])
+    limits = "; ".join(one.text for one in wish.constraints) or "none"
+    body = [
+        f"<header><h1>{title}</h1><p>Wanted: {escape(wanted)}. Constraints: {escape(limits)}.</p>"
+        f"<p class=\"note\">{state.cells} cells of {len(state.designs)} designs in {state.rounds} rounds; sampler {kind(search)} of Optuna "
+        f"{optuna.__version__}, search seed {search.seed}. {refused} designs were refused by the scenario, {failed} cells failed, "
+        f"{lost} runs lost track.</p></header><main>",
+        "<section><h2>The choice</h2>" + "".join(f"<p>{escape(line)}</p>" for line in lines),
+        f"<pre>{escape(toml.split(chr(10) * 2, 1)[1])}</pre>" if toml else "",
+        "</section>",
+        front_section(state, all_judged, number),
+        progress_section(state, facts["progress"]),
+        importance_section(facts["importance"]),
+        designs_section(state),
+    ]
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+        f"<title>{title}</title><style>{STYLE}</style></head><body>{''.join(body)}</main></body></html>\n"
+    )
+
+
+def table(heads: list[str], rows: list[list[str]]) -> str:
+    """A table of texts."""
+    head = "".join(f"<th>{escape(one)}</th>" for one in heads)
+    lines = "".join("<tr>" + "".join(f"<td>{escape(one)}</td>" for one in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>"
+
+
+def front_section(state: State, all_judged: list[Judged], number: int | None) -> str:
+    """The front on held-back runs, with intervals."""
+    wish = state.wish
+    figures = [one.figure for one in wish.objectives]
+    trajectories = state.search.final.trajectories
+    same = trajectories == state.search.trajectories
+    held = f"{len(state.search.final.seeds)} seeds" + (
+        ", on the trajectories of the search: no others were given" if same else f" and {len(trajectories)} trajectories"
+    )
+    rows = []
+    for one in all_judged:
+        kept = [f"{own.met} of {own.runs}: {own.verdict}" for own in one.kept]
+        search_means = [digits(mean) for mean in next(s.means for s in state.summaries() if s.design.number == one.number)]
+        name = title_of(state, one.number) + (" (chosen)" if one.number == number else "")
+        rows.append([name, *(mean_text(mean) for mean in one.means), *kept, ", ".join(search_means), design_text(state, one.number)])
+    heads = ["design", *figures, *(one.text for one in wish.constraints), "means in the search", "is"]
+    picture = ""
+    if len(figures) >= 2:
+        feasible = [one for one in state.summaries() if one.is_feasible]
+        final = [one for one in all_judged if all(mean.value is not None for mean in one.means)]
+        picture = chart(
+            f"{figures[1]} against {figures[0]}",
+            figures[0],
+            figures[1],
+            [
+                Series("search, feasible", "var(--grid)", [(one.means[0], one.means[1]) for one in feasible], radius_px=3.0),
+                Series(
+                    "evaluated anew",
+                    "var(--s1)",
+                    [(one.means[0].value, one.means[1].value) for one in final],
+                    [one.means[1].interval for one in final],
+                    [one.means[0].interval for one in final],
+                    [str(one.number) for one in final],
+                ),
+            ],
+        )
+    return (
+        f"<section><h2>Front</h2>{picture}<p class=\"note\">Evaluated anew on what the search never saw: {escape(held)}. Means with "
+        f"{100 * CONFIDENCE:.0f} % intervals of Student's t, which count runs as independent. A mean of the search itself is too good where the "
+        f"design was picked for it.</p>{table(heads, rows)}</section>"
+    )
+
+
+def progress_section(state: State, line: list[tuple[int, float]]) -> str:
+    """Hypervolume, or the best figure, over cells."""
+    several = len(state.wish.objectives) > 1
+    label = "hypervolume" if several else f"best {own_figure(state)}"
+    series = Series(label, "var(--s1)", [(float(cells), value) for cells, value in line], is_line=True)
+    note = "The reference point is the worst feasible design, a tenth of the span further out. " if several else ""
+    return (
+        f"<section><h2>Progress</h2>{chart(f'{label} over cells', 'cells', label, [series])}<p class=\"note\">{note}Designs count by all "
+        "that is known of them now.</p></section>"
+    )
+
+
+def importance_section(shares: dict[str, float]) -> str:
+    """Which keys mattered."""
+    if not shares:
+        return f'<section><h2>Which keys mattered</h2><p class="note">Fewer than {DESIGNS_FOR_IMPORTANCE} designs tell nothing of that.</p></section>'
+    rows = [[name, f"{100 * share:.0f} %"] for name, share in shares.items()]
+    note = (
+        "PED-ANOVA: how far a key's values among the best tenth of the designs differ from those among all, as a share over the keys. It "
+        "tells what told good designs from others in this search, not the size of an effect."
+    )
+    return f'<section><h2>Which keys mattered</h2>{table(["factor", "share"], rows)}<p class="note">{note}</p></section>'
+
+
+def designs_section(state: State) -> str:
+    """Every design."""
+    rows = []
+    on_front = {one.design.number for one in search_front(state)}
+    for one in state.summaries():
+        state_text = one.design.refusal or ("front" if one.design.number in on_front else "feasible" if one.is_feasible else "misses a constraint")
+        rows.append([title_of(state, one.design.number), str(one.design.round), str(one.runs), *map(digits, one.means), state_text, design_text(state, one.design.number)])
+    heads = ["design", "round", "runs", *(one.figure for one in state.wish.objectives), "state", "is"]
+    return f"<section><h2>All designs</h2>{table(heads, rows)}</section>"

@@ -1,0 +1,89 @@
+"""Searches the stand-in with Optuna and at random, with the same number of cells, and compares the hypervolumes of what they found.
+
+The volume counts the true figures of the designs that each search names as its front: noise makes no volume."""
+
+import argparse
+import json
+import math
+import os
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import search_stand_in as stand_in
+from scipy import stats
+from sensel_sweep.cluster import Engine
+from sensel_sweep.search import file, loop
+from sensel_sweep.search.designs import front, hypervolume
+
+CELLS = 60
+SEARCH = """
+scenario = "stand_in"
+constraints = ["ate_m < 0.04 for 90 %"]
+{factors}
+[[factor]]
+name = "smoothing"
+key = "smoothing"
+values = ["off", "binomial"]
+[[objective]]
+figure = "power_mw"
+[[objective]]
+figure = "ate_m"
+[search]
+sampler = "{sampler}"
+seed = {seed}
+cells = {cells}
+batch = 6
+seeds = 1
+seeds_most = 4
+"""
+
+
+def program(folder):
+    """The stand-in as a program of one name."""
+    place = folder / "stand-in"
+    place.write_text(f'#!/bin/sh\nexec "{sys.executable}" -S -E "{stand_in.__file__}" "$@"\n', encoding="utf-8")
+    place.chmod(0o755)
+    return str(place)
+
+
+def volume(folder, sampler, seed):
+    """Of one search."""
+    out = folder / f"{sampler}-{seed}"
+    factors = "".join(
+        f'[[factor]]\nkey = "{name}"\nlow = {low}\nhigh = {high}\nspacing = "log"\n' for name, (low, high) in stand_in.RANGES.items()
+    )
+    place = folder / f"{sampler}-{seed}.toml"
+    place.write_text(SEARCH.format(factors=factors, sampler=sampler, seed=seed, cells=CELLS), encoding="utf-8")
+    state = loop.State(file.read(place), out)
+    with Engine(argparse.Namespace(engine="local", program=str(folder / "stand-in"), rest=[])) as engine:
+        loop.check_identity(state)
+        while loop.play(state, engine):
+            pass
+    assert state.cells == CELLS, state.cells
+    found = [stand_in.truth(one.design.is_) for one in front(state.wish, state.summaries())]
+    return hypervolume([list(one) for one in found], list(stand_in.REFERENCE))
+
+
+def main():
+    sampler, count = sys.argv[1], int(sys.argv[2])
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        program(folder)
+        jobs = [(kind, seed) for seed in range(1, count + 1) for kind in (sampler, "random")]
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            volumes = dict(zip(jobs, pool.map(lambda job: volume(folder, *job), jobs)))
+    whole = stand_in.front_volume()
+    logs = [math.log(volumes[sampler, seed] / volumes["random", seed]) for seed in range(1, count + 1)]
+    mean = math.fsum(logs) / count
+    sd = math.sqrt(math.fsum((one - mean) ** 2 for one in logs) / (count - 1))
+    half = float(stats.t.ppf(0.975, count - 1)) * sd / math.sqrt(count)
+    shares = {kind: [volumes[kind, seed] / whole for seed in range(1, count + 1)] for kind in (sampler, "random")}
+    means = {kind: math.fsum(values) / count for kind, values in shares.items()}
+    said = {"cells": CELLS, "ratio": math.exp(mean), "interval": [math.exp(mean - half), math.exp(mean + half)], "share_of_front": means}
+    print(json.dumps({**said, "ratios": [math.exp(one) for one in logs]}))
+
+
+if __name__ == "__main__":
+    main()

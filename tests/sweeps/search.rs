@@ -1,0 +1,153 @@
+//! Searches for designs: better than chance on a known front, the same cells on every engine, refusals in words.
+#![cfg(feature = "outside")]
+
+use std::path::Path;
+use std::process::Command;
+
+use super::Place;
+use super::outside::judge;
+
+/// Two figures over four keys of a small room, in three rounds.
+const SEARCH: &str = r#"
+scenario = "box"
+constraints = ["power_mw < 1000", "tracked_fraction >= 0"]
+[set]
+"run.frames" = 3
+"run.samples_per_pixel" = 1
+"sensor.width" = 96
+"sensor.height" = 72
+"run.render_quantum_efficiency" = 0.5
+"run.render_full_well_e" = 9000.0
+[[factor]]
+name = "bits"
+key = "sensor.adc.bits"
+low = 4
+high = 10
+whole = true
+[[factor]]
+name = "read_noise_uv"
+key = "sensor.pixel.read_noise_uv"
+low = 50.0
+high = 800.0
+spacing = "log"
+[[factor]]
+name = "sent"
+key = "link.mode"
+values = ["features", "both"]
+[[objective]]
+figure = "power_mw"
+[[objective]]
+figure = "mean_signal_e"
+goal = "maximise"
+[[guess]]
+name = "expert"
+is = { bits = 8, read_noise_uv = 200.0, sent = "features" }
+[search]
+cells = 40
+batch = 6
+seeds = 1
+seeds_most = 4
+[final]
+seeds = 2
+designs = 3
+"#;
+
+#[test]
+fn a_search_finds_more_of_a_known_front_than_chance() {
+    let said = judge("search_front.py", &["tpe", "10"]);
+    println!("{said}");
+    // The mean over ten searches, and the lower end of its interval.
+    assert!(said["ratio"].as_f64().unwrap() >= 1.2 && said["interval"][0].as_f64().unwrap() > 1.0, "{said}");
+    let share = |kind: &str| said["share_of_front"][kind].as_f64().unwrap();
+    assert!(share("random") > 0.0 && share("tpe") <= 1.0, "{said}");
+}
+
+#[test]
+fn one_seed_gives_the_same_cells_on_threads_and_on_dask_with_a_killed_worker() {
+    let place = Place::new("search-engines", SEARCH);
+    let [file, first, second, cache] = ["sweep.toml", "threads", "dask", "cache"].map(|name| place.scratch.join(name));
+    let program = env!("CARGO_BIN_EXE_sensel");
+    let said =
+        judge("search_engines.py", &[program, &file, &first, &second, "--cache", &cache, "--photons-gib", "1"]);
+    assert_eq!((said["exit"][0].as_u64(), said["exit"][1].as_u64()), (Some(0), Some(0)), "{said}");
+    assert!(said["killed"].as_u64().unwrap() >= 2, "a worker was killed while it ran cells: {said}");
+    assert!((1..45).contains(&said["finished_at_kill"].as_u64().unwrap()), "in mid-search: {said}");
+    // Plan, sweep file and table of every round: three rounds or more, and the final one.
+    assert!(said["files"].as_u64().unwrap() >= 12 && said["files"] == said["equal"], "{said}");
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(Path::new(&first).join("report.json")).unwrap()).unwrap();
+    assert_eq!((report["cells"].as_u64(), report["is_finished"].as_bool()), (Some(40), Some(true)));
+    assert!(report["chosen"].is_u64(), "{report}");
+    let guesses = report["final"].as_array().unwrap().iter().filter(|one| one["number"] == 8).count();
+    assert_eq!(guesses, 1, "the guess is evaluated anew: {}", report["final"]);
+    let page = std::fs::read_to_string(Path::new(&first).join("report.html")).unwrap();
+    for words in ["The choice", "Front", "Progress", "Which keys mattered", "(guess: expert)", "cost twice"] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(!page.contains("http://") && !page.contains("https://"), "the page needs no network");
+    let chosen = std::fs::read_to_string(Path::new(&first).join("chosen.toml")).unwrap();
+    let keys: toml::Table = chosen.parse().unwrap();
+    assert!(keys["sensor"]["adc"]["bits"].is_integer(), "{chosen}");
+}
+
+/// `sensel-sweep` with these words: exit code and stderr.
+fn sensel_sweep(words: &[&str]) -> (Option<i32>, String) {
+    let python = std::env::var("SENSEL_JUDGE_PYTHON").expect("./check names the judges' Python in SENSEL_JUDGE_PYTHON");
+    let mut command = Command::new(python);
+    command.args(["-c", "from sensel_sweep import main; main()"]).args(words);
+    command.env("PYTHONPATH", Path::new(env!("CARGO_MANIFEST_DIR")).join("python"));
+    let output = command.output().expect("the judges' Python runs");
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn a_bad_search_is_refused_before_its_first_cell() {
+    let bits = "key = \"sensor.adc.bits\"\nlow = 4\nhigh = 10\nwhole = true";
+    let cases: [(&str, &str, &[&str]); 14] = [
+        ("figure = \"power_mw\"", "figure = \"power_mww\"", &["objective.0.figure", "power_mww", "energy.power_mw"]),
+        ("\"power_mw < 1000\"", "\"powr_mw < 9\"", &["constraints.0", "powr_mw", "energy.power_mw"]),
+        ("\"power_mw < 1000\"", "\"power_mw\"", &["constraints.0", "ate_m < 0.010 for 99 %"]),
+        ("\"power_mw < 1000\"", "\"power_mw < 9 for 100 %\"", &["constraints.0", "below 100 %"]),
+        ("low = 4\nhigh = 10", "low = 10\nhigh = 4", &["factor.0.high = 4", "above low, which is 10"]),
+        ("low = 50.0", "low = -50.0", &["factor.1.low = -50.0", "above 0"]),
+        ("sensor.adc.bits", "sensor.adc.bit", &["sensor.adc.bit", "did you mean 'bits'"]),
+        ("high = 10", "high = 10\nstep = 2", &["factor.0.step", "unknown key"]),
+        ("cells = 40", "cells = 4", &["search.cells = 4", "9 cells", "or more"]),
+        ("batch = 6", "batch = 6\nsampler = \"cma\"", &["search.sampler = cma", "tpe", "nsga2"]),
+        ("bits = 8, ", "bits = 11, ", &["guess.0.is.bits = 11", "from 4 to 10"]),
+        ("[final]\nseeds = 2", "[final]\nseeds = [3]", &["final.seeds = 3", "5 or more"]),
+        ("goal = \"maximise\"", "goal = \"max\"", &["objective.1.goal = max", "maximise"]),
+        (bits, "key = \"sensor.adc.bits\"\nvalues = [70, 80]", &["refuses every design", "sensor.adc.bits"]),
+    ];
+    let mut tried = 0;
+    for (from, to, words) in cases {
+        let text = SEARCH.replace(from, to);
+        assert_ne!(text, SEARCH, "{from}");
+        let text = if to.contains("values = [70") { text.replace("bits = 8", "bits = 70") } else { text };
+        let place = Place::new("search-refused", &text);
+        let [file, out] = ["sweep.toml", "out"].map(|name| place.scratch.join(name));
+        let (code, said) = sensel_sweep(&["search", &file, "--out", &out, "--program", env!("CARGO_BIN_EXE_sensel")]);
+        assert_eq!(code, Some(2), "{to}: {said}");
+        for word in words {
+            assert!(said.contains(word), "{word}: {said}");
+        }
+        assert!(said.contains("sweep.toml") && said.trim().lines().count() == 1, "one line that names the file: {said}");
+        assert!(!Path::new(&out).join("sweep").exists(), "no cell ran: {to}");
+        tried += 1;
+    }
+    assert_eq!(tried, 14);
+}
+
+#[test]
+fn a_search_whose_cells_all_fail_says_why() {
+    // A pose error needs two frames.
+    let place = Place::new("search-failed", &SEARCH.replace("\"run.frames\" = 3", "\"run.frames\" = 3\n\"run.rung\" = \"expected\""));
+    let [file, out] = ["sweep.toml", "out"].map(|name| place.scratch.join(name));
+    let words = ["search", &file, "--out", &out, "--program", env!("CARGO_BIN_EXE_sensel"), "--photons-gib", "0"];
+    let (code, said) = sensel_sweep(&words);
+    let last = said.lines().last().unwrap_or_default();
+    assert_eq!(code, Some(3), "{said}");
+    for word in ["sweep.toml", "all 9 cells", "run.rung", "use sampled"] {
+        assert!(last.contains(word), "{word}: {said}");
+    }
+}
