@@ -52,6 +52,9 @@ fn a_specification_of_no_figure_names_the_nearest_ones() {
     assert!(!place.scratch.path().join("out").exists(), "it is refused before anything runs");
     let said = place.sweep("run", "out", &["--spec", "ate_m"]);
     assert!(said.code == 2 && said.stderr.contains("for 99 %"), "{}", said.stderr);
+    // Only a run with an extractor has its clocks.
+    let said = place.done("run", "keeps-up", &["--spec", "timing.extractor.frames_over <= 0 for 20 %"]);
+    assert!(said.stdout.contains("2 of 2 runs"), "{}", said.stdout);
     let said = place.done("run", "out", &["--spec", "power_mw > 0 for 20 %"]);
     assert!(said.stdout.contains("open: 2 of 2 runs") && said.stdout.contains("further runs"), "{}", said.stdout);
 }

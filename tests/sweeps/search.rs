@@ -117,13 +117,13 @@ fn a_bad_search_is_refused_before_its_first_cell() {
         ("bits = 8, ", "bits = 11, ", &["guess.0.is.bits = 11", "from 4 to 10"]),
         ("[final]\nseeds = 2", "[final]\nseeds = [3]", &["final.seeds = 3", "5 or more"]),
         ("goal = \"maximise\"", "goal = \"max\"", &["objective.1.goal = max", "maximise"]),
-        (bits, "key = \"sensor.adc.bits\"\nvalues = [70, 80]", &["refuses every design", "sensor.adc.bits"]),
+        (bits, "key = \"sensor.adc.bits\"\nvalues = [\"a\", \"b\"]", &["sensor.adc.bits", "whole number"]),
     ];
     let mut tried = 0;
     for (from, to, words) in cases {
         let text = SEARCH.replace(from, to);
         assert_ne!(text, SEARCH, "{from}");
-        let text = if to.contains("values = [70") { text.replace("bits = 8", "bits = 70") } else { text };
+        let text = if to.contains("values = [") { text.replace("bits = 8", "bits = \"a\"") } else { text };
         let place = Place::new("search-refused", &text);
         let [file, out] = ["sweep.toml", "out"].map(|name| place.scratch.join(name));
         let (code, said) = sensel_sweep(&["search", &file, "--out", &out, "--program", env!("CARGO_BIN_EXE_sensel")]);
@@ -140,14 +140,14 @@ fn a_bad_search_is_refused_before_its_first_cell() {
 
 #[test]
 fn a_search_whose_cells_all_fail_says_why() {
-    // A pose error needs two frames.
-    let place = Place::new("search-failed", &SEARCH.replace("\"run.frames\" = 3", "\"run.frames\" = 3\n\"run.rung\" = \"expected\""));
+    let text = SEARCH.replace("low = 4\nhigh = 10\nwhole = true", "values = [70, 80]").replace("bits = 8", "bits = 70");
+    let place = Place::new("search-failed", &text);
     let [file, out] = ["sweep.toml", "out"].map(|name| place.scratch.join(name));
     let words = ["search", &file, "--out", &out, "--program", env!("CARGO_BIN_EXE_sensel"), "--photons-gib", "0"];
     let (code, said) = sensel_sweep(&words);
     let last = said.lines().last().unwrap_or_default();
     assert_eq!(code, Some(3), "{said}");
-    for word in ["sweep.toml", "all 9 cells", "run.rung", "use sampled"] {
+    for word in ["sweep.toml", "all 9 cells", "sensor.adc.bits", "use 1 to 16"] {
         assert!(last.contains(word), "{word}: {said}");
     }
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -93,7 +94,9 @@ def refusal(engine: Engine, search: SearchFile, cells: list[tuple[str, dict]], f
     if said.returncode == DONE:
         return None
     lines = [line for line in said.stderr.splitlines() if line.strip()]
-    return (lines[-1] if lines else f"exit code {said.returncode}").removeprefix("error: ").replace(str(folder) + "/", "")
+    last = lines[-1] if lines else f"'sensel sweep run' ended with exit code {said.returncode}"
+    # The file's name and line are those of a file that the user never sees.
+    return re.sub(r"^(sensel: )?(\S*check\.toml(:\d+)?: )?", "", last)
 
 
 def gathered(engine: Engine, file: Path, out: Path, table: Path) -> dict[str, Result]:

@@ -129,9 +129,10 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
             f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints. This one has the least weighted product of its "
             "objectives: one percent of each weighs as much as its weight says."
         )
-        for figure, other in prices_doubled(state, all_judged):
+        for objective, (figure, other) in zip(state.wish.objectives, prices_doubled(state, all_judged)):
+            priced = "were worth" if objective.is_maximised else "cost"
             same = "the choice stays" if other == number else f"{title_of(state, other)} would be chosen: {design_text(state, other)}"
-            lines.append(f"If {figure} cost twice as much, {same}.")
+            lines.append(f"If {figure} {priced} twice as much, {same}.")
     for text, limit, other in limits_moved(state, -MOVED):
         said = "no design of this search keeps it" if other is None else "the best one by the search's own cells is " + title_of(state, other)
         lines.append(f"With the limit of '{text}' at {digits(limit)}, {said}.")

@@ -11,7 +11,7 @@ use sensel::sweep::specification::Specification;
 use sensel::sweep::{CellRecord, Cells};
 
 /// Figures whose names depend on the run: they are looked for in a finished cell alone.
-const OF_A_RUN: [&str; 3] = ["cameras_alone.", "energy.blocks.", "energy.rails."];
+const OF_A_RUN: [&str; 4] = ["cameras_alone.", "energy.blocks.", "energy.rails.", "timing.extractor."];
 
 /// Reads all `--spec` texts. A figure that no report has is refused before anything runs.
 pub fn parse(texts: &[String]) -> Result<Vec<Specification>, Error> {
