@@ -1,4 +1,5 @@
-"""Searches twice from one seed: with the program's own threads, and on a local Dask cluster of which a worker is killed in mid-search."""
+"""Searches three times from one seed: with the program's own threads, on a local Dask cluster of which a worker is killed in mid-search,
+and with array scripts for Slurm, whose tasks a stand-in for sbatch runs one after the other."""
 
 import filecmp
 import glob
@@ -6,29 +7,58 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from dask_sweep import kill_one
 from distributed import Client, LocalCluster
 
+# Takes the place of `sbatch --wait`: runs the array's tasks in bash.
+SBATCH = """#!/bin/bash
+script="${@: -1}"
+tasks=$(sed -n 's/^#SBATCH --array=1-//p' "$script")
+for task in $(seq "$tasks"); do SLURM_CPUS_PER_TASK=1 SLURM_ARRAY_TASK_ID=$task bash "$script" || exit $?; done
+"""
 SEARCH = [sys.executable, "-c", "from sensel_sweep import main; main()", "search"]
 
 
-def main():
-    program, file, first, second, *rest = sys.argv[1:]
-    words = [*SEARCH, file, "--program", program, *rest]
-    alone = subprocess.run([*words, "--out", first], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, check=False)
+def run(words, **more):
+    """A search to its end."""
+    return subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, check=False, **more).returncode
+
+
+def on_dask(words, out):
+    """Exit code, processes killed, and cells finished at that time."""
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
         workers = list(client.run(os.getpid).values())
-        on_dask = ["--engine", "dask", "--scheduler", cluster.scheduler_address, "--chunk", "2", "--out", second]
-        submitted = subprocess.Popen([*words, *on_dask], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
-        killed, finished = kill_one(submitted, workers, f"{second}/sweep")
-        submitted.communicate(timeout=600)
-    names = sorted(Path(place).name for place in glob.glob(f"{first}/rounds/*"))
-    equal, differ, missing = filecmp.cmpfiles(f"{first}/rounds", f"{second}/rounds", names, shallow=False)
-    said = {"exit": [alone.returncode, submitted.returncode], "killed": killed, "finished_at_kill": finished}
-    said |= {"files": len(names), "equal": len(equal), "differ": differ + missing, "said": alone.stdout}
-    print(json.dumps(said))
+        more = ["--engine", "dask", "--scheduler", cluster.scheduler_address, "--chunk", "3", "--out", out]
+        submitted = subprocess.Popen([*words, *more], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        killed, finished = kill_one(submitted, workers, f"{out}/sweep")
+        return submitted.wait(timeout=600), killed, finished
+
+
+def on_slurm(words, out):
+    """Exit code."""
+    with tempfile.TemporaryDirectory() as folder:
+        sbatch = Path(folder) / "sbatch"
+        sbatch.write_text(SBATCH, encoding="utf-8")
+        sbatch.chmod(0o755)
+        more = ["--engine", "slurm", "--jobs", "2", "--out", out]
+        return run([*words, *more], env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"})
+
+
+def main():
+    program, file, threads, dask, slurm, *rest = sys.argv[1:]
+    words = [*SEARCH, file, "--program", program, *rest]
+    alone = run([*words, "--out", threads])
+    code, killed, finished = on_dask(words, dask)
+    codes = [alone, code, on_slurm(words, slurm)]
+    names = sorted(Path(place).name for place in glob.glob(f"{threads}/rounds/*"))
+    unequal = []
+    for other in (dask, slurm):
+        _, differ, missing = filecmp.cmpfiles(f"{threads}/rounds", f"{other}/rounds", names, shallow=False)
+        unequal += [f"{other}: {name}" for name in differ + missing]
+    print(json.dumps({"exit": codes, "killed": killed, "finished_at_kill": finished, "files": len(names), "unequal": unequal}))
 
 
 if __name__ == "__main__":

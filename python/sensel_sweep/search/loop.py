@@ -90,7 +90,8 @@ def check_identity(state: State) -> None:
             raise Failure(f"{state.search.path}: has changed since {state.out} was searched; name another folder with --out")
         return
     if state.reads_only:
-        raise Failure(f"{state.out}: holds no search; run 'sensel-sweep search {state.search.path.name}' first, or name its folder with --out")
+        reason = f"holds no search; run 'sensel-sweep search {state.search.path.name}' first, or name its folder with --out"
+        raise Failure(f"{state.out}: {reason}")
     if state.out.exists() and any(state.out.iterdir()):
         raise Failure(f"{state.out}: holds files and no search; name an empty folder with --out")
     write_whole(place, json.dumps({"search": state.search.identity, "optuna": optuna.__version__}) + "\n")

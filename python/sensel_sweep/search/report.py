@@ -14,7 +14,8 @@ from .loop import State
 from .outcome import CONFIDENCE, Judged, chosen, judged, limits_moved, prices_doubled, progress, search_front
 from .propose import kind, study_of
 
-STYLE = """:root{color-scheme:light dark;--s1:#0b62c4;--s2:#b3541e;--s3:#2f7d32;--soft:#555;--grid:#e2e2e2;--rule:#888;--bg:#fff;--fg:#1a1a1a}
+STYLE = """:root{color-scheme:light dark;--s1:#0b62c4;--s2:#b3541e;--s3:#2f7d32;--soft:#555;--grid:#e2e2e2;--rule:#888;--bg:#fff;
+--fg:#1a1a1a}
 @media(prefers-color-scheme:dark){:root{--s1:#7db7ff;--s2:#ffac7a;--s3:#8bd48e;--soft:#bbb;--grid:#333;--rule:#777;--bg:#141414;--fg:#eee}}
 body{font:15px/1.5 system-ui,sans-serif;background:var(--bg);color:var(--fg);margin:0 auto;max-width:1200px;padding:1rem}
 h1{margin:.2em 0}h2{border-bottom:1px solid var(--grid);padding-top:1em;font-size:1.2rem}
@@ -91,7 +92,8 @@ def mean_text(mean) -> str:
 
 def design_text(state: State, number: int) -> str:
     """A design's factors in words."""
-    return ", ".join(f"{name} = {value:.6g}" if isinstance(value, float) else f"{name} = {value}" for name, value in state.designs[number].is_.items())
+    is_ = state.designs[number].is_
+    return ", ".join(f"{name} = {value:.6g}" if isinstance(value, float) else f"{name} = {value}" for name, value in is_.items())
 
 
 def title_of(state: State, number: int) -> str:
@@ -108,7 +110,7 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
             return [f"{state.cells} cells of {len(state.designs)} designs: no design keeps all constraints yet."]
         return [f"{state.cells} of {search.cells} cells are finished; the front is not evaluated yet."]
     if number is None:
-        return ["No design keeps all constraints on the held-back seeds and trajectories. Loosen a limit, widen a range, or give more cells."]
+        return ["No design keeps all constraints on the held-back runs. Loosen a limit, widen a range, or give more cells."]
     own = next(one for one in all_judged if one.number == number)
     lines = [f"Chosen: {title_of(state, number)}: {design_text(state, number)}."]
     lines += [
@@ -117,26 +119,33 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
     ]
     for constraint, kept in zip(state.wish.constraints, own.kept):
         low, high = (100.0 * end for end in kept.interval)
-        lines.append(
-            f"'{constraint.text}': {kept.met} of {kept.runs} held-back runs keep it (95 % interval {low:.1f} to {high:.1f} %): {kept.verdict}."
-        )
+        interval = f"95 % interval {low:.1f} to {high:.1f} %"
+        lines.append(f"'{constraint.text}': {kept.met} of {kept.runs} held-back runs keep it ({interval}): {kept.verdict}.")
     count = sum(one.is_admissible for one in all_judged)
     if len(state.wish.objectives) == 1:
         goal = "largest" if state.wish.objectives[0].is_maximised else "least"
-        lines.append(f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints, and this one has the {goal} {own_figure(state)}.")
+        found = f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints"
+        lines.append(f"{found}, and this one has the {goal} {own_figure(state)}.")
     else:
         lines.append(
-            f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints. This one has the least weighted product of its "
-            "objectives: one percent of each weighs as much as its weight says."
+            f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints. This one has the least weighted product "
+            "of its objectives: one percent of each weighs as much as its weight says."
         )
         for objective, (figure, other) in zip(state.wish.objectives, prices_doubled(state, all_judged)):
             priced = "were worth" if objective.is_maximised else "cost"
             same = "the choice stays" if other == number else f"{title_of(state, other)} would be chosen: {design_text(state, other)}"
             lines.append(f"If {figure} {priced} twice as much, {same}.")
     for text, limit, other in limits_moved(state, -MOVED):
-        said = "no design of this search keeps it" if other is None else "the best one by the search's own cells is " + title_of(state, other)
+        best_one = "" if other is None else f"the best one of the search is {title_of(state, other)}, with {means_text(state, other)}"
+        said = best_one or "no design of this search keeps it"
         lines.append(f"With the limit of '{text}' at {digits(limit)}, {said}.")
     return lines
+
+
+def means_text(state: State, number: int) -> str:
+    """A design's means in the search."""
+    means = next(one.means for one in state.summaries() if one.design.number == number)
+    return " and ".join(f"{one.figure} {digits(mean)}" for one, mean in zip(state.wish.objectives, means))
 
 
 def own_figure(state: State) -> str:
@@ -258,7 +267,7 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
             figures[0],
             figures[1],
             [
-                Series("search, feasible", "var(--grid)", [(one.means[0], one.means[1]) for one in feasible], radius_px=3.0),
+                Series("search, feasible", "var(--rule)", [(one.means[0], one.means[1]) for one in feasible], radius_px=3.0),
                 Series(
                     "evaluated anew",
                     "var(--s1)",
@@ -271,8 +280,8 @@ def front_section(state: State, all_judged: list[Judged], number: int | None) ->
         )
     return (
         f"<section><h2>Front</h2>{picture}<p class=\"note\">Evaluated anew on what the search never saw: {escape(held)}. Means with "
-        f"{100 * CONFIDENCE:.0f} % intervals of Student's t, which count runs as independent. A mean of the search itself is too good where the "
-        f"design was picked for it.</p>{table(heads, rows)}</section>"
+        f"{100 * CONFIDENCE:.0f} % intervals of Student's t, which count runs as independent. A mean of the search itself is too good "
+        f"where the design was picked for it.</p>{table(heads, rows)}</section>"
     )
 
 
@@ -291,7 +300,8 @@ def progress_section(state: State, line: list[tuple[int, float]]) -> str:
 def importance_section(shares: dict[str, float]) -> str:
     """Which keys mattered."""
     if not shares:
-        return f'<section><h2>Which keys mattered</h2><p class="note">Fewer than {DESIGNS_FOR_IMPORTANCE} designs tell nothing of that.</p></section>'
+        few = f"Fewer than {DESIGNS_FOR_IMPORTANCE} designs tell nothing of that."
+        return f'<section><h2>Which keys mattered</h2><p class="note">{few}</p></section>'
     rows = [[name, f"{100 * share:.0f} %"] for name, share in shares.items()]
     note = (
         "PED-ANOVA: how far a key's values among the best tenth of the designs differ from those among all, as a share over the keys. It "
@@ -305,7 +315,8 @@ def designs_section(state: State) -> str:
     rows = []
     on_front = {one.design.number for one in search_front(state)}
     for one in state.summaries():
-        state_text = one.design.refusal or ("front" if one.design.number in on_front else "feasible" if one.is_feasible else "misses a constraint")
-        rows.append([title_of(state, one.design.number), str(one.design.round), str(one.runs), *map(digits, one.means), state_text, design_text(state, one.design.number)])
+        verdict = "front" if one.design.number in on_front else "feasible" if one.is_feasible else "misses a constraint"
+        name, what = title_of(state, one.design.number), design_text(state, one.design.number)
+        rows.append([name, str(one.design.round), str(one.runs), *map(digits, one.means), one.design.refusal or verdict, what])
     heads = ["design", "round", "runs", *(one.figure for one in state.wish.objectives), "state", "is"]
     return f"<section><h2>All designs</h2>{table(heads, rows)}</section>"
