@@ -54,6 +54,12 @@ designs = 2
 "#;
 
 #[test]
+fn the_parts_of_a_search_keep_closed_forms() {
+    let said = judge("search_parts.py", &[]);
+    assert_eq!((said["volumes"].as_u64(), said["checks"].as_u64()), (Some(80), Some(5)), "{said}");
+}
+
+#[test]
 fn a_search_finds_more_of_a_known_front_than_chance() {
     let said = judge("search_front.py", &["tpe", "10"]);
     println!("{said}");

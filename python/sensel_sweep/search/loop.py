@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -183,7 +184,7 @@ def run_round(state: State, engine: Engine, place: Path, plan: Plan, trajectorie
     labels = [run.label for run in accepted]
     if engine.arguments.engine == "none" and not set(labels) <= set(read_or_gather(state, engine, file)):
         if not state.reads_only:
-            print(file)
+            print(shlex.join(engine.words("run", file, state.sweep)))
         raise Paused
     found = run_batch(engine, file, state.sweep, labels, f"{comment}: {len(labels)} cells")
     return {run: found[run.label] for run in accepted}
