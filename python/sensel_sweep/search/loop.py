@@ -17,12 +17,14 @@ from .designs import Design, Summary, Wanted, summary, wanted
 from .failure import Failure
 from .file import SearchFile
 from .propose import first, proposals
-from .racing import seeds_wanted
+from .racing import layers, near_front, seeds_wanted
 
 # Figures that only a finished cell names, because they depend on the run.
 OF_A_RUN = ("cameras_alone.", "energy.blocks.", "energy.rails.", "timing.extractor.")
 # Share of a round's new cells that designs near the front may take for more seeds.
 RACE_SHARE = 0.25
+# Share of all cells, the last ones, that go to more seeds of the best designs before any new design: few runs keep a limit by luck.
+CONFIRM_SHARE = 0.25
 
 
 @dataclass
@@ -130,11 +132,15 @@ def next_plan(state: State) -> Plan:
         points = [(is_, None) for is_ in first(search)] + [(is_, name) for name, is_ in search.guesses]
     else:
         summaries = state.summaries()
+        of_round = search.batch * search.replicates
         if search.sampler != "random":
-            extra = seeds_wanted(search, state.wish, summaries, min(left, int(RACE_SHARE * search.batch * search.replicates)))
+            confirms = state.cells >= (1.0 - CONFIRM_SHARE) * search.cells
+            ranked = layers(state.wish, summaries) if confirms else near_front(state.wish, summaries)
+            extra = seeds_wanted(search, ranked, min(left, of_round if confirms else int(RACE_SHARE * of_round)))
+            left = 0 if confirms and extra else left
         left -= sum(len(seeds) for seeds in extra.values()) * len(search.trajectories)
         count = min(search.batch, left // search.replicates)
-        points = [(is_, None) for is_ in proposals(search, state.wish, summaries, turn, count)] if count else []
+        points = [(is_, None) for is_ in proposals(search, state.wish, summaries, turn, count)] if count > 0 else []
     new = [Design(len(state.designs) + place, is_, turn, guess) for place, (is_, guess) in enumerate(points)]
     runs = [run for design in new for run in runs_of(search.trajectories, design.number, list(range(1, search.seeds + 1)))]
     runs += [run for number, seeds in extra.items() for run in runs_of(search.trajectories, number, seeds)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .designs import Summary, Wanted
+from .designs import Summary, Wanted, front
 from .file import SearchFile
 
 # A design stays in the race while nothing beats it by more than so many standard errors in every objective.
@@ -64,10 +64,20 @@ def near_front(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
     return [one for ahead, _, one in ranked if ahead <= STANDARD_ERRORS]
 
 
-def seeds_wanted(search: SearchFile, wish: Wanted, summaries: list[Summary], cells_most: int) -> dict[int, list[int]]:
-    """Further seeds by design: each in the race doubles its own, as far as the cells reach."""
+def layers(wish: Wanted, summaries: list[Summary]) -> list[Summary]:
+    """All feasible designs: the front, then the front without it, and so on."""
+    left, ordered = [one for one in summaries if one.is_feasible], []
+    while left:
+        first = front(wish, left)
+        ordered += first
+        left = [one for one in left if one not in first]
+    return ordered
+
+
+def seeds_wanted(search: SearchFile, ranked: list[Summary], cells_most: int) -> dict[int, list[int]]:
+    """Further seeds by design: each doubles its own, as far as the cells reach."""
     wanted: dict[int, list[int]] = {}
-    for one in near_front(wish, summaries):
+    for one in ranked:
         have = max((run.seed for run in one.design.results), default=0)
         more = list(range(have + 1, min(2 * have, search.seeds_most) + 1))
         cost = len(more) * len(search.trajectories)
@@ -75,5 +85,3 @@ def seeds_wanted(search: SearchFile, wish: Wanted, summaries: list[Summary], cel
             wanted[one.design.number] = more
             cells_most -= cost
     return wanted
-
-
