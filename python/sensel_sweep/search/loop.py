@@ -24,7 +24,7 @@ OF_A_RUN = ("cameras_alone.", "energy.blocks.", "energy.rails.", "timing.extract
 # Share of a round's new cells that designs near the front may take for more seeds.
 RACE_SHARE = 0.25
 # Share of all cells, the last ones, that go to more seeds of the best designs before any new design: few runs keep a limit by luck.
-CONFIRM_SHARE = 0.25
+CONFIRM_SHARE = 0.2
 
 
 @dataclass
@@ -134,7 +134,7 @@ def next_plan(state: State) -> Plan:
         summaries = state.summaries()
         of_round = search.batch * search.replicates
         if search.sampler != "random":
-            confirms = state.cells >= (1.0 - CONFIRM_SHARE) * search.cells
+            confirms = state.cells + of_round > (1.0 - CONFIRM_SHARE) * search.cells
             ranked = layers(state.wish, summaries) if confirms else near_front(state.wish, summaries)
             extra = seeds_wanted(search, ranked, min(left, of_round if confirms else int(RACE_SHARE * of_round)))
             left = 0 if confirms and extra else left
