@@ -4,7 +4,9 @@ the round."""
 from __future__ import annotations
 
 import hashlib
+import itertools
 import warnings
+from collections.abc import Iterator
 
 import numpy
 import optuna
@@ -14,6 +16,8 @@ from .designs import Summary, Wanted
 from .failure import Failure
 from .file import Factor, SearchFile
 
+# Share of a round's designs that are drawn evenly over the space: a sampler that saw few runs settles on what was lucky.
+EXPLORE_SHARE = 0.25
 # Asked again so often where a proposal is known already.
 TRIES = 20
 # Names of NSGA-II's generations in a study; a round is a generation.
@@ -93,22 +97,39 @@ def first(search: SearchFile) -> list[dict]:
     return [{factor.name: factor.at(float(share)) for factor, share in zip(search.factors, row)} for row in shares]
 
 
+def drawn(search: SearchFile, turn: int) -> Iterator[dict]:
+    """Endless designs, evenly over the space."""
+    generator = numpy.random.Generator(numpy.random.PCG64([seed_of(search, turn), 1]))
+    while True:
+        yield {factor.name: factor.at(float(share)) for factor, share in zip(search.factors, generator.random(len(search.factors)))}
+
+
+def asked(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int) -> Iterator[dict]:
+    """Endless proposals of Optuna's sampler."""
+    study = study_of(search, wish, summaries, turn)
+    distributions = {factor.name: distribution(factor) for factor in search.factors}
+    while True:
+        params = study.ask(distributions).params
+        yield {
+            factor.name: factor.rounded(params[factor.name]) if factor.is_range else factor.choices[params[factor.name]]
+            for factor in search.factors
+        }
+
+
 def proposals(search: SearchFile, wish: Wanted, summaries: list[Summary], turn: int, count: int) -> list[dict]:
     """New designs of a round, each once; fewer where the space has no more."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
-        study = study_of(search, wish, summaries, turn)
-        distributions = {factor.name: distribution(factor) for factor in search.factors}
-        known = [one.design.is_ for one in summaries]
-        found: list[dict] = []
-        for _ in range(count + TRIES):
-            if len(found) == count:
-                break
-            params = study.ask(distributions).params
-            is_ = {
-                factor.name: factor.rounded(params[factor.name]) if factor.is_range else factor.choices[params[factor.name]]
-                for factor in search.factors
-            }
+    known = [one.design.is_ for one in summaries]
+    found: list[dict] = []
+
+    def take(source, most: int) -> None:
+        for is_ in itertools.islice(source, most + TRIES):
+            if len(found) == most:
+                return
             if is_ not in known and is_ not in found:
                 found.append(is_)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        take(asked(search, wish, summaries, turn), count - int(EXPLORE_SHARE * count))
+    take(drawn(search, turn), count)
     return found
