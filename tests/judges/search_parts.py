@@ -3,9 +3,12 @@
 import json
 import math
 import random
+import tempfile
+from pathlib import Path
 
 import numpy
 from optuna._hypervolume import compute_hypervolume
+from sensel_sweep.search import file
 from sensel_sweep.search.batch import Result, Run
 from sensel_sweep.search.designs import Design, Wanted, excess_of, front, hypervolume, summary
 from sensel_sweep.search.file import Objective, constraint
@@ -90,9 +93,23 @@ def a_race_keeps_what_may_be_best():
     assert kept == {40, 41}, kept
 
 
+def files_are_read():
+    root = Path(__file__).parents[2]
+    study = file.read(root / "scenes/studies/hall_power.toml")
+    assert len(study.factors) == 7 and len(study.trajectories) == 2 and study.guesses[0][0] == "expert"
+    seen = {name for name, _ in study.trajectories}
+    assert not seen & {name for name, _ in study.final.trajectories} and min(study.final.seeds) > study.seeds_most
+    text = (root / "docs/search.md").read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
+    with tempfile.TemporaryDirectory() as scratch:
+        example = Path(scratch) / "example.toml"
+        example.write_text(text, encoding="utf-8")
+        assert len(file.read(example).constraints) == 3
+
+
 def main():
     compared = volumes_agree()
-    checks = [a_lost_track_is_no_number, shares_pick_the_run, intervals_are_exact, noise_is_what_shifts_leave, a_race_keeps_what_may_be_best]
+    checks = [a_lost_track_is_no_number, shares_pick_the_run, intervals_are_exact, noise_is_what_shifts_leave]
+    checks += [a_race_keeps_what_may_be_best, files_are_read]
     for check in checks:
         check()
     print(json.dumps({"volumes": compared, "checks": len(checks)}))
