@@ -41,6 +41,15 @@ class Factor:
         """Values, or names of levels."""
         return list(self.values) or [name for name, _ in self.levels]
 
+    @property
+    def is_scale(self) -> bool:
+        """Whether its choices are steps of a scale: numbers, or names that are numbers, in rising order."""
+        try:
+            numbers = [float("nan") if isinstance(one, (bool, list, dict)) else float(one) for one in self.choices]
+        except ValueError:
+            return False
+        return all(low < high for low, high in zip(numbers, numbers[1:]))
+
     def at(self, share: float):
         """The value at a share of the range, 0 to below 1; choices are equally likely."""
         if not self.is_range:

@@ -52,9 +52,10 @@ def sampler(search: SearchFile, turn: int) -> optuna.samplers.BaseSampler:
 
 
 def distribution(factor: Factor) -> BaseDistribution:
-    """Where a factor's values lie. Choices go by number, so that a choice may be any value."""
+    """Where a factor's values lie. Choices go by number, so that a choice may be any value; steps of a scale have neighbours."""
     if not factor.is_range:
-        return CategoricalDistribution(list(range(len(factor.choices))))
+        last = len(factor.choices) - 1
+        return IntDistribution(0, last) if factor.is_scale else CategoricalDistribution(list(range(last + 1)))
     if factor.is_whole:
         return IntDistribution(int(factor.rounded(factor.low)), int(factor.rounded(factor.high)), log=factor.is_log)
     return FloatDistribution(factor.low, factor.high, log=factor.is_log)
