@@ -126,6 +126,7 @@ def sentences(state: State, all_judged: list[Judged], number: int | None) -> lis
         goal = "largest" if state.wish.objectives[0].is_maximised else "least"
         found = f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints"
         lines.append(f"{found}, and this one has the {goal} {own_figure(state)}.")
+        lines.append(f"With {own_figure(state)} as the only objective, its price changes nothing.")
     else:
         lines.append(
             f"Of {len(all_judged)} designs that were evaluated anew, {count} keep all constraints. This one has the least weighted product "
