@@ -7,7 +7,7 @@ use super::geometry::Scene;
 use super::lit::{ExitanceBounds, LitScene, ObjectLight};
 use super::motion::{Motion, MotionError};
 use super::views::Extent;
-use crate::num::index;
+use crate::num::{greater, index, lesser, u32_truncated};
 use crate::pose::Pose;
 use crate::units::Span;
 
@@ -16,6 +16,9 @@ const BODY_FROM_MODEL: DQuat = DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0);
 
 /// Objects of a scene at most.
 pub const OBJECTS_MAX: usize = 256;
+
+/// Balls that cover a shape at most.
+const BALLS_MAX: f64 = 12.0;
 
 /// How a motion moves a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,6 +166,22 @@ impl MovingObject {
     /// Middle and radius in metres of a ball around the shape, in its frame.
     pub fn ball_m(&self) -> (DVec3, f64) {
         self.ball_m
+    }
+
+    /// Smaller balls that cover the shape together: around parts of its box along its longest edge.
+    pub fn balls_m(&self) -> Vec<(DVec3, f64)> {
+        let extent = Extent::of(self.shape());
+        let size_m = extent.size_m();
+        let axis = (0..3).fold(0, |longest, axis| if size_m[axis] > size_m[longest] { axis } else { longest });
+        let across_m = (0..3).filter(|&other| other != axis).fold(0.0, |most, other| greater(most, size_m[other]));
+        let parts = lesser((size_m[axis] / greater(across_m, 1e-9)).ceil(), BALLS_MAX);
+        let half_m = DVec3::from_array([0, 1, 2].map(|n| 0.5 * size_m[n] / if n == axis { parts } else { 1.0 }));
+        let middle_m = |part: u32| {
+            let mut middle_m = extent.least_m + half_m;
+            middle_m[axis] += 2.0 * half_m[axis] * f64::from(part);
+            middle_m
+        };
+        (0..u32_truncated(parts)).map(|part| (middle_m(part), half_m.length())).collect()
     }
 
     /// Corners of a box that holds the shape over a span of the run.

@@ -25,8 +25,8 @@ pub struct ObjectInView {
     pub lit: LitScene,
     /// `object_from_camera` over the exposures of each group of rows.
     pub timelines: Vec<Timeline>,
-    /// Where each group of rows may see it.
-    cones: Vec<Cone>,
+    /// Where each group of rows may see it: around all of it, and around its parts.
+    cones: Vec<(Cone, Vec<Cone>)>,
 }
 
 /// Directions in the camera's frame.
@@ -81,7 +81,11 @@ impl ObjectInView {
     ) -> Self {
         let pose = |t_s: f64| object.world_from_object(t_s).inverse().then(&world_from_camera(t_s));
         let timelines = crate::parallel::collected(groups.len(), |group| Timeline::of(groups[group], pieces, &pose));
-        let cones = crate::parallel::collected(groups.len(), |group| Cone::around(object, &groups[group], &pose));
+        let balls_m = object.balls_m();
+        let cones = crate::parallel::collected(groups.len(), |group| {
+            let around = |ball_m: (DVec3, f64)| Cone::around(ball_m, &groups[group], &pose);
+            (around(object.ball_m()), balls_m.iter().copied().map(around).collect())
+        });
         let all = groups.iter().flatten();
         let start_s = all.clone().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
         let end_s = all.fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
@@ -93,20 +97,22 @@ impl ObjectInView {
     /// Whether a ray of a group of rows with one of these bearings may meet it.
     #[inline(always)]
     pub fn may_be_met(&self, group: usize, bearing: &Vectors) -> bool {
-        self.cones[group].may_hold(bearing, Floats::splat(0.0))
+        self.may_be_near(group, bearing, Floats::splat(0.0))
     }
 
     /// Whether a ray of some pixels of a group may, each of which has this bearing and is so wide.
+    #[inline(always)]
     pub fn may_be_near(&self, group: usize, bearing: &Vectors, spread: Floats) -> bool {
         // The cosine of an angle falls by no more than the angle grows.
-        self.cones[group].may_hold(bearing, spread + spread)
+        let slack = spread + spread;
+        let (whole, parts) = &self.cones[group];
+        whole.may_hold(bearing, slack) && parts.iter().any(|part| part.may_hold(bearing, slack))
     }
 }
 
 impl Cone {
-    /// Around an object's ball over the spans of some rows.
-    fn around(object: &MovingObject, spans: &[Span], object_from_camera: &dyn Fn(f64) -> Pose) -> Self {
-        let (middle_m, radius_m) = object.ball_m();
+    /// Around a ball of an object over the spans of some rows.
+    fn around((middle_m, radius_m): (DVec3, f64), spans: &[Span], object_from_camera: &dyn Fn(f64) -> Pose) -> Self {
         let start_s = spans.iter().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
         let end_s = spans.iter().fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
         let places: [DVec3; INSTANTS] = std::array::from_fn(|instant| {
