@@ -83,7 +83,8 @@ impl ObjectInView {
         let timelines = crate::parallel::collected(groups.len(), |group| Timeline::of(groups[group], pieces, &pose));
         let balls_m = object.balls_m();
         let cones = crate::parallel::collected(groups.len(), |group| {
-            let around = |ball_m: (DVec3, f64)| Cone::around(ball_m, &groups[group], &pose);
+            let poses = instants(&groups[group], &pose);
+            let around = |ball_m: (DVec3, f64)| Cone::around(ball_m, &poses);
             (around(object.ball_m()), balls_m.iter().copied().map(around).collect())
         });
         let all = groups.iter().flatten();
@@ -110,15 +111,20 @@ impl ObjectInView {
     }
 }
 
+/// `camera_from_object` at even instants from the first to the last of some spans.
+fn instants(spans: &[Span], object_from_camera: &dyn Fn(f64) -> Pose) -> [Pose; INSTANTS] {
+    let start_s = spans.iter().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
+    let end_s = spans.iter().fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
+    std::array::from_fn(|instant| {
+        let share = f64_from_usize(instant) / f64_from_usize(INSTANTS - 1);
+        object_from_camera(start_s + (end_s - start_s) * share).inverse()
+    })
+}
+
 impl Cone {
-    /// Around a ball of an object over the spans of some rows.
-    fn around((middle_m, radius_m): (DVec3, f64), spans: &[Span], object_from_camera: &dyn Fn(f64) -> Pose) -> Self {
-        let start_s = spans.iter().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
-        let end_s = spans.iter().fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
-        let places: [DVec3; INSTANTS] = std::array::from_fn(|instant| {
-            let share = f64_from_usize(instant) / f64_from_usize(INSTANTS - 1);
-            object_from_camera(start_s + (end_s - start_s) * share).inverse().point(middle_m)
-        });
+    /// Around a ball of an object that is seen from these poses, `camera_from_object` over the spans of some rows.
+    fn around((middle_m, radius_m): (DVec3, f64), camera_from_object: &[Pose; INSTANTS]) -> Self {
+        let places = camera_from_object.map(|pose| pose.point(middle_m));
         let everywhere = Self { axis: [0.0, 0.0, 1.0], cosine: -2.0 };
         let Some(axis) = places[INSTANTS / 2].try_normalize() else { return everywhere };
         let (mut strays_rad, mut strays_m, mut nearest_m) = (0.0, 0.0, f64::INFINITY);
