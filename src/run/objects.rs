@@ -9,10 +9,12 @@ use crate::config::scenario::SceneObject;
 use crate::error::Error;
 use crate::num::u32_from;
 use crate::pose::Pose;
+#[cfg(feature = "gltf")]
+use crate::scene::Scene;
 use crate::scene::file_units::{FileUnits, UpAxis};
 use crate::scene::motion::Motion;
 use crate::scene::object::{MovingObject, OBJECTS_MAX, ObjectMotion};
-use crate::scene::{LitScene, MovingScene, Scene};
+use crate::scene::{LitScene, MovingScene};
 use crate::units::Span;
 
 /// An object before it is lit: parts that move by its motion and their own animation.

@@ -84,7 +84,6 @@ impl World {
     ///
     /// # Errors
     /// As `new`, without checks that need the baked light.
-    #[cfg_attr(not(feature = "pictures"), expect(unused_variables, reason = "only pictures have to last for a run"))]
     pub fn check(scenario: &Scenario, demand: &Demand, assets: &dyn Assets) -> Result<(), Error> {
         match &scenario.scene.images {
             #[cfg(feature = "pictures")]
