@@ -204,7 +204,12 @@ fn light_of_an_object_follows_it_from_a_lamp_into_the_dark_and_stays_within_its_
         let [_, most] = photon_bounds(all, &camera(), 0.01);
         let [_, own] = photon_bounds(&lit, &camera(), 0.01);
         assert!(own <= most * (1.0 + 1e-6), "{own} {most}");
-    }
+    } // There and back twice: the same place at the start, the middle and the end is not rest.
+    let twice = |t_s: f64| slide(0.5 - 0.5 * libm::cos(4.0 * std::f64::consts::PI * t_s));
+    let shape = moving[0].shape().clone();
+    let to_and_fro = object(shape, along(twice), &fixed);
+    let [near, far] = [0.5, 0.25].map(|t_s| to_and_fro.lit_at(t_s).exitance_bounds().greatest[1]);
+    assert!(near > 90.0 && far < 10.0, "{near} {far}");
 }
 
 #[test]

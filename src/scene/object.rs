@@ -33,6 +33,11 @@ pub struct ObjectMotion {
 }
 
 impl ObjectMotion {
+    /// Whether it never moves.
+    fn is_still(&self) -> bool {
+        matches!(self.motion, Motion::Still(_)) && self.chain.length_s == 0.0
+    }
+
     fn world_from_object(&self, t_s: f64) -> Pose {
         let body = self.motion.world_from_body(t_s).expect("the motion covers the run");
         let model = if self.looks_ahead { body.then(&Pose::new(BODY_FROM_MODEL, DVec3::ZERO)) } else { body };
@@ -143,7 +148,7 @@ impl MovingObject {
         motion.motion.covers(run)?;
         let extent = Extent::of(&shape);
         let ball_m = (0.5 * (extent.least_m + extent.greatest_m), 0.5 * extent.size_m().length());
-        let light = ObjectLight::of(shape, fixed, &|t_s| motion.world_from_object(t_s), run);
+        let light = ObjectLight::of(shape, fixed, (&|t_s| motion.world_from_object(t_s), motion.is_still()), run);
         let limits = motion.chain.limits(ball_m.0.length() + ball_m.1);
         Ok(Self { name: name.to_owned(), instance, motion, light, ball_m, limits })
     }

@@ -40,14 +40,17 @@ pub struct ObjectLight {
 }
 
 impl ObjectLight {
-    /// Finds the light of an object on its way through a scene.
-    pub fn of(shape: Scene, fixed: &LitScene, world_from_object: &(dyn Fn(f64) -> Pose + Sync), run: Span) -> Self {
+    /// Finds the light of an object on its way through a scene; at one place only where it `is_still`.
+    pub fn of(
+        shape: Scene,
+        fixed: &LitScene,
+        (world_from_object, is_still): (&(dyn Fn(f64) -> Pose + Sync), bool),
+        run: Span,
+    ) -> Self {
         let dark = Bake::even(&shape, 0.0);
         let lux_per_unit = fixed.lux_per_radiance / std::f64::consts::PI;
         let mut shape = LitScene::scaled(shape, &dark, lux_per_unit, fixed.illuminant);
         shape.flicker = fixed.flicker;
-        let is_still = world_from_object(run.start_s) == world_from_object(run.middle_s())
-            && world_from_object(run.start_s) == world_from_object(run.end_s);
         let mut step_s = STEP_S;
         while run.length_s() > STEPS_MAX * step_s {
             step_s *= 2.0;
