@@ -3,7 +3,7 @@
 //!
 //! All chips share the constants. A chip counts by one over the root of its vendor's number of chips, so that a vendor with many chips does
 //! not decide alone, and residuals beyond 1.5 standard deviations count linearly (Huber). Published ratios of two modes of one chip are
-//! observations like totals, with a standard deviation of their own.
+//! observations like totals, with their standard deviation.
 
 use sensel::energy::{Constant, EnergyAccount, SensorPower, Technology};
 use sensel::events::Events;

@@ -323,7 +323,7 @@ impl Build<'_> {
             self.mw((Block::Periphery, rail), of, 1.0, class * factor * self.value(of));
         }
         let place = (Block::Periphery, Rail::Digital);
-        // The pipeline is clocked by merged pixels: readings leave the columns so many times as fast.
+        // The pipeline is clocked by merged pixels: readings leave the columns faster by the number of exposures.
         let clocks = Amount::PerFrame(self.design.frame_clk / self.design.exposures);
         self.pj(place, clocks, Constant::ClockTree, class * logic * self.value(Constant::ClockTree));
         let leakage_mw = class * self.leakage() * self.value(Constant::LeakageLogic);

@@ -57,6 +57,7 @@ pub struct MovingObject {
     light: ObjectLight,
     /// Ball around the shape, in its frame: middle and radius in metres.
     ball_m: (DVec3, f64),
+    balls_m: Vec<(DVec3, f64)>,
     /// Of the animation, for the whole shape.
     limits: ChainLimits,
 }
@@ -148,9 +149,10 @@ impl MovingObject {
         motion.motion.covers(run)?;
         let extent = Extent::of(&shape);
         let ball_m = (0.5 * (extent.least_m + extent.greatest_m), 0.5 * extent.size_m().length());
+        let balls_m = covering_balls_m(&extent);
         let light = ObjectLight::of(shape, fixed, (&|t_s| motion.world_from_object(t_s), motion.is_still()), run);
         let limits = motion.chain.limits(ball_m.0.length() + ball_m.1);
-        Ok(Self { name: name.to_owned(), instance, motion, light, ball_m, limits })
+        Ok(Self { name: name.to_owned(), instance, motion, light, ball_m, balls_m, limits })
     }
 
     /// Where the shape's frame is at a time of the run. Panics outside it.
@@ -173,20 +175,9 @@ impl MovingObject {
         self.ball_m
     }
 
-    /// Smaller balls that cover the shape together: around parts of its box along its longest edge.
-    pub fn balls_m(&self) -> Vec<(DVec3, f64)> {
-        let extent = Extent::of(self.shape());
-        let size_m = extent.size_m();
-        let axis = (0..3).fold(0, |longest, axis| if size_m[axis] > size_m[longest] { axis } else { longest });
-        let across_m = (0..3).filter(|&other| other != axis).fold(0.0, |most, other| greater(most, size_m[other]));
-        let parts = lesser((size_m[axis] / greater(across_m, 1e-9)).ceil(), BALLS_MAX);
-        let half_m = DVec3::from_array([0, 1, 2].map(|n| 0.5 * size_m[n] / if n == axis { parts } else { 1.0 }));
-        let middle_m = |part: u32| {
-            let mut middle_m = extent.least_m + half_m;
-            middle_m[axis] += 2.0 * half_m[axis] * f64::from(part);
-            middle_m
-        };
-        (0..u32_truncated(parts)).map(|part| (middle_m(part), half_m.length())).collect()
+    /// Smaller balls that cover the shape together.
+    pub fn balls_m(&self) -> &[(DVec3, f64)] {
+        &self.balls_m
     }
 
     /// Corners of a box that holds the shape over a span of the run.
@@ -212,4 +203,19 @@ impl MovingObject {
     fn reach_m(&self) -> f64 {
         self.ball_m.0.length() + self.ball_m.1 + self.limits.reach_m
     }
+}
+
+/// Balls around parts of a box along its longest edge.
+fn covering_balls_m(extent: &Extent) -> Vec<(DVec3, f64)> {
+    let size_m = extent.size_m();
+    let axis = (0..3).fold(0, |longest, axis| if size_m[axis] > size_m[longest] { axis } else { longest });
+    let across_m = (0..3).filter(|&other| other != axis).fold(0.0, |most, other| greater(most, size_m[other]));
+    let parts = lesser((size_m[axis] / greater(across_m, 1e-9)).ceil(), BALLS_MAX);
+    let half_m = DVec3::from_array([0, 1, 2].map(|n| 0.5 * size_m[n] / if n == axis { parts } else { 1.0 }));
+    let middle_m = |part: u32| {
+        let mut middle_m = extent.least_m + half_m;
+        middle_m[axis] += 2.0 * half_m[axis] * f64::from(part);
+        middle_m
+    };
+    (0..u32_truncated(parts)).map(|part| (middle_m(part), half_m.length())).collect()
 }

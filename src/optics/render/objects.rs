@@ -81,11 +81,10 @@ impl ObjectInView {
     ) -> Self {
         let pose = |t_s: f64| object.world_from_object(t_s).inverse().then(&world_from_camera(t_s));
         let timelines = crate::parallel::collected(groups.len(), |group| Timeline::of(groups[group], pieces, &pose));
-        let balls_m = object.balls_m();
         let cones = crate::parallel::collected(groups.len(), |group| {
             let poses = instants(&groups[group], &pose);
             let around = |ball_m: (DVec3, f64)| Cone::around(ball_m, &poses);
-            (around(object.ball_m()), balls_m.iter().copied().map(around).collect())
+            (around(object.ball_m()), object.balls_m().iter().copied().map(around).collect())
         });
         let all = groups.iter().flatten();
         let start_s = all.clone().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));

@@ -144,9 +144,10 @@ impl Surfaces {
     pub fn normals<'a>(&self, scene: impl Into<Shapes<'a>>, view: &View<'_>) -> [Plane<f32>; 3] {
         let scene = scene.into();
         let normals = self.of_pixels(DVec3::ZERO, &|column, row, _, triangle| {
-            let object = index(self.object.at(column, row));
-            let (shape, world_from_shape) =
-                shapes_at(&scene, view.row_time_s(row)).nth(object).expect("what is seen is there");
+            let object = self.object.at(column, row);
+            let shape = scene.shape(object);
+            let moved = scene.object(object).map(|object| object.world_from_object(view.row_time_s(row)));
+            let world_from_shape = moved.unwrap_or(Pose::IDENTITY);
             let camera_from_shape = view.row_poses[row].rotation.conjugate() * world_from_shape.rotation;
             let [a, b, c] = corners_m(&shape.mesh, triangle);
             let normal = camera_from_shape * (b - a).cross(c - a).normalize_or_zero();

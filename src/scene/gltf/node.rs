@@ -110,7 +110,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Where a node is. One that the animation moves begins a part of its own.
+    /// Where a node is. One that the animation moves begins a new part.
     fn place(&mut self, node: &Node<'_>, parent: &Place) -> Place {
         let parent_from_node = self.parent_from_node(node);
         let Some(tracks) = self.tracks.get(&node.index()).cloned() else { return parent.child(parent_from_node) };
