@@ -6,6 +6,8 @@
 mod candela;
 #[path = "light/room.rs"]
 mod room;
+#[path = "light/shadows.rs"]
+mod shadows;
 
 use glam::{DQuat, DVec3};
 use room::{camera, furnished, global, looking, mean, plate, seen};

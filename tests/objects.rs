@@ -15,11 +15,15 @@ use sensel::scene::animation::Chain;
 use sensel::scene::mesh::{Material, Mesh};
 use sensel::scene::motion::{KNOT_S, Motion, PlacedSpline, Spline};
 use sensel::scene::object::{DynamicScene, MovingObject, ObjectMotion};
+use sensel::scene::target::cube;
 use sensel::scene::{BakeSettings, Illuminant, LitScene, Scene};
 use sensel::simd::{Level, limit};
 use sensel::units::{Size, Span};
 
 use crate::common::{self, LEVEL, Scratch};
+
+#[path = "objects/shadows.rs"]
+mod shadows;
 
 const SIZE: Size = Size { width_px: 96, height_px: 64 };
 const RUN: Span = Span { start_s: 0.0, end_s: 1.0 };
@@ -353,7 +357,8 @@ fn a_still_camera_renders_only_what_moves_anew_and_sees_the_same() {
             }
         }
         println!("{kept} of {} pixels kept, {changed} changed", SIZE.pixel_count());
-        assert!(kept > 2_500 && changed > 100 && over.rays > base.exposure.rays, "{kept} {changed}");
+        // The board and its shadows of the room's lamp take more than half of this picture.
+        assert!(kept > 1_500 && changed > 100 && over.rays > base.exposure.rays, "{kept} {changed}");
         assert!(sums[0] < slack * sums[1], "{sums:?}");
     }
 }

@@ -91,7 +91,16 @@ fn light(scene: &super::scenario::Scene) -> [(bool, &'static str, &'static [&'st
         (
             scene.target.is_some(),
             "a scene with geometry",
-            &["environment", "sky.kind", "lamp", "light_level", "bake", "bake_rays_max", "flicker.own_lamps"],
+            &[
+                "environment",
+                "sky.kind",
+                "lamp",
+                "light_level",
+                "bake",
+                "shadows",
+                "bake_rays_max",
+                "flicker.own_lamps",
+            ],
         ),
     ]
 }

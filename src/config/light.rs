@@ -129,6 +129,14 @@ impl Scenario {
         one_of("scene.light_level", &self.scene.light_level, &levels)
     }
 
+    /// Whether edges of shadows are traced by rays.
+    ///
+    /// # Errors
+    /// An unknown name.
+    pub fn traces_shadows(&self) -> Result<bool, Error> {
+        one_of("scene.shadows", &self.scene.shadows, &[("traced", true), ("baked", false)])
+    }
+
     /// How far light is followed.
     ///
     /// # Errors

@@ -200,6 +200,13 @@ impl Turns {
         [m[0] * x + m[3] * y + m[6] * z, m[1] * x + m[4] * y + m[7] * z, m[2] * x + m[5] * y + m[8] * z]
     }
 
+    /// The transposed matrix's product: from the frame that a rotation leads to back into that of the camera.
+    #[inline(always)]
+    pub fn turned_back(&self, [x, y, z]: Vectors) -> Vectors {
+        let m = &self.0;
+        [m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z]
+    }
+
     /// The translation in metres.
     #[inline(always)]
     pub fn place_m(&self) -> Vectors {

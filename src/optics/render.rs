@@ -23,6 +23,7 @@ mod rays;
 mod reflect;
 mod replicate;
 mod settings;
+mod shadows;
 mod shear;
 mod sobol;
 mod tile;
@@ -100,7 +101,10 @@ pub fn render_over(
     let view = View::new(scene.fixed, camera, sampling);
     let mut picture = Picture::new(view, scene.objects, shutter, world_from_body, sampling);
     let FixedPicture { exposure: fixed, least_gain } = fixed;
-    picture.kept = Some(Kept { tiles: among::tiles_in_view(&picture.objects, camera), photons: &fixed.photons });
+    picture.kept = Some(Kept {
+        tiles: among::tiles_in_view(&picture.objects, &view, &picture.timelines),
+        photons: &fixed.photons,
+    });
     let mut exposure = rendered(&picture, Some(*least_gain)).exposure;
     let (mut anew, mut kept) = (0_u32, 0_u32);
     let pairs = exposure.photons.values_mut().iter_mut().zip(fixed.photons.values());

@@ -40,6 +40,7 @@ pub fn lit_scene(
         Found::Scene(scene) => *scene,
     };
     let bake = baked(&scene, limits, assets, progress)?;
+    let bake = if scenario.traces_shadows()? { bake } else { bake.without_edges() };
     let lit = match level {
         Level::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
         Level::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
@@ -56,6 +57,7 @@ pub fn lit_scene(
 /// As `lit_scene`, without checks that need the baked light.
 pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
     let limits = scenario.bake_limits()?;
+    scenario.traces_shadows()?;
     match found(scenario, assets)? {
         Found::Scene(scene) => {
             let settings = settings(&scene, limits);

@@ -112,8 +112,7 @@ pub fn lit_objects(
         return Err(Error::key("scene.object", format!("{count} objects"), reason));
     }
     if count > 0 {
-        let note =
-            "moving objects are lit by the scene as it is without them: they cast no shadow and send no light back";
+        let note = "moving objects shade what stands, but neither themselves nor each other, and send no light back";
         notes.push(note.to_owned());
     }
     let mut lit = Vec::with_capacity(count);

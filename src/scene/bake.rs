@@ -16,6 +16,8 @@ mod gathered;
 pub(super) mod rays;
 mod refine;
 mod settings;
+mod shadow_edges;
+mod sources;
 mod store;
 
 use super::geometry::Scene;
@@ -23,8 +25,11 @@ use super::hashing::hash_floats;
 use super::light::{BANDS, Bands};
 use super::mesh::ALBEDO_MAX;
 use crate::num::{f32_nearest, greater, lesser, u64_from};
+pub use aims::Aimed;
 use refine::Traced;
 pub use settings::{BAKE_VERSION, BakeCost, BakeSettings};
+pub use shadow_edges::{EdgeLight, ShadowEdges};
+pub use sources::{Extent, Source, SourceLight};
 
 /// Baked irradiance of a scene: pi times the mean radiance over the hemisphere, in the scene's own units.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +41,8 @@ pub struct Bake {
     pub(super) flickering: Vec<Bands>,
     /// Whether light was followed over surfaces.
     pub(super) bounces: bool,
+    /// Where shadows have edges.
+    pub(super) edges: ShadowEdges,
 }
 
 /// The iteration ends when no sample's change, nor what all further bounces bring by the rate at which changes fall, is more than this
@@ -138,7 +145,14 @@ impl Bake {
             irradiance: vec![[irradiance; BANDS]; 2 * scene.layout.samples.len()],
             flickering: Vec::new(),
             bounces: true,
+            edges: ShadowEdges::default(),
         }
+    }
+
+    /// The same light, with shadows whose edges are as sharp as samples stand.
+    #[must_use]
+    pub fn without_edges(self) -> Self {
+        Self { edges: ShadowEdges::default(), ..self }
     }
 
     /// Bakes a scene, whose key under these settings is known. `progress` is told the share done, from any thread.
@@ -148,8 +162,11 @@ impl Bake {
         let stand_ins = buried::stand_ins(&scene.layout, |place| traced.buried[place]);
         let irradiance = settled(scene, &traced, &stand_ins, 0);
         let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
+        let mut by_source = traced.by_source(irradiance.len());
+        by_source.iter_mut().for_each(|light| buried::fill(light, &stand_ins));
+        let edges = ShadowEdges::of(&scene.layout, &traced.sources, [&irradiance, &flickering], &by_source);
         progress(1.0);
-        Self { key, irradiance, flickering, bounces: settings.bounces }
+        Self { key, irradiance, flickering, bounces: settings.bounces, edges }
     }
 }
 
@@ -259,8 +276,8 @@ impl BakeCost {
 }
 
 /// Bytes of a sample beside what its rays met: of both sides and groups direct light, its moments, the light by which cells are judged with
-/// its error, and exitance (later two iterates and exitance); lists' heads.
-pub(super) const BYTES_PER_SAMPLE: usize = 512;
+/// its error, and exitance (later two iterates and exitance); light of each source twice; lists' heads.
+pub(super) const BYTES_PER_SAMPLE: usize = 1_024;
 
 #[cfg(test)]
 mod tests {
@@ -313,7 +330,7 @@ mod tests {
         let aims = aims::Aims::new(&scene, BakeSettings::ROOM.grid_lamp_rays, 16);
         let mut tried = 0;
         for x_m in [0.0_f32, 0.7, 1.5, 2.5] {
-            let light = aims::aimed_light(&scene, [x_m, 0.0, 0.0], [0.0, 1.0, 0.0], 1, &aims)[0][0][0];
+            let light = aims::aimed_light(&scene, [x_m, 0.0, 0.0], [0.0, 1.0, 0.0], 1, &aims)[0].all[0][0];
             // A fine midpoint sum of cos cos / d^2 over the lamp: its own error is below 1e-5.
             let mut expected = 0.0;
             for i in 0..100 {

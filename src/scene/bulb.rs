@@ -98,9 +98,9 @@ impl Bulb {
 }
 
 impl BulbPoint {
-    /// Irradiance over intensity at a place with a normal, and the share of the way at which a ray there enters the ball; none from
-    /// within the ball, and from beyond the cone.
-    pub fn toward(&self, origin_m: [f32; 3], normal: [f32; 3]) -> Option<(f64, f32)> {
+    /// Irradiance over intensity at a place with a normal, the share that the cone leaves of it, and the share of the way at which a ray
+    /// enters the ball; none from within the ball.
+    pub fn toward(&self, origin_m: [f32; 3], normal: [f32; 3]) -> Option<(f64, f32, f32)> {
         let wide = |v: [f32; 3]| v.map(f64::from);
         let (way, centre) = (wide(sub(self.position_m, origin_m)), wide(sub(self.bulb.centre_m, origin_m)));
         let product = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -116,7 +116,7 @@ impl BulbPoint {
         let out = 1.0 / product(centre, centre).sqrt();
         let share = self.bulb.cone.map_or(1.0, |cone| cone.share(centre.map(|x| f32_nearest(-x * out))));
         let cos = product(way, wide(normal)).abs() / distance2.sqrt();
-        let strength = f64::from(share) * cos / greater(distance2, radius_m * radius_m / 16.0);
-        (strength > 0.0).then_some((strength, f32_nearest(enters)))
+        let strength = cos / greater(distance2, radius_m * radius_m / 16.0);
+        (strength > 0.0).then_some((strength, share, f32_nearest(enters)))
     }
 }

@@ -20,6 +20,10 @@ const AIMED_OVER_MEAN: f64 = 4.0;
 /// Columns and rows of the picture that bounced rays look up: 5.6 degrees, about the distance between such rays.
 const SOFT_SIZE: [u32; 2] = [64, 32];
 
+/// What lies within this angle of the brightest texel is one source, in radians: 2 degrees, more than a sun's glare in a picture of
+/// moderate size.
+const COMPACT_RAD: f32 = 0.035;
+
 /// Angular radius of the sun in radians: 0.265 degrees.
 pub const SUN_RADIUS: f64 = 0.265 * std::f64::consts::PI / 180.0;
 
@@ -174,18 +178,40 @@ impl Environment {
         least
     }
 
-    /// Directions that a bake aims at: `count` for the bright parts of the picture, each with the same power, and a share of
-    /// as many for the sun's disc. None where nothing stands out.
-    pub fn aims(&self, count: usize) -> Vec<DistantLight> {
-        let mut lights = Vec::new();
+    /// Directions that a bake aims at, source by source: a share of `count` for the sun's disc, and `count` for the bright parts of the
+    /// picture, each with the same power, of which those around the brightest are one source. None where nothing stands out.
+    pub fn aims(&self, count: usize) -> Vec<Vec<DistantLight>> {
+        let mut sources = Vec::new();
         if let Some(sun) = self.sun {
-            lights.extend(sun.points(count / 4));
+            sources.push(sun.points(count / 4).collect());
         }
         let total = self.row_sums.last().copied().unwrap_or(0.0);
         if total > 0.0 {
-            lights.extend((0..count).map(|number| self.aim(number, count, total)));
+            let brightest = self.brightest();
+            let (around, others) = (0..count).map(|number| self.aim(number, count, total)).partition(|light| {
+                let apart: [f32; 3] = std::array::from_fn(|axis| light.direction[axis] - brightest[axis]);
+                super::vectors::dot(apart, apart) <= COMPACT_RAD * COMPACT_RAD
+            });
+            sources.extend([around, others]);
         }
-        lights
+        sources
+    }
+
+    /// The direction of the brightest texel, the first of equals.
+    fn brightest(&self) -> [f32; 3] {
+        let bright = |texel: &Bands| luminance(texel.map(f64::from));
+        let (mut place, mut most) = (0, -1.0);
+        for (number, texel) in self.map.texels.iter().enumerate() {
+            if bright(texel) > most {
+                (place, most) = (number, bright(texel));
+            }
+        }
+        let width = index(self.map.width);
+        let middle = |at: usize| f64_from_usize(at) + 0.5;
+        self.direction(
+            middle(place % width) / f64_from_usize(width),
+            middle(place / width) / f64::from(self.map.height),
+        )
     }
 
     /// The direction of a number: its row by strata of power, its column by a sequence of the golden ratio.

@@ -29,6 +29,8 @@ struct Piece {
     area_m2: f64,
     weight: f64,
     material: u32,
+    /// Number of the lamp that it belongs to.
+    lamp: u32,
 }
 
 /// A point on a lamp, seen from its front.
@@ -44,9 +46,11 @@ pub struct LampPoint {
     pub area_m2: f64,
     /// What shines there.
     pub material: u32,
+    /// Number of the lamp: of pieces of one material that share corners.
+    pub lamp: u32,
 }
 
-/// All lamps of a scene that shadow rays are aimed at: the shining pieces of each emissive material.
+/// All lamps of a scene that shadow rays are aimed at: the shining pieces of each emissive material, lamp by lamp.
 #[derive(Clone, Debug, Default)]
 pub struct Lamps {
     groups: Vec<Vec<Piece>>,
@@ -87,7 +91,8 @@ impl Lamps {
             let normal = unit_normal(corners_m).expect("a mesh keeps no triangle without area");
             let weight = area * super::light::luminance(material.emission.map(f64::from));
             let (radiance, material_number) = (material.emission, mesh.material_of[triangle]);
-            let front = Piece { corners_m, normal, radiance, area_m2: area, weight, material: material_number };
+            let front =
+                Piece { corners_m, normal, radiance, area_m2: area, weight, material: material_number, lamp: 0 };
             let back = Piece { normal: normal.map(|x| -x), ..front };
             let sides = if material.double_sided { vec![front, back] } else { vec![front] };
             groups[number].extend(sides.into_iter().filter(|side| shines_out(side, mesh, bvh)));
@@ -95,6 +100,10 @@ impl Lamps {
         groups.retain(|group| !group.is_empty());
         if glowing_m2 > AIMED_AREA_SHARE_MAX * total_m2 {
             groups.clear();
+        }
+        let mut lamps = 0;
+        for group in &mut groups {
+            lamps = number_lamps(group, lamps);
         }
         let shining = |(number, material): (u32, &Material)| {
             let (bulb, area_m2) = (material.bulb?, bulb_areas_m2[index(number)]);
@@ -132,9 +141,56 @@ impl Lamps {
         points
     }
 
-    fn points_each(&self, count: usize) -> usize {
-        (count / (self.groups.len() + self.bulbs.len()).max(1)).max(1)
+    /// Groups of lamps and bulbs, which have as many points each.
+    pub fn groups(&self) -> usize {
+        self.groups.len() + self.bulbs.len()
     }
+
+    /// Greatest luminous intensity of each lamp and of each bulb, in the scene's units: a lamp's is that of all its pieces side by side.
+    pub fn intensities(&self) -> (Vec<f64>, Vec<f64>) {
+        let pieces = || self.groups.iter().flatten();
+        let mut lamps = vec![0.0; pieces().map(|piece| index(piece.lamp) + 1).max().unwrap_or(0)];
+        pieces().for_each(|piece| lamps[index(piece.lamp)] += piece.weight);
+        let bulbs = self.bulbs.iter().map(|shining| super::light::luminance(shining.intensity)).collect();
+        (lamps, bulbs)
+    }
+
+    fn points_each(&self, count: usize) -> usize {
+        (count / self.groups().max(1)).max(1)
+    }
+}
+
+/// Numbers the lamps of a group from a number on, and puts the pieces of each together: those that share corners, directly or by others.
+/// Returns the number after the last.
+fn number_lamps(pieces: &mut [Piece], first: u32) -> u32 {
+    let mut first_at = std::collections::BTreeMap::new();
+    // An earlier piece of each piece's lamp, itself for the first.
+    let mut before: Vec<usize> = (0..pieces.len()).collect();
+    let root = |before: &[usize], mut piece: usize| {
+        while before[piece] != piece {
+            piece = before[piece];
+        }
+        piece
+    };
+    for (number, piece) in pieces.iter().enumerate() {
+        for corner_m in piece.corners_m {
+            let other = *first_at.entry(corner_m.map(f32::to_bits)).or_insert(number);
+            let [a, b] = [root(&before, number), root(&before, other)];
+            before[a.max(b)] = a.min(b);
+        }
+    }
+    let mut next = first;
+    for number in 0..pieces.len() {
+        let root = root(&before, number);
+        if root == number {
+            pieces[number].lamp = next;
+            next += 1;
+        } else {
+            pieces[number].lamp = pieces[root].lamp;
+        }
+    }
+    pieces.sort_by_key(|piece| piece.lamp);
+    next
 }
 
 /// The inside of a closed bulb sends nothing out: rays that leave it all end on the same lamp.
@@ -186,7 +242,7 @@ fn spread(group: &[Piece], count: usize, key: DrawKey, points: &mut Vec<LampPoin
         let [a, b, c] = piece.corners_m;
         let position_m = [0, 1, 2].map(|axis| a[axis] * (1.0 - u - v) + b[axis] * u + c[axis] * v);
         let area_m2 = piece.area_m2 * total / (piece.weight * f64_from_usize(count));
-        let (normal, radiance, material) = (piece.normal, piece.radiance, piece.material);
-        points.push(LampPoint { position_m, normal, radiance, area_m2, material });
+        let Piece { normal, radiance, material, lamp, .. } = *piece;
+        points.push(LampPoint { position_m, normal, radiance, area_m2, material, lamp });
     }
 }

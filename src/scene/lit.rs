@@ -9,12 +9,14 @@ mod data;
 mod gloss;
 mod identity;
 mod object_light;
+mod shadows;
 mod slopes;
 mod surface;
 
 pub use data::{ExitanceBounds, Face, LitScene};
 pub use gloss::{BOUNCES_MAX, Facet, is_exact_mirror};
 pub use object_light::ObjectLight;
+pub use shadows::{Shadows, Towards};
 pub use surface::{OnTriangle, by_band, by_lane};
 
 use std::sync::{Arc, OnceLock};
@@ -32,7 +34,7 @@ use super::samples::ShadeTriangle;
 use super::texture::Footprint;
 use super::vectors::dot;
 use crate::error::Error;
-use crate::num::{f32_nearest, index};
+use crate::num::{f32_nearest, greater, index};
 use crate::units::Span;
 use data::{NO_CONE, Paint, UNTEXTURED};
 
@@ -125,8 +127,9 @@ impl Scene {
         rays.mirrored.iter().for_each(|mirrored| add(index(mirrored.place), mirrored.weight()));
         let count = crate::num::f64_from_usize(aims.fan.len().max(1));
         std::array::from_fn(|group| {
-            let of =
-                |band: usize| per_unit * (aimed[group][band] + rays.seen[group][band]) + bounced[group][band] / count;
+            let of = |band: usize| {
+                per_unit * (aimed.all[group][band] + rays.seen[group][band]) + bounced[group][band] / count
+            };
             std::array::from_fn(of)
         })
     }
@@ -135,7 +138,7 @@ impl Scene {
     pub fn evenly_lit(self, illuminance_lux: f64, illuminant: Illuminant) -> LitScene {
         let bake = Bake::even(&self, 1.0);
         let mut lit = LitScene::scaled(self, &bake, illuminance_lux, illuminant);
-        lit.illuminance_lux = illuminance_lux;
+        (lit.illuminance_lux, lit.shadows) = (illuminance_lux, None);
         lit
     }
 
@@ -176,6 +179,7 @@ impl LitScene {
             flickers: scene.flickers(number),
             glossy: [material.gloss().is_some(), material.gloss().is_some() && gloss::is_exact_mirror(material)],
         };
+        let shadows = Shadows::of(&scene, &bake.edges, lux_per_unit).map(Arc::new);
         let paints: Vec<Paint> = (0_u32..).zip(&scene.mesh.materials).map(paint).collect();
         Self {
             illuminant,
@@ -186,7 +190,9 @@ impl LitScene {
             illuminance_lux: 0.0,
             bounces: bake.bounces,
             sky_lux: scaled(scene.sky, pi * lux_per_unit),
-            faces: surface::faces(&scene.mesh, &scene.layout, &slopes::of(&scene.mesh), &paints).into(),
+            faces: surface::faces(&scene.mesh, &scene.layout, &slopes::of(&scene.mesh), &paints, shadows.as_deref())
+                .into(),
+            shadows,
             paints,
             cones,
             has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
@@ -256,6 +262,11 @@ impl LitScene {
     /// Least and greatest level of any span of this length.
     pub fn lamp_level_bounds_over(&self, length_s: f64) -> [f64; 2] {
         self.flicker.map_or([1.0; 2], |flicker| flicker.bounds_over(length_s))
+    }
+
+    /// Whether light was followed over surfaces, so that no place is dark that another one lights.
+    pub fn has_bounces(&self) -> bool {
+        self.bounces
     }
 
     /// Whether a ray can come back black: from the back of a surface that has one side only, or from beyond all surfaces.
@@ -402,11 +413,15 @@ impl LitScene {
             let glow_level = if self.scene.flickers(shade.material) { levels[1] } else { 1.0 };
             let glow = self.paints[index(shade.material)].glow_lux.map(|glow| f64::from(glow) * glow_level);
             for (back, sample) in sides_of(shade) {
-                let light = self.irradiance_lux[2 * sample + back];
-                let flickering = self.flickering_lux.get(2 * sample + back).copied().unwrap_or([0.0; BANDS]);
+                let place = 2 * sample + back;
+                let light = self.irradiance_lux[place];
+                let flickering = self.flickering_lux.get(place).copied().unwrap_or([0.0; BANDS]);
+                let shadows =
+                    self.shadows.as_ref().map_or([[0.0; BANDS]; 2], |shadows| shadows.changes(place, levels[1]));
                 for band in 0..BANDS {
                     let [least, greatest] = [0, 1].map(|end| {
                         let light = f64::from(light[band]) + f64::from(flickering[band]) * levels[end];
+                        let light = greater(light + shadows[end][band], 0.0);
                         f64::from(range[end][band]) * light
                     });
                     if glow.iter().all(|&glow| glow == 0.0) {

@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::animation::{Chain, ChainLimits};
 use super::geometry::Scene;
+use super::light::BANDS;
 use super::lit::{ExitanceBounds, LitScene, ObjectLight};
 use super::motion::{Motion, MotionError};
 use super::views::Extent;
@@ -85,14 +86,21 @@ impl<'a> DynamicScene<'a> {
 
     /// Whether a ray can come back black from something.
     pub fn may_be_black(&self) -> bool {
-        self.fixed.may_be_black() || self.objects.iter().any(|object| object.light.has_dark_backs())
+        let in_shadow = !self.objects.is_empty() && !self.fixed.has_bounces();
+        in_shadow || self.fixed.may_be_black() || self.objects.iter().any(|object| object.light.has_dark_backs())
     }
 
     /// Bounds of the light that leaves anything, at any time.
     pub fn exitance_bounds(&self) -> ExitanceBounds {
-        self.objects
-            .iter()
-            .fold(self.fixed.exitance_bounds(), |bounds, object| bounds.and(object.light.exitance_bounds()))
+        let mut bounds = self.fixed.exitance_bounds();
+        for object in self.objects {
+            bounds = bounds.and(object.light.exitance_bounds());
+        }
+        if !self.objects.is_empty() {
+            // Objects shade what stands.
+            bounds.least = [0.0; BANDS];
+        }
+        bounds
     }
 }
 

@@ -6,7 +6,7 @@ pub use crate::gltf::file;
 use file::File;
 use glam::DVec3;
 use sensel::num::{f32_nearest, index};
-use sensel::scene::mesh::{ALBEDO_MAX, Material, Mesh};
+use sensel::scene::mesh::{ALBEDO_MAX, Material, Mesh, Vertex};
 use sensel::scene::texture::{Footprint, Texture, Wrap};
 use sensel::scene::{BakeSettings, Illuminant, Lamp, LitScene, Scene};
 
@@ -187,4 +187,29 @@ fn base_colour_times_texture_is_what_a_surface_reflects_up_to_white() {
         tried += 1;
     }
     assert_eq!(tried, 6);
+}
+
+/// Material, vertices and triangles of a file's light at a place, shining down.
+pub fn ball_of(light: &serde_json::Value, at_m: [f64; 3]) -> (Material, Vec<Vertex>, Vec<[u32; 3]>) {
+    let mut file = File::square();
+    file.json["extensions"] = serde_json::json!({"KHR_lights_punctual": {"lights": [light]}});
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let node = serde_json::json!({"translation": at_m, "rotation": [-half, 0.0, 0.0, half],
+        "extensions": {"KHR_lights_punctual": {"light": 0}}});
+    file.json["nodes"].as_array_mut().unwrap().push(node);
+    file.json["scenes"][0]["nodes"].as_array_mut().unwrap().push(2.into());
+    let scene = Scene::from_glb("a.glb", &file.glb()).unwrap();
+    let is_ball = |triangle: &usize| scene.mesh.materials[index(scene.mesh.material_of[*triangle])].bulb.is_some();
+    let triangles: Vec<usize> = (0..scene.mesh.triangles.len()).filter(is_ball).collect();
+    let material = scene.mesh.materials[index(scene.mesh.material_of[triangles[0]])].clone();
+    let corners = triangles.iter().flat_map(|&triangle| scene.mesh.triangles[triangle]);
+    let vertices: Vec<Vertex> = corners.map(|corner| scene.mesh.vertices[index(corner)]).collect();
+    let count = u32::try_from(triangles.len()).unwrap();
+    (material, vertices, (0..count).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect())
+}
+
+/// A spot light of 100 cd at a place, shining down.
+pub fn spot_ball(at_m: [f64; 3], inner_rad: f64, outer_rad: f64) -> (Material, Vec<Vertex>, Vec<[u32; 3]>) {
+    let cone = serde_json::json!({"innerConeAngle": inner_rad, "outerConeAngle": outer_rad});
+    ball_of(&serde_json::json!({"type": "spot", "intensity": 100, "spot": cone}), at_m)
 }

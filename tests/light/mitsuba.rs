@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::process::Command;
 
-use super::candela::file::File;
+use super::candela::ball_of;
 use super::room::{camera, looking, seen};
 use glam::DVec3;
 use sensel::num::{f32_from_u32, index, u32_truncated_f32};
 use sensel::optics::Pupil;
-use sensel::scene::mesh::{Material, Mesh, Vertex};
+use sensel::scene::mesh::{Material, Mesh};
 use sensel::scene::texture::{Texture, Wrap};
 use sensel::scene::{BakeCost, BakeSettings, Illuminant, Scene, box_room};
 use sensel::units::Size;
@@ -179,7 +179,7 @@ fn mitsuba_sees_white_pictures_under_small_lamps_as_bright_as_they_are_here() {
             mesh.append_quad(2, lamp, [1.0, 1.0]);
         } else {
             // The ball that a file's light becomes, taken from a file.
-            let ball = ball_of(&light);
+            let ball = ball_of(&light, [0.3, 2.4, 0.5]);
             mesh.materials.push(ball.0);
             mesh.append(2, ball.1.clone(), &ball.2).unwrap();
         }
@@ -201,23 +201,4 @@ fn mitsuba_sees_white_pictures_under_small_lamps_as_bright_as_they_are_here() {
         // taken where light comes straight from the lamp, because what comes by walls alone is a few rays' for a spot light.
         assert!((ratio - 1.0).abs() < 0.01 && median < 0.01, "{name}: {found}");
     }
-}
-
-/// Material, vertices and triangles of a file's light at the place of the test above, shining down.
-fn ball_of(light: &serde_json::Value) -> (Material, Vec<Vertex>, Vec<[u32; 3]>) {
-    let mut file = File::square();
-    file.json["extensions"] = serde_json::json!({"KHR_lights_punctual": {"lights": [light]}});
-    let half = std::f64::consts::FRAC_1_SQRT_2;
-    let node = serde_json::json!({"translation": [0.3, 2.4, 0.5], "rotation": [-half, 0.0, 0.0, half],
-        "extensions": {"KHR_lights_punctual": {"light": 0}}});
-    file.json["nodes"].as_array_mut().unwrap().push(node);
-    file.json["scenes"][0]["nodes"].as_array_mut().unwrap().push(2.into());
-    let scene = Scene::from_glb("a.glb", &file.glb()).unwrap();
-    let is_ball = |triangle: &usize| scene.mesh.materials[index(scene.mesh.material_of[*triangle])].bulb.is_some();
-    let triangles: Vec<usize> = (0..scene.mesh.triangles.len()).filter(is_ball).collect();
-    let material = scene.mesh.materials[index(scene.mesh.material_of[triangles[0]])].clone();
-    let corners = triangles.iter().flat_map(|&triangle| scene.mesh.triangles[triangle]);
-    let vertices: Vec<Vertex> = corners.map(|corner| scene.mesh.vertices[index(corner)]).collect();
-    let count = u32::try_from(triangles.len()).unwrap();
-    (material, vertices, (0..count).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect())
 }

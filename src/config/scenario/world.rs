@@ -49,13 +49,16 @@ sections! {
         sky: Sky,
         /// Lamps beside those that the scene has.
         lamp: Vec<crate::scene::Lamp>,
-        /// Rigid objects that move, up to 64. They receive light; they cast no shadow and send none back.
+        /// Rigid objects that move, up to 64. They receive light and shade what stands, but not each other, and send no light back.
         object: Vec<SceneObject>,
         /// How lamps flicker.
         flicker: FlickerKeys,
         /// "full": light after all bounces. "draft": the same by few rays, for a first look. "sketch": by a quarter of those. "direct":
         /// only what lamps and sky send straight, in a fraction of the time.
         bake: String,
+        /// "traced": edges of shadows of small lamps and the sun by rays, as sharp as they are. "baked": as sharp as the bake's samples stand,
+        /// in less time.
+        shadows: String,
         /// A bake that takes more rays than this is refused beforehand, 1e6 to 1e13.
         bake_rays_max: f64,
         /// A bake that holds more than this many megabytes at once is refused beforehand, 16 to 1,000,000.

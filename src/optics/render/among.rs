@@ -2,23 +2,24 @@
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
-use super::super::camera::Camera;
-use super::super::motion::Turns;
+use super::super::motion::{Timeline, Turns};
 use super::objects::{ObjectInView, Objects};
 use super::settings::{COLUMNS, ROWS};
 use super::view::{Aim, Filter, Pixels, Traced, View};
 use crate::num::{index, u32_from};
-use crate::scene::lanes::{Floats, LANES, Mask, Vectors};
+use crate::scene::lanes::{Floats, LANES, Mask, Vectors, unrolled};
 use crate::scene::light::BANDS;
 use crate::scene::mesh::BackfaceCulled;
-use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
+use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through, closest_through};
 use crate::simd::Kernel;
 
-/// The tiles of each group of rows in which an object may be seen, by any ray of the exposure.
-pub fn tiles_in_view(objects: &[ObjectInView], camera: &Camera) -> Vec<Vec<bool>> {
+/// The tiles of each group of rows in which an object or its shadow may be seen, by any ray of the exposure. `timelines` are the camera's.
+pub fn tiles_in_view(objects: &[ObjectInView], view: &View, timelines: &[Timeline]) -> Vec<Vec<bool>> {
+    let camera = view.camera;
     let [width, height] = [camera.size.width_px, camera.size.height_px].map(index);
     let of_group = |group: usize| {
-        let is_in_view = |tile: usize| {
+        let mut stack = Stack::new();
+        let mut is_in_view = |tile: usize| {
             let mut pixels = Pixels::NONE;
             for lane in 0..LANES {
                 let x = (tile * COLUMNS + lane % COLUMNS).min(width - 1);
@@ -26,10 +27,48 @@ pub fn tiles_in_view(objects: &[ObjectInView], camera: &Camera) -> Vec<Vec<bool>
                 pixels.set(lane, camera, [x, y], &[0.0; BANDS]);
             }
             objects.iter().any(|object| object.may_be_near(group, &pixels.corners[0], pixels.spread))
+                || view.may_show_shadow(objects, (group, &timelines[group]), &pixels, &mut stack)
         };
-        (0..width.div_ceil(COLUMNS)).map(is_in_view).collect()
+        (0..width.div_ceil(COLUMNS)).map(&mut is_in_view).collect()
     };
-    crate::parallel::collected(height.div_ceil(ROWS), of_group)
+    let tiles: Vec<Vec<bool>> = crate::parallel::collected(height.div_ceil(ROWS), of_group);
+    // A pixel may show a sliver of a surface that the ray through its corner passed by: then a neighbour shows more of it.
+    let beside = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+    let grown = |group: usize| {
+        let is_near = |tile: usize| {
+            beside(group, tiles.len()).any(|group| beside(tile, tiles[group].len()).any(|tile| tiles[group][tile]))
+        };
+        (0..tiles[group].len()).map(is_near).collect()
+    };
+    (0..tiles.len()).map(grown).collect()
+}
+
+impl View<'_> {
+    /// Whether an object may shade what a still camera sees through the first corners of some pixels.
+    fn may_show_shadow(
+        &self,
+        objects: &[ObjectInView],
+        (group, timeline): (usize, &Timeline),
+        pixels: &Pixels,
+        stack: &mut Stack,
+    ) -> bool {
+        let Some(shadows) = self.scene.shadows() else { return false };
+        let pose = timeline.pieces[0].at(Floats::splat(0.0));
+        let direction = pose.turned(pixels.corners[0]);
+        let packet = Packet { origin_m: pose.place_m(), direction, t_min: Floats::splat(0.0), t_max: pixels.t_max };
+        let scene = self.scene.scene();
+        let hits = closest_through(&scene.bvh, &BackfaceCulled(&scene.mesh), &packet, stack);
+        let lanes = hit(&hits.triangle);
+        let t_m = lanes.select(hits.t, Floats::splat(0.0));
+        let at_m = unrolled!(AXIS in 3 => packet.origin_m[AXIS] + direction[AXIS] * t_m);
+        // A pixel on a slanting surface is longer than wide: twice its width covers the most that a neighbour does not.
+        let slack_m = (pixels.spread + pixels.spread) * t_m;
+        let of_object = |object: &ObjectInView| {
+            let from = |towards| (object.parts_may_shade(group, &at_m, towards, slack_m) & lanes).any();
+            shadows.towards_each().iter().any(from)
+        };
+        objects.iter().any(of_object)
+    }
 }
 
 /// Light of rays among moving objects: traces the fixed scene, then each object that is near, and shades what is nearest.
@@ -105,7 +144,8 @@ impl Kernel for AmongObjects<'_, '_> {
             let motion = instants.of(&seen.timelines[group], &mut gathered);
             let of_object = View { scene: &seen.lit, reflections: 0, ..*view };
             let filter = Filter::Primary { pixels, bearing: &bearing, pose };
-            let (own, _) = of_object.shade(traced, &Aim { motion, ..*aim }, &filter);
+            let (own, _) =
+                of_object.shade(traced, pixels, &Aim { motion, objects: aim.objects.none(), ..*aim }, &filter, stack);
             let lanes = Floats::splat(0.0).below(traced.packet.t_max);
             for band in 0..BANDS {
                 lux[band] = lanes.select(own[band], lux[band]);

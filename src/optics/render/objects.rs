@@ -10,7 +10,8 @@ use super::settings::ROWS;
 use crate::num::{f32_nearest, f64_from_usize, greater, lesser};
 use crate::pose::Pose;
 use crate::scene::LitScene;
-use crate::scene::lanes::{Floats, LANES, Vectors, dot3, splat3};
+use crate::scene::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3};
+use crate::scene::lit::Towards;
 use crate::scene::object::MovingObject;
 use crate::units::Span;
 
@@ -27,7 +28,12 @@ pub struct ObjectInView {
     pub timelines: Vec<Timeline>,
     /// Where each group of rows may see it: around all of it, and around its parts.
     cones: Vec<(Cone, Vec<Cone>)>,
+    /// Where it and its parts are in the world over the exposures of each group of rows.
+    balls_m: Vec<(Ball, Vec<Ball>)>,
 }
+
+/// Middle and radius in metres.
+type Ball = ([f32; 3], f32);
 
 /// Directions in the camera's frame.
 #[derive(Clone, Copy, Debug)]
@@ -71,6 +77,13 @@ pub struct Objects<'a> {
     pub instants: Instants<'a>,
 }
 
+impl Objects<'_> {
+    /// The same rays where nothing moves.
+    pub fn none(self) -> Self {
+        Self { all: &[], ..self }
+    }
+}
+
 impl ObjectInView {
     /// For the spans of groups of rows and the motion of a camera, in `pieces` of time a group.
     pub fn new(
@@ -86,10 +99,16 @@ impl ObjectInView {
             let around = |ball_m: (DVec3, f64)| Cone::around(ball_m, &poses);
             (around(object.ball_m()), object.balls_m().iter().copied().map(around).collect())
         });
+        let balls_m = crate::parallel::collected(groups.len(), |group| {
+            let object_from_world = |t_s: f64| object.world_from_object(t_s).inverse();
+            let poses = instants(&groups[group], &object_from_world);
+            let around = |ball_m: (DVec3, f64)| swept(ball_m, &poses);
+            (around(object.ball_m()), object.balls_m().iter().copied().map(around).collect())
+        });
         let all = groups.iter().flatten();
         let start_s = all.clone().fold(f64::INFINITY, |least, span| lesser(least, span.start_s));
         let end_s = all.fold(f64::NEG_INFINITY, |most, span| greater(most, span.end_s));
-        Self { lit: object.lit_at(Span { start_s, end_s }.middle_s()), timelines, cones }
+        Self { lit: object.lit_at(Span { start_s, end_s }.middle_s()), timelines, cones, balls_m }
     }
 }
 
@@ -98,6 +117,28 @@ impl ObjectInView {
     #[inline(always)]
     pub fn may_be_met(&self, group: usize, bearing: &Vectors) -> bool {
         self.may_be_near(group, bearing, Floats::splat(0.0))
+    }
+
+    /// Which lanes' places may be shaded by it over the exposures of a group of rows from the lanes' sources, by its whole.
+    #[inline(always)]
+    pub fn may_shade(&self, group: usize, at_m: &Vectors, towards: &Towards, slack_m: Floats) -> Mask {
+        towards.may_be_blocked(self.balls_m[group].0, at_m, slack_m)
+    }
+
+    /// The same by its parts.
+    #[inline(always)]
+    pub fn parts_may_shade(&self, group: usize, at_m: &Vectors, towards: &Towards, slack_m: Floats) -> Mask {
+        let (whole, parts) = &self.balls_m[group];
+        let near = towards.may_be_blocked(*whole, at_m, slack_m);
+        if !near.any() {
+            return near;
+        }
+        // No fold: its closure would be compiled without the instructions of the kernel around it.
+        let mut by_part = Mask([0; LANES]);
+        for part in parts {
+            by_part = by_part | towards.may_be_blocked(*part, at_m, slack_m);
+        }
+        near & by_part
     }
 
     /// Whether a ray of some pixels of a group may, each of which has this bearing and is so wide.
@@ -118,6 +159,14 @@ fn instants(spans: &[Span], object_from_camera: &dyn Fn(f64) -> Pose) -> [Pose; 
         let share = f64_from_usize(instant) / f64_from_usize(INSTANTS - 1);
         object_from_camera(start_s + (end_s - start_s) * share).inverse()
     })
+}
+
+/// A ball around a ball of an object on its way, which stands at these poses in the world over the spans of some rows.
+fn swept((middle_m, radius_m): (DVec3, f64), world_from_object: &[Pose; INSTANTS]) -> Ball {
+    let places = world_from_object.map(|pose| pose.point(middle_m));
+    let middle_m = places[INSTANTS / 2];
+    let strays_m = places.iter().fold(0.0, |most, place_m| greater(most, place_m.distance(middle_m)));
+    (middle_m.to_array().map(f32_nearest), f32_nearest(radius_m + (1.0 + STRAY) * strays_m))
 }
 
 impl Cone {

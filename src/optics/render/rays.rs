@@ -5,6 +5,7 @@
 use super::among::AmongObjects;
 use super::footprint::{Differentials, Look, footprint};
 use super::reflect::Reflection;
+use super::shadows::{EdgeShadows, ObjectShadows, OnSurface};
 pub use super::view::{Aim, Pixels, View};
 pub(super) use super::view::{Filter, Traced};
 use crate::optics::camera::Camera;
@@ -158,7 +159,7 @@ impl View<'_> {
         filter: &Filter,
         stack: &mut Stack,
     ) -> [Floats; BANDS] {
-        let (lux, is_glossy) = self.shade(traced, aim, filter);
+        let (lux, is_glossy) = self.shade(traced, pixels, aim, filter, stack);
         if self.reflections > 0 && is_glossy {
             return dispatch(Reflection { view: self, traced, pixels, aim, lux, stack });
         }
@@ -168,7 +169,14 @@ impl View<'_> {
     /// Light by band of what each ray met, and whether any of that keeps an image. Rays that met one triangle at about one distance are
     /// shaded together: one texture footprint serves them all.
     #[inline(always)]
-    pub(super) fn shade(&self, traced: &Traced, aim: &Aim, filter: &Filter) -> ([Floats; BANDS], bool) {
+    pub(super) fn shade(
+        &self,
+        traced: &Traced,
+        pixels: &Pixels,
+        aim: &Aim,
+        filter: &Filter,
+        stack: &mut Stack,
+    ) -> ([Floats; BANDS], bool) {
         let hits = &traced.hits;
         let mut unshaded = Floats::splat(0.0).below(traced.packet.t_max);
         let (mut lux, mut is_glossy) = ([Floats::splat(0.0); BANDS], false);
@@ -186,7 +194,8 @@ impl View<'_> {
                 self.sky(traced, lanes)
             } else {
                 is_glossy |= self.scene.face(triangle).has_gloss(self.follows_gloss);
-                self.surface(traced, leader, lanes, aim, filter)
+                let added = self.added_light(traced, (triangle, lanes), pixels, aim, filter, stack);
+                self.surface(traced, (leader, lanes), aim, filter, added.as_ref())
             };
             lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
             for lane in 0..LANES {
@@ -194,6 +203,40 @@ impl View<'_> {
             }
         }
         (lux, is_glossy)
+    }
+
+    /// What shadow rays add to the baked irradiance of the rays that met a triangle: beside edges of shadows, and in the shadows of objects.
+    #[inline(always)]
+    fn added_light(
+        &self,
+        traced: &Traced,
+        (triangle, lanes): (u32, Mask),
+        pixels: &Pixels,
+        aim: &Aim,
+        filter: &Filter,
+        stack: &mut Stack,
+    ) -> Option<[Floats; BANDS]> {
+        let shadows = self.scene.shadows()?;
+        let seeds = &pixels.facet_seeds;
+        let surface = OnSurface { view: self, shadows, traced, triangle, lanes, aim, seeds };
+        let mut of_edges = None;
+        if self.scene.face(triangle).has_shadow_edges() {
+            let Traced { hits, packet } = traced;
+            let sources = self.scene.sources_around(shadows, triangle, lanes, [hits.u, hits.v], &packet.direction);
+            if sources != 0 {
+                of_edges = Some(dispatch(EdgeShadows { surface, sources, stack }));
+            }
+        }
+        let pose = match filter {
+            Filter::Primary { pose, .. } if !aim.objects.all.is_empty() => pose,
+            // Mirrors show no objects, and none of their shadows.
+            Filter::Primary { .. } | Filter::Reflected { .. } => return of_edges,
+        };
+        let of_objects = dispatch(ObjectShadows { surface, pose, stack });
+        Some(match of_edges {
+            None => of_objects,
+            Some(of_edges) => unrolled!(BAND in 4 => of_edges[BAND] + of_objects[BAND]),
+        })
     }
 
     #[inline(always)]
@@ -209,7 +252,14 @@ impl View<'_> {
 
     /// Light of the triangle that some rays met, of which the leader's footprint serves all.
     #[inline(always)]
-    fn surface(&self, traced: &Traced, leader: usize, lanes: Mask, aim: &Aim, filter: &Filter) -> [Floats; BANDS] {
+    fn surface(
+        &self,
+        traced: &Traced,
+        (leader, lanes): (usize, Mask),
+        aim: &Aim,
+        filter: &Filter,
+        added: Option<&[Floats; BANDS]>,
+    ) -> [Floats; BANDS] {
         let Traced { hits, packet } = traced;
         let triangle = hits.triangle[leader];
         let face = self.scene.face(triangle);
@@ -235,7 +285,8 @@ impl View<'_> {
             };
             colours = by_band(&texture.over_alike(&face.uv(u, v), &shift_texels, &footprint, lanes));
         }
-        let rays = OnTriangle { triangle, lanes, u, v, direction: &packet.direction, lamp_levels: aim.lamp_levels };
+        let direction = &packet.direction;
+        let rays = OnTriangle { triangle, lanes, u, v, direction, lamp_levels: aim.lamp_levels, added };
         self.scene.exitances_lux(&rays, &colours)
     }
 }

@@ -58,7 +58,7 @@ impl Kernel for Reflection<'_, '_> {
             traced = Traced { hits, packet };
             length_m = length_m + traced.hits.t;
             let width_m = length_m * pixels.spread * Floats::splat(aim.shares.pixel);
-            let (met, _) = view.shade(&traced, aim, &Filter::Reflected { width_m });
+            let (met, _) = view.shade(&traced, pixels, aim, &Filter::Reflected { width_m }, stack);
             let is_followed = Floats::splat(0.0).below(traced.packet.t_max);
             for band in 0..BANDS {
                 paths.last[band] = is_followed.select(paths.weight[band] * met[band], paths.last[band]);

@@ -5,16 +5,19 @@ use super::super::environment::DistantLight;
 use super::super::geometry::Scene;
 use super::super::lamps::LampPoint;
 use super::super::lanes::LANES;
-use super::super::light::BANDS;
+use super::super::light::{BANDS, luminance};
 use super::super::tracer::{Packet, Stack, blocked_through};
 use super::super::vectors::{dot, sub};
 use super::fan::{ByGroup, GROUPS, LIFT_M, STEADY, fan, idle, set_ray};
 use super::settings::BakeSettings;
+use super::sources::{SOURCES_MAX, Source, SourceLight, sources};
+use crate::num::f32_nearest;
 
 /// Aimed rays end this share short of the lamp.
 const AIM_SHARE: f32 = 0.999;
 
 /// What all samples of one kind aim at and where they look.
+#[derive(Clone, Debug)]
 pub struct Aims {
     /// Points on lamps.
     pub lamp_points: Vec<LampPoint>,
@@ -24,15 +27,18 @@ pub struct Aims {
     pub distant: Vec<DistantLight>,
     /// Directions of bounces. Empty where random rays cannot find light.
     pub fan: Vec<[f32; 3]>,
+    /// The strongest sources, each a range of the aims.
+    pub sources: Vec<Source>,
 }
 
 impl Aims {
     /// At lamps and bright directions, along so many rays.
     pub fn new(scene: &Scene, lamp_rays: usize, rays: usize) -> Self {
-        let mut distant = scene.environment.as_ref().map_or_else(Vec::new, |environment| environment.aims(lamp_rays));
-        distant.extend(scene.mesh.distant.iter().flat_map(|light| light.points(lamp_rays / 4)));
+        let mut far = scene.environment.as_ref().map_or_else(Vec::new, |environment| environment.aims(lamp_rays));
+        far.extend(scene.mesh.distant.iter().map(|light| light.points(lamp_rays / 4).collect()));
         let (lamp_points, bulb_points) = (scene.lamps.points(lamp_rays), scene.lamps.bulb_points(lamp_rays));
-        Self { lamp_points, bulb_points, distant, fan: fan(rays) }
+        let sources = sources(&scene.lamps, &lamp_points, &bulb_points, &far);
+        Self { lamp_points, bulb_points, distant: far.concat(), fan: fan(rays), sources }
     }
 
     /// Of samples on vertices, then of samples on grids.
@@ -50,7 +56,13 @@ impl Aims {
     pub fn thinned(&self) -> Self {
         let [lamps, bulbs] = [self.lamp_points.len(), self.bulb_points.len()];
         let total = lamps + bulbs + self.distant.len();
-        let mut few = Self { lamp_points: Vec::new(), bulb_points: Vec::new(), distant: Vec::new(), fan: Vec::new() };
+        let mut few = Self {
+            lamp_points: Vec::new(),
+            bulb_points: Vec::new(),
+            distant: Vec::new(),
+            fan: Vec::new(),
+            sources: Vec::new(),
+        };
         for number in (0..total.min(LANES)).map(|lane| (2 * lane + 1) * total / (2 * total.min(LANES))) {
             if number < lamps {
                 few.lamp_points.push(self.lamp_points[number]);
@@ -79,16 +91,36 @@ struct Shadows<'a> {
     scene: &'a Scene,
     stack: Stack,
     packet: Packet,
-    waiting: [(usize, usize, [f64; BANDS]); LANES],
+    /// Side, group, light and source of each.
+    waiting: [(usize, usize, [f64; BANDS], Option<usize>); LANES],
     lanes: usize,
-    light: [ByGroup<f64>; 2],
+    light: [AimedLight; 2],
+}
+
+/// Light that comes straight from what a bake aims at.
+#[derive(Clone, Copy, Debug)]
+pub struct AimedLight {
+    /// From all of it.
+    pub all: ByGroup<f64>,
+    /// From each of the strongest sources.
+    pub by_source: [SourceLight; SOURCES_MAX],
+}
+
+impl AimedLight {
+    const NONE: Self = Self { all: [[0.0; BANDS]; GROUPS], by_source: [SourceLight::NONE; SOURCES_MAX] };
 }
 
 impl Shadows<'_> {
-    fn push(&mut self, ray: ([f32; 3], [f32; 3], f32), side: usize, group: usize, sent: [f64; BANDS]) {
-        let (origin, direction, t_max) = ray;
-        set_ray(&mut self.packet, self.lanes, origin, direction, t_max);
-        self.waiting[self.lanes] = (side, group, sent);
+    fn push(&mut self, aimed: &Aimed, source: Option<usize>) {
+        if let Some(source) = source {
+            self.light[aimed.side].by_source[source].unoccluded += f32_nearest(luminance(aimed.sent));
+        }
+        if aimed.cone == 0.0 {
+            return;
+        }
+        set_ray(&mut self.packet, self.lanes, aimed.origin_m, aimed.direction, aimed.t_max);
+        let sent = aimed.sent.map(|band| band * f64::from(aimed.cone));
+        self.waiting[self.lanes] = (aimed.side, aimed.group, sent, source);
         self.lanes += 1;
         if self.lanes == LANES {
             self.flush();
@@ -98,9 +130,12 @@ impl Shadows<'_> {
     fn flush(&mut self) {
         let shadowed = blocked_through(&self.scene.bvh, &self.scene.mesh, &self.packet, &mut self.stack);
         for lane in (0..self.lanes).filter(|&lane| !shadowed[lane]) {
-            let (side, group, sent) = self.waiting[lane];
+            let (side, group, sent, source) = self.waiting[lane];
             for band in 0..BANDS {
-                self.light[side][group][band] += sent[band];
+                self.light[side].all[group][band] += sent[band];
+            }
+            if let Some(source) = source {
+                self.light[side].by_source[source].received += f32_nearest(luminance(sent));
             }
         }
         (self.packet, self.lanes) = (idle(), 0);
@@ -108,68 +143,81 @@ impl Shadows<'_> {
 }
 
 /// A ray towards a source that is above the horizon of one side of a place.
-struct Aimed {
-    origin_m: [f32; 3],
-    direction: [f32; 3],
-    t_max: f32,
+#[derive(Clone, Copy, Debug)]
+pub struct Aimed {
+    /// Just above the surface.
+    pub origin_m: [f32; 3],
+    /// Towards the source; of any length.
+    pub direction: [f32; 3],
+    /// Where the source begins, in lengths of the direction.
+    pub t_max: f32,
     side: usize,
     group: usize,
-    /// Unoccluded light along it.
-    sent: [f64; BANDS],
+    /// Unoccluded light along it, whatever its cone.
+    pub sent: [f64; BANDS],
+    /// Share of it within the source's cone.
+    pub cone: f32,
 }
 
-/// Makes the rays of a place towards all sources, each with its number among the aims.
-fn each_aimed(
+/// The ray from a place, on the first or on both of its sides, towards the aim of a number; none where that is below the horizon.
+#[inline]
+pub fn aimed(
     scene: &Scene,
     (at_m, normal, sides): ([f32; 3], [f32; 3], usize),
     aims: &Aims,
-    mut each: impl FnMut(usize, Aimed),
-) {
+    number: usize,
+) -> Option<Aimed> {
     let lifted = |side: usize| -> [f32; 3] {
         let lift = if side == 0 { LIFT_M } else { -LIFT_M };
         [0, 1, 2].map(|axis| at_m[axis] + normal[axis] * lift)
     };
-    for (number, point) in aims.lamp_points.iter().enumerate() {
-        let side = usize::from(dot(sub(point.position_m, at_m), normal) < 0.0);
+    let side_of = |position_m: [f32; 3]| usize::from(dot(sub(position_m, at_m), normal) < 0.0);
+    let [lamps, bulbs] = [aims.lamp_points.len(), aims.bulb_points.len()];
+    if number < lamps {
+        let point = &aims.lamp_points[number];
+        let side = side_of(point.position_m);
         let origin_m = lifted(side);
         let direction = sub(point.position_m, origin_m);
         let strength = disc_form_factor(normal, direction, point.normal, point.area_m2);
-        if strength > 0.0 && side < sides {
-            let sent = point.radiance.map(|band| std::f64::consts::PI * f64::from(band) * strength);
-            let group = scene.group_of(point.material);
-            each(number, Aimed { origin_m, direction, t_max: AIM_SHARE, side, group, sent });
-        }
-    }
-    for (number, point) in (aims.lamp_points.len()..).zip(&aims.bulb_points) {
-        let side = usize::from(dot(sub(point.position_m, at_m), normal) < 0.0);
-        if side >= sides {
-            continue;
-        }
+        let sent = point.radiance.map(|band| std::f64::consts::PI * f64::from(band) * strength);
+        let group = scene.group_of(point.material);
+        let ray = Aimed { origin_m, direction, t_max: AIM_SHARE, side, group, sent, cone: 1.0 };
+        (strength > 0.0 && side < sides).then_some(ray)
+    } else if number < lamps + bulbs {
+        let point = &aims.bulb_points[number - lamps];
+        let side = side_of(point.position_m);
         let origin_m = lifted(side);
-        if let Some((strength, enters)) = point.toward(origin_m, normal) {
-            let sent = point.intensity.map(|band| f64::from(band) * strength);
-            let (direction, t_max) = (sub(point.position_m, origin_m), enters * AIM_SHARE);
-            each(number, Aimed { origin_m, direction, t_max, side, group: scene.group_of(point.material), sent });
-        }
-    }
-    for (number, light) in (aims.lamp_points.len() + aims.bulb_points.len()..).zip(&aims.distant) {
+        let (strength, cone, enters) = point.toward(origin_m, normal).filter(|_| side < sides)?;
+        let sent = point.intensity.map(|band| f64::from(band) * strength);
+        let (direction, t_max) = (sub(point.position_m, origin_m), enters * AIM_SHARE);
+        Some(Aimed { origin_m, direction, t_max, side, group: scene.group_of(point.material), sent, cone })
+    } else {
+        let light = &aims.distant[number - lamps - bulbs];
         let cos = f64::from(dot(light.direction, normal));
         let side = usize::from(cos < 0.0);
         let sent = light.normal_irradiance.map(|band| f64::from(band) * cos.abs());
-        if side < sides {
-            let (origin_m, direction) = (lifted(side), light.direction);
-            each(number, Aimed { origin_m, direction, t_max: f32::MAX, side, group: STEADY, sent });
+        let (origin_m, direction) = (lifted(side), light.direction);
+        let ray = Aimed { origin_m, direction, t_max: f32::MAX, side, group: STEADY, sent, cone: 1.0 };
+        (side < sides).then_some(ray)
+    }
+}
+
+/// Makes the rays of a place towards all sources, each with its number among the aims.
+fn each_aimed(scene: &Scene, place: ([f32; 3], [f32; 3], usize), aims: &Aims, mut each: impl FnMut(usize, Aimed)) {
+    for number in 0..aims.lamp_points.len() + aims.bulb_points.len() + aims.distant.len() {
+        if let Some(ray) = aimed(scene, place, aims, number) {
+            each(number, ray);
         }
     }
 }
 
 /// Light that lamps and bright directions send straight to the first or to both sides of a place.
-pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], sides: usize, aims: &Aims) -> [ByGroup<f64>; 2] {
-    let dark = [[[0.0; BANDS]; GROUPS]; 2];
-    let (stack, waiting) = (Stack::new(), [(0, 0, [0.0; BANDS]); LANES]);
-    let mut shadows = Shadows { scene, stack, packet: idle(), waiting, lanes: 0, light: dark };
-    each_aimed(scene, (at_m, normal, sides), aims, |_, aimed| {
-        shadows.push((aimed.origin_m, aimed.direction, aimed.t_max), aimed.side, aimed.group, aimed.sent);
+pub fn aimed_light(scene: &Scene, at_m: [f32; 3], normal: [f32; 3], sides: usize, aims: &Aims) -> [AimedLight; 2] {
+    let (stack, waiting) = (Stack::new(), [(0, 0, [0.0; BANDS], None); LANES]);
+    let mut shadows = Shadows { scene, stack, packet: idle(), waiting, lanes: 0, light: [AimedLight::NONE; 2] };
+    each_aimed(scene, (at_m, normal, sides), aims, |number, aimed| {
+        let source = aims.sources.iter().position(|source| source.holds(number));
+        shadows.push(&aimed, source);
     });
     if shadows.lanes > 0 {
         shadows.flush();

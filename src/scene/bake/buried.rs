@@ -2,7 +2,6 @@
 //!
 //! Without this the floor is darker around everything that stands on it, as far as the next sample.
 
-use super::super::light::Bands;
 use super::super::samples::{Layout, ShadeTriangle};
 use crate::num::{f32_from_u32, index, u32_from};
 
@@ -26,7 +25,7 @@ pub fn stand_ins(layout: &Layout, is_buried: impl Fn(usize) -> bool) -> Vec<(u32
 }
 
 /// The samples that points of a triangle are interpolated between, cell by cell.
-fn cells(triangle: &ShadeTriangle, mut each: impl FnMut([usize; 3])) {
+pub(super) fn cells(triangle: &ShadeTriangle, mut each: impl FnMut([usize; 3])) {
     if triangle.grid_steps == 0 {
         return each(triangle.samples.map(index));
     }
@@ -46,7 +45,7 @@ fn cells(triangle: &ShadeTriangle, mut each: impl FnMut([usize; 3])) {
 }
 
 /// Gives each buried place the light of its neighbour.
-pub fn fill(light: &mut [Bands], stand_ins: &[(u32, u32)]) {
+pub fn fill<T: Copy>(light: &mut [T], stand_ins: &[(u32, u32)]) {
     for &(buried, open) in stand_ins {
         light[index(buried)] = light[index(open)];
     }

@@ -7,6 +7,7 @@ use super::super::light::{BANDS, Bands};
 use super::aims::Aims;
 use super::fan::GROUPS;
 use super::rays::{Mirrored, SideLight, gather};
+use super::sources::SourceLight;
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
 /// Of some samples. Lists of all sides lie one behind another, because separate lists would take more memory than their entries.
@@ -16,6 +17,8 @@ pub struct Gathered {
     pub samples: Vec<u32>,
     /// Light of lamps, sky and glowing surfaces on each side, by group; a group without any light in the scene is empty.
     pub direct: [Vec<Bands>; GROUPS],
+    /// What of it the strongest sources send to each side.
+    pub by_source: Vec<Vec<SourceLight>>,
     /// Sum over the random rays of the light that each brought, and the sum of squares.
     by_chance: [Vec<[Bands; 2]>; GROUPS],
     /// Whether a side lies within something closed, as a floor does under a box that stands on it.
@@ -38,7 +41,8 @@ struct Looks {
 impl Gathered {
     /// Traces the rays of samples.
     pub fn of(scene: &Scene, aims: &[Aims; 2], bounces: bool, samples: &[u32]) -> Self {
-        let mut all = Self { samples: samples.to_vec(), ..Self::default() };
+        let by_source = vec![Vec::with_capacity(2 * samples.len()); aims[0].sources.len()];
+        let mut all = Self { samples: samples.to_vec(), by_source, ..Self::default() };
         for number in samples.iter().map(|&sample| index(sample)) {
             let aims = &aims[usize::from(scene.layout.samples[number].on_grid)];
             let rays = if bounces { aims.fan.len() } else { 0 };
@@ -56,6 +60,9 @@ impl Gathered {
             self.direct[group].push(light.map(f32_nearest));
             let moments = [seen.bounced.seen[group], seen.bounced.squares[group]];
             self.by_chance[group].push(moments.map(|moment| moment.map(f32_nearest)));
+        }
+        for (all, &light) in self.by_source.iter_mut().zip(&seen.by_source) {
+            all.push(light);
         }
         self.buried.push(seen.is_buried);
         if rays > 0 {

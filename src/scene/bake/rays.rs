@@ -9,9 +9,10 @@ use super::super::light::{BANDS, Bands};
 use super::super::mesh::Material;
 use super::super::tracer::{Hits, MISS, Stack, closest_through};
 use super::super::vectors::{dot, unit};
-use super::aims::{Aims, aimed_light};
+use super::aims::{AimedLight, Aims, aimed_light};
 use super::fan::FLICKERING;
 pub use super::fan::{ByGroup, GROUPS, LIFT_M, STEADY, idle, set_ray};
+use super::sources::{SOURCES_MAX, SourceLight};
 use crate::num::{f64_from_usize, index, low_u16, u32_from, u32_truncated_f32};
 
 /// Mirrors that a ray is followed over. What is left after them is dropped: all that five metal mirrors keep, 1e-7 of glazed tiles.
@@ -22,6 +23,8 @@ const MIRRORS_MAX: usize = 4;
 pub struct SideLight {
     /// Light of lamps, sky and glowing surfaces, by group.
     pub direct: ByGroup<f64>,
+    /// What of it the strongest sources send.
+    pub by_source: [SourceLight; SOURCES_MAX],
     /// Hits of the random rays.
     pub bounced: Bounced,
     /// Whether the side is lit at all: the back of what has none is not.
@@ -59,12 +62,12 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
     let sample = &scene.layout.samples[number];
     let aimed = aimed_light(scene, sample.position_m, sample.normal, sample.sides(), aims);
     let mut side = 0;
-    aimed.map(|mut direct| {
+    aimed.map(|AimedLight { all: mut direct, by_source }| {
         let is_lit = side < sample.sides();
         let normal = if side == 0 { sample.normal } else { sample.normal.map(|x| -x) };
         side += 1;
         if !is_lit {
-            return SideLight { direct, bounced: Bounced::default(), is_lit, is_buried: false };
+            return SideLight { direct, by_source, bounced: Bounced::default(), is_lit, is_buried: false };
         }
         let bounced = bounce_rays(scene, sample.position_m, normal, &aims.fan);
         for group in 0..GROUPS {
@@ -73,7 +76,7 @@ pub fn gather(scene: &Scene, aims: &Aims, number: usize) -> [SideLight; 2] {
             }
         }
         let is_buried = 8 * bounced.backs > aims.fan.len();
-        SideLight { direct, bounced, is_lit, is_buried }
+        SideLight { direct, by_source, bounced, is_lit, is_buried }
     })
 }
 

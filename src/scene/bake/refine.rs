@@ -18,6 +18,7 @@ use super::clearance::{Part, is_anything_near};
 use super::fan::GROUPS;
 use super::gathered::Gathered;
 use super::settings::BakeSettings;
+use super::sources::{Source, SourceLight};
 use crate::num::{f32_nearest, f64_from_usize, index, u32_from};
 
 /// Samples of a unit of parallel work.
@@ -57,6 +58,8 @@ pub struct Traced {
     pub gathered: Vec<Gathered>,
     /// Whether a place lies within something closed.
     pub buried: Vec<bool>,
+    /// The sources that are told apart.
+    pub sources: Vec<Source>,
     stencils: Vec<Stencil>,
 }
 
@@ -95,6 +98,27 @@ impl Traced {
         }
         interpolate(&self.stencils, &mut light);
         light
+    }
+
+    /// What the strongest sources send to every place, one after another.
+    pub fn by_source(&self, places: usize) -> Vec<Vec<SourceLight>> {
+        let of_source = |source: usize| {
+            let mut light = vec![SourceLight::NONE; places];
+            self.gathered.iter().for_each(|chunk| chunk.put(&chunk.by_source[source], &mut light));
+            for stencil in &self.stencils {
+                for side in 0..2 {
+                    let mut mixed = SourceLight::NONE;
+                    for (&node, &weight) in stencil.nodes.iter().zip(&stencil.weights) {
+                        let known = light[2 * index(node) + side];
+                        mixed.unoccluded += known.unoccluded * weight;
+                        mixed.received += known.received * weight;
+                    }
+                    light[2 * index(stencil.sample) + side] = mixed;
+                }
+            }
+            light
+        };
+        (0..self.sources.len()).map(of_source).collect()
     }
 
     /// Light of a group at every place after one more bounce.
@@ -159,11 +183,11 @@ impl<'a> Refinement<'a> {
         Self {
             scene,
             probes: aims[1].thinned(),
+            traced: Traced { buried: vec![false; 2 * samples], sources: aims[1].sources.clone(), ..Traced::default() },
             aims,
             bounces: settings.bounces,
             progress,
             groups,
-            traced: Traced { buried: vec![false; 2 * samples], ..Traced::default() },
             wanted: Vec::new(),
             is_traced: vec![false; samples],
             is_done: vec![false; samples],

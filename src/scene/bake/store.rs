@@ -1,13 +1,15 @@
 //! Encodes a bake as versioned, checksummed bytes, and decodes it.
 
 use super::super::light::{BANDS, Bands};
-use super::Bake;
 use super::settings::BAKE_VERSION;
+use super::{Bake, EdgeLight, ShadowEdges, SourceLight};
 use crate::error::Error;
 use crate::num::u64_from;
 
 const MAGIC: &[u8; 8] = b"SENSELBK";
-const HEADER_BYTES: usize = 8 + 4 + 32 + 8 + 8 + 1;
+const HEADER_BYTES: usize = 8 + 4 + 32 + 4 * 8 + 1;
+/// Words of an entry of the list of shadow edges.
+const EDGE_WORDS: usize = 3;
 const CHECKSUM_BYTES: usize = 32;
 
 impl Bake {
@@ -16,20 +18,26 @@ impl Bake {
         self.key
     }
 
-    /// Magic, version, key, counts of steady and of flickering irradiance, whether light bounced, all irradiance in little-endian
-    /// `f32`, and the blake3 of all that.
+    /// Magic, version, key, counts of steady and of flickering irradiance, of lists of shadow edges and of their entries, whether light
+    /// bounced, all irradiance, the lists' starts and their entries in little-endian words of four bytes, and the blake3 of all that.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(
-            HEADER_BYTES + 4 * BANDS * (self.irradiance.len() + self.flickering.len()) + CHECKSUM_BYTES,
-        );
+        let irradiances = self.irradiance.len() + self.flickering.len();
+        let words = BANDS * irradiances + self.edges.starts.len() + EDGE_WORDS * self.edges.lights.len();
+        let mut bytes = Vec::with_capacity(HEADER_BYTES + 4 * words + CHECKSUM_BYTES);
         bytes.extend_from_slice(MAGIC);
         bytes.extend_from_slice(&BAKE_VERSION.to_le_bytes());
         bytes.extend_from_slice(&self.key);
-        bytes.extend_from_slice(&u64_from(self.irradiance.len()).to_le_bytes());
-        bytes.extend_from_slice(&u64_from(self.flickering.len()).to_le_bytes());
+        let counts = [self.irradiance.len(), self.flickering.len(), self.edges.starts.len(), self.edges.lights.len()];
+        counts.into_iter().for_each(|count| bytes.extend_from_slice(&u64_from(count).to_le_bytes()));
         bytes.push(u8::from(self.bounces));
         for value in self.irradiance.iter().chain(&self.flickering).flatten() {
             bytes.extend_from_slice(&value.to_le_bytes());
+        }
+        self.edges.starts.iter().for_each(|start| bytes.extend_from_slice(&start.to_le_bytes()));
+        for EdgeLight { source, light } in &self.edges.lights {
+            bytes.extend_from_slice(&source.to_le_bytes());
+            bytes.extend_from_slice(&light.unoccluded.to_le_bytes());
+            bytes.extend_from_slice(&light.received.to_le_bytes());
         }
         let checksum = blake3::hash(&bytes);
         bytes.extend_from_slice(checksum.as_bytes());
@@ -53,19 +61,38 @@ impl Bake {
             return Err(refuse("of another version; delete it and it will be made anew"));
         }
         let key: [u8; 32] = content[12..44].try_into().expect("32 bytes were taken");
-        let values: Vec<f32> = content[HEADER_BYTES..]
+        let count = |number: usize| {
+            let at = 44 + 8 * number;
+            let count = u64::from_le_bytes(content[at..at + 8].try_into().expect("eight bytes were taken"));
+            usize::try_from(count).unwrap_or(usize::MAX)
+        };
+        let [steady, flickering, starts, entries] = [0, 1, 2, 3].map(count);
+        let words: Vec<u32> = content[HEADER_BYTES..]
             .chunks_exact(4)
-            .map(|word| f32::from_le_bytes(word.try_into().expect("chunks of four")))
+            .map(|word| u32::from_le_bytes(word.try_into().expect("chunks of four")))
             .collect();
-        let mut irradiance: Vec<Bands> =
-            values.chunks_exact(BANDS).map(|bands| bands.try_into().expect("chunks of a sample")).collect();
-        let count = |at: usize| u64::from_le_bytes(content[at..at + 8].try_into().expect("eight bytes were taken"));
-        let (steady, flickering) = (count(44), count(52));
-        let fits = steady.checked_add(flickering) == Some(u64_from(irradiance.len()));
+        let in_all = |each: &[(usize, usize)]| {
+            each.iter().try_fold(0_usize, |sum, &(count, words)| sum.checked_add(count.checked_mul(words)?))
+        };
+        let fits =
+            in_all(&[(steady, BANDS), (flickering, BANDS), (starts, 1), (entries, EDGE_WORDS)]) == Some(words.len());
         if !fits || !(flickering == 0 || flickering == steady) {
             return Err(refuse("its counts do not fit its length"));
         }
-        let flickering = irradiance.split_off(usize::try_from(steady).expect("it was compared with a length"));
-        Ok(Self { key, irradiance, flickering, bounces: content[60] != 0 })
+        let (light, edges) = words.split_at(BANDS * (steady + flickering));
+        let (starts, entries) = edges.split_at(starts);
+        let mut irradiance: Vec<Bands> =
+            light.chunks_exact(BANDS).map(|bands| std::array::from_fn(|band| f32::from_bits(bands[band]))).collect();
+        let flickering = irradiance.split_off(steady);
+        let entry = |words: &[u32]| EdgeLight {
+            source: words[0],
+            light: SourceLight { unoccluded: f32::from_bits(words[1]), received: f32::from_bits(words[2]) },
+        };
+        let edges =
+            ShadowEdges { starts: starts.to_vec(), lights: entries.chunks_exact(EDGE_WORDS).map(entry).collect() };
+        if !edges.is_sound(steady) {
+            return Err(refuse("its lists of shadow edges do not fit its samples"));
+        }
+        Ok(Self { key, irradiance, flickering, bounces: content[76] != 0, edges })
     }
 }

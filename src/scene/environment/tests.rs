@@ -80,7 +80,7 @@ fn upward(environment: &Environment) -> [f64; 2] {
             soft += f64::from(environment.soft_radiance(direction)[1]) * f64::from(direction[1]) * solid;
         }
     }
-    let aimed = environment.aims(192);
+    let aimed = environment.aims(192).concat();
     let aimed = aimed.iter().map(|light| f64::from(light.normal_irradiance[1] * light.direction[1].max(0.0)));
     [soft, aimed.fold(0.0, |sum, light| sum + light)]
 }
@@ -106,7 +106,7 @@ fn soft_and_aimed_parts_are_together_the_whole_light() {
 #[test]
 fn no_texel_however_bright_makes_an_aim_stronger_than_the_others() {
     let environment = Environment::from_texels("e", 64, &texels(64), 0.0).unwrap();
-    let aims = environment.aims(96);
+    let aims = environment.aims(96).concat();
     assert_eq!(aims.len(), 96);
     let strengths: Vec<f64> = aims.iter().map(|aim| luminance(aim.normal_irradiance.map(f64::from))).collect();
     assert!(strengths.iter().all(|strength| (strength / strengths[0] - 1.0).abs() < 1e-5));

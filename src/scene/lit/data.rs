@@ -7,6 +7,7 @@ use super::super::flicker::Flicker;
 use super::super::geometry::Scene;
 use super::super::light::{BANDS, Bands, Illuminant};
 use super::super::mesh::Gloss;
+use super::shadows::Shadows;
 use crate::num::{greater, lesser};
 use std::sync::{Arc, OnceLock};
 
@@ -83,6 +84,8 @@ pub struct LitScene {
     /// What a ray needs of each triangle.
     pub(super) faces: Arc<[Face]>,
     pub(super) has_textures: bool,
+    /// What shadows are traced by; none where nothing is aimed at.
+    pub(super) shadows: Option<Arc<Shadows>>,
     /// What of each material keeps an image.
     pub(super) gloss: Vec<Option<Gloss>>,
     /// Found once.

@@ -22,6 +22,7 @@ impl LitScene {
             lux_per_radiance,
             sky_lux,
             bounces,
+            shadows,
             // These follow from the scene.
             paints: _,
             cones: _,
@@ -54,6 +55,9 @@ impl LitScene {
         for lux in [irradiance_lux, flickering_lux] {
             hasher.update(&crate::num::u64_from(lux.len()).to_le_bytes());
             lux.chunks(1024).for_each(|lux| hash_floats(&mut hasher, lux.as_flattened()));
+        }
+        if let Some(shadows) = shadows {
+            shadows.hash_into(&mut hasher);
         }
         *hasher.finalize().as_bytes()
     }

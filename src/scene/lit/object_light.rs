@@ -1,7 +1,7 @@
 //! Light that reaches an object where it moves: found at places along its path, and mixed in between.
 //!
-//! The object receives direct light with the fixed scene's shadows and the light that the fixed scene's surfaces send back. It neither
-//! shades nor lights itself, other objects or the scene.
+//! The object receives direct light with the fixed scene's shadows and the light that the fixed scene's surfaces send back. It shades the
+//! fixed scene (`optics/render/shadows`), but neither itself nor other objects, and sends no light back.
 
 #![allow(clippy::needless_range_loop, reason = "bands and groups of several arrays run in step")]
 
@@ -50,7 +50,7 @@ impl ObjectLight {
         let dark = Bake::even(&shape, 0.0);
         let lux_per_unit = fixed.lux_per_radiance / std::f64::consts::PI;
         let mut shape = LitScene::scaled(shape, &dark, lux_per_unit, fixed.illuminant);
-        shape.flicker = fixed.flicker;
+        (shape.flicker, shape.shadows) = (fixed.flicker, None);
         let mut step_s = STEP_S;
         while run.length_s() > STEPS_MAX * step_s {
             step_s *= 2.0;

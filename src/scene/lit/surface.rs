@@ -11,6 +11,8 @@ use super::super::texture::{TO_WHOLE, Texture};
 pub use super::data::Face;
 pub(super) use super::data::NUMBERS;
 use super::data::{LitScene, NO_CONE, Paint};
+use super::shadows::Shadows;
+use super::sides_of;
 use crate::num::{f32_from_u32, index};
 
 impl Face {
@@ -24,6 +26,12 @@ impl Face {
     #[inline(always)]
     pub fn has_gloss(&self, all: bool) -> bool {
         self.kind & GLOSSY[usize::from(!all)] != 0
+    }
+
+    /// Whether a shadow has an edge somewhere on it.
+    #[inline(always)]
+    pub fn has_shadow_edges(&self) -> bool {
+        self.kind & SHADOWED != 0
     }
 
     /// Unit normal of the plane.
@@ -54,13 +62,21 @@ impl Face {
 
 /// Marks of a face that keeps an image: any gloss, and mirrors only.
 const GLOSSY: [u32; 2] = [1 << 31, 1 << 30];
+/// Mark of a face with edges of shadows.
+const SHADOWED: u32 = 1 << 29;
 /// The part of a face's kind that names its texture.
-const TEXTURE: u32 = (1 << 30) - 1;
+const TEXTURE: u32 = (1 << 29) - 1;
 /// Names no texture.
 const UNTEXTURED: u32 = TEXTURE;
 
 /// Faces of all triangles. `slopes` is empty without textures.
-pub fn faces(mesh: &Mesh, layout: &Layout, slopes: &[[[f32; 3]; 2]], paints: &[Paint]) -> Vec<Face> {
+pub fn faces(
+    mesh: &Mesh,
+    layout: &Layout,
+    slopes: &[[[f32; 3]; 2]],
+    paints: &[Paint],
+    shadows: Option<&Shadows>,
+) -> Vec<Face> {
     let mut faces = Vec::with_capacity(layout.triangles.len());
     for (triangle, shade) in layout.triangles.iter().enumerate() {
         let mut numbers = [0.0; NUMBERS];
@@ -73,6 +89,8 @@ pub fn faces(mesh: &Mesh, layout: &Layout, slopes: &[[[f32; 3]; 2]], paints: &[P
         for (mark, is_glossy) in GLOSSY.into_iter().zip(paints[index(shade.material)].glossy) {
             kind |= if is_glossy { mark } else { 0 };
         }
+        let has_edge = |shadows: &Shadows| sides_of(shade).any(|(back, sample)| shadows.has_edge(2 * sample + back));
+        kind |= if shadows.is_some_and(has_edge) { SHADOWED } else { 0 };
         faces.push(Face { numbers, kind });
     }
     faces
@@ -92,6 +110,8 @@ pub struct OnTriangle<'a> {
     pub direction: &'a Vectors,
     /// Level of the flickering lamps over each ray's stratum of time.
     pub lamp_levels: &'a [f32; LANES],
+    /// Lux by band that shadow rays add to the baked irradiance.
+    pub added: Option<&'a [Floats; BANDS]>,
 }
 
 /// Where hits lie among a triangle's samples of irradiance.
@@ -181,18 +201,23 @@ impl LitScene {
     /// within 0..1. `colours` are those of its texture, or white.
     #[inline(always)]
     pub fn exitances_lux(&self, rays: &OnTriangle, colours: &[Floats; BANDS]) -> [Floats; BANDS] {
-        let OnTriangle { triangle, lanes, u, v, direction, lamp_levels } = rays;
+        let OnTriangle { triangle, lanes, u, v, direction, lamp_levels, added } = rays;
         let shade = &self.scene.layout.triangles[index(*triangle)];
         let paint = &self.paints[index(shade.material)];
         let levels = Floats(**lamp_levels);
         let back = Floats::splat(0.0).below(dot3(splat3(shade.normal), **direction)) & *lanes;
         let sees_both_sides = back.any() && back != *lanes;
         let around = Around::of(shade, *u, *v);
-        let irradiance = if around.is_one_cell() && !sees_both_sides {
+        let mut irradiance = if around.is_one_cell() && !sees_both_sides {
             self.irradiance_within(&around, back.any(), levels)
         } else {
             self.irradiance_by_lane(&around, back, *lanes, lamp_levels)
         };
+        if let Some(added) = added {
+            for band in 0..BANDS {
+                irradiance[band] = (irradiance[band] + added[band]).greater(Floats::splat(0.0));
+            }
+        }
         let mut glow_levels = if paint.flickers { levels } else { Floats::splat(1.0) };
         if paint.cone != NO_CONE {
             for lane in 0..LANES {
@@ -215,6 +240,38 @@ impl LitScene {
             }
         }
         lux
+    }
+
+    /// Sources whose shadow may end at one of the rays that met a triangle: a bit each.
+    #[inline(always)]
+    pub fn sources_around(
+        &self,
+        shadows: &Shadows,
+        triangle: u32,
+        lanes: Mask,
+        [u, v]: [Floats; 2],
+        direction: &Vectors,
+    ) -> u32 {
+        let shade = &self.scene.layout.triangles[index(triangle)];
+        let back = Floats::splat(0.0).below(dot3(splat3(shade.normal), *direction)) & lanes;
+        let mut rest = lanes.bits();
+        let first = next_lane(&mut rest);
+        // Other lanes do not count: they stand where the first does.
+        let [u, v] = [u, v].map(|weight| lanes.select(weight, Floats::splat(weight.0[first])));
+        let around = Around::of(shade, u, v);
+        // Both halves of a cell have the samples beside and below its first.
+        let of_lane = |lane: usize| {
+            let [_, beside, below, _] = around.corners(lane).map(|sample| 2 * sample + usize::from(back.0[lane] != 0));
+            shadows.sources_at(beside) & shadows.sources_at(below)
+        };
+        let mut sources = of_lane(first);
+        if around.is_one_cell() && (!back.any() || back == lanes) {
+            return sources;
+        }
+        while rest != 0 {
+            sources |= of_lane(next_lane(&mut rest));
+        }
+        sources
     }
 
     /// Lux-equivalents that reach one side of a surface within one cell of its samples.

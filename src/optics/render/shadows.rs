@@ -1,0 +1,282 @@
+//! Shadow rays: the light that a surface of the fixed scene has more, or less, than the bake gives it, beside the edges of shadows and where
+//! moving objects stand in the way of a source.
+
+#![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
+
+use super::objects::Objects;
+use super::sobol::facet_numbers;
+use super::view::{Aim, Traced, View};
+use crate::num::u32_from;
+use crate::optics::motion::Turns;
+use crate::scene::bake::Aimed;
+use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, unrolled};
+use crate::scene::light::BANDS;
+use crate::scene::lit::{Shadows, Towards};
+use crate::scene::tracer::{Packet, Stack, blocked_through};
+use crate::simd::Kernel;
+
+/// Names the numbers that choose points on sources: beyond those of reflections.
+const OF_SOURCES: u32 = 16;
+
+/// An object's shadow from a source that gives a place less than this share of its light is left out.
+const FAINT: f32 = 0.02;
+
+/// Rays of a packet that met one triangle.
+#[derive(Clone, Copy)]
+pub(super) struct OnSurface<'a, 'b> {
+    pub view: &'a View<'b>,
+    pub shadows: &'a Shadows,
+    pub traced: &'a Traced,
+    pub triangle: u32,
+    pub lanes: Mask,
+    pub aim: &'a Aim<'a>,
+    /// Of the choice of points on sources.
+    pub seeds: &'a [u32; LANES],
+}
+
+/// Lux by band that the baked irradiance lacks beside the edges of shadows.
+pub(super) struct EdgeShadows<'a, 'b> {
+    pub surface: OnSurface<'a, 'b>,
+    /// Sources that may be asked for: a bit each.
+    pub sources: u32,
+    pub stack: &'a mut Stack,
+}
+
+/// Lux by band that moving objects take from the irradiance.
+pub(super) struct ObjectShadows<'a, 'b> {
+    pub surface: OnSurface<'a, 'b>,
+    /// Of the camera at each ray's instant.
+    pub pose: &'a Turns,
+    pub stack: &'a mut Stack,
+}
+
+/// Where a ray met the triangle: places around with their weights, normal, and where in the world.
+#[derive(Clone, Copy)]
+struct Hit {
+    around: [(usize, f32); 3],
+    normal: [f32; 3],
+    at_m: [f32; 3],
+}
+
+const NO_HIT: Hit = Hit { around: [(0, 0.0); 3], normal: [0.0; 3], at_m: [0.0; 3] };
+
+impl OnSurface<'_, '_> {
+    #[inline(always)]
+    fn hit(&self, lane: usize) -> Hit {
+        let Traced { hits: met, packet } = self.traced;
+        let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
+        let (around, normal) = self.view.scene.places_around(self.triangle, [met.u.0[lane], met.v.0[lane]], direction);
+        let at_m = [0, 1, 2].map(|axis| packet.origin_m[axis].0[lane] + direction[axis] * met.t.0[lane]);
+        Hit { around, normal, at_m }
+    }
+
+    /// The ray of a lane's sample from where it met the triangle to a source.
+    #[inline(always)]
+    fn ray(&self, lane: usize, place: ([f32; 3], [f32; 3]), source: u32) -> Option<Aimed> {
+        let [number, _] = facet_numbers(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + source);
+        self.view.scene.shadow_ray(self.shadows, place, source, number)
+    }
+
+    /// Level of a source's light.
+    #[inline(always)]
+    fn level(&self, source: u32, lane: usize) -> f32 {
+        if self.shadows.flickers(source) { self.aim.lamp_levels[lane] } else { 1.0 }
+    }
+
+    #[inline(always)]
+    fn blocked(&self, packet: &Packet, stack: &mut Stack) -> Mask {
+        let scene = self.view.scene.scene();
+        mask(&blocked_through(&scene.bvh, &scene.mesh, packet, stack))
+    }
+}
+
+#[inline(always)]
+fn mask(set: &[bool; LANES]) -> Mask {
+    Mask(set.map(|set| if set { u32::MAX } else { 0 }))
+}
+
+#[inline(always)]
+fn no_rays() -> Packet {
+    let zero = Floats::splat(0.0);
+    let one = Floats::splat(1.0);
+    Packet { origin_m: [zero; 3], direction: [one, zero, zero], t_min: zero, t_max: Floats::splat(-1.0) }
+}
+
+#[inline(always)]
+fn set(packet: &mut Packet, lane: usize, ray: &Aimed) {
+    for axis in 0..3 {
+        packet.origin_m[axis].0[lane] = ray.origin_m[axis];
+        packet.direction[axis].0[lane] = ray.direction[axis];
+    }
+    packet.t_max.0[lane] = ray.t_max;
+}
+
+/// Middle, in all lanes, and radius of a ball around the places of some lanes.
+#[inline(always)]
+fn ball_around(at_m: &Vectors, lanes: Mask) -> (Vectors, Floats) {
+    let (mut middle_m, mut reach2) = ([Floats::splat(0.0); 3], 0.0);
+    for axis in 0..3 {
+        let least = lanes.select(at_m[axis], Floats::splat(f32::MAX)).least();
+        let most = lanes.select(at_m[axis], Floats::splat(-f32::MAX)).most();
+        middle_m[axis] = Floats::splat(0.5 * (least + most));
+        reach2 += 0.25 * (most - least) * (most - least);
+    }
+    (middle_m, Floats::splat(reach2.sqrt()))
+}
+
+impl Kernel for EdgeShadows<'_, '_> {
+    type Output = [Floats; BANDS];
+
+    #[inline(always)]
+    fn run(self) -> [Floats; BANDS] {
+        let Self { surface, mut sources, stack } = self;
+        let shadows = surface.shadows;
+        let mut hits = [NO_HIT; LANES];
+        let mut rest = surface.lanes.bits();
+        while rest != 0 {
+            let lane = next_lane(&mut rest);
+            hits[lane] = surface.hit(lane);
+        }
+        let mut added = [Floats::splat(0.0); BANDS];
+        while sources != 0 {
+            let source = sources.trailing_zeros();
+            sources &= sources - 1;
+            let mut packet = no_rays();
+            let (mut unoccluded, mut received) = (Floats::splat(0.0), Floats::splat(0.0));
+            let mut rest = surface.lanes.bits();
+            while rest != 0 {
+                let lane = next_lane(&mut rest);
+                let Some(light) = shadows.light(source, &hits[lane].around) else { continue };
+                let Hit { at_m, normal, .. } = hits[lane];
+                let Some(ray) = surface.ray(lane, (at_m, normal), source) else { continue };
+                let level = surface.level(source, lane);
+                set(&mut packet, lane, &ray);
+                (unoccluded.0[lane], received.0[lane]) = (light.unoccluded * ray.cone * level, light.received * level);
+            }
+            let visible = surface.blocked(&packet, stack).select(Floats::splat(0.0), unoccluded);
+            let change = visible - received;
+            let colour = shadows.colour(source);
+            for band in 0..BANDS {
+                added[band] = added[band] + Floats::splat(colour[band]) * change;
+            }
+        }
+        added
+    }
+}
+
+impl Kernel for ObjectShadows<'_, '_> {
+    type Output = [Floats; BANDS];
+
+    #[inline(always)]
+    fn run(self) -> [Floats; BANDS] {
+        let Self { surface, pose, stack } = self;
+        let Objects { all, group, instants } = surface.aim.objects;
+        let Traced { hits, packet: seen } = surface.traced;
+        let at_m = unrolled!(AXIS in 3 => seen.origin_m[AXIS] + seen.direction[AXIS] * hits.t);
+        let none = Floats::splat(0.0);
+        let mut added = [none; BANDS];
+        let (middle_m, reach_m) = ball_around(&at_m, surface.lanes);
+        let mut sources = 0_u32;
+        for object in all {
+            sources |= object.may_shade(group, &middle_m, surface.shadows.towards(), reach_m).bits();
+        }
+        if sources == 0 {
+            return added;
+        }
+        let [(place, _), ..] = surface.hit(next_lane(&mut surface.lanes.bits())).around;
+        let least_lux = FAINT * surface.view.scene.baked_lux(place);
+        sources &= surface.shadows.towards().may_give(&middle_m, least_lux).bits();
+        if sources == 0 {
+            return added;
+        }
+        // Each sample asks one of the sources for all of them, by their light.
+        let plane = surface.view.scene.face(surface.triangle).normal();
+        let (mut source_of, mut per_share, mut places) = ([sources.trailing_zeros(); LANES], none, [NOWHERE; LANES]);
+        let mut rest = surface.lanes.bits();
+        while rest != 0 {
+            let lane = next_lane(&mut rest);
+            let at = [at_m[0].0[lane], at_m[1].0[lane], at_m[2].0[lane]];
+            let [x, y, z] = [0, 1, 2].map(|axis| seen.direction[axis].0[lane] * plane[axis]);
+            let normal = if x + y + z > 0.0 { plane.map(|x| -x) } else { plane };
+            let lux = surface.shadows.towards().lux_at(at, normal);
+            let [_, number] = facet_numbers(surface.aim.numbers[lane], surface.seeds[lane], OF_SOURCES);
+            (source_of[lane], per_share.0[lane]) = chosen(sources, &lux, number);
+            places[lane] = (at, normal);
+        }
+        let towards = Towards::chosen(surface.shadows.towards_each(), &source_of);
+        let mut asked = Mask([0; LANES]);
+        for object in all {
+            asked = asked | object.parts_may_shade(group, &at_m, &towards, none) & surface.lanes;
+        }
+        if !asked.any() {
+            return added;
+        }
+        let (mut rays, mut lux) = (no_rays(), [none; BANDS]);
+        let mut rest = asked.bits();
+        while rest != 0 {
+            let lane = next_lane(&mut rest);
+            let Some(ray) = surface.ray(lane, places[lane], source_of[lane]) else { continue };
+            let of_lane = surface.shadows.lux_by(&ray, source_of[lane]);
+            let level = surface.level(source_of[lane], lane) * per_share.0[lane];
+            for band in 0..BANDS {
+                lux[band].0[lane] = of_lane[band] * level;
+            }
+            set(&mut rays, lane, &ray);
+        }
+        let from_camera_m = unrolled!(AXIS in 3 => rays.origin_m[AXIS] - pose.place_m()[AXIS]);
+        let (origin_m, direction) = (pose.turned_back(from_camera_m), pose.turned_back(rays.direction));
+        let mut shaded = Mask([0; LANES]);
+        for object in all {
+            let near = object.parts_may_shade(group, &at_m, &towards, none) & asked;
+            if !near.any() {
+                continue;
+            }
+            let mut gathered = None;
+            let own = instants.of(&object.timelines[group], &mut gathered).at(surface.aim.share);
+            let turned = own.turned(origin_m);
+            let packet = Packet {
+                origin_m: unrolled!(AXIS in 3 => own.place_m()[AXIS] + turned[AXIS]),
+                direction: own.turned(direction),
+                t_min: none,
+                t_max: near.select(shaded.select(Floats::splat(-1.0), rays.t_max), Floats::splat(-1.0)),
+            };
+            let shape = object.lit.scene();
+            shaded = shaded | mask(&blocked_through(&shape.bvh, &shape.mesh, &packet, stack));
+        }
+        if shaded.any() {
+            // What the fixed scene shades anyway has no more to lose.
+            let left = Packet { t_max: shaded.select(rays.t_max, Floats::splat(-1.0)), ..rays };
+            let already = surface.blocked(&left, stack);
+            for band in 0..BANDS {
+                added[band] = already.select(none, shaded.select(none - lux[band], none));
+            }
+        }
+        added
+    }
+}
+
+const NOWHERE: ([f32; 3], [f32; 3]) = ([0.0; 3], [0.0; 3]);
+
+/// One of some sources, with a probability in proportion to its light, by a number of 0..1; and one over that probability.
+#[inline(always)]
+fn chosen(sources: u32, lux: &Floats, number: f32) -> (u32, f32) {
+    let mut sum = 0.0;
+    let mut rest = sources;
+    while rest != 0 {
+        sum += lux.0[next_lane(&mut rest)];
+    }
+    let (mut last, mut before) = ((sources.trailing_zeros(), 0.0), 0.0);
+    let mut rest = sources;
+    while rest != 0 {
+        let source = next_lane(&mut rest);
+        let own = lux.0[source];
+        if own > 0.0 {
+            last = (u32_from(source), sum / own);
+            before += own;
+            if number * sum < before {
+                break;
+            }
+        }
+    }
+    last
+}

@@ -1,0 +1,123 @@
+//! Where shadows have edges that are sharper than the distance between samples: places between which the visible share of a source
+//! changes. A render traces shadow rays there, and takes the baked light elsewhere.
+
+#![allow(clippy::needless_range_loop, reason = "corners of several arrays run in step")]
+
+use super::super::light::{Bands, luminance};
+use super::super::samples::Layout;
+use super::buried::cells;
+use super::sources::{SOURCES_MAX, Source, SourceLight};
+use crate::num::{index, u32_from};
+
+/// Change of a source's light over a cell, as a share of all light there, from which its shadow is traced: below a tenth it is no edge that
+/// a corner detector finds, and the bake's slope over a cell is close to it.
+const CHANGE_MIN: f32 = 0.1;
+
+/// The light of one source at a place beside the edge of its shadow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeLight {
+    /// The source's number among the aims' sources.
+    pub source: u32,
+    /// Its light, of which the baked irradiance holds what is received.
+    pub light: SourceLight,
+}
+
+/// All places beside edges of shadows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShadowEdges {
+    /// Where the list of each place begins, and where the last one ends; empty where there are no edges.
+    pub starts: Vec<u32>,
+    /// Lists of all places, each by rising source.
+    pub lights: Vec<EdgeLight>,
+}
+
+impl ShadowEdges {
+    /// Finds them from the irradiance of all places, steady and flickering, and from what each source sends there.
+    pub fn of(layout: &Layout, sources: &[Source], irradiance: [&[Bands]; 2], by_source: &[Vec<SourceLight>]) -> Self {
+        let lux = |place: usize| {
+            let of = |light: &[Bands]| light.get(place).map_or(0.0, |light| luminance(light.map(f64::from)));
+            crate::num::f32_nearest(of(irradiance[0]) + of(irradiance[1]))
+        };
+        let places = 2 * layout.samples.len();
+        let all: Vec<f32> = (0..places).map(lux).collect();
+        let beside: Vec<Vec<bool>> = crate::parallel::collected(by_source.len(), |source| {
+            beside_edges(layout, &sources[source], &all, &by_source[source])
+        });
+        let mut edges = Self { starts: vec![0], lights: Vec::new() };
+        for place in 0..places {
+            for (source, _) in beside.iter().enumerate().filter(|(_, beside)| beside[place]) {
+                edges.lights.push(EdgeLight { source: u32_from(source), light: by_source[source][place] });
+            }
+            edges.starts.push(u32_from(edges.lights.len()));
+        }
+        if edges.lights.is_empty() { Self::default() } else { edges }
+    }
+
+    /// Whether the lists lie one behind another, belong to so many places, and name sources that there may be.
+    pub(super) fn is_sound(&self, places: usize) -> bool {
+        let ends_there = match (self.starts.first(), self.starts.last()) {
+            (None, None) => self.lights.is_empty(),
+            (Some(&first), Some(&last)) => first == 0 && index(last) == self.lights.len(),
+            _ => false,
+        };
+        ends_there
+            && (self.starts.is_empty() || self.starts.len() == places + 1)
+            && self.starts.is_sorted()
+            && self.lights.iter().all(|light| index(light.source) < SOURCES_MAX)
+    }
+
+    /// The sources whose shadow has an edge beside a place.
+    #[inline]
+    pub fn at(&self, place: usize) -> &[EdgeLight] {
+        match (self.starts.get(place), self.starts.get(place + 1)) {
+            (Some(&from), Some(&to)) => &self.lights[index(from)..index(to)],
+            _ => &[],
+        }
+    }
+}
+
+/// Which places belong to a cell that one source's shadow ends in, or to a neighbour of such a cell: what is narrower than a cell may lie
+/// beside the samples that found it.
+fn beside_edges(layout: &Layout, source: &Source, all: &[f32], light: &[SourceLight]) -> Vec<bool> {
+    let mut on_edge = vec![false; all.len()];
+    each_cell(layout, |places| {
+        if source.is_sharp(layout.samples[places[0] / 2].position_m)
+            && has_edge(places.map(|place| (all[place], light[place])))
+        {
+            places.into_iter().for_each(|place| on_edge[place] = true);
+        }
+    });
+    let mut beside = on_edge.clone();
+    each_cell(layout, |places| {
+        if places.into_iter().any(|place| on_edge[place]) {
+            places.into_iter().for_each(|place| beside[place] = true);
+        }
+    });
+    beside
+}
+
+/// The corners of each side of each cell.
+fn each_cell(layout: &Layout, mut each: impl FnMut([usize; 3])) {
+    for triangle in &layout.triangles {
+        let sides = layout.samples[index(triangle.samples[0])].sides();
+        cells(triangle, |corners| {
+            for side in 0..sides {
+                each(corners.map(|sample| 2 * sample + side));
+            }
+        });
+    }
+}
+
+/// Whether the visible share of a source changes between corners, each given with all its light, by what can be seen.
+fn has_edge(corners: [(f32, SourceLight); 3]) -> bool {
+    let (mut least, mut most, mut sent, mut all) = (1.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
+    for (lux, light) in corners {
+        all = all.max(lux);
+        if light.unoccluded > 0.0 {
+            let share = light.received / light.unoccluded;
+            (least, most) = (least.min(share), most.max(share));
+            sent = sent.max(light.unoccluded);
+        }
+    }
+    (most - least) * sent > CHANGE_MIN * all
+}

@@ -1,0 +1,328 @@
+//! Direct light at the edges of shadows: which sources a hit has to ask for, and the rays that ask.
+//!
+//! Between samples that a source lights differently, its baked light is replaced by its unoccluded light, interpolated, times what a ray to
+//! a random point on it finds: 0 or 1. Where nothing stands between, that is the baked light again, to the last digit but one. So there is
+//! neither noise nor a seam where no shadow is.
+
+use super::super::bake::aims::{Aimed, Aims, aimed};
+use super::super::bake::{EdgeLight, Extent, ShadowEdges, Source, SourceLight};
+use super::super::geometry::Scene;
+use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3, unrolled};
+use super::super::light::{BANDS, Bands, luminance};
+use super::super::vectors::dot;
+use super::data::LitScene;
+use crate::num::{f32_from_u32, f32_nearest, greater, index, u32_from, u32_truncated_f32};
+
+/// Points on the lamps of each material and in each bulb; a disc as the sun's has a quarter.
+const POINTS: usize = 256;
+/// Directions are the same for all fans, which are not used here.
+const FAN: usize = 16;
+/// Points on lamps in all, at most.
+const POINTS_MAX: usize = 16_384;
+/// A source that stands lower over a triangle's plane is left to the bake: there a mesh's facets would shade themselves (the shadow
+/// terminator of smooth surfaces).
+const GRAZING: f32 = 0.05;
+
+/// What the shadows of a scene are traced by.
+#[derive(Clone, Debug)]
+pub struct Shadows {
+    aims: Aims,
+    /// Colour of each source, of luminance 1, in lux-equivalents by band; and whether it flickers.
+    colours: Vec<(Bands, bool)>,
+    /// Light at the edges, in lux.
+    edges: ShadowEdges,
+    /// The sources of each place's list, a bit each; empty without edges.
+    sources_at: Vec<u16>,
+    /// Where all sources are, and where each is.
+    towards: Towards,
+    towards_each: Vec<Towards>,
+    lux_per_unit: f32,
+}
+
+/// Where sources are, lane by lane: all of them, or one in all lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Towards {
+    /// Middle in metres, or direction where it is infinitely far.
+    place: Vectors,
+    /// Radius in metres, or as an angle.
+    radius: Floats,
+    /// Greatest lux, at a metre from what is near.
+    strength_lux: Floats,
+    /// Mean of the unit vectors in which a source faces, and what its length lacks to 1.
+    facing: Vectors,
+    spread: Floats,
+    is_far: Mask,
+    is_source: Mask,
+}
+
+impl Towards {
+    /// One source in all lanes.
+    #[inline(always)]
+    fn one(source: &Source, lux_per_unit: f64) -> Self {
+        let (place, radius, is_far) = match source.extent {
+            Extent::Ball { middle_m, radius_m } => (middle_m, radius_m, 0),
+            Extent::Cone { direction, radius_rad } => (direction, radius_rad, u32::MAX),
+        };
+        let (radius, all) = (Floats::splat(radius), Mask([u32::MAX; LANES]));
+        let strength_lux = Floats::splat(f32_nearest(source.strength * lux_per_unit));
+        let facing = splat3(source.facing);
+        let spread = Floats::splat(1.0 - dot(source.facing, source.facing).sqrt());
+        Self {
+            place: splat3(place),
+            radius,
+            strength_lux,
+            facing,
+            spread,
+            is_far: Mask([is_far; LANES]),
+            is_source: all,
+        }
+    }
+
+    fn all(each: &[Self]) -> Self {
+        let (zero, none) = (Floats::splat(0.0), Mask([0; LANES]));
+        let nowhere = [zero; 3];
+        let mut all = Self {
+            place: nowhere,
+            radius: zero,
+            strength_lux: zero,
+            facing: nowhere,
+            spread: zero,
+            is_far: none,
+            is_source: none,
+        };
+        for (lane, one) in each.iter().enumerate() {
+            all.set(lane, one);
+        }
+        all
+    }
+
+    /// A source of each lane, by their numbers.
+    #[inline(always)]
+    pub fn chosen(each: &[Self], numbers: &[u32; LANES]) -> Self {
+        let mut chosen = each[0];
+        for lane in 0..LANES {
+            chosen.set(lane, &each[index(numbers[lane])]);
+        }
+        chosen
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, one: &Self) {
+        for axis in 0..3 {
+            self.place[axis].0[lane] = one.place[axis].0[lane];
+        }
+        self.radius.0[lane] = one.radius.0[lane];
+        self.strength_lux.0[lane] = one.strength_lux.0[lane];
+        for axis in 0..3 {
+            self.facing[axis].0[lane] = one.facing[axis].0[lane];
+        }
+        self.spread.0[lane] = one.spread.0[lane];
+        (self.is_far.0[lane], self.is_source.0[lane]) = (one.is_far.0[lane], one.is_source.0[lane]);
+    }
+
+    /// Whether sources may give places more than so many lux.
+    #[inline(always)]
+    pub fn may_give(&self, at_m: &Vectors, lux: f32) -> Mask {
+        let way_m = unrolled!(AXIS in 3 => self.place[AXIS] - at_m[AXIS]);
+        let distance2 = self.is_far.select(Floats::splat(1.0), dot3(way_m, way_m));
+        (Floats::splat(lux) * distance2).at_most(self.strength_lux) & self.is_source
+    }
+
+    /// About how many lux each source gives a place with a normal, if nothing stands between: from its middle.
+    #[inline(always)]
+    pub fn lux_at(&self, at_m: [f32; 3], normal: [f32; 3]) -> Floats {
+        let (zero, at_m) = (Floats::splat(0.0), splat3(at_m));
+        let way = unrolled!(AXIS in 3 => self.is_far.select(self.place[AXIS], self.place[AXIS] - at_m[AXIS]));
+        let distance2 = dot3(way, way);
+        let cos_here = dot3(way, splat3(normal)).greater(zero);
+        let cos_there = (zero - dot3(way, self.facing)).greater(zero);
+        let mut lux = self.strength_lux;
+        for lane in 0..LANES {
+            let distance = distance2.0[lane].sqrt();
+            let seen = if self.is_far.0[lane] != 0 { 1.0 } else { cos_there.0[lane] / distance + self.spread.0[lane] };
+            let per_strength =
+                if distance > 0.0 { cos_here.0[lane] * seen / (distance * distance2.0[lane]) } else { 0.0 };
+            lux.0[lane] = if self.is_source.0[lane] != 0 { lux.0[lane] * per_strength } else { 0.0 };
+        }
+        lux
+    }
+
+    /// Whether a ball may stand between places, each known to `slack_m`, and sources.
+    #[inline(always)]
+    pub fn may_be_blocked(&self, (middle_m, radius_m): ([f32; 3], f32), at_m: &Vectors, slack_m: Floats) -> Mask {
+        let middle_m = splat3(middle_m);
+        let way_m = unrolled!(AXIS in 3 => middle_m[AXIS] - at_m[AXIS]);
+        let to = unrolled!(AXIS in 3 => self.is_far.select(self.place[AXIS], self.place[AXIS] - at_m[AXIS]));
+        let along = dot3(way_m, to);
+        let of_source = self.is_far.select(along.abs() * self.radius, self.radius);
+        let reach_m = Floats::splat(radius_m) + slack_m + of_source;
+        // The ball is as near as its reach to the line towards the source, and not behind the place.
+        let beyond2 = dot3(way_m, way_m) - reach_m * reach_m;
+        let zero = Floats::splat(0.0);
+        let is_near = (beyond2 * dot3(to, to)).at_most(along * along);
+        is_near & (beyond2.at_most(zero) | zero.below(along)) & self.is_source
+    }
+}
+
+impl Shadows {
+    /// Of a scene whose radiances count `lux_per_unit`; none where nothing is aimed at.
+    pub(super) fn of(scene: &Scene, edges: &ShadowEdges, lux_per_unit: f64) -> Option<Self> {
+        let aims = Aims::new(scene, (POINTS * scene.lamps.groups().max(1)).min(POINTS_MAX), FAN);
+        if aims.sources.is_empty() {
+            return None;
+        }
+        let colours = aims.sources.iter().map(|source| colour(scene, &aims, source)).collect();
+        let scaled = |lux: f32| f32_nearest(f64::from(lux) * lux_per_unit);
+        let mut edges = edges.clone();
+        for EdgeLight { light, .. } in &mut edges.lights {
+            (light.unoccluded, light.received) = (scaled(light.unoccluded), scaled(light.received));
+        }
+        let bits = |place: usize| edges.at(place).iter().fold(0, |bits, light| bits | 1 << light.source);
+        let sources_at = (0..edges.starts.len().saturating_sub(1)).map(bits).collect();
+        let towards_each: Vec<Towards> = aims.sources.iter().map(|source| Towards::one(source, lux_per_unit)).collect();
+        let (towards, lux_per_unit) = (Towards::all(&towards_each), f32_nearest(lux_per_unit));
+        Some(Self { aims, colours, edges, sources_at, towards, towards_each, lux_per_unit })
+    }
+
+    /// Adds all that does not follow from the scene.
+    pub(super) fn hash_into(&self, hasher: &mut blake3::Hasher) {
+        hasher.update(b"shadows");
+        for start in &self.edges.starts {
+            hasher.update(&start.to_le_bytes());
+        }
+        for EdgeLight { source, light } in &self.edges.lights {
+            hasher.update(&source.to_le_bytes());
+            super::super::hashing::hash_floats(hasher, &[light.unoccluded, light.received]);
+        }
+    }
+
+    /// Where each source is, by their numbers.
+    #[inline(always)]
+    pub fn towards_each(&self) -> &[Towards] {
+        &self.towards_each
+    }
+
+    /// Lux by band that a source gives a place if all of it sends what a ray towards one of its points does.
+    pub fn lux_by(&self, ray: &Aimed, source: u32) -> Bands {
+        let points = f32_from_u32(u32_from(self.aims.sources[index(source)].count));
+        ray.sent.map(|band| f32_nearest(band) * ray.cone * points * self.lux_per_unit)
+    }
+
+    /// Colour of a source, of luminance 1.
+    pub fn colour(&self, source: u32) -> &Bands {
+        &self.colours[index(source)].0
+    }
+
+    /// Whether a source flickers.
+    pub fn flickers(&self, source: u32) -> bool {
+        self.colours[index(source)].1
+    }
+
+    /// Whether a place lies beside an edge.
+    pub(super) fn has_edge(&self, place: usize) -> bool {
+        !self.edges.at(place).is_empty()
+    }
+
+    /// How much less and how much more light a place may have than is baked, if flickering sources are at most at a level.
+    pub(super) fn changes(&self, place: usize, level_most: f64) -> [[f64; BANDS]; 2] {
+        let mut changes = [[0.0; BANDS]; 2];
+        for EdgeLight { source, light } in self.edges.at(place) {
+            let level = if self.flickers(*source) { level_most } else { 1.0 };
+            let (less, more) = (-f64::from(light.received), f64::from(light.unoccluded) - f64::from(light.received));
+            for (band, &colour) in self.colour(*source).iter().enumerate() {
+                changes[0][band] += less * f64::from(colour) * level;
+                changes[1][band] += greater(more, 0.0) * f64::from(colour) * level;
+            }
+        }
+        changes
+    }
+
+    /// Where all sources are, by their numbers.
+    #[inline(always)]
+    pub fn towards(&self) -> &Towards {
+        &self.towards
+    }
+
+    /// Sources whose shadow ends beside a place: a bit each.
+    #[inline(always)]
+    pub(super) fn sources_at(&self, place: usize) -> u32 {
+        self.sources_at.get(place).map_or(0, |&bits| u32::from(bits))
+    }
+
+    /// Light of a source whose shadow ends near a hit among three places with their weights; none where one of the places is not beside.
+    #[inline]
+    pub fn light(&self, source: u32, around: &[(usize, f32); 3]) -> Option<SourceLight> {
+        let mut mixed = SourceLight::NONE;
+        for &(place, weight) in around {
+            let EdgeLight { light, .. } = self.edges.at(place).iter().find(|light| light.source == source)?;
+            mixed.unoccluded += light.unoccluded * weight;
+            mixed.received += light.received * weight;
+        }
+        Some(mixed)
+    }
+}
+
+impl LitScene {
+    /// What shadows are traced by; none where nothing is aimed at.
+    #[inline(always)]
+    pub fn shadows(&self) -> Option<&Shadows> {
+        self.shadows.as_deref()
+    }
+
+    /// Places on the side that a ray meets of the three samples around a hit, with their weights; and the unit normal of that side.
+    #[inline]
+    pub fn places_around(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3]) -> ([(usize, f32); 3], [f32; 3]) {
+        let shade = &self.scene.layout.triangles[index(triangle)];
+        let back = dot(shade.normal, direction) > 0.0;
+        let around = shade.around(u, v).map(|(sample, weight)| (2 * sample + usize::from(back), weight));
+        (around, if back { shade.normal.map(|x| -x) } else { shade.normal })
+    }
+
+    /// Luminance of the steady baked light at a place.
+    #[inline]
+    pub fn baked_lux(&self, place: usize) -> f32 {
+        f32_nearest(luminance(self.irradiance_lux[place].map(f64::from)))
+    }
+
+    /// A ray from a place on a triangle, on one side of it, to a point of a source that a number of 0..1 chooses; none where that stands
+    /// below the plane, or barely above it.
+    pub fn shadow_ray(
+        &self,
+        shadows: &Shadows,
+        (at_m, normal): ([f32; 3], [f32; 3]),
+        source: u32,
+        number: f32,
+    ) -> Option<Aimed> {
+        let Source { first, count, .. } = shadows.aims.sources[index(source)];
+        let count = u32_from(count);
+        if count == 0 {
+            return None;
+        }
+        let chosen = u32_truncated_f32(number * f32_from_u32(count)).min(count - 1);
+        let ray = aimed(&self.scene, (at_m, normal, 1), &shadows.aims, first + index(chosen))?;
+        let length2 = dot(ray.direction, ray.direction);
+        let cos = dot(ray.direction, normal);
+        (cos > 0.0 && cos * cos > GRAZING * GRAZING * length2).then_some(ray)
+    }
+}
+
+/// Colour of a source's light, of luminance 1, and whether it flickers.
+fn colour(scene: &Scene, aims: &Aims, source: &Source) -> (Bands, bool) {
+    let mut sum = [0.0_f64; BANDS];
+    let mut add = |light: Bands| (0..BANDS).for_each(|band| sum[band] += f64::from(light[band]));
+    let mut flickers = false;
+    let (lamps, bulbs) = (aims.lamp_points.len(), aims.bulb_points.len());
+    for number in source.first..source.first + source.count {
+        if let Some(point) = aims.lamp_points.get(number) {
+            add(point.radiance);
+            flickers = scene.flickers(point.material);
+        } else if let Some(point) = aims.bulb_points.get(number - lamps) {
+            add(point.intensity);
+            flickers = scene.flickers(point.material);
+        } else {
+            add(aims.distant[number - lamps - bulbs].normal_irradiance);
+        }
+    }
+    let all = luminance(sum);
+    (if all > 0.0 { sum.map(|band| f32_nearest(band / all)) } else { [0.0; BANDS] }, flickers)
+}

@@ -1,0 +1,94 @@
+//! Shadows of moving objects on what stands: as those of the same shape at rest in the scene, and where they fall in time.
+
+use super::*;
+
+/// A floor of 6 m, and lamps above it: a ball of 2 cm and a panel of 0.4 m, which shine down from 2.4 m.
+fn room(shape: Option<&Mesh>) -> LitScene {
+    let mut mesh = Mesh::default();
+    mesh.materials.push(Material { double_sided: false, ..Material::plain("floor", [0.5; 3]) });
+    mesh.append_quad(0, [[-3.0, 0.0, 3.0], [3.0, 0.0, 3.0], [3.0, 0.0, -3.0], [-3.0, 0.0, -3.0]], [1.0; 2]);
+    mesh.materials.push(Material { emission: [9.0; 4], double_sided: false, ..Material::plain("panel", [0.0; 3]) });
+    let [low, high] = [-0.9, -0.5];
+    mesh.append_quad(1, [[low, 2.4, low], [high, 2.4, low], [high, 2.4, high], [low, 2.4, high]], [1.0; 2]);
+    mesh.materials.push(Material { emission: [400.0; 4], double_sided: false, ..Material::plain("ball", [0.0; 3]) });
+    for corners_m in cube([0.6, 2.38, 0.3], [0.64, 2.42, 0.34], false) {
+        mesh.append_quad(2, corners_m, [1.0; 2]);
+    }
+    let material = u32::try_from(mesh.materials.len()).unwrap();
+    if let Some(shape) = shape {
+        mesh.materials.push(shape.materials[0].clone());
+        mesh.append(material, shape.vertices.clone(), &shape.triangles).unwrap();
+    }
+    let scene = Scene::new("room", mesh, [0.0; 4]).unwrap();
+    let bake = scene.bake(&BakeSettings::FINE.direct(), &|_| {});
+    scene.lit_absolutely(&bake, DVec3::new(2.0, 0.5, 2.0), Illuminant::D65).unwrap()
+}
+
+/// A black bar of 0.4 by 0.3 by 0.2 m, one metre above the floor.
+fn bar() -> Mesh {
+    let mut mesh = Mesh::default();
+    mesh.materials.push(Material { double_sided: false, ..Material::plain("bar", [0.0; 3]) });
+    for corners_m in cube([-0.2, 1.0, -0.1], [0.2, 1.3, 0.1], false) {
+        mesh.append_quad(0, corners_m, [1.0; 2]);
+    }
+    mesh
+}
+
+/// Straight down from 0.9 m, below the bar.
+fn down() -> Pose {
+    Pose::new(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2), DVec3::new(-0.1, 0.9, -0.1))
+}
+
+#[test]
+fn an_object_at_rest_shades_as_if_it_belonged_to_the_scene() {
+    let (without, with) = (room(None), room(Some(&bar())));
+    let still = [object(Scene::new("bar", bar(), SKY).unwrap(), Motion::Still(Pose::IDENTITY), &without)];
+    let rows = vec![Span { start_s: 0.0, end_s: 0.01 }; index(SIZE.height_px)];
+    let [lit, of_scene, of_object] =
+        [(&without).into(), (&with).into(), DynamicScene { fixed: &without, objects: &still }]
+            .map(|scene| seen(scene, &rows, &|_| down(), 256).photons);
+    let (mut shaded, mut sums) = (0, [0.0; 3]);
+    for ((lit, of_scene), of_object) in lit.values().iter().zip(of_scene.values()).zip(of_object.values()) {
+        let [lit, of_scene, of_object] = [lit, of_scene, of_object].map(|&photons| f64::from(photons));
+        shaded += u32::from(of_scene < 0.8 * lit);
+        for (sum, value) in sums.iter_mut().zip([lit, of_scene, (of_object - of_scene).abs()]) {
+            *sum += value;
+        }
+    }
+    let [lit, of_scene, error] = sums;
+    println!("{shaded} pixels shaded, {} of the light left, mean error {}", of_scene / lit, error / of_scene);
+    // The panel's half-shadows are those of the bake there, 8 cm apart, and drawn by 256 rays here: 1 / 16 of a panel's light a pixel.
+    assert!(shaded > 1_000 && error < 0.03 * of_scene, "{shaded} {}", error / of_scene);
+}
+
+#[test]
+fn a_shadow_is_where_its_object_is_at_the_time_of_each_row() {
+    // The bar slides at 2 m/s along x, its shadow from the ball faster by the ratio of heights. Two renders of still bars, at the middles of
+    // two rows, have these rows in common with the one of the moving bar.
+    let without = room(None);
+    let shape = || Scene::new("bar", bar(), SKY).unwrap();
+    let slide = |t_s: f64| Pose::new(DQuat::IDENTITY, DVec3::new(2.0 * t_s - 0.2, 0.0, 0.0));
+    let moving = [object(shape(), along(slide), &without)];
+    let rows: Vec<Span> = (0..SIZE.height_px)
+        .map(|row| f64::from(row) * 2e-3)
+        .map(|start_s| Span { start_s, end_s: start_s + 1e-4 })
+        .collect();
+    let rolling = seen(DynamicScene { fixed: &without, objects: &moving }, &rows, &|_| down(), 64).photons;
+    let mut differ = [0.0; 2];
+    for row in [10_u32, 32, 54] {
+        let at = |t_s: f64| {
+            let still = [object(shape(), Motion::Still(slide(t_s)), &without)];
+            seen(DynamicScene { fixed: &without, objects: &still }, &rows, &|_| down(), 64).photons
+        };
+        let middle_s = rows[index(row)].middle_s();
+        let [same, other] = [at(middle_s), at(middle_s + 0.02)];
+        for x in 0..index(SIZE.width_px) {
+            let seen = f64::from(rolling.at(x, index(row)));
+            for (sum, photons) in differ.iter_mut().zip([&same, &other]) {
+                *sum += (seen - f64::from(photons.at(x, index(row)))).abs();
+            }
+        }
+    }
+    println!("{differ:?}");
+    assert!(differ[0] < 0.1 * differ[1], "{differ:?}");
+}
