@@ -11,7 +11,6 @@ pub mod adjust;
 mod answer;
 mod begin;
 mod close;
-pub mod covariance;
 pub mod dense;
 mod depth;
 pub mod epipolar;
@@ -120,10 +119,7 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// A tracker without a map.
-    ///
-    /// # Errors
-    /// No camera, two cameras at one place (no depth), or a parameter out of its range.
+    /// A tracker without a map. Fails on no camera, two cameras at one place (no depth), or a parameter out of its range.
     pub fn new(mut calibrations: Vec<CameraCalibration>, params: TrackerParams) -> Result<Self, Error> {
         params.check()?;
         let mut arm_m = DVec3::ZERO;

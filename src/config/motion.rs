@@ -56,10 +56,7 @@ pub enum Source<'a> {
 }
 
 impl Motion {
-    /// What moves the rig, or an object.
-    ///
-    /// # Errors
-    /// A kind that is not known or does not go with a file, values out of range.
+    /// What moves the rig, or an object. Fails on a kind that is not known or does not go with a file, values out of range.
     pub fn source(&self) -> Result<Source<'_>, Error> {
         match (self.file.as_deref(), self.kind.as_deref()) {
             (Some(file), None) => {
@@ -89,9 +86,6 @@ impl Motion {
     }
 
     /// Factor on the source's translation: `motion.scale`, or 1 where the source's own keys state metres.
-    ///
-    /// # Errors
-    /// As `source`.
     pub fn factor(&self) -> Result<f64, Error> {
         let scale = within("motion.scale", self.scale, 1e-9..=100.0, "1e-9 to 100")?;
         let states_metres = matches!(self.source()?, Source::Oscillation { .. } | Source::Gait(_));
@@ -130,9 +124,6 @@ impl Motion {
 
 impl ObjectMotion {
     /// The same as a motion of the rig is written, with the defaults of what is not given.
-    ///
-    /// # Errors
-    /// None of a motion that was read: its keys have the types of `[motion]`.
     pub fn motion(&self) -> Result<Motion, Error> {
         let refused = |error: String| Error::Run(format!("an object's motion: {error}"));
         let mut defaults: toml::Table = toml::from_str(DEFAULTS).map_err(|error| refused(error.to_string()))?;

@@ -104,10 +104,7 @@ pub enum Choice {
 }
 
 impl Choice {
-    /// Reads "auto", "all", "none" or "+name,-name".
-    ///
-    /// # Errors
-    /// A sentence naming the part that is none of these.
+    /// Reads "auto", "all", "none" or "+name,-name". Fails on a sentence naming the part that is none of these.
     pub fn parse(text: &str, known: &[&str]) -> Result<Self, String> {
         let (mut added, mut removed) = (Vec::new(), Vec::new());
         match text.trim() {
@@ -267,7 +264,7 @@ fn widest_region(omissions: &[Option<Omission>]) -> usize {
 mod tests {
     use super::*;
     use crate::draw::EffectNumber;
-    use crate::effect::{Domain, RowPass};
+    use crate::effect::{Domain, Identity, RowPass};
 
     struct Sample {
         name: &'static str,
@@ -275,14 +272,8 @@ mod tests {
     }
 
     impl Effect for Sample {
-        fn name(&self) -> &'static str {
-            self.name
-        }
-        fn number(&self) -> EffectNumber {
-            EffectNumber(0)
-        }
-        fn domain(&self) -> Domain {
-            Domain::Electrons
+        fn identity(&self) -> Identity {
+            Identity { name: self.name, number: EffectNumber(0), domain: Domain::Electrons }
         }
         fn omission(&self, _: &Facts) -> Option<Omission> {
             self.omission

@@ -8,37 +8,25 @@
 use super::Parameters;
 use crate::error::Error;
 use crate::num::u64_half_even;
+use crate::text::named;
 
-/// Speed of NMOS and PMOS.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Corner {
-    /// Typical, typical.
-    Tt,
-    /// Fast, fast.
-    Ff,
-    /// Slow, slow.
-    Ss,
-    /// Fast NMOS, slow PMOS.
-    Fs,
-    /// Slow NMOS, fast PMOS.
-    Sf,
+named! {
+    /// Speed of NMOS and PMOS.
+    pub enum Corner {
+        /// Typical, typical.
+        Tt = "tt",
+        /// Fast, fast.
+        Ff = "ff",
+        /// Slow, slow.
+        Ss = "ss",
+        /// Fast NMOS, slow PMOS.
+        Fs = "fs",
+        /// Slow NMOS, fast PMOS.
+        Sf = "sf",
+    }
 }
 
 impl Corner {
-    /// All corners.
-    pub const ALL: [Self; 5] = [Self::Tt, Self::Ff, Self::Ss, Self::Fs, Self::Sf];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Tt => "tt",
-            Self::Ff => "ff",
-            Self::Ss => "ss",
-            Self::Fs => "fs",
-            Self::Sf => "sf",
-        }
-    }
-
     /// What the corner does. The pixel's transistors and the column's bias are NMOS; a comparator needs both kinds.
     pub fn factors(self) -> Factors {
         match self {
@@ -97,10 +85,8 @@ pub struct Variation {
 }
 
 impl Variation {
-    /// Refuses a supply that the factors say nothing about.
-    ///
-    /// # Errors
-    /// More than a fifth away from the nominal one; the error names the accepted range.
+    /// Refuses a supply that the factors say nothing about. Fails on more than a fifth away from the nominal one; the error names the
+    /// accepted range.
     pub fn checked(self) -> Result<Self, Error> {
         let ratio = self.supply_v / self.supply_nominal_v;
         // A billionth is forgiven, as decimal fractions are rounded.
@@ -115,10 +101,8 @@ impl Variation {
         Err(Error::key("sensor.supply_v", self.supply_v, reason))
     }
 
-    /// The parameters on this silicon at this supply.
-    ///
-    /// # Errors
-    /// A parameter that leaves its range so; the error names corner and supply, and the parameter.
+    /// The parameters on this silicon at this supply. Fails on a parameter that leaves its range so; the error names corner and supply,
+    /// and the parameter.
     pub fn of(self, parameters: Parameters) -> Result<Parameters, Error> {
         let ratio = self.supply_v / self.supply_nominal_v;
         let varied = with_supply(with_corner(parameters, self.corner.factors()), ratio);

@@ -42,9 +42,6 @@ struct Place<'a> {
 
 impl TruthWriter {
     /// Makes the folders of what is kept inside the run's.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn create(folder: &Path, keep: &Keep, setup: &Setup) -> Result<Self, Error> {
         if setup.world.scene().is_none() {
             keep.check_for_pictures(setup.world.has_depth())?;
@@ -60,9 +57,6 @@ impl TruthWriter {
     }
 
     /// Writes what is kept of one frame, which must be the run's last so far.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn add_frame(&mut self, session: &Session, frame: &Frame) -> Result<(), Error> {
         let timestamp_ns = u64_half_even(frame.t_s * 1e9);
         for (camera, seen) in frame.cameras.iter().enumerate() {
@@ -74,17 +68,11 @@ impl TruthWriter {
     }
 
     /// Lists inertial readings where a folder has a place for them.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn add_readings(&mut self, readings: &[ImuSample]) -> Result<(), Error> {
         self.tum.as_mut().map_or(Ok(()), |tum| tum.add_readings(readings))
     }
 
     /// Writes what is still in memory, and what the numbers mean.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn finish(self, setup: &Setup) -> Result<(), Error> {
         if let Some(tum) = self.tum {
             tum.finish()?;

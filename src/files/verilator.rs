@@ -58,10 +58,7 @@ pub fn sources(top: &str) -> Vec<Source<'static>> {
     own.into_iter().chain(parts).map(named).collect()
 }
 
-/// What a program called `verilator` says about itself.
-///
-/// # Errors
-/// It is not there.
+/// What a program called `verilator` says about itself. Fails where it is not there.
 pub fn version(verilator: &str) -> Result<String, Error> {
     let absent = |why: &dyn std::fmt::Display| {
         let reason = format!(
@@ -89,10 +86,8 @@ impl Build<'_> {
         hasher.finalize().to_hex()[..32].to_owned()
     }
 
-    /// The program, in its folder under `base`; built unless a complete one exists.
-    ///
-    /// # Errors
-    /// Verilator is not there or refuses, other users can write `base`, or the disk says no.
+    /// The program, in its folder under `base`; built unless a complete one exists. Fails where verilator is not there or refuses, other
+    /// users can write `base`, or the disk says no.
     pub fn program(&self, base: &Path) -> Result<PathBuf, Error> {
         let name = format!("{}-{}", self.top, self.key(&version(self.verilator)?));
         private::make_private(base)?;

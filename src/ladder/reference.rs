@@ -57,10 +57,7 @@ pub struct Reference {
 }
 
 /// Renders the reference of some pictures and takes it through the sensor. Its standard error is at most this share of the finest
-/// accuracy.
-///
-/// # Errors
-/// A standard error that stays too large, with the finest possible accuracy.
+/// accuracy. Fails on a standard error that stays too large, with the finest possible accuracy.
 pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64, share: f64) -> Result<Reference, Error> {
     let own = Setting::of(&bench.setup.resolved.scenario);
     let tolerance = (finest * share) * (finest * share);

@@ -40,10 +40,7 @@ impl InVerilog {
     }
 }
 
-/// Converts rows of the reference's first picture, evenly spread, on both rungs.
-///
-/// # Errors
-/// There is no simulator, or it fails.
+/// Converts rows of the reference's first picture, evenly spread, on both rungs. Fails where there is no simulator, or it fails.
 pub(super) fn measured(bench: &Bench<'_>, reference: &Reference) -> Result<InVerilog, Error> {
     let seat = SharedRtlSimulator::new(bench.assets.rtl_simulator()?);
     let judged = &reference.judged[0];

@@ -79,10 +79,8 @@ pub struct Camera {
 impl Camera {
     /// Prepares a camera: computes once the bearing of every pixel corner. Inside a pixel bearings are linear between
     /// its corners, which is off by at most a quarter of the second derivative across a pixel: 1 / (4 f) px for a
-    /// pinhole of f px, so 0.001 px at 250 px (tested).
-    ///
-    /// # Errors
-    /// No pixels; a parameter that is not positive and finite; a transmission above 1.
+    /// pinhole of f px, so 0.001 px at 250 px (tested). Fails on no pixels; a parameter that is not positive and finite; a transmission
+    /// above 1.
     pub fn new(
         lens: Lens,
         size: Size,

@@ -42,10 +42,7 @@ pub struct ImagePath {
 
 impl Camera {
     /// The same camera with a lens that blurs, bands that differ, and photodiodes that share. To be called after its filters and
-    /// its shading are set.
-    ///
-    /// # Errors
-    /// Values out of range.
+    /// its shading are set. Fails on values out of range.
     pub fn with_image_path(mut self, path: &ImagePath) -> Result<Self, Error> {
         check(path)?;
         let is_mono = self.mosaic.is_mono();
@@ -148,9 +145,6 @@ pub fn expose_moving(
 }
 
 /// The same where the light behind an ideal lens comes from elsewhere: `ideal` is called once for each group of bands.
-///
-/// # Errors
-/// As `ideal`.
 pub fn expose_by(
     illuminant: Illuminant,
     camera: &Camera,

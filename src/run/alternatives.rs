@@ -30,10 +30,8 @@ pub struct Counted<'a> {
 }
 
 impl SensorSetup {
-    /// Raw pictures, features, both, and both with rows every Nth frame.
-    ///
-    /// # Errors
-    /// None but those of the estimate of an extractor that has not run.
+    /// Raw pictures, features, both, and both with rows every Nth frame. Fails only where the estimate of an extractor that has not run
+    /// does.
     pub fn alternatives(&self, counted: &Counted) -> Result<Alternatives, Error> {
         let every = if self.link.frames_every > 1 { self.link.frames_every } else { FRAMES_EVERY };
         let ways = [
@@ -57,10 +55,7 @@ impl SensorSetup {
         Ok(table)
     }
 
-    /// This sensor with another way of sending.
-    ///
-    /// # Errors
-    /// A link that cannot carry it.
+    /// This sensor with another way of sending. Fails on a link that cannot carry it.
     fn sending(&self, mode: Mode, frames_every: u32, features: u64) -> Result<Self, Error> {
         let link = LinkParams { mode, frames_every, ..self.link };
         let readout = self.schedule.params();

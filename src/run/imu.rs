@@ -52,10 +52,7 @@ pub fn noise_of(noise: &ImuNoise) -> Noise {
 }
 
 impl Setup {
-    /// Readings of the rig's inertial unit from the start of the run to a time; none without a unit.
-    ///
-    /// # Errors
-    /// A motion that ends before.
+    /// Readings of the rig's inertial unit from the start of the run to a time; none without a unit. Fails on a motion that ends before.
     pub fn imu_samples(&self, end_s: f64) -> Result<Vec<ImuSample>, Error> {
         let Some(imu) = &self.imu else { return Ok(Vec::new()) };
         let key = DrawKey::root(self.resolved.scenario.seed).with(IMU_NUMBER);

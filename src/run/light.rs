@@ -19,9 +19,7 @@ enum Found {
 }
 
 /// Loads or generates the scene, gives it what lights it, bakes or loads its light, and scales it to the scenario's lux at `start_m`.
-///
-/// # Errors
-/// No scene or more than one named, a file that is no scene, no light at the start, a bake that takes more than is allowed.
+/// Fails on no scene or more than one named, a file that is no scene, no light at the start, a bake that takes more than is allowed.
 pub fn lit_scene(
     scenario: &Scenario,
     start_m: DVec3,
@@ -51,9 +49,6 @@ pub fn lit_scene(
 }
 
 /// Refuses what `lit_scene` refuses before it bakes.
-///
-/// # Errors
-/// As `lit_scene`, without checks that need the baked light.
 pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
     let limits = scenario.bake_limits()?;
     match found(scenario, assets)? {
@@ -69,9 +64,6 @@ pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error
 }
 
 /// Reads the scene that the scenario names and lights nothing.
-///
-/// # Errors
-/// As `check_scene`, but for what the bake refuses.
 pub fn found_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
     found(scenario, assets).map(|_| ())
 }
@@ -173,10 +165,7 @@ fn flickering(scene: Scene, section: &crate::config::scenario::Scene, flickers: 
     Err(Error::key("scene.flicker.waveform", &section.flicker.waveform, reason))
 }
 
-/// Pictures stand alone: no scene beside them.
-///
-/// # Errors
-/// A scene that is named as well.
+/// Pictures stand alone: no scene beside them. Fails on a scene that is named as well.
 #[cfg(feature = "pictures")]
 pub fn only_images(section: &crate::config::scenario::Scene) -> Result<(), Error> {
     section.surroundings.check()?;

@@ -47,18 +47,13 @@ pub struct Placed {
     pub notes: Vec<String>,
 }
 
-/// The scenario's motion over the whole `run`.
-///
-/// # Errors
-/// A file that is no trajectory, a run that leaves its time range, values out of range.
+/// The scenario's motion over the whole `run`. Fails on a file that is no trajectory, a run that leaves its time range, values out of
+/// range.
 pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Result<Placed, Error> {
     placed(&scenario.motion, scenario.run.frames, run, assets)
 }
 
 /// The motion of a section's keys over the whole `run` of so many frames.
-///
-/// # Errors
-/// As `placed_motion`.
 pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets) -> Result<Placed, Error> {
     let turn = unit_quaternion("motion.world_from_motion", section.world_from_motion)?;
     let offset_m = DVec3::from_array(section.offset_m);

@@ -26,10 +26,8 @@ pub struct PlacedObject {
     notes: Vec<String>,
 }
 
-/// The scenario's objects on their paths.
-///
-/// # Errors
-/// A file that is no scene, keys out of range, too many of them, or a scene that nothing can move through.
+/// The scenario's objects on their paths. Fails on a file that is no scene, keys out of range, too many of them, or a scene that nothing
+/// can move through.
 pub fn moving_objects(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Result<Vec<PlacedObject>, Error> {
     let section = &scenario.scene;
     let count = section.object.len();
@@ -88,9 +86,7 @@ fn parts(file: &str, _: &[u8], _: &FileUnits, _: &dyn Assets) -> Result<Vec<Movi
 }
 
 /// Finds the light of the parts that the scene's file moves, and of objects, on their way. Adds to the notes what a person should know.
-///
-/// # Errors
-/// A run that leaves the time range of a motion, too many parts.
+/// Fails on a run that leaves the time range of a motion, too many parts.
 pub fn lit_objects(
     objects: Vec<PlacedObject>,
     fixed: &LitScene,

@@ -29,9 +29,7 @@ impl Session {
 
     /// Mean photons of each band at each pixel of the window in the longest exposure of a frame, as they reach its filter: what the mosaic
     /// lets through of them is the frame's `photons`, sample by sample of the same rays. Near infrared only where the lens passes it.
-    ///
-    /// # Errors
-    /// A picture that cannot be read any more.
+    /// Fails on a picture that cannot be read any more.
     pub fn colour(&self, frame: FrameIndex, camera: usize) -> Result<Vec<(&'static str, Plane<f32>)>, Error> {
         let schedule = &self.setup.exposure.schedules(frame)[camera];
         let window = &self.setup.windows[camera];

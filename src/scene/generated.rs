@@ -18,10 +18,7 @@ pub const NAMES: [&str; 5] = ["box", "columns", "hall", "photo_box", "street"];
 const ROOM_SEED: u64 = 1;
 
 /// Makes a scene in its surroundings. "box" and "columns" need no files; the others read their pictures from the folder `textures` beside
-/// the scenario.
-///
-/// # Errors
-/// A name that is not among `NAMES`; a picture that is not there or is none.
+/// the scenario. Fails on a name that is not among `NAMES`; a picture that is not there or is none.
 pub fn scene(name: &str, surroundings: &Surroundings, read: Read<'_>) -> Result<Scene, Error> {
     let mut mesh = mesh(name, read)?;
     surroundings.furnish(&mut mesh);

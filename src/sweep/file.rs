@@ -153,10 +153,7 @@ pub struct Level {
 }
 
 impl SweepFile {
-    /// Reads a sweep file's text.
-    ///
-    /// # Errors
-    /// No TOML, an unknown key, a method, range or count that cannot be; with file, line and key.
+    /// Reads a sweep file's text. Fails on no TOML, an unknown key, a method, range or count that cannot be; with file, line and key.
     pub fn parse(file: &str, text: &str) -> Result<Self, Error> {
         let tree = Tree::parse(file, text)?;
         let value = toml::Value::Table(tree.values().clone());

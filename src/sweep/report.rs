@@ -32,10 +32,7 @@ const FRONTS: [[&str; 2]; 2] = [["energy.power_mw", "tracking.ate_m"], ["bandwid
 /// Resamples of the replicates that say how sure a place on a front is.
 const RESAMPLES: u64 = 400;
 
-/// The page of a gathered sweep.
-///
-/// # Errors
-/// A figure that no cell has; a sweep without a finished cell.
+/// The page of a gathered sweep. Fails on a figure that no cell has; a sweep without a finished cell.
 pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[PointVerdict]) -> Result<String, Error> {
     let known = figure_names(table);
     if known.is_empty() {
@@ -64,10 +61,7 @@ pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[Point
     Ok(html::page(title, table, &reports, (&fronts, &pictures), verdicts))
 }
 
-/// The pictures that a sweep file asks for.
-///
-/// # Errors
-/// A figure, factor or level that no cell has.
+/// The pictures that a sweep file asks for. Fails on a figure, factor or level that no cell has.
 pub fn interactions(wishes: &ReportWishes, table: &Table) -> Result<Vec<Interaction>, Error> {
     let known = figure_names(table);
     let one = |wish: &PictureWish| Interaction::of(table, &full_name(&known, "report.picture", &wish.figure)?, wish);

@@ -55,10 +55,8 @@ pub struct Judgement {
 }
 
 impl Specification {
-    /// Reads `FIGURE < LIMIT for SHARE %`, with <, <=, > or >=. Without a share all runs must keep the limit in 95 % of the cases.
-    ///
-    /// # Errors
-    /// Another form.
+    /// Reads `FIGURE < LIMIT for SHARE %`, with <, <=, > or >=. Without a share all runs must keep the limit in 95 % of the cases. Fails
+    /// on another form.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let refused =
             |reason: &str| Error::key("--spec", text, format!("{reason}; write --spec \"ate_m < 0.010 for 99 %\""));
@@ -85,10 +83,7 @@ impl Specification {
         Ok(Self { text: text.trim().to_owned(), figure: figure.to_owned(), relation, limit, share })
     }
 
-    /// The full name of its figure among those of a record.
-    ///
-    /// # Errors
-    /// No or several figures of this name.
+    /// The full name of its figure among those of a record. Fails on no or several figures of this name.
     pub fn figure_in(&self, record: &CellRecord) -> Result<String, Error> {
         find_figure(&self.figure, record.figures.keys()).cloned().map_err(|near| Error::Unknown {
             what: "figure of --spec",

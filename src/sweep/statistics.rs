@@ -3,6 +3,7 @@
 use statrs::distribution::{Beta, ContinuousCDF, StudentsT};
 
 use crate::num::{f64_from_u64, f64_from_usize};
+use crate::text::named;
 
 /// Share of intervals that hold the true value.
 pub const CONFIDENCE: f64 = 0.95;
@@ -86,25 +87,15 @@ pub struct SequentialTest {
     pub fail_error: f64,
 }
 
-/// What a test says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// The share is high enough.
-    Pass,
-    /// It is not.
-    Fail,
-    /// More runs are needed.
-    Open,
-}
-
-impl Verdict {
-    /// In one word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Fail => "fail",
-            Self::Open => "open",
-        }
+named! {
+    /// What a test says.
+    pub enum Verdict {
+        /// The share is high enough.
+        Pass = "pass",
+        /// It is not.
+        Fail = "fail",
+        /// More runs are needed.
+        Open = "open",
     }
 }
 

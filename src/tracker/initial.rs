@@ -148,10 +148,7 @@ pub fn turn(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DQ
 }
 
 impl TwoView {
-    /// Whether a map can start from these views.
-    ///
-    /// # Errors
-    /// What stands against it.
+    /// Whether a map can start from these views. Fails with what stands against it.
     pub fn check(&self, points_min: usize, parallax_rad_min: f64) -> Result<(), Refusal> {
         if self.model == Model::Rotation {
             return Err(Refusal::PureRotation);

@@ -6,7 +6,6 @@
 //! with the square of the interval. All frames are the IMU's own; `world_from_imu = world_from_body * body_from_imu`
 //! carries a pose here.
 
-pub mod align;
 pub mod chain;
 pub mod filter;
 mod state;
@@ -103,10 +102,8 @@ pub enum ImuError {
 }
 
 impl Preintegrated {
-    /// Gathers the readings from one time to a later one; at both ends they are interpolated.
-    ///
-    /// # Errors
-    /// Readings that do not cover the span, or whose times do not rise, or that are not finite.
+    /// Gathers the readings from one time to a later one; at both ends they are interpolated. Fails on readings that do not cover the
+    /// span, or whose times do not rise, or that are not finite.
     pub fn new(readings: &[Reading], (from_s, to_s): (f64, f64), bias: Bias, noise: &Noise) -> Result<Self, ImuError> {
         let (first_s, last_s) =
             (readings.first().map_or(f64::NAN, |r| r.t_s), readings.last().map_or(f64::NAN, |r| r.t_s));
@@ -226,21 +223,6 @@ impl Preintegrated {
         (rotation, self.velocity_m_per_s + velocity, self.position_m + position)
     }
 
-    /// Where the later state would be.
-    pub fn predicted(&self, from: &State, gravity_m_per_s2: DVec3) -> State {
-        let (rotation, velocity, position) = self.corrected(&from.bias);
-        let (turn, dt) = (from.world_from_imu.rotation, self.span_s);
-        let place = from.world_from_imu.translation_m
-            + from.velocity_m_per_s * dt
-            + gravity_m_per_s2 * (0.5 * dt * dt)
-            + turn * position;
-        State {
-            world_from_imu: Pose::new((turn * rotation).normalize(), place),
-            velocity_m_per_s: from.velocity_m_per_s + gravity_m_per_s2 * dt + turn * velocity,
-            bias: from.bias,
-        }
-    }
-
     /// What two states miss of the step: rotation, velocity, position, and the change of the biases (Forster's equation 45).
     pub fn residual(&self, (from, to): (&State, &State), gravity_m_per_s2: DVec3) -> Residual {
         let (rotation, velocity, position) = self.corrected(&from.bias);
@@ -296,16 +278,6 @@ impl Preintegrated {
             put(&mut b, (row, row), DMat3::IDENTITY);
         }
         (a, b)
-    }
-
-    /// Covariance of the residual: white noise, and the walk of the biases over the span.
-    pub fn residual_covariance(&self, noise: &Noise) -> StateJacobian {
-        StateJacobian::from_fn(|i, j| match (i, j) {
-            (0..9, 0..9) => self.covariance[(i, j)],
-            (9..12, _) if i == j => noise.gyroscope_random_walk * noise.gyroscope_random_walk * self.span_s,
-            (12..15, _) if i == j => noise.accelerometer_random_walk * noise.accelerometer_random_walk * self.span_s,
-            _ => 0.0,
-        })
     }
 }
 

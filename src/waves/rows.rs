@@ -53,10 +53,8 @@ fn settling_clk(adc: &AdcParams, pulses: PulseTimes) -> (u32, u32) {
     (reset, both.saturating_sub(reset).max(2))
 }
 
-/// The core's parameters for some rows of a sensor. `columns` are those whose counters are shown.
-///
-/// # Errors
-/// A line that the hardware's counters do not hold.
+/// The core's parameters for some rows of a sensor. `columns` are those whose counters are shown. Fails on a line that the hardware's
+/// counters do not hold.
 pub fn core_config(adc: &AdcParams, line: LineClocks, columns: u32, pulses: PulseTimes) -> Result<CoreConfig, Error> {
     if adc.columns_per_adc > 1 {
         let reason = "converters that columns share have no waves; use 1";

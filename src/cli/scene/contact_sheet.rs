@@ -22,10 +22,7 @@ const EACH: usize = 2;
 /// What lies beyond all surfaces.
 const BEYOND: [f32; 3] = [0.12, 0.14, 0.18];
 
-/// The pictures as PNG.
-///
-/// # Errors
-/// A picture that cannot be encoded.
+/// The pictures as PNG. Fails on a picture that cannot be encoded.
 pub fn png(scene: &Scene, views: &[View]) -> Result<Vec<u8>, Error> {
     let lit = scene.clone().evenly_lit(1.0, Illuminant::D65);
     let columns = COLUMNS.min(views.len().max(1));

@@ -72,8 +72,6 @@ pub struct Captured {
     pub events: Events,
     /// Electrons that stay in the array for the next frame, where an effect leaves some.
     pub charge_e: Option<Plane<f32>>,
-    /// What the black clamp added to the codes of the first reading.
-    pub black_shift_dn: i32,
     /// Over how many pixels each effect ran, optical-black rows and every reading counted: pixels for which it had nothing to do are not.
     /// In physical order.
     pub hits: Vec<(&'static str, u64)>,

@@ -71,10 +71,8 @@ impl Basis {
 impl Spline {
     /// The spline on control poses every `knot_s` seconds, the first at `start_s`. It starts at the first pose and ends at
     /// the last (each end has a control pose more, the mirror of its neighbour), stays within the others' hull, and
-    /// passes none of them by design.
-    ///
-    /// # Errors
-    /// Fewer than four poses, values that are not finite, a spacing that is not above 0, neighbours almost half a turn apart.
+    /// passes none of them by design. Fails on fewer than four poses, values that are not finite, a spacing that is not above 0,
+    /// neighbours almost half a turn apart.
     pub fn on_control_poses(start_s: f64, knot_s: f64, poses: &[Pose]) -> Result<Self, MotionError> {
         if !(knot_s > 0.0 && knot_s.is_finite()) {
             return Err(MotionError::KnotSpacing { knot_s });
@@ -152,10 +150,8 @@ impl Spline {
         self.state(t_s).map(|state| state.angular_velocity_rad_per_s)
     }
 
-    /// Pose and derivatives at an instant.
-    ///
-    /// # Errors
-    /// [`MotionError::OutsideSpan`] before the first or after the last instant: the spline is not extrapolated.
+    /// Pose and derivatives at an instant. Gives [`MotionError::OutsideSpan`] before the first or after the last instant: the spline is
+    /// not extrapolated.
     pub fn state(&self, t_s: f64) -> Result<BodyState, MotionError> {
         let (first, u) = self.place(t_s)?;
         let basis = Basis::at(u);
@@ -172,10 +168,8 @@ impl Spline {
     }
 
     /// The lowest and highest coordinates of the path within a span, along the axes of a frame turned by `rotation`.
-    /// Exact up to rounding: the turning points of each interval's cubic are solved for.
-    ///
-    /// # Errors
-    /// [`MotionError::OutsideSpan`] where the span leaves the spline's.
+    /// Exact up to rounding: the turning points of each interval's cubic are solved for. Gives [`MotionError::OutsideSpan`] where the
+    /// span leaves the spline's.
     pub fn extent_m(&self, span: Span, rotation: DQuat) -> Result<(DVec3, DVec3), MotionError> {
         let (first, u_first) = self.place(span.start_s)?;
         let (last, u_last) = self.place(span.end_s)?;
@@ -203,9 +197,6 @@ impl Spline {
     /// No greater speed in m/s and rate of turn in rad/s is met within a span. Both derivatives are means of the differences of
     /// neighbouring control poses over the knots' distance, with weights that add up to 1 (quadratic B-splines), so none exceeds the
     /// greatest difference.
-    ///
-    /// # Errors
-    /// As [`Spline::extent_m`].
     pub fn speeds_max(&self, span: Span) -> Result<[f64; 2], MotionError> {
         let ((first, _), (last, _)) = (self.place(span.start_s)?, self.place(span.end_s)?);
         let [mut speed, mut turn] = [0.0, 0.0];
