@@ -93,3 +93,20 @@ pub struct TrackedFrame {
     /// What it cost.
     pub work: Work,
 }
+
+/// An answer without a pose.
+pub fn unlocated(t_s: f64, status: Status, work: Work) -> TrackedFrame {
+    TrackedFrame {
+        t_s,
+        status,
+        world_from_body: None,
+        tracked_features: 0,
+        inliers: Vec::new(),
+        predicted_position_m: None,
+        innovation_px: None,
+        single_picture_sigma_m: None,
+        keyframe: false,
+        loop_closed: false,
+        work,
+    }
+}
