@@ -54,11 +54,11 @@ pub use map::Landmark;
 use map::Map;
 pub use params::TrackerParams;
 pub use preintegrate::filter::{ImuCalibration, ImuFilter};
-pub use preintegrate::{Noise, Reading};
+pub use preintegrate::{ImuMeasurement, Noise};
 pub use rig::CameraCalibration;
 use rig::{RigCamera, View};
 use start::MonoInitialiser;
-use state::State;
+use state::TrackerState;
 pub use sweep::RowClock;
 
 /// The published number of the tracker's draws.
@@ -72,7 +72,7 @@ pub struct Tracker {
     map: Map,
     pending: PendingKeypoints,
     mono_initialiser: MonoInitialiser,
-    state: State,
+    state: TrackerState,
     /// Keypoints that supported the last pose.
     inliers_before: u32,
     frame: u64,
@@ -118,7 +118,7 @@ impl Tracker {
             map: Map::default(),
             pending: PendingKeypoints::new(1),
             mono_initialiser: MonoInitialiser::default(),
-            state: State::Waiting,
+            state: TrackerState::Waiting,
             inliers_before: 0,
             frame: 0,
             loop_candidate: None,
@@ -141,7 +141,7 @@ impl Tracker {
     }
 
     /// Adds IMU readings in ascending time, up to the first one after the next frame. Ignored without an IMU.
-    pub fn add_imu_readings(&mut self, readings: &[Reading]) {
+    pub fn add_imu_readings(&mut self, readings: &[ImuMeasurement]) {
         if let Some(imu_filter) = &mut self.imu_filter {
             imu_filter.add_imu_readings(readings);
         }
@@ -170,9 +170,9 @@ impl Tracker {
         let views: Vec<View> = self.cameras.iter().enumerate().map(view).collect();
         let frame = (input.t_s, &views[..]);
         let (state, answer) = match self.state {
-            State::Waiting => self.initialise(frame),
-            State::Tracking { history, motion } => self.follow(frame, history, Some(motion)),
-            State::Lost { history } => self.follow(frame, history, None),
+            TrackerState::Waiting => self.initialise(frame),
+            TrackerState::Tracking { history, motion } => self.follow(frame, history, Some(motion)),
+            TrackerState::Lost { history } => self.follow(frame, history, None),
         };
         self.state = state;
         self.frame += 1;

@@ -9,7 +9,7 @@ use super::scenario::Scenario;
 use crate::adc::{AdcParams, Cds, Counter, Counting, Ramp};
 use crate::effects::chain::BlackRows;
 use crate::effects::plan::Choice;
-use crate::effects::variation::{Corner, Variation};
+use crate::effects::variation::{ProcessCorner, Variation};
 use crate::error::Error;
 use crate::fidelity::{Fidelity, Rung};
 use crate::link::{LinkParams, Mode, RawKind, WhenFull};
@@ -176,7 +176,7 @@ impl Scenario {
     pub fn variation(&self) -> Result<Variation, Error> {
         let sensor = &self.sensor;
         Variation {
-            corner: member("sensor.corner", &sensor.corner, &Corner::ALL, Corner::name)?,
+            corner: member("sensor.corner", &sensor.corner, &ProcessCorner::ALL, ProcessCorner::name)?,
             supply_v: within("sensor.supply_v", sensor.supply_v, 0.5..=10.0, "0.5 to 10")?,
             supply_nominal_v: within("sensor.supply_nominal_v", sensor.supply_nominal_v, 0.5..=10.0, "0.5 to 10")?,
         }

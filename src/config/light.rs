@@ -16,7 +16,7 @@ const MEGABYTES_MOST: u64 = 1_000_000;
 
 /// How much light there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
+pub enum LightLevel {
     /// All by one factor, to the lux that are asked for.
     Scaled,
     /// As lamps and sky state it.
@@ -111,8 +111,8 @@ impl Scenario {
     }
 
     /// How the light's level is set. Fails on an unknown name.
-    pub fn light_level(&self) -> Result<Level, Error> {
-        let levels = [("scaled", Level::Scaled), ("absolute", Level::Absolute)];
+    pub fn light_level(&self) -> Result<LightLevel, Error> {
+        let levels = [("scaled", LightLevel::Scaled), ("absolute", LightLevel::Absolute)];
         one_of("scene.light_level", &self.scene.light_level, &levels)
     }
 

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use super::errors::io_error;
 use crate::error::Error;
 use crate::num::u64_half_even;
-use crate::optics::truth::{Matches, Surfaces, View, Visibility, matches, surfaces};
+use crate::optics::truth::{Matches, Surfaces, TruthView, Visibility, matches, surfaces};
 use crate::picture::{Channel, to_exr};
 use crate::plane::Plane;
 use crate::run::{CameraFrame, Frame, Session, Setup};
@@ -159,7 +159,7 @@ impl TruthWriter {
         write_exr(&self.path("depth", place, "exr"), [("Z", depth_m)])
     }
 
-    fn shape(&self, place: &Place<'_>, scene: Shapes<'_>, view: &View<'_>, seen: &Surfaces) -> Result<(), Error> {
+    fn shape(&self, place: &Place<'_>, scene: Shapes<'_>, view: &TruthView<'_>, seen: &Surfaces) -> Result<(), Error> {
         if self.keep.has(Kept::Depth) {
             let depth_m = seen.depth_m(view);
             super::picture::write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;

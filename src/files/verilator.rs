@@ -28,7 +28,7 @@ const PROGRAM_BYTES_MAX: u64 = 1 << 30;
 static TURN: AtomicU32 = AtomicU32::new(0);
 
 /// A file of Verilog: name and text. One that ends in `.sv` is translated, any other lies beside it for those that include it.
-pub type Source<'a> = (String, Cow<'a, str>);
+pub type VerilogSource<'a> = (String, Cow<'a, str>);
 
 /// What a program is built of.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ pub struct Build<'a> {
     /// Module at the top.
     pub top: &'a str,
     /// Verilog, the top's file first.
-    pub sources: Vec<Source<'a>>,
+    pub sources: Vec<VerilogSource<'a>>,
     /// Text of the harness.
     pub harness: &'a str,
     /// Text of `block.h`, which the harness includes.
@@ -52,9 +52,9 @@ fn failed(what: impl std::fmt::Display) -> Error {
 }
 
 /// The files of a module of `rtl_models`, its own first.
-pub fn sources(top: &str) -> Vec<Source<'static>> {
+pub fn sources(top: &str) -> Vec<VerilogSource<'static>> {
     let (own, parts): (Vec<_>, Vec<_>) = sources_of(top).partition(|source| source.module == top);
-    let named = |source: &verilog::Source| (format!("{}.sv", source.module), Cow::Borrowed(source.text));
+    let named = |source: &verilog::VerilogModule| (format!("{}.sv", source.module), Cow::Borrowed(source.text));
     own.into_iter().chain(parts).map(named).collect()
 }
 

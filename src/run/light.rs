@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::assets::{Assets, Progress};
 use crate::config::Scenario;
 use crate::config::check::within;
-use crate::config::light::{BakeKind, BakeLimits, Level};
+use crate::config::light::{BakeKind, BakeLimits, LightLevel};
 use crate::error::Error;
 use crate::scene::surroundings::PANEL;
 use crate::scene::{Bake, BakeCost, BakeSettings, Environment, LitScene, Scene, generated, target};
@@ -39,8 +39,8 @@ pub fn lit_scene(
     };
     let bake = baked(&scene, limits, assets, progress)?;
     let lit = match level {
-        Level::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
-        Level::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
+        LightLevel::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
+        LightLevel::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
     };
     Ok(match flicker {
         Some(flicker) => lit.with_flicker(flicker),

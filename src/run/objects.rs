@@ -4,7 +4,7 @@ use super::assets::Assets;
 use super::motion::placed;
 use crate::config::Scenario;
 use crate::config::check::{one_of, within};
-use crate::config::motion::Source;
+use crate::config::motion::MotionSource;
 use crate::config::scenario::SceneObject;
 use crate::error::Error;
 use crate::num::u32_from;
@@ -66,8 +66,11 @@ fn placed_object(
     let of_object = |error: Error| error.under(&format!("scene.object.{number}"), "motion");
     let source = keys.source().map_err(of_object)?;
     let looks_ahead = match source {
-        Source::Sway | Source::Gait(_) | Source::Spin { .. } | Source::ControlPoses(_) => true,
-        Source::Still | Source::Oscillation { .. } | Source::Recording { .. } | Source::ControlFile(_) => false,
+        MotionSource::Sway | MotionSource::Gait(_) | MotionSource::Spin { .. } | MotionSource::ControlPoses(_) => true,
+        MotionSource::Still
+        | MotionSource::Oscillation { .. }
+        | MotionSource::Recording { .. }
+        | MotionSource::ControlFile(_) => false,
     };
     let found = placed(&keys, scenario.run.frames, run, assets).map_err(of_object)?;
     notes.extend(found.notes.iter().map(|note| format!("{name}: {note}")));

@@ -49,7 +49,7 @@ fn with_photographs(name: &str, _: Read<'_>) -> Result<Mesh, Error> {
 #[cfg(feature = "pictures")]
 fn with_photographs(name: &str, read: Read<'_>) -> Result<Mesh, Error> {
     match name {
-        "hall" => Ok(hall::hall(hall::Pictures {
+        "hall" => Ok(hall::hall(hall::HallPictures {
             marble: photograph("marble", read)?,
             tiles: photograph("floor_tiles", read)?,
             wood: photograph("wood", read)?,

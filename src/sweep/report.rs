@@ -11,7 +11,7 @@ use super::levels::{figures, levels, rest_of};
 use super::record::find_figure;
 use super::statistics::{Estimate, mean, standard_error};
 use super::table::{Role, Table};
-pub use super::verdicts::{Difference, Effect, FigureReport, FrontPoint, PointVerdict};
+pub use super::verdicts::{Difference, FactorEffect, FigureReport, FrontPoint, PointVerdict};
 use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::num::f64_from_usize;
@@ -95,7 +95,7 @@ fn names(table: &Table, role: Role) -> Vec<&str> {
     table.columns.iter().filter(|column| column.role == role).map(|column| column.name.as_str()).collect()
 }
 
-fn effect(table: &Table, factor: &str, figure: &str) -> Effect {
+fn effect(table: &Table, factor: &str, figure: &str) -> FactorEffect {
     let values = figures(table, figure);
     let levels: Vec<(String, Option<f64>, Vec<f64>)> = levels(table, factor)
         .into_iter()
@@ -104,7 +104,7 @@ fn effect(table: &Table, factor: &str, figure: &str) -> Effect {
     let first_order = first_order(&levels.iter().map(|(_, _, values)| values.as_slice()).collect::<Vec<_>>());
     let levels =
         levels.into_iter().filter_map(|(name, place, values)| Some((name, place, Estimate::of(&values)?))).collect();
-    Effect { factor: factor.to_owned(), levels, first_order }
+    FactorEffect { factor: factor.to_owned(), levels, first_order }
 }
 
 /// Correlation ratio of the classes, less what as many classes of pure noise would have; none where nothing varies.

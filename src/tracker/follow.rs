@@ -3,13 +3,13 @@
 use super::answer::{Status, TrackedFrame, Work, unlocated};
 use super::close;
 use super::extend::{Growth, adjust_window};
-use super::frame::{Frame, LocalisedPose};
+use super::frame::{LocalisedPose, Localiser};
 use super::lie::Twist;
 use super::map::Map;
 use super::preintegrate::filter::{ImuFilter, ImuPrediction};
 use super::rig::View;
-use super::state::{LastKeyframe, MapHistory, State};
-use super::sweep::{Motion, Moving, ahead_of, between};
+use super::state::{LastKeyframe, MapHistory, TrackerState};
+use super::sweep::{Moving, VelocityModel, ahead_of, between};
 use super::{DRAWS, Tracker};
 use crate::draw::DrawKey;
 use crate::num::index;
@@ -31,8 +31,8 @@ impl Tracker {
         &mut self,
         (t_s, views): (f64, &[View]),
         mut history: MapHistory,
-        before: Option<Motion>,
-    ) -> (State, TrackedFrame) {
+        before: Option<VelocityModel>,
+    ) -> (TrackerState, TrackedFrame) {
         let mut work = Work::default();
         let imu_prediction = self.imu_filter.as_mut().and_then(|imu_filter| imu_filter.advance(t_s));
         let by_motion = || before.map(|motion| motion.predict(t_s));
@@ -73,7 +73,7 @@ impl Tracker {
             }
             imu_filter.correct(t_s, &body_from_world, &located.information);
         }
-        let mut motion = Motion { t_s, body_from_world, step, sigma_m: single_picture_sigma_m.unwrap_or(0.0) };
+        let mut motion = VelocityModel { t_s, body_from_world, step, sigma_m: single_picture_sigma_m.unwrap_or(0.0) };
         let mut loop_closed = false;
         if keyframe {
             let known = (&mut history, &mut motion);
@@ -94,7 +94,7 @@ impl Tracker {
             loop_closed,
             work,
         };
-        (State::Tracking { history, motion }, answer)
+        (TrackerState::Tracking { history, motion }, answer)
     }
 
     /// Corrects the first frame's rolling shutter. Its rows were taken as simultaneous, which distorts the initial map; the
@@ -102,7 +102,7 @@ impl Tracker {
     fn with_swept_start(
         &mut self,
         (t_s, views): (f64, &[View]),
-        (history, before): (&MapHistory, Option<Motion>),
+        (history, before): (&MapHistory, Option<VelocityModel>),
         mut located: LocalisedPose,
         work: &mut Work,
     ) -> LocalisedPose {
@@ -122,7 +122,7 @@ impl Tracker {
 
     /// The step after a keyframe measures its rate better than the steps before it. The first two steps give the first
     /// keyframe's rate.
-    fn correct_last_rate(&mut self, history: &MapHistory, before: Option<Motion>, step: Option<(Twist, f64)>) {
+    fn correct_last_rate(&mut self, history: &MapHistory, before: Option<VelocityModel>, step: Option<(Twist, f64)>) {
         let (Some(after), Some(before)) = (step, before.and_then(|motion| motion.step)) else { return };
         if history.started_by_depth && self.frame == history.started_frame + 2 {
             self.map.set_rate(0, ahead_of(before, after));
@@ -136,7 +136,7 @@ impl Tracker {
     fn add_keyframe(
         &mut self,
         (t_s, views): (f64, &[View]),
-        (history, motion): (&mut MapHistory, &mut Motion),
+        (history, motion): (&mut MapHistory, &mut VelocityModel),
         located: &LocalisedPose,
         (tracked, status): (u32, Status),
         work: &mut Work,
@@ -180,15 +180,15 @@ impl Tracker {
     }
 
     /// Looks for an earlier visit of the place that the last keyframe sees, and bends the map where two keyframes agree on one.
-    fn close_loop(
+    pub(super) fn close_loop(
         &mut self,
         (t_s, views): (f64, &[View]),
-        (history, motion): (&mut MapHistory, &mut Motion),
+        (history, motion): (&mut MapHistory, &mut VelocityModel),
         work: &mut Work,
     ) -> bool {
         let Some(last) = self.map.keyframes.last().copied() else { return false };
         let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
-        let frame = Frame {
+        let frame = Localiser {
             cameras,
             views,
             map,
@@ -224,7 +224,7 @@ impl Tracker {
     }
 
     /// The map has moved, and the body with it; lengths are multiplied.
-    fn stand_at(&mut self, motion: &mut Motion, body_from_world: &Pose, scale: f64) {
+    fn stand_at(&mut self, motion: &mut VelocityModel, body_from_world: &Pose, scale: f64) {
         if let Some(imu_filter) = &mut self.imu_filter {
             imu_filter.moved(&motion.body_from_world, body_from_world, scale);
         }
@@ -236,7 +236,7 @@ impl Tracker {
     fn locate(
         &self,
         (t_s, views): (f64, &[View]),
-        motion: Option<Motion>,
+        motion: Option<VelocityModel>,
         (predicted, imu_prediction): (Option<Moving>, Option<ImuPrediction>),
         work: &mut Work,
     ) -> Option<(LocalisedPose, Status)> {
@@ -249,12 +249,24 @@ impl Tracker {
         let imu_rate = self.imu_filter.as_ref().and_then(ImuFilter::rate_prior);
         let sure = imu_prediction.is_some_and(|imu_prediction| self.is_sure(&imu_prediction));
         let least_px = self.least_px();
-        let frame =
-            Frame { cameras, views, map, params, t_s, motion, prior, imu_rate, least_px, sure, number, inliers_before };
+        let frame = Localiser {
+            cameras,
+            views,
+            map,
+            params,
+            t_s,
+            motion,
+            prior,
+            imu_rate,
+            least_px,
+            sure,
+            number,
+            inliers_before,
+        };
         if let Some(located) = predicted.and_then(|predicted| frame.near(&predicted, work)) {
             return Some((located, Status::Tracked));
         }
-        let frame = Frame { motion: None, prior: None, sure: false, ..frame };
+        let frame = Localiser { motion: None, prior: None, sure: false, ..frame };
         let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame);
         let recently = self.frame.saturating_sub(self.params.recent_frames.into());
         let recent = motion.and_then(|_| frame.anywhere(recently, key.with(0), work));
@@ -263,14 +275,14 @@ impl Tracker {
     }
 
     /// The state after a frame without a pose. A young map of one camera was started falsely and is given up.
-    fn lose(&mut self, history: MapHistory) -> State {
+    fn lose(&mut self, history: MapHistory) -> TrackerState {
         let MapHistory { started_frame, started_by_depth, located_frame, .. } = history;
         let is_young = self.map.keyframes.len() < YOUNG_KEYFRAMES || located_frame - started_frame < YOUNG_FRAMES;
         if started_by_depth || self.frame - located_frame < GIVEN_UP_FRAMES || !is_young {
-            return State::Lost { history };
+            return TrackerState::Lost { history };
         }
         self.map = Map::default();
         self.params.place_sigma_px = self.place_sigma_px_min;
-        State::Waiting
+        TrackerState::Waiting
     }
 }

@@ -24,9 +24,9 @@ use models::{essential, from_essential, from_homography, from_rotation};
 /// What explains two views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
-    /// Motion through a scene with depth.
+    /// VelocityModel through a scene with depth.
     General,
-    /// Motion before a plane.
+    /// VelocityModel before a plane.
     Plane,
     /// Turning without (visible) motion: no depth can follow.
     Rotation,
@@ -48,7 +48,7 @@ pub struct TwoViewSettings {
 pub struct TwoView {
     /// The model that explains the pairs at the least cost.
     pub model: Model,
-    /// Motion with a baseline of length 1 (0 for [`Model::Rotation`]).
+    /// VelocityModel with a baseline of length 1 (0 for [`Model::Rotation`]).
     pub second_from_first: Pose,
     /// The other motion that explains a plane about as well, where there is one.
     pub alternative: Option<Pose>,

@@ -5,9 +5,9 @@ use super::extend::{self, Growth, adjust_window};
 use super::map::Map;
 pub use super::params::UNPROVEN_NOISE;
 use super::rig::View;
-use super::start::Stage;
-use super::state::{LastKeyframe, MapHistory, State};
-use super::sweep::{Motion, Moving};
+use super::start::Initialisation;
+use super::state::{LastKeyframe, MapHistory, TrackerState};
+use super::sweep::{Moving, VelocityModel};
 use super::{DRAWS, Tracker};
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser};
@@ -23,7 +23,7 @@ const PROVEN_NOISE: f64 = 2.0;
 
 impl Tracker {
     /// Starts a map from this frame, or from this one and an earlier one. Gives the next state.
-    pub(super) fn initialise(&mut self, frame: (f64, &[View])) -> (State, TrackedFrame) {
+    pub(super) fn initialise(&mut self, frame: (f64, &[View])) -> (TrackerState, TrackedFrame) {
         let mut work = Work::default();
         if let Some(imu_filter) = &mut self.imu_filter {
             imu_filter.reset();
@@ -32,7 +32,7 @@ impl Tracker {
         let started_by_depth = by_depth.is_some();
         let started = by_depth.or_else(|| self.start_by_motion(frame, &mut work));
         let mut answer = unlocated(frame.0, Status::Waiting, work);
-        let Some((motion, landmarks)) = started else { return (State::Waiting, answer) };
+        let Some((motion, landmarks)) = started else { return (TrackerState::Waiting, answer) };
         let world_from_body = motion.body_from_world.inverse();
         answer.status = Status::Initialised;
         answer.world_from_body = Some(world_from_body);
@@ -41,11 +41,11 @@ impl Tracker {
         let keyframe = LastKeyframe { frame: self.frame, world_from_body, landmarks };
         let (started_frame, located_frame) = (self.frame, self.frame);
         let history = MapHistory { started_frame, started_by_depth, located_frame, keyframe };
-        (State::Tracking { history, motion }, answer)
+        (TrackerState::Tracking { history, motion }, answer)
     }
 
     /// A map from one frame of cameras that see the same; gives the body's motion and the number of landmarks.
-    fn start_by_depth(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<(Motion, u32)> {
+    fn start_by_depth(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<(VelocityModel, u32)> {
         if views.len() < 2 {
             return None;
         }
@@ -58,13 +58,13 @@ impl Tracker {
             return None;
         }
         self.map = map;
-        Some((Motion { t_s, body_from_world: Pose::IDENTITY, step: None, sigma_m: 0.0 }, made))
+        Some((VelocityModel { t_s, body_from_world: Pose::IDENTITY, step: None, sigma_m: 0.0 }, made))
     }
 
     /// A map from this frame and an earlier one.
-    fn start_by_motion(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<(Motion, u32)> {
+    fn start_by_motion(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<(VelocityModel, u32)> {
         let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame).with(3);
-        let stage = Stage { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
+        let stage = Initialisation { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
         let begun = self.mono_initialiser.take(&stage, (t_s, views), work)?;
         let mut map = Map::default();
         self.pending.clear();
@@ -85,8 +85,12 @@ impl Tracker {
         self.place_sigma_px_max = begun.noise_sigmas.map_or(most_px, |_| lesser(PROVEN_NOISE * shown_px, most_px));
         self.mono_initialiser.clear();
         self.pending.set_reach(REACH_WITHOUT_DEPTH);
-        let first =
-            Motion { t_s: begun.first_t_s, body_from_world: begun.first.body_from_world, step: None, sigma_m: 0.0 };
+        let first = VelocityModel {
+            t_s: begun.first_t_s,
+            body_from_world: begun.first.body_from_world,
+            step: None,
+            sigma_m: 0.0,
+        };
         self.map = map;
         Some((first.then(t_s, state.body_from_world), made))
     }

@@ -1,11 +1,11 @@
 //! The states of the tracker, and what each one knows of the past.
 
-use super::sweep::Motion;
+use super::sweep::VelocityModel;
 use crate::pose::Pose;
 
 /// Where the tracker stands between two frames.
 #[derive(Clone, Copy, Debug)]
-pub enum State {
+pub enum TrackerState {
     /// There is no map. The next frame may start one.
     Waiting,
     /// The last frame has a pose. The next one is looked for where the motion leads.
@@ -13,7 +13,7 @@ pub enum State {
         /// Of the map.
         history: MapHistory,
         /// Of the body.
-        motion: Motion,
+        motion: VelocityModel,
     },
     /// The last frame has no pose. The next one is looked for in the whole map.
     Lost {

@@ -8,7 +8,7 @@ use sensel::pose::Pose;
 use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, IDEAL, Imu, ImuNoise, MEMS_PHONE};
 use sensel::scene::motion::{BodyState, Motion, PlacedSpline, Spline};
 use sensel::tracker::lie::{Twist, se3_exp, so3_exp, so3_log};
-use sensel::tracker::preintegrate::{Bias, ImuError, Noise, Preintegrated, Reading, State};
+use sensel::tracker::preintegrate::{Bias, ImuError, ImuMeasurement, ImuState, Noise, Preintegrated};
 use sensel::units::Span;
 
 const GRAVITY: DVec3 = GRAVITY_IN_WORLD_M_PER_S2;
@@ -35,10 +35,10 @@ fn noise(of: &ImuNoise) -> Noise {
     }
 }
 
-fn readings(motion: &Motion, of: ImuNoise, key: DrawKey) -> Vec<Reading> {
+fn readings(motion: &Motion, of: ImuNoise, key: DrawKey) -> Vec<ImuMeasurement> {
     let unit = Imu { noise: of, body_from_imu: Pose::IDENTITY };
     let samples = imu::samples(motion, Span { start_s: 0.0, end_s: 9.0 }, &unit, GRAVITY, key).unwrap();
-    let reading = |s: &imu::ImuSample| Reading {
+    let reading = |s: &imu::ImuMeasurement| ImuMeasurement {
         t_s: s.t_s,
         angular_velocity_rad_per_s: s.angular_velocity_rad_per_s,
         acceleration_m_per_s2: s.acceleration_m_per_s2,
@@ -46,8 +46,8 @@ fn readings(motion: &Motion, of: ImuNoise, key: DrawKey) -> Vec<Reading> {
     samples.iter().map(reading).collect()
 }
 
-fn state(of: &BodyState) -> State {
-    State { world_from_imu: of.world_from_body, velocity_m_per_s: of.velocity_m_per_s, bias: Bias::default() }
+fn state(of: &BodyState) -> ImuState {
+    ImuState { world_from_imu: of.world_from_body, velocity_m_per_s: of.velocity_m_per_s, bias: Bias::default() }
 }
 
 /// Worst rotation (rad), velocity and position errors over spans of a second that start and end between readings.
@@ -92,11 +92,11 @@ fn derivatives_by_both_states_agree_with_central_differences() {
         Bias { gyroscope_rad_per_s: DVec3::new(0.03, 0.01, -0.02), accelerometer_m_per_s2: DVec3::new(0.1, -0.1, 0.2) };
     to.world_from_imu = to.world_from_imu.then(&se3_exp(Twist::from_array([0.1, 0.2, -0.1, 0.3, -0.2, 0.4])));
     let (by_from, by_to) = step.jacobians((&from, &to), GRAVITY);
-    let moved = |state: &State, k: usize, h: f64| {
+    let moved = |state: &ImuState, k: usize, h: f64| {
         let mut numbers = [0.0; 15];
         numbers[k] = h;
         let part = |first: usize| DVec3::new(numbers[first], numbers[first + 1], numbers[first + 2]);
-        State {
+        ImuState {
             world_from_imu: state.world_from_imu.then(&se3_exp(Twist { linear_m: part(0), angular_rad: part(3) })),
             velocity_m_per_s: state.velocity_m_per_s + part(6),
             bias: Bias {
@@ -172,7 +172,7 @@ fn the_covariance_is_what_noisy_readings_scatter_by() {
 #[test]
 fn readings_that_do_not_do_are_refused() {
     let good = readings(&motion(), IDEAL, DrawKey::root(1));
-    let with = |readings: &[Reading], span| Preintegrated::new(readings, span, Bias::default(), &noise(&IDEAL));
+    let with = |readings: &[ImuMeasurement], span| Preintegrated::new(readings, span, Bias::default(), &noise(&IDEAL));
     assert!(matches!(with(&good, (8.5, 9.5)), Err(ImuError::Uncovered { .. })));
     assert!(matches!(with(&[], (1.0, 2.0)), Err(ImuError::Uncovered { .. })));
     assert!(matches!(with(&good, (2.0, 2.0)), Err(ImuError::Uncovered { .. })));

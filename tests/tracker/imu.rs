@@ -7,7 +7,7 @@ use sensel::pose::Pose;
 use sensel::tracker::lie::{so3_exp, so3_log};
 use sensel::tracker::preintegrate::Bias;
 use sensel::tracker::preintegrate::chain::Node;
-use sensel::tracker::{ImuCalibration, ImuFilter, Noise, Reading, Status, TrackedFrame, Tracker, TrackerParams};
+use sensel::tracker::{ImuCalibration, ImuFilter, ImuMeasurement, Noise, Status, TrackedFrame, Tracker, TrackerParams};
 
 use super::synthetic::{Hardship, RATE_HZ, World, lively, mono_rig, normal, score};
 
@@ -31,7 +31,7 @@ fn mounting() -> Pose {
 }
 
 /// Readings at `k / 200 Hz` over some seconds. Third differences of the motions are below 100 m/s^3: a step of 1 ms leaves 1e-5 m/s^2.
-fn readings(motion: fn(f64) -> Pose, seconds: f64, seed: u64) -> Vec<Reading> {
+fn readings(motion: fn(f64) -> Pose, seconds: f64, seed: u64) -> Vec<ImuMeasurement> {
     let imu = |t_s: f64| motion(t_s).then(&mounting());
     let h = 1e-3;
     let of = |k: i64| {
@@ -44,7 +44,7 @@ fn readings(motion: fn(f64) -> Pose, seconds: f64, seed: u64) -> Vec<Reading> {
         let (before, now, after) = (imu(t_s - h), imu(t_s), imu(t_s + h));
         let acceleration = (after.translation_m - 2.0 * now.translation_m + before.translation_m) / (h * h);
         let turn = so3_log((before.rotation.conjugate() * after.rotation).normalize()) / (2.0 * h);
-        Reading {
+        ImuMeasurement {
             t_s,
             angular_velocity_rad_per_s: turn + BIAS.gyroscope_rad_per_s + noise(0, PHONE.gyroscope_noise_density),
             acceleration_m_per_s2: now.rotation.conjugate() * (acceleration - GRAVITY)
@@ -207,11 +207,12 @@ fn readings_that_stop_or_make_no_sense_leave_the_pictures() {
     let mut located = 0;
     for number in 0..60 {
         let t_s = f64_from_u64(number) / RATE_HZ;
-        let share = |reading: &&Reading| reading.t_s <= t_s + 0.005 && reading.t_s > t_s - 0.03 && reading.t_s < 1.0;
-        let mut imu_filter: Vec<Reading> = all.iter().filter(share).copied().collect();
+        let share =
+            |reading: &&ImuMeasurement| reading.t_s <= t_s + 0.005 && reading.t_s > t_s - 0.03 && reading.t_s < 1.0;
+        let mut imu_filter: Vec<ImuMeasurement> = all.iter().filter(share).copied().collect();
         imu_filter.reverse();
-        imu_filter.push(Reading { t_s: f64::NAN, ..all[0] });
-        imu_filter.push(Reading { acceleration_m_per_s2: DVec3::NAN, ..all[1] });
+        imu_filter.push(ImuMeasurement { t_s: f64::NAN, ..all[0] });
+        imu_filter.push(ImuMeasurement { acceleration_m_per_s2: DVec3::NAN, ..all[1] });
         tracker.add_imu_readings(&imu_filter);
         let answer = tracker.track(&world.frame(number, &lively(t_s)));
         located += u32::from(

@@ -4,7 +4,7 @@
 use glam::DVec2;
 
 use super::surface::{Point, Surfaces, idle, is_inside, set_lane};
-use super::view::View;
+use super::view::TruthView;
 use crate::num::{f32_nearest, f64_from_usize, u32_from};
 use crate::parallel::collected;
 use crate::plane::Plane;
@@ -54,7 +54,12 @@ const SETTLED_PX: f64 = 1e-7;
 
 /// Finds where `to` sees the points of `from`. A point is seen at the time of the row on which it then lies: that row is
 /// found as the fixed point of `y = row of project(point at the time of y)`. Points without a surface are taken as infinitely far.
-pub fn matches<'a>(scene: impl Into<Shapes<'a>>, from: &View<'_>, surfaces: &Surfaces, to: &View<'_>) -> Matches {
+pub fn matches<'a>(
+    scene: impl Into<Shapes<'a>>,
+    from: &TruthView<'_>,
+    surfaces: &Surfaces,
+    to: &TruthView<'_>,
+) -> Matches {
     let (scene, size) = (scene.into(), surfaces.size());
     let search = Search { scene, view: to, pose_of_all: to.is_instant().then(|| to.row_poses[0]) };
     let work = |row: usize| {
@@ -87,7 +92,7 @@ impl Match {
 
 struct Search<'a, 'b> {
     scene: Shapes<'a>,
-    view: &'a View<'b>,
+    view: &'a TruthView<'b>,
     /// Where all rows are seen at once.
     pose_of_all: Option<Pose>,
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::view::View;
+use super::view::TruthView;
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 use crate::parallel::collected;
 use crate::plane::Plane;
@@ -38,7 +38,7 @@ struct Seen {
 }
 
 /// Finds the surfaces of a view.
-pub fn surfaces<'a>(scene: impl Into<Shapes<'a>>, view: &View<'_>) -> Surfaces {
+pub fn surfaces<'a>(scene: impl Into<Shapes<'a>>, view: &TruthView<'_>) -> Surfaces {
     let (scene, size) = (scene.into(), view.camera.size);
     let found = collected(index(size.height_px), |row| surfaces_of_row(&scene, view, row)).concat();
     Surfaces {
@@ -48,7 +48,7 @@ pub fn surfaces<'a>(scene: impl Into<Shapes<'a>>, view: &View<'_>) -> Surfaces {
     }
 }
 
-fn surfaces_of_row(scene: &Shapes<'_>, view: &View<'_>, row: usize) -> Vec<Seen> {
+fn surfaces_of_row(scene: &Shapes<'_>, view: &TruthView<'_>, row: usize) -> Vec<Seen> {
     let bearings: Vec<Option<DVec3>> =
         (0..index(view.camera.size.width_px)).map(|column| view.bearing(column, row)).collect();
     let mut found = vec![Seen { range_m: f64::INFINITY, triangle: MISS, object: 0 }; bearings.len()];
@@ -128,7 +128,7 @@ impl Surfaces {
 
     /// Coordinate along the camera's axis in metres: the range times the bearing's z. Zero or below for what stands beside or behind a
     /// camera that sees more than 180 degrees; positive infinity where nothing is met.
-    pub fn depth_m(&self, view: &View<'_>) -> Plane<f32> {
+    pub fn depth_m(&self, view: &TruthView<'_>) -> Plane<f32> {
         self.of_pixels(f32::INFINITY, &|column, row, range_m, _| {
             view.bearing(column, row).map_or(f32::INFINITY, |bearing| f32_nearest(range_m * bearing.z))
         })
@@ -141,7 +141,7 @@ impl Surfaces {
 
     /// Unit normals in the camera's frame (x right, y down, z forward), on the side that is seen: of the triangles themselves, not
     /// smoothed between corners. Zero where nothing is met. One plane a coordinate.
-    pub fn normals<'a>(&self, scene: impl Into<Shapes<'a>>, view: &View<'_>) -> [Plane<f32>; 3] {
+    pub fn normals<'a>(&self, scene: impl Into<Shapes<'a>>, view: &TruthView<'_>) -> [Plane<f32>; 3] {
         let scene = scene.into();
         let normals = self.of_pixels(DVec3::ZERO, &|column, row, _, triangle| {
             let object = self.object.at(column, row);
@@ -173,7 +173,7 @@ impl Surfaces {
     }
 
     /// The point that a pixel sees, or a direction where it is infinitely far. None where there is no ray.
-    pub(super) fn point(&self, scene: &Shapes<'_>, view: &View<'_>, column: usize, row: usize) -> Option<Point> {
+    pub(super) fn point(&self, scene: &Shapes<'_>, view: &TruthView<'_>, column: usize, row: usize) -> Option<Point> {
         let pose = view.row_poses[row];
         let direction = pose.direction(view.bearing(column, row)?);
         let range_m = self.range_m.at(column, row);
