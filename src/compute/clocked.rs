@@ -141,7 +141,7 @@ pub(super) fn frame<T: Word>(
 
 /// The same from the Verilog.
 pub(super) fn frame_in<T: super::word::Word>(
-    silicon: &dyn RtlSimulator,
+    simulator: &dyn RtlSimulator,
     params: &ExtractorParams,
     threshold: u16,
     picture: &Plane<T>,
@@ -150,6 +150,7 @@ pub(super) fn frame_in<T: super::word::Word>(
     let (hardware, settings) = (params.hardware(picture.size()), settings(params)?);
     let words = picture.map(|word| low_u16(word.into()));
     let mut around = Around { pixels, records, features: Vec::new(), out_clk: Vec::new() };
-    let given = silicon.frame(&FrameRequest { hardware, settings, threshold, pixels: words.values() }, &mut around)?;
+    let given =
+        simulator.frame(&FrameRequest { hardware, settings, threshold, pixels: words.values() }, &mut around)?;
     Ok((around.extracted(&given, threshold), given.threshold))
 }

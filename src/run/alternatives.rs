@@ -34,7 +34,7 @@ impl SensorSetup {
     /// does.
     pub fn alternatives(&self, counted: &Counted) -> Result<Alternatives, Error> {
         let every = if self.link.frames_every > 1 { self.link.frames_every } else { FRAMES_EVERY };
-        let ways = [
+        let modes = [
             ("raw".to_owned(), Mode::Frames, 1),
             ("features".to_owned(), Mode::Features, 1),
             ("both".to_owned(), Mode::Both, 1),
@@ -43,7 +43,7 @@ impl SensorSetup {
         let compute = self.compute_events(counted)?;
         let host = self.host.map_or("none", |host| host.name).to_owned();
         let mut table = Alternatives { features: counted.features, host, ..Alternatives::default() };
-        for (name, mode, frames_every) in ways {
+        for (name, mode, frames_every) in modes {
             match self.sending(mode, frames_every, counted.features) {
                 Ok(sensor) => {
                     let is_run = (mode, frames_every) == (self.link.mode, self.link.frames_every);

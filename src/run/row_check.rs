@@ -33,14 +33,14 @@ impl RowCheck {
         let (above, verilog) = match setup.fidelity.rung {
             Rung::Sampled => (Rung::Clocked, None),
             Rung::Clocked => {
-                let silicon = assets.rtl_simulator().map_err(|error| {
+                let simulator = assets.rtl_simulator().map_err(|error| {
                     Error::key(
                         "--check-every",
                         every,
                         format!("the rung above clocked is rtl: {error}; without it, sampled"),
                     )
                 })?;
-                (Rung::Rtl, Some(SharedRtlSimulator::new(silicon)))
+                (Rung::Rtl, Some(SharedRtlSimulator::new(simulator)))
             }
             Rung::Expected | Rung::Rtl => {
                 let reason = "this rung has none above it that a run can hold it to; use sampled or clocked";

@@ -156,7 +156,7 @@ impl Loop {
         if graph.weights().last().is_none_or(|&weight| weight < 0.25) {
             return None;
         }
-        map.bend(&before, &graph.nodes);
+        map.deform(&before, &graph.nodes);
         self.fuse(map, views, inverse_sigma);
         graph.nodes.last().map(|node| node.scale)
     }

@@ -155,7 +155,7 @@ impl Map {
     }
 
     /// Keyframes move from poses (`world_from_body`) to others, and each landmark with the last keyframe that saw it, in its unit.
-    pub fn bend(&mut self, before: &[Pose], after: &[Sim3]) {
+    pub fn deform(&mut self, before: &[Pose], after: &[Sim3]) {
         for landmark in &mut self.landmarks {
             let last = landmark.sightings.last().map_or(0, |sighting| sighting.keyframe);
             if let Ok(k) = self.keyframes.binary_search_by_key(&last, |keyframe| keyframe.id) {

@@ -31,7 +31,7 @@ pub struct Surfaces {
 
 /// What one pixel sees.
 #[derive(Clone, Copy)]
-struct Seen {
+struct NearestSurface {
     range_m: f64,
     triangle: u32,
     object: u32,
@@ -48,10 +48,10 @@ pub fn surfaces<'a>(scene: impl Into<Shapes<'a>>, view: &TruthView<'_>) -> Surfa
     }
 }
 
-fn surfaces_of_row(scene: &Shapes<'_>, view: &TruthView<'_>, row: usize) -> Vec<Seen> {
+fn surfaces_of_row(scene: &Shapes<'_>, view: &TruthView<'_>, row: usize) -> Vec<NearestSurface> {
     let bearings: Vec<Option<DVec3>> =
         (0..index(view.camera.size.width_px)).map(|column| view.bearing(column, row)).collect();
-    let mut found = vec![Seen { range_m: f64::INFINITY, triangle: MISS, object: 0 }; bearings.len()];
+    let mut found = vec![NearestSurface { range_m: f64::INFINITY, triangle: MISS, object: 0 }; bearings.len()];
     for (number, (shape, world_from_shape)) in (0_u32..).zip(shapes_at(scene, view.row_time_s(row))) {
         let pose = world_from_shape.inverse().then(&view.row_poses[row]);
         // The fixed scene's frame is the world, and no bit of the pose may change on the way.
@@ -68,7 +68,7 @@ pub(super) fn shapes_at<'a>(scene: &Shapes<'a>, t_s: f64) -> impl Iterator<Item 
 }
 
 /// Puts what is nearer of a shape in the place of what was found before.
-fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec3>], found: &mut [Seen]) {
+fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec3>], found: &mut [NearestSurface]) {
     let mut stack = Stack::new();
     for (group, found) in bearings.chunks(LANES).zip(found.chunks_mut(LANES)) {
         let directions: Vec<Option<DVec3>> =
@@ -86,7 +86,7 @@ fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec
             let traced_m = f64::from(hits.t.0[lane]);
             let range_m = refined_m(corners_m(&shape.mesh, triangle), pose.translation_m, direction, traced_m);
             if range_m < found[lane].range_m {
-                found[lane] = Seen { range_m, triangle, object };
+                found[lane] = NearestSurface { range_m, triangle, object };
             }
         }
     }

@@ -41,7 +41,7 @@ pub struct Spline {
 pub(super) struct Basis {
     pub(super) value: [f64; 4],
     pub(super) slope: [f64; 4],
-    pub(super) bend: [f64; 4],
+    pub(super) curvature: [f64; 4],
 }
 
 /// A rotation with its derivatives by u, in the body's frame.
@@ -58,7 +58,7 @@ impl Basis {
         Self {
             value: [v * v * v / 6.0, (4.0 - 6.0 * u2 + 3.0 * u3) / 6.0, (1.0 + 3.0 * (u + u2 - u3)) / 6.0, u3 / 6.0],
             slope: [-0.5 * v * v, 1.5 * u2 - 2.0 * u, 0.5 + u - 1.5 * u2, 0.5 * u2],
-            bend: [v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u],
+            curvature: [v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u],
         }
     }
 
@@ -161,7 +161,7 @@ impl Spline {
         Ok(BodyState {
             world_from_body: Pose::new(turn.rotation, weighted(points, &basis.value)),
             velocity_m_per_s: weighted(points, &basis.slope) * rate,
-            acceleration_m_per_s2: weighted(points, &basis.bend) * (rate * rate),
+            acceleration_m_per_s2: weighted(points, &basis.curvature) * (rate * rate),
             angular_velocity_rad_per_s: turn.velocity_per_u * rate,
             angular_acceleration_rad_per_s2: turn.acceleration_per_u2 * (rate * rate),
         })
@@ -227,7 +227,7 @@ impl Spline {
     /// Rotation with its derivatives by u, in the body's frame (the recursions of Sommer et al. 2020, "Efficient Derivative
     /// Computation for Cumulative B-Splines on Lie Groups": each factor turns what came before into its own frame).
     pub(super) fn rotation_at(&self, first: usize, basis: &Basis) -> Turn {
-        let [parts, speeds, bends] = [&basis.value, &basis.slope, &basis.bend].map(Basis::cumulative);
+        let [parts, speeds, bends] = [&basis.value, &basis.slope, &basis.curvature].map(Basis::cumulative);
         let mut rotation = self.rotations[first];
         let (mut velocity_per_u, mut acceleration_per_u2) = (DVec3::ZERO, DVec3::ZERO);
         for j in 0..3 {
