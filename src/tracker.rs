@@ -15,7 +15,7 @@ mod depth;
 pub mod epipolar;
 pub mod extend;
 mod follow;
-mod frame;
+mod localiser;
 pub mod initial;
 mod initialise;
 pub mod lie;

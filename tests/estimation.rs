@@ -1,5 +1,5 @@
 //! The tracker's mathematics against other solvers and its own laws: adjustment and pose graph against GTSAM
-//! (tests/judges/estimation_reference.py), initialisation, preintegration and the pose of one frame.
+//! (tests/judges/estimation_reference.py), initialisation, preintegration, the prior that unknowns leave and the pose of one frame.
 #![allow(clippy::unwrap_used)] // A helper of tests may panic as the tests do.
 
 #[path = "estimation/adjustment.rs"]
@@ -12,6 +12,8 @@ mod initial;
 mod inertial;
 #[path = "estimation/pnp.rs"]
 mod pnp;
+#[path = "estimation/prior.rs"]
+mod prior;
 
 use glam::{DQuat, DVec3};
 use sensel::draw::DrawKey;

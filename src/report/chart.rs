@@ -73,7 +73,6 @@ const MARKERS: [(&str, &str); 9] = [
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
-    /// Dots.
     Dots,
     /// A line of this many pixels' width.
     Line(u32),

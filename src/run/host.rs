@@ -21,7 +21,6 @@ const CLOCK_TOLERANCE: f64 = 2e-3;
 /// What a host keeps from frame to frame.
 #[derive(Default)]
 pub struct Host {
-    /// The frame before.
     before: Option<TimedFrame>,
     cameras: Vec<CameraClock>,
 }

@@ -9,7 +9,7 @@
 mod tests;
 
 use super::answer::Work;
-use super::frame::{LandmarkMatch, Localiser};
+use super::localiser::{LandmarkMatch, Localiser};
 use crate::draw::DrawKey;
 use crate::num::{index, u32_from};
 use crate::pose::Pose;

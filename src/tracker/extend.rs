@@ -3,7 +3,7 @@
 //! Positions are metres in the map's frame.
 
 use super::answer::Work;
-use super::frame::LandmarkMatch;
+use super::localiser::LandmarkMatch;
 use super::params::TrackerParams;
 use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};

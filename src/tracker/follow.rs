@@ -3,8 +3,8 @@
 use super::answer::{Status, TrackedFrame, Work, unlocated};
 use super::close;
 use super::extend::{Growth, adjust_window};
-use super::frame::{LocalisedPose, Localiser};
 use super::lie::Twist;
+use super::localiser::{LocalisedPose, Localiser};
 use super::map::Map;
 use super::preintegrate::filter::{ImuFilter, ImuPrediction};
 use super::rig::View;
@@ -187,28 +187,12 @@ impl Tracker {
         work: &mut Work,
     ) -> bool {
         let Some(last) = self.map.keyframes.last().copied() else { return false };
-        let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
-        let frame = Localiser {
-            cameras,
-            views,
-            map,
-            params,
-            t_s,
-            motion: None,
-            prior: None,
-            imu_rate: None,
-            least_px: self.least_px(),
-            sure: false,
-            number: self.frame,
-            inliers_before: 0,
-        };
+        let params = self.params;
         let key = DrawKey::root(params.seed).with(DRAWS).with(self.frame).with(2);
-        let found = close::recognise(&frame, self.frame, &last.state, key, work);
+        let found = close::recognise(&self.localiser((t_s, views)), self.frame, &last.state, key, work);
         let Some(found) = found else { return false };
         let before = self.loop_candidate.replace(found.loop_candidate(last.id));
-        let confirmed = before.is_some_and(|before| found.confirms(last.id, &before));
-        let params = self.params;
-        if !confirmed {
+        if !before.is_some_and(|before| found.confirms(last.id, &before)) {
             return false;
         }
         let has_scale = self.cameras.len() > 1 || self.imu_filter.as_ref().is_some_and(ImuFilter::knows_unit);
@@ -232,6 +216,24 @@ impl Tracker {
         motion.step = motion.step.map(|(step, span_s)| (Twist { linear_m: step.linear_m * scale, ..step }, span_s));
     }
 
+    /// A search for a frame's pose without a prediction.
+    fn localiser<'a>(&'a self, (t_s, views): (f64, &'a [View])) -> Localiser<'a> {
+        Localiser {
+            cameras: &self.cameras,
+            views,
+            map: &self.map,
+            params: &self.params,
+            t_s,
+            motion: None,
+            prior: None,
+            imu_rate: None,
+            least_px: self.least_px(),
+            sure: false,
+            number: self.frame,
+            inliers_before: self.inliers_before,
+        }
+    }
+
     /// Around the prediction first, then by descriptors among recent landmarks, then among all.
     fn locate(
         &self,
@@ -240,29 +242,13 @@ impl Tracker {
         (predicted, imu_prediction): (Option<Moving>, Option<ImuPrediction>),
         work: &mut Work,
     ) -> Option<(LocalisedPose, Status)> {
-        let (cameras, map, params) = (&self.cameras[..], &self.map, &self.params);
-        let (number, inliers_before) = (self.frame, self.inliers_before);
         // A map without a metre does not know what a hand's accelerations are in it.
         let has_metre = self.cameras.len() > 1;
         let by_motion = || motion.filter(|_| has_metre).and_then(|motion| motion.pose_prior(t_s));
         let prior = imu_prediction.map(|imu_prediction| imu_prediction.prior).or_else(by_motion);
-        let imu_rate = self.imu_filter.as_ref().and_then(ImuFilter::rate_prior);
         let sure = imu_prediction.is_some_and(|imu_prediction| self.is_sure(&imu_prediction));
-        let least_px = self.least_px();
-        let frame = Localiser {
-            cameras,
-            views,
-            map,
-            params,
-            t_s,
-            motion,
-            prior,
-            imu_rate,
-            least_px,
-            sure,
-            number,
-            inliers_before,
-        };
+        let imu_rate = self.imu_filter.as_ref().and_then(ImuFilter::rate_prior);
+        let frame = Localiser { motion, prior, imu_rate, sure, ..self.localiser((t_s, views)) };
         if let Some(located) = predicted.and_then(|predicted| frame.near(&predicted, work)) {
             return Some((located, Status::Tracked));
         }

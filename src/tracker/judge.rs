@@ -1,6 +1,6 @@
 //! Checks the prediction and the pose of a located frame, and decides whether it becomes a keyframe. Changes no pose.
 
-use super::frame::{LandmarkMatch, LocalisedPose};
+use super::localiser::{LandmarkMatch, LocalisedPose};
 use super::locate::{MEDIAN_SIGMAS2, NARROW_PX};
 use super::preintegrate::filter::ImuPrediction;
 use super::refine::{WITHIN_PIXEL_PX, upper_median};

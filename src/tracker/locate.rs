@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec3};
 
 use super::answer::Work;
-pub use super::frame::{LandmarkMatch, LocalisedPose, Localiser};
+pub use super::localiser::{LandmarkMatch, LocalisedPose, Localiser};
 use super::prior::PosePrior;
 use crate::draw::DrawKey;
 use crate::num::{greater, index, lesser, u32_from};

@@ -8,7 +8,7 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use super::answer::Work;
-use super::frame::Localiser;
+use super::localiser::Localiser;
 use crate::num::{index, u32_from, u64_from};
 use crate::pose::Pose;
 use crate::tracker::lie::{Twist, se3_exp};

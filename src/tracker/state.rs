@@ -10,28 +10,22 @@ pub enum TrackerState {
     Waiting,
     /// The last frame has a pose. The next one is looked for where the motion leads.
     Tracking {
-        /// Of the map.
         history: MapHistory,
         /// Of the body.
         motion: VelocityModel,
     },
     /// The last frame has no pose. The next one is looked for in the whole map.
-    Lost {
-        /// Of the map.
-        history: MapHistory,
-    },
+    Lost { history: MapHistory },
 }
 
 /// What happened to the map since its first frame.
 #[derive(Clone, Copy, Debug)]
 pub struct MapHistory {
-    /// The frame that started it.
     pub started_frame: u64,
     /// Whether one frame of overlapping cameras started it, whose rows were taken as simultaneous; else two frames of motion did.
     pub started_by_depth: bool,
     /// The last frame with a pose.
     pub located_frame: u64,
-    /// The last keyframe.
     pub keyframe: LastKeyframe,
 }
 

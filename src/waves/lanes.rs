@@ -99,7 +99,6 @@ impl LaneSignals {
         }
     }
 
-    /// All of them.
     pub fn all(&self) -> impl Iterator<Item = SignalId> {
         let pins = [self.lane_clk, self.valid, self.row_start, self.word_start];
         pins.into_iter().chain(self.lanes.iter().copied())
@@ -135,7 +134,6 @@ impl LinkSignals {
         }
     }
 
-    /// All of them.
     pub fn all(&self) -> impl Iterator<Item = SignalId> {
         [self.request, self.byte_clk, self.ready].into_iter().chain(self.bytes.iter().chain(&self.bits).copied())
     }

@@ -315,7 +315,6 @@ impl Running<'_> {
     }
 }
 
-/// Adds a cell's cost.
 fn add(sum: &mut CellCost, cost: &CellCost) {
     sum.cpu_s += cost.cpu_s;
     sum.photons_s += cost.photons_s;

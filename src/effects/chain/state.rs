@@ -38,7 +38,6 @@ pub struct Chain {
     pub(super) layout: Option<Layout>,
     /// Seed of the run.
     pub(super) seed: u64,
-    /// Seed of the die.
     pub(super) die_seed: u64,
     /// Electrons from which on a pixel ends at its full well for every draw; infinite where no effect clips there.
     pub(super) full_from_e: f32,

@@ -15,7 +15,6 @@ pub struct NodeTracks {
     pub(super) rotation: Option<Track<4>>,
 }
 
-/// Tracks by node.
 pub type Tracks = BTreeMap<usize, NodeTracks>;
 
 /// Reads what the first animation moves rigidly, and notes what is left out. Fails on accessors that are not there or not what they
