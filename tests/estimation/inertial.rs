@@ -38,7 +38,7 @@ fn noise(of: &ImuNoise) -> Noise {
 fn readings(motion: &Motion, of: ImuNoise, key: DrawKey) -> Vec<ImuMeasurement> {
     let unit = Imu { noise: of, body_from_imu: Pose::IDENTITY };
     let samples = imu::samples(motion, Span { start_s: 0.0, end_s: 9.0 }, &unit, GRAVITY, key).unwrap();
-    let reading = |s: &imu::ImuMeasurement| ImuMeasurement {
+    let reading = |s: &imu::ImuSample| ImuMeasurement {
         t_s: s.t_s,
         angular_velocity_rad_per_s: s.angular_velocity_rad_per_s,
         acceleration_m_per_s2: s.acceleration_m_per_s2,
