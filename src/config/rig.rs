@@ -73,7 +73,8 @@ fn place_m(key: &str, place_mm: [f64; 3]) -> Result<DVec3, Error> {
 }
 
 /// An orientation from its quaternion x y z w, or from angles that turn x right, y down, z forward: to the right about y, then nose up
-/// about x, then clockwise about z. None where neither is given. Fails where both are given, and on a quaternion far from unit, angles that are not finite.
+/// about x, then clockwise about z. None where neither is given. Fails where both are given, and on a quaternion far from unit, angles
+/// that are not finite.
 pub(super) fn orientation(
     key: &str,
     xyzw: Option<[f64; 4]>,

@@ -49,7 +49,8 @@ pub enum Found {
 const UNSEEN_SHARE: u64 = 64;
 
 impl Cache {
-    /// Opens a cache in `folder`, or in the user's: `$XDG_CACHE_HOME/sensel`, else `$HOME/.cache/sensel`. Fails where no folder is given and
+    /// Opens a cache in `folder`, or in the user's: `$XDG_CACHE_HOME/sensel`, else `$HOME/.cache/sensel`. Fails where no folder is given
+    /// and
     /// neither variable is set, or the folder cannot be made.
     pub fn open(folder: Option<&Path>, capacity_bytes: u64) -> Result<Self, Error> {
         let folder = match folder {
