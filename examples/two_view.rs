@@ -11,13 +11,13 @@ use sensel::num::{f64_from_usize, u64_from};
 use sensel::optics::lens::{Intrinsics, Lens, Mapping};
 use sensel::pose::parse_tum;
 use sensel::tracker::initial::{Model, Pair, TwoViewSettings, two_view};
-use sensel::tracker::matching::{Best, Descriptor, Rule};
+use sensel::tracker::matching::{Best, Descriptor, MatchRule};
 
 /// Standard deviation of a place per axis, in pixels: the tracker's own figure for a full-size corner.
 const PLACE_SIGMA_PX: f64 = 0.6;
 /// Neighbouring frames of a hand-held camera move a point by less.
 const REACH_PX: f64 = 150.0;
-const RULE: Rule = Rule { distance_max: 64, ratio_max: 0.85 };
+const RULE: MatchRule = MatchRule { distance_max: 64, ratio_max: 0.85 };
 
 struct Corner {
     place_px: DVec2,

@@ -60,7 +60,7 @@ mod test_pictures;
 mod word;
 mod work;
 
-pub use back::{AlwaysReady, ByteRate, Records};
+pub use back::{AlwaysReady, Records};
 pub use even::{FrameClocks, even_frame};
 pub use fast::{Corner, fast9};
 pub use orientation::angle_of;
@@ -134,11 +134,9 @@ impl Extractor {
         self.queue_most
     }
 
-    /// Features of a frame of codes of so many bits behind colour filters whose pattern repeats after `pattern_px` (columns, rows).
-    ///
-    /// # Errors
-    /// A picture that the window does not fit into or that is too large, codes that have more bits, or a target that the clocked form's
-    /// register does not hold.
+    /// Features of a frame of codes of so many bits behind colour filters whose pattern repeats after `pattern_px` (columns, rows). Fails
+    /// on a picture that the window does not fit into or that is too large, codes that have more bits, or a target that the clocked
+    /// form's register does not hold.
     pub fn frame(
         &mut self,
         codes: &Plane<u16>,
@@ -166,9 +164,6 @@ impl Extractor {
 
     /// What a picture gives as the first frame of a run, at the threshold that its own corners ask for: every pixel is there, and records
     /// are taken at once.
-    ///
-    /// # Errors
-    /// As `frame`.
     pub fn settled(mut self, codes: &Plane<u16>, bits: u32) -> Result<Extracted, Error> {
         self.frame(codes, bits, (1, 1), (&mut AtOnce, &mut AlwaysReady), &mut Events::default())
     }
@@ -266,9 +261,6 @@ fn check_codes(codes: &Plane<u16>, bits: u32) -> Result<(), Error> {
 }
 
 /// Features of one frame whose pixels are all there and whose records are taken at once.
-///
-/// # Errors
-/// As `Extractor::frame`.
 pub fn extract(
     codes: &Plane<u16>,
     bits: u32,
@@ -281,9 +273,6 @@ pub fn extract(
 
 /// Every corner of the full picture by rows, then columns, without cells, queue or octaves: what OpenCV lists. Those whose patch
 /// leaves the picture have an empty descriptor and angle 0.
-///
-/// # Errors
-/// As `Extractor::frame`.
 pub fn every_corner(codes: &Plane<u16>, bits: u32, params: &ExtractorParams) -> Result<Vec<Feature>, Error> {
     ExtractorParams::check_size(codes.size())?;
     check_codes(codes, bits)?;

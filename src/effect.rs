@@ -166,8 +166,6 @@ impl KeptKeys {
 pub struct ArrayPass<'a> {
     /// Where the frame belongs: camera, frame and slot; the row is 0.
     pub place: RowPlace,
-    /// Seed of the die.
-    pub die_seed: u64,
     /// Electrons of each pixel.
     pub charge_e: &'a mut Plane<f32>,
     /// Electrons that the frame before left behind in the array; none in the first frame.
@@ -176,16 +174,31 @@ pub struct ArrayPass<'a> {
     pub left_e: Option<Plane<f32>>,
 }
 
+/// What names an effect and says where it acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// The one name of the effect: config, report, log and test mark.
+    pub name: &'static str,
+    /// Published number, part of the key of its draws; of an effect that draws nothing, kept for it.
+    pub number: EffectNumber,
+    /// What the row holds when the effect meets it.
+    pub domain: Domain,
+}
+
 /// An effect with its parameters, ready to run.
 pub trait Effect: Send + Sync {
-    /// The one name of this effect: config, report, log and test mark.
-    fn name(&self) -> &'static str;
+    /// Its name, its number and where it acts.
+    fn identity(&self) -> Identity;
 
-    /// Its published number, part of the key of its draws.
-    fn number(&self) -> EffectNumber;
+    /// The one name of this effect: config, report, log and test mark.
+    fn name(&self) -> &'static str {
+        self.identity().name
+    }
 
     /// What the row holds when this effect meets it.
-    fn domain(&self) -> Domain;
+    fn domain(&self) -> Domain {
+        self.identity().domain
+    }
 
     /// Which row of the table of costs holds, where an effect's work depends on its parameters: "both" samples, "dcnu", ...
     fn cost_case(&self) -> &'static str {

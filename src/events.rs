@@ -1,36 +1,22 @@
 //! Counted events: what the sensor, its compute, its link and the host did, before any constant of energy is applied.
 
-/// A part of the system that energy and bandwidth are accounted to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Block {
-    /// Photodiodes, transfer gates, source followers and column lines.
-    Pixel,
-    /// Comparators, ramp generator and counters.
-    Adc,
-    /// Row sequencer, latches and shift-out.
-    Readout,
-    /// The feature extractor and its line buffers.
-    Compute,
-    /// CSI-2 packetiser and D-PHY, or another port.
-    Link,
-    /// What serves all: phase-locked loop, references, charge pumps, regulators, clock tree, sequencer; standby.
-    Periphery,
-}
+use crate::text::named;
 
-impl Block {
-    /// All blocks in the data's order.
-    pub const ALL: [Self; 6] = [Self::Pixel, Self::Adc, Self::Readout, Self::Compute, Self::Link, Self::Periphery];
-
-    /// The one name of this block in reports and technology files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pixel => "pixel",
-            Self::Adc => "adc",
-            Self::Readout => "readout",
-            Self::Compute => "compute",
-            Self::Link => "link",
-            Self::Periphery => "periphery",
-        }
+named! {
+    /// A part of the system that energy and bandwidth are accounted to.
+    pub enum Block {
+        /// Photodiodes, transfer gates, source followers and column lines.
+        Pixel = "pixel",
+        /// Comparators, ramp generator and counters.
+        Adc = "adc",
+        /// Row sequencer, latches and shift-out.
+        Readout = "readout",
+        /// The feature extractor and its line buffers.
+        Compute = "compute",
+        /// CSI-2 packetiser and D-PHY, or another port.
+        Link = "link",
+        /// What serves all: phase-locked loop, references, charge pumps, regulators, clock tree, sequencer; standby.
+        Periphery = "periphery",
     }
 }
 

@@ -1,27 +1,18 @@
 //! The knobs that trade accuracy for time, together: each says what error it buys and what it costs.
 
-/// How exactly the chain from charge to codes is simulated. Each rung is the reference of the one before it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rung {
-    /// Mean and variance of each pixel in closed form; ends at the image.
-    Expected,
-    /// Every pixel drawn, converters in closed form.
-    Sampled,
-    /// One tick a clock.
-    Clocked,
-    /// The SystemVerilog under Verilator.
-    Rtl,
-}
+use crate::text::named;
 
-impl Rung {
-    /// The one name of this rung.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Expected => "expected",
-            Self::Sampled => "sampled",
-            Self::Clocked => "clocked",
-            Self::Rtl => "rtl",
-        }
+named! {
+    /// How exactly the chain from charge to codes is simulated. Each rung is the reference of the one before it.
+    pub enum Rung {
+        /// Mean and variance of each pixel in closed form; ends at the image.
+        Expected = "expected",
+        /// Every pixel drawn, converters in closed form.
+        Sampled = "sampled",
+        /// One tick a clock.
+        Clocked = "clocked",
+        /// The SystemVerilog under Verilator.
+        Rtl = "rtl",
     }
 }
 

@@ -29,19 +29,15 @@ use crate::error::Error;
 pub use errors::{content_error, io_error};
 
 /// A file's whole text without a byte order mark, refused beyond `bytes_max` (hostile or mistaken inputs are named before they fill the
-/// memory).
-///
-/// # Errors
-/// What the operating system says, something that is no regular file, a file that is too long, or bytes that are no UTF-8.
+/// memory). Fails as the operating system says, or on something that is no regular file, a file that is too long, or bytes that are no
+/// UTF-8.
 pub fn read_text(path: &Path, bytes_max: u64) -> Result<String, Error> {
     let bytes = read_bytes(path, bytes_max)?;
     crate::text::from_bytes(bytes).map_err(|reason| content_error(path, reason))
 }
 
-/// A file's bytes, refused beyond `bytes_max`.
-///
-/// # Errors
-/// What the operating system says, something that is no regular file, or a file that is too long.
+/// A file's bytes, refused beyond `bytes_max`. Fails as the operating system says, or on something that is no regular file, or a file
+/// that is too long.
 pub fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, Error> {
     open::read_opened(open::open_input(path)?, path, bytes_max)
 }

@@ -29,10 +29,7 @@ pub struct Channel {
     pub plane: Plane<f32>,
 }
 
-/// The bytes of an OpenEXR file with these channels, all of one size.
-///
-/// # Errors
-/// Planes of different sizes, or none.
+/// The bytes of an OpenEXR file with these channels, all of one size. Fails on planes of different sizes, or none.
 pub fn to_exr(channels: &[Channel]) -> Result<Vec<u8>, Error> {
     let size = channels.first().map(|channel| channel.plane.size());
     let Some(size) = size.filter(|size| channels.iter().all(|channel| channel.plane.size() == *size)) else {
@@ -50,11 +47,8 @@ pub fn to_exr(channels: &[Channel]) -> Result<Vec<u8>, Error> {
     Ok(bytes.into_inner())
 }
 
-/// The channels of an OpenEXR file's first layer, by name. `name` is what the user calls the file.
-///
-/// # Errors
-/// Bytes that are no OpenEXR file, or one that is cut off, too large (known from its header, before anything is decoded), or
-/// without channels.
+/// The channels of an OpenEXR file's first layer, by name. `name` is what the user calls the file. Fails on bytes that are no OpenEXR
+/// file, or one that is cut off, too large (known from its header, before anything is decoded), or without channels.
 pub fn from_exr(name: &str, bytes: &[u8]) -> Result<Vec<Channel>, Error> {
     let refused = |reason: String| Error::Content { file: name.to_owned(), reason };
     check_header(bytes).map_err(refused)?;

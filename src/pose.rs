@@ -103,10 +103,7 @@ impl Repairs {
     }
 }
 
-/// How far a quaternion's length is from 1.
-///
-/// # Errors
-/// Further than [`QUATERNION_NORM_TOLERANCE`], in words.
+/// How far a quaternion's length is from 1. Fails on what is further than [`QUATERNION_NORM_TOLERANCE`], in words.
 pub fn norm_error(rotation: DQuat) -> Result<f64, String> {
     let norm = rotation.length();
     let error = (norm - 1.0).abs();
@@ -117,18 +114,13 @@ pub fn norm_error(rotation: DQuat) -> Result<f64, String> {
 }
 
 /// Reads `t tx ty tz qx qy qz qw` lines; `#` starts a comment. Quaternions are renormalised; of repeated time stamps the
-/// first is kept.
-///
-/// # Errors
-/// A line with a wrong number of fields, a field that is no finite number, a quaternion far from unit, or time going back.
+/// first is kept. Fails on a line with a wrong number of fields, a field that is no finite number, a quaternion far from unit, or time
+/// going back.
 pub fn parse_tum(text: &str) -> Result<Vec<TimedPose>, LineError> {
     read_tum(text).map(|(poses, _)| poses)
 }
 
 /// As [`parse_tum`], with what had to be put right.
-///
-/// # Errors
-/// As [`parse_tum`].
 pub fn read_tum(text: &str) -> Result<(Vec<TimedPose>, Repairs), LineError> {
     let mut poses: Vec<TimedPose> = Vec::new();
     let mut repairs = Repairs::default();

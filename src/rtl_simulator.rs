@@ -53,16 +53,10 @@ pub struct FrameResult {
 
 /// A Verilog simulator with the sensor's blocks.
 pub trait RtlSimulator: fmt::Debug + Send + Sync {
-    /// Each column's code.
-    ///
-    /// # Errors
-    /// The simulator cannot be built, or stopped.
+    /// Each column's code. Fails where the simulator cannot be built, or stopped.
     fn row(&self, asked: &RowRequest<'_>) -> Result<Vec<u16>, Error>;
 
     /// A picture through the extractor; records leave to `around`.
-    ///
-    /// # Errors
-    /// As `row`.
     fn frame(&self, asked: &FrameRequest<'_>, around: &mut dyn ExtractorHost) -> Result<FrameResult, Error>;
 }
 
@@ -100,9 +94,6 @@ impl SharedRtlSimulator {
     }
 
     /// The first failure since this was last asked.
-    ///
-    /// # Errors
-    /// That failure.
     pub fn check(&self) -> Result<(), Error> {
         self.0.failure.lock().expect("nobody panics while it is held").take().map_or(Ok(()), Err)
     }

@@ -1,4 +1,24 @@
-//! Text from outside: bytes of a text file as a string, and text that is safe to repeat in a message.
+//! Text from outside: bytes of a text file as a string, and text that is safe to repeat in a message. Names of the members of enums.
+
+/// An enum whose members have one name each in configurations, reports and files.
+macro_rules! named {
+    ($(#[$doc:meta])* $visibility:vis enum $type:ident { $($(#[$of:meta])* $member:ident = $name:literal,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        $visibility enum $type { $($(#[$of])* $member,)* }
+
+        impl $type {
+            /// All members, in the order of their definition.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$member),*];
+
+            /// The one name of the member.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$member => $name,)* }
+            }
+        }
+    };
+}
+pub(crate) use named;
 
 /// The mark with which some editors begin a UTF-8 file.
 const BYTE_ORDER_MARK: char = '\u{feff}';
@@ -18,10 +38,8 @@ pub fn without_mark(text: &str) -> &str {
     text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
 }
 
-/// Bytes of a text file as a string, without a byte order mark in front.
-///
-/// # Errors
-/// Bytes that are not UTF-8, in words that follow the file's name.
+/// Bytes of a text file as a string, without a byte order mark in front. Fails on bytes that are not UTF-8, in words that follow the
+/// file's name.
 pub fn from_bytes(bytes: Vec<u8>) -> Result<String, String> {
     let is_utf16 = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
     match String::from_utf8(bytes) {

@@ -39,10 +39,8 @@ use rows::{CoreSignals, LineClocks, PulseTimes, core_config, run_rows, tail_clk}
 use signals::Recorder;
 
 impl<'a> WavePlan<'a> {
-    /// Prepares what was asked for.
-    ///
-    /// # Errors
-    /// Rows, columns or a frame that are not there; a sensor whose lines the clocked core does not hold.
+    /// Prepares what was asked for. Fails on rows, columns or a frame that are not there; a sensor whose lines the clocked core does not
+    /// hold.
     pub fn new(sensor: &'a SensorSetup, asked: Asked<'_>, frames: u32) -> Result<Self, Error> {
         let (adc, schedule) = (&sensor.parameters.adc, &sensor.schedule);
         let selection = Selection::new(asked, schedule.output_size(), frames)?;
@@ -87,10 +85,7 @@ impl<'a> WavePlan<'a> {
         self.selection.rows.iter().map(|_| row()).collect()
     }
 
-    /// The waves of the chosen rows. `columns` are the converters of the camera's die.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// The waves of the chosen rows. `columns` are the converters of the camera's die. Fails on a row that the link cannot carry.
     pub fn waves(&self, columns: &Columns<'_>, rows: &[WaveRow]) -> Result<Waves, Error> {
         assert!(rows.len() == self.selection.rows.len(), "every chosen row has its samples");
         let mut recorder = Recorder::default();

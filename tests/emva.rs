@@ -13,7 +13,7 @@ use sensel::characterize::{Bench, Characterization, Options, Truth};
 use sensel::config::Resolved;
 use sensel::config::presets::{self, PresetKind};
 use sensel::draw::{DrawKey, EffectNumber, fill_uniforms, normals};
-use sensel::effect::{Domain, Effect, Omission, RowPass};
+use sensel::effect::{Domain, Effect, Identity, Omission, RowPass};
 use sensel::effects::chain::Chain;
 use sensel::effects::{self, Parameters};
 use sensel::facts::Facts;
@@ -274,16 +274,8 @@ fn ten_random_sensors_pass_third_cumulant_included() {
 struct NormalShot;
 
 impl Effect for NormalShot {
-    fn name(&self) -> &'static str {
-        "shot_noise"
-    }
-
-    fn number(&self) -> EffectNumber {
-        EffectNumber(102)
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::MeanElectrons
+    fn identity(&self) -> Identity {
+        Identity { name: "shot_noise", number: EffectNumber(102), domain: Domain::MeanElectrons }
     }
 
     fn omission(&self, _facts: &Facts) -> Option<Omission> {
@@ -295,7 +287,7 @@ impl Effect for NormalShot {
     }
 
     fn apply(&self, row: &mut RowPass<'_>) {
-        fill_uniforms(row.temporal_key(self.number()), row.uniforms);
+        fill_uniforms(row.temporal_key(self.identity().number), row.uniforms);
         normals(row.uniforms, row.draws);
         for (value, draw) in row.values.iter_mut().zip(row.draws.iter()) {
             *value += value.max(0.0).sqrt() * draw;

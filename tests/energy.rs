@@ -273,7 +273,7 @@ fn architectures_have_their_own_items_and_columns_where_there_are_columns() {
         let account = account(&[&format!("energy.adc={name}")]);
         (account.block_aj(Block::Adc), account.item_aj("column_bias"), account)
     };
-    for &architecture in Architecture::ALL {
+    for architecture in Architecture::ALL {
         let (adc, column, account) = total(architecture.name());
         assert!(adc > 0, "{}", architecture.name());
         assert_eq!(column > 0, architecture != Architecture::InPixel, "{}", architecture.name());

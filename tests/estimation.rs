@@ -1,5 +1,5 @@
-//! The tracker's mathematics against other solvers and its own laws: adjustment, covariance and pose graph against GTSAM
-//! (tests/judges/estimation_reference.py), the marginalisation prior, and the covariance of a frame's pose.
+//! The tracker's mathematics against other solvers and its own laws: adjustment and pose graph against GTSAM
+//! (tests/judges/estimation_reference.py), initialisation, preintegration, the prior that unknowns leave and the pose of one frame.
 #![allow(clippy::unwrap_used)] // A helper of tests may panic as the tests do.
 
 #[path = "estimation/adjustment.rs"]

@@ -10,7 +10,7 @@ use sensel::draw::{DrawKey, fill_uniforms};
 use sensel::error::Error;
 use sensel::facts::ScenarioFacts;
 use sensel::num::{f64_from_usize, index};
-use sensel::optics::truth::{View, surfaces};
+use sensel::optics::truth::{TruthView, surfaces};
 use sensel::optics::{Camera, Sampling};
 use sensel::plane::Plane;
 use sensel::pose::Pose;
@@ -189,7 +189,7 @@ fn check_geometry(
     }
     let [width, height] = [camera.size.width_px, camera.size.height_px].map(f64::from);
     let Some(scene) = setup.world.scene() else { return };
-    let view = View::new(camera, spans.iter().map(|span| span.middle_s()).collect(), world_from_body);
+    let view = TruthView::new(camera, spans.iter().map(|span| span.middle_s()).collect(), world_from_body);
     let found = surfaces(scene.scene(), &view);
     let at = |t_s: f64| world_from_body(t_s).then(&camera.body_from_camera);
     let readout = [spans[0].middle_s(), spans[spans.len() - 1].middle_s()];

@@ -3,11 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use sensel::run::gates::{ExtractorHardware, cells_factor};
+use rtl_models::fx_back::FxBackConfig;
+use sensel::run::gates::{self, CELLS_FACTOR};
 
 struct Unseen {
     words: String,
-    hardware: ExtractorHardware,
+    hardware: FxBackConfig,
     cells: f64,
     flip_flops: f64,
     sram_bits: f64,
@@ -26,7 +27,7 @@ fn settings_of(text: &str) -> Vec<Unseen> {
             .map(|(key, value)| (key, value.parse().unwrap()))
             .collect();
         let is = |key: &str| values[key] == 1;
-        let hardware = ExtractorHardware {
+        let hardware = FxBackConfig {
             max_width: values["MAX_WIDTH"],
             pix_bits: values["PIX_BITS"],
             octaves: values["OCTAVES"],
@@ -38,6 +39,9 @@ fn settings_of(text: &str) -> Vec<Unseen> {
             desc_bits: values["DESC_BITS"],
             symmetric: is("SYMMETRIC"),
             subpixel: is("SUBPIXEL"),
+            ring_log2: 7,
+            width: values["MAX_WIDTH"],
+            height: 480,
         };
         let number = |place: usize| fields[place].parse().unwrap();
         Unseen { words: fields[0].to_owned(), hardware, cells: number(1), flip_flops: number(2), sram_bits: number(3) }
@@ -49,10 +53,10 @@ fn settings_of(text: &str) -> Vec<Unseen> {
 fn assert_within(settings: &[Unseen]) {
     let mut held = [0_usize; 3];
     for one in settings {
-        let told = one.hardware.all();
+        let told = gates::all(&one.hardware);
         let ratios = [told.cells / one.cells, told.flip_flops / one.flip_flops, told.sram_bits / one.sram_bits];
         println!("{}: {ratios:.3?}", one.words);
-        for ((held, ratio), factor) in held.iter_mut().zip(ratios).zip([cells_factor(), cells_factor(), 1.1]) {
+        for ((held, ratio), factor) in held.iter_mut().zip(ratios).zip([CELLS_FACTOR, CELLS_FACTOR, 1.1]) {
             *held += usize::from((1.0 / factor..=factor).contains(&ratio));
         }
     }

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec2, DVec3};
 use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, index};
 use sensel::optics::lens::Lens;
-use sensel::optics::truth::{View, Visibility, matches, surfaces};
+use sensel::optics::truth::{TruthView, Visibility, matches, surfaces};
 use sensel::optics::{
     Aperture, Camera, Exposure, Pupil, RollOff, Sampling, photon_bounds, render, render_fixed, render_over,
 };
@@ -226,7 +226,7 @@ fn depth_objects_flow_and_occlusion_follow_what_moves() {
     let camera = camera();
     let times_s = |first_s: f64| (0..SIZE.height_px).map(|row| first_s + f64::from(row) * 2e-4).collect::<Vec<_>>();
     let pose = |t_s: f64| path_of_camera(t_s);
-    let (from, to) = (View::new(&camera, times_s(0.1), &pose), View::new(&camera, times_s(0.25), &pose));
+    let (from, to) = (TruthView::new(&camera, times_s(0.1), &pose), TruthView::new(&camera, times_s(0.25), &pose));
     let seen = surfaces(scene, &from);
     let found = matches(scene, &from, &seen, &to);
     let (mut counts, mut hidden, mut worst_px) = ([0_u32; 3], 0, 0.0_f64);

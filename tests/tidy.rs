@@ -6,6 +6,8 @@ mod circles;
 mod dependencies;
 #[path = "tidy/formats.rs"]
 mod formats;
+#[path = "tidy/glossary.rs"]
+mod glossary;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -14,7 +14,7 @@ use reference::{Places, distorted_px, first_hit};
 use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, index};
 use sensel::optics::lens::{Intrinsics, Lens, Mapping, Radtan};
-use sensel::optics::truth::{View, Visibility, matches, surfaces};
+use sensel::optics::truth::{TruthView, Visibility, matches, surfaces};
 use sensel::optics::{Aperture, Camera, Pupil, RollOff, Sampling, render};
 use sensel::plane::Plane;
 use sensel::pose::Pose;
@@ -58,7 +58,7 @@ fn depth_range_and_normals_are_those_of_the_nearest_triangle_at_the_time_of_the_
     let scene = box_room::box_room(1);
     let camera = camera(lens(), DVec3::new(0.03, -0.02, 0.05));
     for times_s in [rolling(0), global(3)] {
-        let view = View::new(&camera, times_s.clone(), &hand);
+        let view = TruthView::new(&camera, times_s.clone(), &hand);
         let seen = surfaces(&scene, &view);
         let (depth_m, range_m) = (seen.depth_m(&view), seen.range_m());
         let normals = seen.normals(&scene, &view);
@@ -95,7 +95,7 @@ fn a_wall_is_as_far_along_the_axis_as_each_row_finds_it() {
     let aperture = Aperture { f_number: 2.0, transmission: 1.0, pupil: Pupil::ThinLens };
     let camera = Camera::new(Lens::pinhole(SIZE, 1.0), SIZE, Pose::IDENTITY, aperture, 3.0, RollOff::None).unwrap();
     let walk = |t_s: f64| Pose::new(DQuat::IDENTITY, DVec3::new(0.1, 0.0, t_s));
-    let view = View::new(&camera, rolling(1), &walk);
+    let view = TruthView::new(&camera, rolling(1), &walk);
     let depth_m = surfaces(&scene, &view).depth_m(&view);
     for (row, t_s) in rolling(1).into_iter().enumerate() {
         // A rounding to f32 of 2 m.
@@ -103,7 +103,7 @@ fn a_wall_is_as_far_along_the_axis_as_each_row_finds_it() {
     }
     // A still camera and a wall square to its axis: no flow at all.
     let still = |_: f64| Pose::IDENTITY;
-    let (now, next) = (View::new(&camera, rolling(0), &still), View::new(&camera, rolling(1), &still));
+    let (now, next) = (TruthView::new(&camera, rolling(0), &still), TruthView::new(&camera, rolling(1), &still));
     let found = matches(&scene, &now, &surfaces(&scene, &now), &next);
     assert!(found.seen.values().iter().all(|&seen| seen == Visibility::Visible));
     // Roundings of places up to 160 px in f64.
@@ -151,7 +151,7 @@ fn flow_and_visibility_are_those_of_points_projected_and_looked_at_one_by_one() 
     ];
     let (mut hidden, mut outside) = (0, 0);
     for (name, from_s, to_s, other) in cases {
-        let (from, to) = (View::new(&here, from_s.clone(), &hand), View::new(other, to_s.clone(), &hand));
+        let (from, to) = (TruthView::new(&here, from_s.clone(), &hand), TruthView::new(other, to_s.clone(), &hand));
         let found = matches(&scene, &from, &surfaces(&scene, &from), &to);
         let (mut tried, mut worst_px) = (0, 0.0_f64);
         for (x, y) in Places::new(22, SIZE).take(2_000) {
@@ -212,8 +212,8 @@ fn rows_that_the_picture_outruns_are_unsettled_and_what_has_no_bearing_is_nothin
     let spin = |t_s: f64| Pose::new(DQuat::from_rotation_x(-63.0 * t_s), DVec3::ZERO);
     let slow = |t_s: f64| Pose::new(DQuat::from_rotation_x(-0.63 * t_s), DVec3::ZERO);
     let count = |motion: &(dyn Fn(f64) -> Pose + Sync)| {
-        let view = View::new(&camera, rolling(0), motion);
-        let later = View::new(&camera, rolling(0).iter().map(|t_s| t_s + 1e-4).collect(), motion);
+        let view = TruthView::new(&camera, rolling(0), motion);
+        let later = TruthView::new(&camera, rolling(0).iter().map(|t_s| t_s + 1e-4).collect(), motion);
         let found = matches(&scene, &view, &surfaces(&scene, &view), &later);
         found.seen.values().iter().filter(|&&seen| seen == Visibility::Unsettled).count()
     };
@@ -224,7 +224,7 @@ fn rows_that_the_picture_outruns_are_unsettled_and_what_has_no_bearing_is_nothin
     let mut folded = lens();
     folded.mapping = Mapping::Radtan(Radtan { k1: -0.45, ..Radtan::default() });
     let camera = self::camera(folded, DVec3::ZERO);
-    let view = View::new(&camera, global(0), &slow);
+    let view = TruthView::new(&camera, global(0), &slow);
     let seen = surfaces(&scene, &view);
     let found = matches(&scene, &view, &seen, &view);
     let mut nothing = 0;
@@ -249,7 +249,7 @@ fn what_is_infinitely_far_turns_with_the_camera_and_does_not_shift() {
     let aperture = Aperture { f_number: 2.0, transmission: 1.0, pupil: Pupil::ThinLens };
     let camera = Camera::new(Lens::pinhole(SIZE, 1.0), SIZE, Pose::IDENTITY, aperture, 3.0, RollOff::None).unwrap();
     let step = |t_s: f64| Pose::new(DQuat::IDENTITY, DVec3::new(t_s, 0.0, 0.0));
-    let (now, next) = (View::new(&camera, global(0), &step), View::new(&camera, global(3), &step));
+    let (now, next) = (TruthView::new(&camera, global(0), &step), TruthView::new(&camera, global(3), &step));
     let seen = surfaces(&scene, &now);
     let found = matches(&scene, &now, &seen, &next);
     let focal_px = camera.lens.intrinsics.fx_px;
@@ -298,7 +298,7 @@ fn the_next_frame_warped_by_the_flow_is_this_frame() {
     };
     let later = |frame: u32| -> Vec<f64> { rolling(frame).iter().map(|t_s| t_s + 0.01).collect() };
     let (now, next) = (exposed(&later(0), 1), exposed(&later(1), 2));
-    let (view, next_view) = (View::new(&camera, later(0), &hand), View::new(&camera, later(1), &hand));
+    let (view, next_view) = (TruthView::new(&camera, later(0), &hand), TruthView::new(&camera, later(1), &hand));
     let found = matches(lit.scene(), &view, &surfaces(lit.scene(), &view), &next_view);
     // Median difference to this frame, with the flow moved by some pixels.
     let residual = |off_px: [f64; 2]| {

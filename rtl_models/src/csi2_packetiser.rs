@@ -112,7 +112,6 @@ fn mask_of(bytes: u32) -> u32 {
     if bytes >= 4 { u32::MAX } else { (1 << (8 * bytes)) - 1 }
 }
 
-/// A nibble of ones in the lower `bytes` places.
 fn keep_of(bytes: u32) -> u8 {
     [0, 1, 3, 7, 15][usize::try_from(bytes.min(4)).expect("at most 4")]
 }

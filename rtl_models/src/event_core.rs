@@ -8,7 +8,7 @@
 use crate::cds::{ColumnRow, RowCrossings};
 use crate::lane_planes::{LanePlanes, write_row};
 use crate::ramp_counter::{RampCounter, RampCounterIn};
-use crate::readout_seq::{ReadoutSeq, SeqIn, SeqOut, State};
+use crate::readout_seq::{ReadoutSeq, SeqIn, SeqOut, SeqState};
 use crate::sensor_core::CoreConfig;
 
 /// Control pins from `clock` until the next change.
@@ -147,7 +147,7 @@ impl<'a> EventCore<'a> {
 
     fn start_ramp(&mut self, rows: &FrameCrossings<'_>) {
         let seq = self.config.seq;
-        let signal = self.pins.state == State::SettleSignal;
+        let signal = self.pins.state == SeqState::SettleSignal;
         let steps = if signal { seq.n_ramp_signal } else { seq.n_ramp_reset };
         let gray = self.config.cds.gray;
         self.ramp.tick(RampCounterIn { start: true, gray, steps, ..RampCounterIn::default() });

@@ -30,7 +30,6 @@ struct Job {
 /// The cell row that is walked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Walked {
-    /// Octave.
     pub octave: usize,
     /// Row number of the frame's row 0.
     pub base: u16,
@@ -146,7 +145,6 @@ impl FxDumps {
         Some(Walk { octave: job.octave, bank: usize::from(job.cell_row & 1), columns })
     }
 
-    /// What is walked.
     pub fn walked(&self) -> Walked {
         let octave = self.walked.octave;
         Walked { octave, base: self.octaves[octave].base, frame: self.octaves[octave].frame }

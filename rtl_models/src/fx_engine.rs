@@ -154,7 +154,6 @@ impl Engine {
     }
 }
 
-/// Sine of an angle.
 fn sine_of(angle: Turns) -> Sine {
     let k = angle.to_bits();
     let quarter = |k: u8| Sine::from_bits(SINE_BITS[usize::from(if k <= 64 { k } else { 128 - k })]);

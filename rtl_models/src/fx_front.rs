@@ -146,7 +146,6 @@ struct Out {
     frame_end: bool,
 }
 
-/// An address as an index.
 fn index(address: u32) -> usize {
     usize::try_from(address).expect("memories have fewer than 2^32 words")
 }

@@ -35,7 +35,6 @@ mod fx_smooth;
 mod fx_window;
 pub mod lane_planes;
 pub mod lane_shift;
-pub mod ramp_adc;
 pub mod ramp_counter;
 pub mod readout_seq;
 pub mod sensor_core;

@@ -66,7 +66,7 @@ pub struct SeqIn {
 /// Phase of a line; the value of the `state` pins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
-pub enum State {
+pub enum SeqState {
     /// Stopped.
     #[default]
     Idle = 0,
@@ -88,7 +88,7 @@ pub struct SeqOut {
     /// Not idle.
     pub running: bool,
     /// Phase of the line.
-    pub state: State,
+    pub state: SeqState,
     /// Line of the frame.
     pub line: u32,
     /// Row that is read.
@@ -126,7 +126,7 @@ pub struct SeqOut {
 pub struct ReadoutSeq {
     config: SeqConfig,
     running: bool,
-    state: State,
+    state: SeqState,
     clock: u32,
     left: u32,
     line: u32,
@@ -149,7 +149,7 @@ impl ReadoutSeq {
         Self {
             config,
             running: false,
-            state: State::Idle,
+            state: SeqState::Idle,
             clock: 0,
             left: 0,
             line: 0,
@@ -178,9 +178,9 @@ impl ReadoutSeq {
     pub fn out(&self) -> SeqOut {
         let config = &self.config;
         let frame_valid = self.running && self.primed && self.line < config.rows;
-        let line_valid = frame_valid && self.state != State::Blank;
-        let settles_reset = line_valid && self.state == State::SettleReset;
-        let settles_signal = line_valid && self.state == State::SettleSignal;
+        let line_valid = frame_valid && self.state != SeqState::Blank;
+        let settles_reset = line_valid && self.state == SeqState::SettleReset;
+        let settles_signal = line_valid && self.state == SeqState::SettleSignal;
         let ramp_follows = (settles_reset && config.n_ramp_reset != 0) || (settles_signal && config.n_ramp_signal != 0);
         let line_start = self.running && self.clock == 0;
         SeqOut {
@@ -201,7 +201,7 @@ impl ReadoutSeq {
             shutter_reset: if config.global_shutter {
                 line_start && self.shutter_line == 0
             } else {
-                self.running && self.state == State::SettleSignal && self.first && self.shutter_line < config.rows
+                self.running && self.state == SeqState::SettleSignal && self.first && self.shutter_line < config.rows
             },
             shutter_row: self.shutter_row,
             global_transfer: config.global_shutter && line_start && self.primed && self.line == 0,
@@ -213,16 +213,16 @@ impl ReadoutSeq {
     }
 
     /// The phase that follows: the first of the order whose length is not 0.
-    fn enter_next(&mut self, from: State) {
+    fn enter_next(&mut self, from: SeqState) {
         let config = &self.config;
         let order = [
-            (State::SettleReset, config.n_settle_reset),
-            (State::RampReset, config.n_ramp_reset),
-            (State::SettleSignal, config.n_settle_signal),
-            (State::RampSignal, config.n_ramp_signal),
+            (SeqState::SettleReset, config.n_settle_reset),
+            (SeqState::RampReset, config.n_ramp_reset),
+            (SeqState::SettleSignal, config.n_settle_signal),
+            (SeqState::RampSignal, config.n_ramp_signal),
         ];
         let found = order.into_iter().find(|&(state, length)| from < state && length != 0);
-        let (state, length) = found.unwrap_or((State::Blank, 1));
+        let (state, length) = found.unwrap_or((SeqState::Blank, 1));
         (self.state, self.left, self.first) = (state, length - 1, true);
     }
 
@@ -233,10 +233,10 @@ impl ReadoutSeq {
         } else if !pins.stall {
             self.latch = self.ended;
             let reads = self.running && self.primed && self.line < self.config.rows;
-            self.ended = reads && self.state == State::RampSignal && self.left == 0;
+            self.ended = reads && self.state == SeqState::RampSignal && self.left == 0;
             self.ramp_down = match self.state {
-                State::SettleReset => true,
-                State::SettleSignal => false,
+                SeqState::SettleReset => true,
+                SeqState::SettleSignal => false,
                 _ => self.ramp_down,
             };
             self.first = false;
@@ -252,7 +252,7 @@ impl ReadoutSeq {
     fn begin(&mut self) {
         let config = self.config;
         self.running = true;
-        self.enter_next(State::Idle);
+        self.enter_next(SeqState::Idle);
         self.clock = 0;
         self.line = config.vts.wrapping_sub(config.exposure_lines) & LINE_BITS;
         self.row = config.first_row;
@@ -265,9 +265,9 @@ impl ReadoutSeq {
         let line_end = self.line_end();
         let frame_end = self.line == self.config.vts.wrapping_sub(1) & LINE_BITS;
         self.clock = if line_end { 0 } else { (self.clock + 1) & CLOCK_BITS };
-        if line_end || (self.left == 0 && self.state != State::Blank) {
-            self.enter_next(if line_end { State::Idle } else { self.state });
-        } else if self.state != State::Blank {
+        if line_end || (self.left == 0 && self.state != SeqState::Blank) {
+            self.enter_next(if line_end { SeqState::Idle } else { self.state });
+        } else if self.state != SeqState::Blank {
             self.left -= 1;
         }
         if !line_end {
@@ -276,7 +276,7 @@ impl ReadoutSeq {
         self.next_line(frame_end);
         if frame_end && !enable {
             self.running = false;
-            (self.state, self.left, self.first) = (State::Idle, 0, false);
+            (self.state, self.left, self.first) = (SeqState::Idle, 0, false);
         }
     }
 
@@ -303,8 +303,8 @@ impl ReadoutSeq {
             return if enable { 0 } else { u64::MAX };
         }
         let phase_moves = match self.state {
-            State::SettleReset => !self.ramp_down,
-            State::SettleSignal => self.ramp_down,
+            SeqState::SettleReset => !self.ramp_down,
+            SeqState::SettleSignal => self.ramp_down,
             _ => false,
         };
         if self.first || phase_moves || self.clock <= 1 {
@@ -312,7 +312,7 @@ impl ReadoutSeq {
         }
         // The last two clocks of a phase show on pins.
         let to_line_end = self.config.hts.saturating_sub(self.clock + 1);
-        let to_phase_end = if self.state == State::Blank { u32::MAX } else { self.left.saturating_sub(2) };
+        let to_phase_end = if self.state == SeqState::Blank { u32::MAX } else { self.left.saturating_sub(2) };
         to_line_end.min(to_phase_end).into()
     }
 
@@ -323,7 +323,7 @@ impl ReadoutSeq {
         }
         let clocks = u32::try_from(clocks).expect("quiet clocks of a running sequencer stay within a line");
         self.clock += clocks;
-        if self.state != State::Blank {
+        if self.state != SeqState::Blank {
             self.left -= clocks;
         }
     }

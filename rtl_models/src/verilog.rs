@@ -2,19 +2,19 @@
 
 /// A file of Verilog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Source {
+pub struct VerilogModule {
     /// Its module.
     pub module: &'static str,
     /// All of it.
     pub text: &'static str,
 }
 
-const fn file(module: &'static str, text: &'static str) -> Source {
-    Source { module, text }
+const fn file(module: &'static str, text: &'static str) -> VerilogModule {
+    VerilogModule { module, text }
 }
 
 /// Every module, by name.
-pub const SOURCES: &[Source] = &[
+pub const SOURCES: &[VerilogModule] = &[
     file("cds", include_str!("../verilog/cds.sv")),
     file("csi2_packetiser", include_str!("../verilog/csi2_packetiser.sv")),
     file("extractor_core", include_str!("../verilog/extractor_core.sv")),
@@ -49,7 +49,7 @@ pub const ROWS_HARNESS: &str = include_str!("../verilator/rows.cpp");
 pub const FRAMES_HARNESS: &str = include_str!("../verilator/frames.cpp");
 
 /// Whether `module` stands as a word in the code of this one.
-fn uses(source: &Source, module: &str) -> bool {
+fn uses(source: &VerilogModule, module: &str) -> bool {
     let code = source.text.lines().filter(|line| !line.trim_start().starts_with("//"));
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     code.flat_map(|line| line.split(move |c| !is_word(c))).any(|word| word == module)
@@ -59,12 +59,12 @@ fn uses(source: &Source, module: &str) -> bool {
 fn is_built_of(top: &str, module: &str) -> bool {
     let parts = |of: &str| SOURCES.iter().find(|source| source.module == of);
     let Some(source) = parts(top) else { return false };
-    let used = |other: &&Source| other.module != top && uses(source, other.module);
+    let used = |other: &&VerilogModule| other.module != top && uses(source, other.module);
     SOURCES.iter().filter(used).any(|other| other.module == module || is_built_of(other.module, module))
 }
 
 /// The files that a module needs, its own among them.
-pub fn sources_of(top: &str) -> impl Iterator<Item = &'static Source> {
+pub fn sources_of(top: &str) -> impl Iterator<Item = &'static VerilogModule> {
     SOURCES.iter().filter(move |source| source.module == top || is_built_of(top, source.module))
 }
 

@@ -5,7 +5,7 @@
 
 use super::params::AdcParams;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::f32_nearest;
 use crate::pixel::{Pattern, scale_by_pattern};
@@ -28,16 +28,8 @@ impl ColumnGain {
 }
 
 impl Effect for ColumnGain {
-    fn name(&self) -> &'static str {
-        "column_gain"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "column_gain", number: Self::NUMBER, domain: Domain::Microvolts }
     }
 
     /// The gain acts on all that reaches the column: on the drawn charge, whose second moment is its mean squared plus its shot

@@ -6,7 +6,7 @@
 
 use super::params::AdcParams;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::f32_nearest;
 use crate::pixel::{Pattern, Samples, add_scaled};
@@ -36,16 +36,8 @@ impl ColumnOffset {
 }
 
 impl Effect for ColumnOffset {
-    fn name(&self) -> &'static str {
-        "column_offset"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "column_offset", number: Self::NUMBER, domain: Domain::Microvolts }
     }
 
     fn cost_case(&self) -> &'static str {

@@ -8,7 +8,7 @@
 
 use super::params::AdcParams;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, lesser};
 use crate::pixel::PixelParams;
@@ -31,9 +31,6 @@ pub struct ColumnSettling {
 }
 
 impl ColumnSettling {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(210);
-
     /// `None` where the bias is not given: the column settles in any time.
     pub fn from_params(params: &AdcParams, pixel: &PixelParams) -> Option<Box<dyn Effect>> {
         (params.column_bias_ua > 0.0).then(|| Box::new(Self::new(params, pixel.prnu)) as Box<dyn Effect>)
@@ -73,16 +70,8 @@ impl ColumnSettling {
 }
 
 impl Effect for ColumnSettling {
-    fn name(&self) -> &'static str {
-        "column_settling"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "column_settling", number: EffectNumber(210), domain: Domain::Microvolts }
     }
 
     /// What is missing grows with the step, ever faster, and never by more than a microvolt a microvolt: so no pixel within six sigma of

@@ -277,30 +277,6 @@ mod tests {
     }
 
     #[test]
-    fn the_clocked_twin_gives_the_same_codes_on_random_configs() {
-        use rtl_models::ramp_adc::{RampAdc, RampConfig};
-        let mut stream = DrawKey::root(22).stream();
-        let mut draw = |least: f64, most: f64| least + (most - least) * stream.random::<f64>();
-        for case in 0..64 {
-            let bits = 1 + case % 16;
-            let full_scale_uv = libm::exp(draw(libm::log(100.0), libm::log(1e7)));
-            let black_level_dn = u32_truncated(draw(0.0, f64::from(1 << bits)));
-            let params = AdcParams { bits, full_scale_uv, black_level_dn, cds: Cds::Analog, ..paper_adc() };
-            let converter = Converter::new(&params);
-            let signals: Vec<f32> = (0..40).map(|_| f32_nearest(draw(-0.5, 1.5) * full_scale_uv)).collect();
-            let pedestal_nv = converter.edge_nv(black_level_dn);
-            let level_nv = |&signal: &f32| i64_half_even(f64::from(signal) * 1000.0) + pedestal_nv;
-            let levels_nv: Vec<i64> = signals.iter().map(level_nv).collect();
-            let (mut codes, mut clocked, mut latched) = ([0; 40], [0; 40], [false; 40]);
-            converter.convert_row(&signals, &[], &mut codes);
-            let config = RampConfig { bits, span_nv: params.span_nv() };
-            let mut adc = RampAdc::new(config, &mut clocked, &mut latched);
-            while !adc.tick(&levels_nv).done {}
-            assert_eq!(codes, adc.codes(), "case {case}: {params:?}");
-        }
-    }
-
-    #[test]
     fn no_signal_gives_the_black_level_and_nan_code_zero() {
         let converter = Converter::new(&AdcParams { cds: Cds::Analog, ..paper_adc() });
         let mut codes = [9; 4];

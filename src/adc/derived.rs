@@ -59,10 +59,8 @@ impl AdcParams {
         RampEdges::new(self).map(|_| ())
     }
 
-    /// Whether a converter finds room above the columns that share it.
-    ///
-    /// # Errors
-    /// It does not; the error names the sharing that is accepted.
+    /// Whether a converter finds room above the columns that share it. Fails where it does not; the error names the sharing that is
+    /// accepted.
     pub fn check_pitch(&self, pixel: &PixelParams) -> Result<(), Error> {
         let one_um = pixel.pitch_um * f64::from(self.sides);
         let room_um = f64::from(self.columns_per_adc) * one_um;

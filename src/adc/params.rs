@@ -1,41 +1,21 @@
 //! Parameters of the column converters: checks the values of a config and derives what follows from them.
 
-use crate::error::Error;
 use crate::pixel::Samples;
+use crate::text::named;
 
-/// Correlated double sampling: how the reset level is taken off the signal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Cds {
-    /// Not at all: one sample, one conversion.
-    None,
-    /// On a capacitor before the converter: two samples, one conversion.
-    Analog,
-    /// By converting the reset level first and counting on from it: two samples, two conversions.
-    Digital,
+named! {
+    /// Correlated double sampling: how the reset level is taken off the signal.
+    pub enum Cds {
+        /// Not at all: one sample, one conversion.
+        None = "none",
+        /// On a capacitor before the converter: two samples, one conversion.
+        Analog = "analog",
+        /// By converting the reset level first and counting on from it: two samples, two conversions.
+        Digital = "digital",
+    }
 }
 
 impl Cds {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::None, Self::Analog, Self::Digital];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Analog => "analog",
-            Self::Digital => "digital",
-        }
-    }
-
-    /// The kind of this name.
-    pub fn from_name(name: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| Error::Unknown {
-            what: "kind of double sampling",
-            name: name.to_owned(),
-            known: Self::ALL.map(Self::name).join(", "),
-        })
-    }
-
     /// What is sampled and what is converted.
     pub fn samples(self) -> Samples {
         match self {
@@ -51,72 +31,35 @@ impl Cds {
     }
 }
 
-/// Shape of the ramp.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Ramp {
-    /// Equal steps.
-    Linear,
-    /// Straight between given points.
-    Piecewise,
-    /// Every edge given.
-    Table,
-}
-
-impl Ramp {
-    /// All shapes.
-    pub const ALL: [Self; 3] = [Self::Linear, Self::Piecewise, Self::Table];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Linear => "linear",
-            Self::Piecewise => "piecewise",
-            Self::Table => "table",
-        }
+named! {
+    /// Shape of the ramp.
+    pub enum Ramp {
+        /// Equal steps.
+        Linear = "linear",
+        /// Straight between given points.
+        Piecewise = "piecewise",
+        /// Every edge given.
+        Table = "table",
     }
 }
 
-/// Code of the counters: what flips when they step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Counter {
-    /// Weighted bits; a step flips two of them on average.
-    Binary,
-    /// One bit a step.
-    Gray,
-}
-
-impl Counter {
-    /// All codes.
-    pub const ALL: [Self; 2] = [Self::Binary, Self::Gray];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Binary => "binary",
-            Self::Gray => "gray",
-        }
+named! {
+    /// Code of the counters: what flips when they step.
+    pub enum Counter {
+        /// Weighted bits; a step flips two of them on average.
+        Binary = "binary",
+        /// One bit a step.
+        Gray = "gray",
     }
 }
 
-/// Where a column's count is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Counting {
-    /// A counter in each column runs down with the reset ramp and up with the signal's.
-    UpDown,
-    /// One counter serves all columns, each of which latches it at its crossings and subtracts.
-    Latch,
-}
-
-impl Counting {
-    /// Both ways.
-    pub const ALL: [Self; 2] = [Self::UpDown, Self::Latch];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::UpDown => "up_down",
-            Self::Latch => "latch",
-        }
+named! {
+    /// Where a column's count is made.
+    pub enum Counting {
+        /// A counter in each column runs down with the reset ramp and up with the signal's.
+        UpDown = "up_down",
+        /// One counter serves all columns, each of which latches it at its crossings and subtracts.
+        Latch = "latch",
     }
 }
 

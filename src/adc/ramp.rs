@@ -22,10 +22,8 @@ pub struct RampEdges {
 }
 
 impl RampEdges {
-    /// Builds the edges.
-    ///
-    /// # Errors
-    /// Keys that do not go with the ramp's shape, and ramps that fall somewhere, by the key that makes them fall.
+    /// Builds the edges. Fails on keys that do not go with the ramp's shape, and ramps that fall somewhere, by the key that makes them
+    /// fall.
     pub fn new(params: &AdcParams) -> Result<Self, Error> {
         check_keys(params)?;
         let table_nv = if params.has_equal_steps() { None } else { Some(table_nv(params)?) };

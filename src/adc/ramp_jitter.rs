@@ -7,7 +7,7 @@
 use super::columns::Converter;
 use super::params::AdcParams;
 use crate::draw::{DrawKey, EffectNumber, fill_uniforms, normals};
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, f64_from_i64, f64_from_u64, index};
 use crate::pixel::add_scaled;
@@ -60,16 +60,8 @@ impl RampJitter {
 }
 
 impl Effect for RampJitter {
-    fn name(&self) -> &'static str {
-        "ramp_jitter"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "ramp_jitter", number: Self::NUMBER, domain: Domain::Microvolts }
     }
 
     fn cost_case(&self) -> &'static str {

@@ -7,7 +7,7 @@
 
 use super::params::AdcParams;
 use crate::draw::{DrawKey, EffectNumber, RowPlace, fill_uniforms, normals};
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, index};
 use crate::pixel::{SampleSigmas, add_scaled};
@@ -99,16 +99,8 @@ impl SharedNoise {
 }
 
 impl Effect for SharedNoise {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn number(&self) -> EffectNumber {
-        self.number
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: self.name, number: self.number, domain: Domain::Microvolts }
     }
 
     fn cost_case(&self) -> &'static str {

@@ -13,7 +13,7 @@ use super::columns::Converter;
 use super::params::{AdcParams, Cds};
 use super::sample::Sample;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, f64_from_u64, index};
 
@@ -27,9 +27,6 @@ pub struct SupplyRipple {
 }
 
 impl SupplyRipple {
-    /// Published number.
-    pub const NUMBER: EffectNumber = EffectNumber(209);
-
     /// `None` where the supply is clean.
     pub fn from_params(params: &AdcParams) -> Option<Box<dyn Effect>> {
         let (amplitude_uv, frequency_hz) = (params.supply_ripple_uv, params.supply_ripple_hz);
@@ -99,16 +96,8 @@ fn mantissa(value: f64) -> (u64, i32) {
 }
 
 impl Effect for SupplyRipple {
-    fn name(&self) -> &'static str {
-        "supply_ripple"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "supply_ripple", number: EffectNumber(209), domain: Domain::Microvolts }
     }
 
     fn cost_case(&self) -> &'static str {

@@ -118,7 +118,6 @@ pub struct RunArguments {
 /// What power is counted from.
 #[derive(Args, Debug, Default)]
 pub struct PowerArguments {
-    /// What is run.
     #[command(flatten)]
     pub run: RunArguments,
     /// Simulates nothing: every pixel stands at 0.4 of the greatest code. Bias, clocks and raw traffic are those of a run.
@@ -129,7 +128,6 @@ pub struct PowerArguments {
 /// What a run also writes.
 #[derive(Args, Debug, Default)]
 pub struct RunVerbArguments {
-    /// What is run.
     #[command(flatten)]
     pub run: RunArguments,
     /// Waveforms of one of its frames.
@@ -338,12 +336,10 @@ pub struct CompareArguments {
 /// What to do with a sweep.
 #[derive(Args, Debug)]
 pub struct SweepArguments {
-    /// Its part.
     #[command(subcommand)]
     pub part: SweepPart,
 }
 
-/// Parts of a sweep.
 #[derive(Subcommand, Debug)]
 pub enum SweepPart {
     /// Says how many cells, what they share, and the processor time and disk that they need; simulates two frames.
@@ -358,7 +354,6 @@ pub enum SweepPart {
     Submit(SweepSubmitArguments),
 }
 
-/// A sweep file.
 #[derive(Args, Debug)]
 pub struct SweepFileArguments {
     /// A sweep file: TOML with a scenario and factors (docs/sweeps.md).
@@ -368,7 +363,6 @@ pub struct SweepFileArguments {
 /// A sweep file and what is asked of its runs.
 #[derive(Args, Debug)]
 pub struct SweepRunArguments {
-    /// The sweep.
     #[command(flatten)]
     pub sweep: SweepFileArguments,
     /// A specification of each point, as in --spec "ate_m < 0.010 for 99 %"; may be repeated.
@@ -388,7 +382,6 @@ pub struct SweepRunArguments {
 /// A sweep file and a scheduler.
 #[derive(Args, Debug)]
 pub struct SweepSubmitArguments {
-    /// The sweep.
     #[command(flatten)]
     pub sweep: SweepFileArguments,
     /// The scheduler.

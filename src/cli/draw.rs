@@ -16,9 +16,6 @@ const RADIUS_PX: u64 = 6;
 const COLOURS: [[u8; 3]; 4] = [[255, 196, 0], [0, 214, 255], [255, 92, 170], [130, 255, 90]];
 
 /// Draws features over codes of so many bits.
-///
-/// # Errors
-/// What the disk says.
 pub fn features(file: &Path, codes: &Plane<u16>, bits: u32, features: &[Feature]) -> Result<(), Error> {
     let size = codes.size();
     let grey = to_8_bits(codes, bits);

@@ -39,8 +39,8 @@ pub fn main(arguments: &FeaturesArguments, shared: &Shared) -> Result<(), Error>
     let picture = grey::read(&arguments.image)?;
     let mut extractor = Extractor::new(&params).on_rung(rung);
     if rung == Rung::Rtl {
-        let silicon = FolderAssets::new(Path::new("."), shared).rtl_simulator().map_err(located)?;
-        extractor = extractor.in_verilog(Some(SharedRtlSimulator::new(silicon)));
+        let simulator = FolderAssets::new(Path::new("."), shared).rtl_simulator().map_err(located)?;
+        extractor = extractor.in_verilog(Some(SharedRtlSimulator::new(simulator)));
     }
     let outputs =
         [("--out", shared.out.as_ref()), ("--csv", arguments.csv.as_ref()), ("--draw", arguments.draw.as_ref())];

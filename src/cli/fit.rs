@@ -85,7 +85,6 @@ const ADC: &str = "
 gain = 1.0
 cds = \"analog\"                   # one conversion a code; its noise is part of the read noise
 ";
-/// For frames that show no full well.
 const NO_WELL: &str = "full_well_e = 1e9                # the frames show no full well below the converter's range\n";
 
 fn sensor_file(fit: &Fit, found: &FoundMeasurement, preset: &str, temperature_k: f64) -> String {

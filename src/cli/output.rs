@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use sensel::error::Error;
-use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuReading, PngDepth};
+use sensel::files::euroc::{EurocCamera, EurocImu, EurocWriter, GroundTruth, ImuReading};
 use sensel::files::finished::CAMERAS_ALONE;
 use sensel::files::folder::OutputFolder;
 use sensel::files::map::ply;
@@ -39,10 +39,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// Starts the folder.
-    ///
-    /// # Errors
-    /// A folder there that is not ours, or what the disk says.
+    /// Starts the folder. Fails on a folder there that is not ours, or as the disk says.
     pub fn create(target: &Path, setup: &Setup, keep: Keep) -> Result<Self, Error> {
         keep.check(setup.cameras.len())?;
         let folder = OutputFolder::create(target)?;
@@ -57,7 +54,7 @@ impl Output {
             })
             .collect();
         let unit = setup.imu.map(|imu| EurocImu { body_from_imu: imu.body_from_imu, noise: imu.noise });
-        let euroc = EurocWriter::create(folder.path(), &cameras, unit.as_ref(), PngDepth::Eight)?;
+        let euroc = EurocWriter::create(folder.path(), &cameras, unit.as_ref())?;
         let (mut packets, mut packet_times) = (Vec::new(), Vec::new());
         for camera in 0..cameras.len() {
             if keep.has(Kept::Packets) {
@@ -93,9 +90,6 @@ impl Output {
     }
 
     /// Writes one frame.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn frame(&mut self, session: &Session, frame: &Frame) -> Result<(), Error> {
         let started = Instant::now();
         let bits = session.setup().sensor.bits();
@@ -138,9 +132,6 @@ impl Output {
     }
 
     /// Writes what is known only at the end, and puts the folder in its place.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn finish(mut self, session: &Session, report: &Report) -> Result<(), Error> {
         self.write_motion(session)?;
         for file in self.packets.iter_mut().chain(&mut self.packet_times) {

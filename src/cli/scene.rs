@@ -14,7 +14,7 @@ use sensel::num::index;
 use sensel::pose::Pose;
 use sensel::scene::file_units::{FileUnits, UpAxis};
 use sensel::scene::images::PictureBytes as _;
-use sensel::scene::views::{self, Extent, View};
+use sensel::scene::views::{self, CameraView, Extent};
 use sensel::scene::{Scene, Surroundings};
 use serde_json::json;
 
@@ -211,7 +211,7 @@ impl Found {
                 "double_sided": material.double_sided,
             })
         };
-        let view = |view: &View| {
+        let view = |view: &CameraView| {
             json!({
                 "name": view.name,
                 "position_m": view.world_from_camera.translation_m.to_array(),

@@ -18,7 +18,7 @@ use sensel::link::LinkCounts;
 use sensel::num::{f64_from_i64, f64_from_u64};
 use sensel::pose::{TimedPose, format_tum};
 use sensel::run::SensorSetup;
-use sensel::tracker::{FrameInput, ImuCalibration, Reading, Status, TrackedFrame, Tracker, TrackerParams};
+use sensel::tracker::{FrameInput, ImuCalibration, ImuMeasurement, Status, TrackedFrame, Tracker, TrackerParams};
 use serde_json::json;
 
 use super::args::{Shared, TrackArguments};
@@ -198,11 +198,11 @@ fn tracker(recording: &Recording, resolved: &Resolved, shared: &Shared) -> Resul
 }
 
 /// The readings up to the first one after a frame, on the tracker's clock; the rest stays.
-fn readings_until(readings: &mut &[ImuReading], (start_ns, frame_ns): (u64, u64)) -> Vec<Reading> {
+fn readings_until(readings: &mut &[ImuReading], (start_ns, frame_ns): (u64, u64)) -> Vec<ImuMeasurement> {
     let to = readings.partition_point(|reading| reading.timestamp_ns <= frame_ns) + 1;
     let (now, later) = readings.split_at(to.min(readings.len()));
     *readings = later;
-    let reading = |reading: &ImuReading| Reading {
+    let reading = |reading: &ImuReading| ImuMeasurement {
         // Those from before the first frame have negative times.
         t_s: f64_from_i64(reading.timestamp_ns.wrapping_sub(start_ns).cast_signed()) * 1e-9,
         angular_velocity_rad_per_s: reading.angular_velocity_rad_per_s,

@@ -50,10 +50,7 @@ pub fn warn(texts: &[String]) -> usize {
     texts.len()
 }
 
-/// With `--strict`, refuses an extractor that does not keep up.
-///
-/// # Errors
-/// It does not; the error says what lets it.
+/// With `--strict`, refuses an extractor that does not keep up. Fails where it does not; the error says what lets it.
 pub fn check_strict(shared: &Shared, clocks: Option<&ExtractorClocks>) -> Result<(), Error> {
     match clocks {
         Some(clocks) if shared.strict && !clocks.keeps_up => {

@@ -38,28 +38,6 @@ impl Records for AlwaysReady {
     }
 }
 
-/// A record is taken at most once in so many clocks, the time that its bytes need.
-pub struct ByteRate {
-    /// From record to record.
-    pub record_clk: u64,
-    next_clk: u64,
-}
-
-impl ByteRate {
-    /// Ready at once, then after so many clocks.
-    pub fn new(record_clk: u64) -> Self {
-        Self { record_clk, next_clk: 0 }
-    }
-}
-
-impl Records for ByteRate {
-    fn taken(&mut self, clk: u64) -> u64 {
-        let taken_clk = clk.max(self.next_clk);
-        self.next_clk = taken_clk + self.record_clk;
-        taken_clk
-    }
-}
-
 /// A candidate that an engine took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Served {

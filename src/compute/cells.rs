@@ -12,7 +12,6 @@ pub struct Candidate {
     pub corner: Corner,
     /// The criterion of the selection.
     pub rank: u16,
-    /// Its octave.
     pub octave: u8,
 }
 
@@ -62,7 +61,6 @@ impl CellLists {
         lists
     }
 
-    /// The list of a cell.
     #[inline]
     pub fn list(&self, cell_row: usize, column: usize) -> &[Candidate] {
         let cell = cell_row * self.columns + column;

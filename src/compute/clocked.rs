@@ -20,23 +20,25 @@ use crate::units::Size;
 /// Columns for which hardware is built at least.
 const WIDTH_MIN: u32 = 16;
 
-/// How much hardware these parameters are.
-fn hardware(params: &ExtractorParams, size: Size) -> FxBackConfig {
-    FxBackConfig {
-        max_width: size.width_px.max(WIDTH_MIN),
-        pix_bits: params.pipeline_bits,
-        octaves: params.octaves,
-        harris: params.rank == Rank::Harris,
-        cell_log2: params.cell_px.ilog2(),
-        per_cell: params.per_cell,
-        ring_log2: params.ring_rows().ilog2(),
-        engines: params.engines,
-        fifo_depth: params.fifo_depth,
-        desc_bits: params.descriptor_bits,
-        symmetric: params.pattern == Pattern::Symmetric,
-        subpixel: params.subpixel,
-        width: size.width_px,
-        height: size.height_px,
+impl ExtractorParams {
+    /// The hardware that these parameters are.
+    pub fn hardware(&self, size: Size) -> FxBackConfig {
+        FxBackConfig {
+            max_width: size.width_px.max(WIDTH_MIN),
+            pix_bits: self.pipeline_bits,
+            octaves: self.octaves,
+            harris: self.rank == Rank::Harris,
+            cell_log2: self.cell_px.ilog2(),
+            per_cell: self.per_cell,
+            ring_log2: self.ring_rows().ilog2(),
+            engines: self.engines,
+            fifo_depth: self.fifo_depth,
+            desc_bits: self.descriptor_bits,
+            symmetric: self.pattern == Pattern::Symmetric,
+            subpixel: self.subpixel,
+            width: size.width_px,
+            height: size.height_px,
+        }
     }
 }
 
@@ -109,17 +111,14 @@ impl<T: Word> Kernel for WholeFrame<'_, '_, '_, T> {
     }
 }
 
-/// What a frame gives at a threshold, and the threshold of the next.
-///
-/// # Errors
-/// A target that the register does not hold.
+/// What a frame gives at a threshold, and the threshold of the next. Fails on a target that the register does not hold.
 pub(super) fn frame<T: Word>(
     params: &ExtractorParams,
     threshold: u16,
     picture: &Plane<T>,
     (pixels, records): (&mut dyn Pixels, &mut dyn Records),
 ) -> Result<(Extracted, u16), Error> {
-    let (config, settings) = (hardware(params, picture.size()), settings(params)?);
+    let (config, settings) = (params.hardware(picture.size()), settings(params)?);
     let front = front_config(&config);
     let (words, width) = (FrontRows::<T>::words(&front), index(config.max_width));
     let (mut kept, mut differences) = (vec![T::default(); 8 * words], vec![T::default(); 3 * words]);
@@ -141,19 +140,17 @@ pub(super) fn frame<T: Word>(
 }
 
 /// The same from the Verilog.
-///
-/// # Errors
-/// As `frame`, and those of the simulator.
 pub(super) fn frame_in<T: super::word::Word>(
-    silicon: &dyn RtlSimulator,
+    simulator: &dyn RtlSimulator,
     params: &ExtractorParams,
     threshold: u16,
     picture: &Plane<T>,
     (pixels, records): (&mut dyn Pixels, &mut dyn Records),
 ) -> Result<(Extracted, u16), Error> {
-    let (hardware, settings) = (hardware(params, picture.size()), settings(params)?);
+    let (hardware, settings) = (params.hardware(picture.size()), settings(params)?);
     let words = picture.map(|word| low_u16(word.into()));
     let mut around = Around { pixels, records, features: Vec::new(), out_clk: Vec::new() };
-    let given = silicon.frame(&FrameRequest { hardware, settings, threshold, pixels: words.values() }, &mut around)?;
+    let given =
+        simulator.frame(&FrameRequest { hardware, settings, threshold, pixels: words.values() }, &mut around)?;
     Ok((around.extracted(&given, threshold), given.threshold))
 }

@@ -64,7 +64,6 @@ pub fn moments<W: Word>(patch: &Patch<W>) -> (i32, i32) {
     (x_moment, y_moment)
 }
 
-/// Pixels of the disc.
 pub(crate) fn disc_pixels() -> u64 {
     DISC.iter().flatten().map(|&inside| u64::from(inside != 0)).sum()
 }

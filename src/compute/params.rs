@@ -125,10 +125,7 @@ impl ExtractorParams {
         overflow: Overflow::Stall,
     };
 
-    /// The same, after its ranges are checked.
-    ///
-    /// # Errors
-    /// The first value out of its range.
+    /// The same, after its ranges are checked. Fails on the first value out of its range.
     pub fn checked(self) -> Result<Self, Error> {
         let most = (1 << self.pipeline_bits.clamp(8, 16)) - 1;
         let ranges = [
@@ -180,10 +177,7 @@ impl ExtractorParams {
         Self { threshold: crate::num::low_u16(least), ..*self }
     }
 
-    /// Whether pictures of this size can be worked on.
-    ///
-    /// # Errors
-    /// A side under 7 pixels, which no corner fits into, or over 4096.
+    /// Whether pictures of this size can be worked on. Fails on a side under 7 pixels, which no corner fits into, or over 4096.
     pub fn check_size(size: Size) -> Result<(), Error> {
         for (key, side_px) in [("sensor.width", size.width_px), ("sensor.height", size.height_px)] {
             if !(SIDE_PX_MIN..=SIDE_PX_MAX).contains(&side_px) {

@@ -9,7 +9,7 @@ use super::scenario::Scenario;
 use crate::adc::{AdcParams, Cds, Counter, Counting, Ramp};
 use crate::effects::chain::BlackRows;
 use crate::effects::plan::Choice;
-use crate::effects::variation::{Corner, Variation};
+use crate::effects::variation::{ProcessCorner, Variation};
 use crate::error::Error;
 use crate::fidelity::{Fidelity, Rung};
 use crate::link::{LinkParams, Mode, RawKind, WhenFull};
@@ -59,21 +59,20 @@ pub fn one_of<T: Copy>(key: &str, text: &str, members: &[(&str, T)]) -> Result<T
     })
 }
 
+/// The member of an enum that a key's word names. Fails on a word that names none, with those that are known.
+pub fn member<T: Copy>(key: &str, word: &str, members: &[T], name: fn(T) -> &'static str) -> Result<T, Error> {
+    one_of(key, word, &members.iter().map(|&member| (name(member), member)).collect::<Vec<_>>())
+}
+
 impl Scenario {
-    /// Width and height of the array.
-    ///
-    /// # Errors
-    /// A side outside 16 to 4096 pixels (the extractor's places have 12 bits).
+    /// Width and height of the array. Fails on a side outside 16 to 4096 pixels (the extractor's places have 12 bits).
     pub fn size(&self) -> Result<Size, Error> {
         let width_px = within("sensor.width", self.sensor.width, 16..=4096, "16 to 4096")?;
         let height_px = within("sensor.height", self.sensor.height, 16..=4096, "16 to 4096")?;
         Ok(Size { width_px, height_px })
     }
 
-    /// Knobs of accuracy.
-    ///
-    /// # Errors
-    /// Values out of range, and rungs that come with a later version.
+    /// Knobs of accuracy. Fails on values out of range, and rungs that come with a later version.
     pub fn fidelity(&self) -> Result<Fidelity, Error> {
         let rungs = [Rung::Expected, Rung::Sampled, Rung::Clocked, Rung::Rtl].map(|rung| (rung.name(), rung));
         let rung = one_of("run.rung", &self.run.rung, &rungs)?;
@@ -81,39 +80,26 @@ impl Scenario {
         Ok(Fidelity { rung, accuracy, render: self.render_settings()? })
     }
 
-    /// Threads of the run; 0: as many as cores.
-    ///
-    /// # Errors
-    /// Over 1024.
+    /// Threads of the run; 0: as many as cores. Fails on over 1024.
     pub fn threads(&self) -> Result<u32, Error> {
         within("run.threads", self.run.threads, 0..=1024, "0 (all cores) to 1024")
     }
 
-    /// Frames of the run.
-    ///
-    /// # Errors
-    /// None, or over a million.
+    /// Frames of the run, 1 to a million.
     pub fn frames(&self) -> Result<u32, Error> {
         within("run.frames", self.run.frames, 1..=1_000_000, "1 to 1,000,000")
     }
 
-    /// Which effects the user asked for.
-    ///
-    /// # Errors
-    /// A name that is no effect's.
+    /// Which effects the user asked for. Fails on a name that is no effect's.
     pub fn effects(&self, known: &[&str]) -> Result<Choice, Error> {
         Choice::parse(&self.run.effects, known).map_err(|reason| Error::key("run.effects", &self.run.effects, reason))
     }
 
-    /// Photodiode to column line.
-    ///
-    /// # Errors
-    /// Values out of range, unknown names.
+    /// Photodiode to column line. Fails on values out of range, unknown names.
     pub fn pixel(&self) -> Result<PixelParams, Error> {
         let pixel = &self.sensor.pixel;
-        let types = PixelType::ALL.map(|pixel_type| (pixel_type.name(), pixel_type));
         let params = PixelParams {
-            pixel_type: one_of("sensor.pixel.type", &pixel.kind, &types)?,
+            pixel_type: member("sensor.pixel.type", &pixel.kind, &PixelType::ALL, PixelType::name)?,
             pitch_um: pixel.pitch_um,
             quantum_efficiency: self.mosaic()?.1,
             fill_factor: pixel.fill_factor,
@@ -153,10 +139,7 @@ impl Scenario {
         Ok(params)
     }
 
-    /// Optical-black rows, which lie beyond the array's own.
-    ///
-    /// # Errors
-    /// More than 64, an unknown clamp, or a clamp without rows.
+    /// Optical-black rows, which lie beyond the array's own. Fails on more than 64, an unknown clamp, or a clamp without rows.
     pub fn black_rows(&self) -> Result<BlackRows, Error> {
         let rows = within("sensor.optical_black_rows", self.sensor.optical_black_rows, 0..=64, "0 to 64")?;
         let clamp = one_of("sensor.black_clamp", &self.sensor.black_clamp, &[("none", false), ("frame", true)])?;
@@ -167,10 +150,8 @@ impl Scenario {
         Ok(BlackRows { rows, first_row: self.sensor.height, clamp })
     }
 
-    /// Colour filters, and the photodiode's quantum efficiency behind them.
-    ///
-    /// # Errors
-    /// No pattern, filters and efficiencies that do not go together, values out of range.
+    /// Colour filters, and the photodiode's quantum efficiency behind them. Fails on no pattern, filters and efficiencies that do not go
+    /// together, values out of range.
     pub fn mosaic(&self) -> Result<(Mosaic, f64), Error> {
         let pixel = &self.sensor.pixel;
         let key = "sensor.pixel.quantum_efficiency";
@@ -190,15 +171,12 @@ impl Scenario {
         Mosaic::parse(&pixel.cfa, &efficiencies)
     }
 
-    /// Process corner and supply of the die.
-    ///
-    /// # Errors
-    /// An unknown corner, a supply out of range or too far from the one that the figures are given for.
+    /// Process corner and supply of the die. Fails on an unknown corner, a supply out of range or too far from the one that the figures
+    /// are given for.
     pub fn variation(&self) -> Result<Variation, Error> {
         let sensor = &self.sensor;
-        let corners = Corner::ALL.map(|corner| (corner.name(), corner));
         Variation {
-            corner: one_of("sensor.corner", &sensor.corner, &corners)?,
+            corner: member("sensor.corner", &sensor.corner, &ProcessCorner::ALL, ProcessCorner::name)?,
             supply_v: within("sensor.supply_v", sensor.supply_v, 0.5..=10.0, "0.5 to 10")?,
             supply_nominal_v: within("sensor.supply_nominal_v", sensor.supply_nominal_v, 0.5..=10.0, "0.5 to 10")?,
         }
@@ -206,13 +184,10 @@ impl Scenario {
     }
 
     fn cds(&self) -> Result<Cds, Error> {
-        one_of("sensor.adc.cds", &self.sensor.adc.cds, &Cds::ALL.map(|cds| (cds.name(), cds)))
+        member("sensor.adc.cds", &self.sensor.adc.cds, &Cds::ALL, Cds::name)
     }
 
-    /// Column converters.
-    ///
-    /// # Errors
-    /// Values out of range, unknown names, a black level that is no code below the greatest.
+    /// Column converters. Fails on values out of range, unknown names, a black level that is no code below the greatest.
     pub fn adc(&self) -> Result<AdcParams, Error> {
         let adc = &self.sensor.adc;
         let params = AdcParams {
@@ -228,13 +203,9 @@ impl Scenario {
             settle_reset_us: adc.settle_reset_us,
             settle_signal_us: adc.settle_signal_us,
             cds: self.cds()?,
-            ramp: one_of("sensor.adc.ramp", &adc.ramp, &Ramp::ALL.map(|ramp| (ramp.name(), ramp)))?,
-            counter: one_of(
-                "sensor.adc.counter",
-                &adc.counter,
-                &Counter::ALL.map(|counter| (counter.name(), counter)),
-            )?,
-            counting: one_of("sensor.adc.counting", &adc.counting, &Counting::ALL.map(|kind| (kind.name(), kind)))?,
+            ramp: member("sensor.adc.ramp", &adc.ramp, &Ramp::ALL, Ramp::name)?,
+            counter: member("sensor.adc.counter", &adc.counter, &Counter::ALL, Counter::name)?,
+            counting: member("sensor.adc.counting", &adc.counting, &Counting::ALL, Counting::name)?,
             ramp_points: adc.ramp_points.clone(),
             ramp_table_uv: adc.ramp_table_uv.clone(),
             ramp_inl_lsb: adc.ramp_inl_lsb,
@@ -265,10 +236,7 @@ impl Scenario {
         Ok(params)
     }
 
-    /// The link.
-    ///
-    /// # Errors
-    /// Values out of range, unknown names, a container too small for the codes.
+    /// The link. Fails on values out of range, unknown names, a container too small for the codes.
     pub fn link(&self) -> Result<LinkParams, Error> {
         let link = &self.link;
         let modes = [("frames", Mode::Frames), ("features", Mode::Features), ("both", Mode::Both)];
@@ -291,18 +259,12 @@ impl Scenario {
         .checked()
     }
 
-    /// Share of bits that arrive flipped.
-    ///
-    /// # Errors
-    /// A value out of range.
+    /// Share of bits that arrive flipped. Fails on a value out of range.
     pub fn bit_error_rate(&self) -> Result<f64, Error> {
         within("link.bit_error_rate", self.link.bit_error_rate, 0.0..=0.01, "0 to 0.01")
     }
 
-    /// The host's tracker.
-    ///
-    /// # Errors
-    /// A window out of range, a switch that is none.
+    /// The host's tracker. Fails on a window out of range, a switch that is none.
     pub fn tracker_params(&self) -> Result<TrackerParams, Error> {
         let window = within("tracker.window", self.tracker.window, 2..=50, "2 to 50")?;
         // Where all rows have one time, both ways give the same.
@@ -311,10 +273,7 @@ impl Scenario {
         Ok(TrackerParams { window, rolling_shutter, loop_closing, ..TrackerParams::room(self.seed) })
     }
 
-    /// Whether the tracker takes an inertial unit's readings, where there are any or none.
-    ///
-    /// # Errors
-    /// An unknown word; "on" without a unit.
+    /// Whether the tracker takes an inertial unit's readings, where there are any or none. Fails on an unknown word; "on" without a unit.
     pub fn tracker_uses_imu(&self, has_unit: bool) -> Result<bool, Error> {
         let choice =
             one_of("tracker.imu", &self.tracker.imu, &[("auto", None), ("on", Some(true)), ("off", Some(false))])?;

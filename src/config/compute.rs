@@ -6,20 +6,14 @@ use crate::compute::{ExtractorParams, Overflow, Pattern, Rank, Smoothing};
 use crate::error::Error;
 
 impl Scenario {
-    /// Clock of the extractor in Hz; none where it is the pixel clock.
-    ///
-    /// # Errors
-    /// A frequency out of range.
+    /// Clock of the extractor in Hz; none where it is the pixel clock. Fails on a frequency out of range.
     pub fn compute_hz(&self) -> Result<Option<u64>, Error> {
         let range = 1_000..=1_000_000_000;
         let of = |hz| within("compute.clock_hz", hz, range.clone(), "1000 to 1000000000");
         self.compute.clock_hz.map(of).transpose()
     }
 
-    /// The extractor.
-    ///
-    /// # Errors
-    /// Values out of range, unknown names.
+    /// The extractor. Fails on values out of range, unknown names.
     pub fn extractor(&self) -> Result<ExtractorParams, Error> {
         let compute = &self.compute;
         one_of("compute.detector", &compute.detector, &[("fast9", ())])?;

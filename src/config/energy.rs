@@ -1,16 +1,13 @@
 //! From `[energy]` and `[host]` to what the energy model takes, and the technology that a scenario names.
 
-use super::check::within;
+use super::check::{member, within};
 use super::resolved::Resolved;
 use super::scenario::Scenario;
 use crate::energy::{Architecture, EnergyParams, HostParams, Periphery, Port, Technology};
 use crate::error::Error;
 
 impl Scenario {
-    /// Keys of `[energy]` beside its constants.
-    ///
-    /// # Errors
-    /// Values out of range, unknown words.
+    /// Keys of `[energy]` beside its constants. Fails on values out of range, unknown words.
     pub fn energy_params(&self) -> Result<EnergyParams, Error> {
         let energy = &self.energy;
         let within_option = |key: &str, value: Option<f64>, least: f64, most: f64| {
@@ -23,10 +20,10 @@ impl Scenario {
             within("energy.port_lanes", lanes, 1..=128, "1 to 128")?;
         }
         Ok(EnergyParams {
-            adc: Architecture::from_name(&energy.adc)?,
-            port: Port::from_name(&energy.port)?,
+            adc: member("energy.adc", &energy.adc, &Architecture::ALL, Architecture::name)?,
+            port: member("energy.port", &energy.port, &Port::ALL, Port::name)?,
             port_lanes: energy.port_lanes,
-            periphery: Periphery::from_name(&energy.periphery)?,
+            periphery: member("energy.periphery", &energy.periphery, &Periphery::ALL, Periphery::name)?,
             image_processor: energy.image_processor,
             digital_v: within_option("energy.digital_v", energy.digital_v, 0.2, 5.5)?,
             io_v: within("energy.io_v", energy.io_v, 0.2..=5.5, "0.2 to 5.5")?,
@@ -38,10 +35,8 @@ impl Scenario {
         })
     }
 
-    /// The host's model; none where `host.model` is "none".
-    ///
-    /// # Errors
-    /// Values out of range, an unknown model, keys of a host that is not there.
+    /// The host's model; none where `host.model` is "none". Fails on values out of range, an unknown model, keys of a host that is not
+    /// there.
     pub fn host_params(&self) -> Result<Option<HostParams>, Error> {
         let host = &self.host;
         let keys = [
@@ -85,10 +80,8 @@ impl Scenario {
 }
 
 impl Resolved {
-    /// Reads the technology file that the scenario names, and those that it extends. Without such a file nothing is read.
-    ///
-    /// # Errors
-    /// A file that is not there or no text.
+    /// Reads the technology file that the scenario names, and those that it extends. Without such a file nothing is read. Fails on a file
+    /// that is not there or no text.
     pub fn read_technology(&mut self, read: &dyn Fn(&str) -> Result<Vec<u8>, Error>) -> Result<(), Error> {
         let mut wanted = vec![self.scenario.energy.technology.clone()];
         while let Some(name) = wanted.pop() {
@@ -108,10 +101,8 @@ impl Resolved {
         Ok(())
     }
 
-    /// The technology that the scenario names, with the constants that it sets.
-    ///
-    /// # Errors
-    /// An unknown name, a file that was not read or is not as it should be, constants out of range.
+    /// The technology that the scenario names, with the constants that it sets. Fails on an unknown name, a file that was not read or is
+    /// not as it should be, constants out of range.
     pub fn technology(&self) -> Result<Technology, Error> {
         let energy = &self.scenario.energy;
         let name = match energy.technology.as_str() {

@@ -3,10 +3,7 @@
 use super::resolved::Resolved;
 use crate::error::Error;
 
-/// Refuses a key that the user changed and that nothing reads.
-///
-/// # Errors
-/// The first such key, with what would make it act.
+/// Refuses a key that the user changed and that nothing reads. Fails with the first such key, with what would make it act.
 pub fn check(resolved: &Resolved) -> Result<(), Error> {
     super::optics::check_idle(resolved)?;
     super::images::check_idle(resolved)?;

@@ -14,10 +14,7 @@ const OF_PICTURES: [&str; 7] = [
     "scene.images_depth_per_m",
 ];
 
-/// Refuses a key of pictures without pictures, and one of rays with them.
-///
-/// # Errors
-/// The first such key, with what would make it act.
+/// Refuses a key of pictures without pictures, and one of rays with them. Fails with the first such key, with what would make it act.
 pub fn check_idle(resolved: &Resolved) -> Result<(), Error> {
     let scene = &resolved.scenario.scene;
     let has_images = scene.images.is_some();

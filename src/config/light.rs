@@ -1,6 +1,6 @@
 //! From the light's keys to its spectrum, level, sky and flicker.
 
-use super::check::{one_of, within};
+use super::check::{member, one_of, within};
 use super::scenario::{Scenario, Scene as SceneKeys};
 use crate::error::Error;
 use crate::num::f64_from_u64;
@@ -16,7 +16,7 @@ const MEGABYTES_MOST: u64 = 1_000_000;
 
 /// How much light there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
+pub enum LightLevel {
     /// All by one factor, to the lux that are asked for.
     Scaled,
     /// As lamps and sky state it.
@@ -51,10 +51,7 @@ pub struct BakeLimits {
 }
 
 impl BakeLimits {
-    /// Refuses a bake before its first ray.
-    ///
-    /// # Errors
-    /// More rays or memory than allowed.
+    /// Refuses a bake before its first ray. Fails on more rays or memory than allowed.
     pub fn check(&self, cost: BakeCost) -> Result<(), Error> {
         let follows = self.kind != BakeKind::Direct;
         let direct = if follows { ", or set scene.bake = \"direct\", which needs far fewer" } else { "" };
@@ -81,10 +78,7 @@ impl BakeLimits {
 }
 
 impl SceneKeys {
-    /// What the coordinates of its file mean.
-    ///
-    /// # Errors
-    /// Values out of range.
+    /// What the coordinates of its file mean. Fails on values out of range.
     pub fn file_units(&self) -> Result<FileUnits, Error> {
         let metres = within("scene.scale", self.scale, 1e-6..=1e6, "1e-6 to 1e6")?;
         Ok(FileUnits { metres, up: one_of("scene.up", &self.up, &[("y", UpAxis::Y), ("z", UpAxis::Z)])? })
@@ -92,16 +86,12 @@ impl SceneKeys {
 }
 
 impl Scenario {
-    /// The light's spectrum and its level in lux.
-    ///
-    /// # Errors
-    /// An unknown name, two spectra, or a level that is not above 0 and at most 200,000.
+    /// The light's spectrum and its level in lux. Fails on an unknown name, two spectra, or a level that is not above 0 and at most
+    /// 200,000.
     pub fn light(&self) -> Result<(Illuminant, f64), Error> {
         let scene = &self.scene;
         let illuminant = match (&scene.illuminant, scene.blackbody_k) {
-            (Some(name), None) => {
-                one_of("scene.illuminant", name, &Illuminant::ALL.map(|illuminant| (illuminant.name(), illuminant)))?
-            }
+            (Some(name), None) => member("scene.illuminant", name, &Illuminant::ALL, Illuminant::name)?,
             (None, Some(kelvin)) => {
                 let range = BLACKBODY_K[0]..=BLACKBODY_K[1];
                 Illuminant::Blackbody(within("scene.blackbody_k", kelvin, range, "1000 to 20000")?)
@@ -120,27 +110,18 @@ impl Scenario {
         Ok((illuminant, lux))
     }
 
-    /// How the light's level is set.
-    ///
-    /// # Errors
-    /// An unknown name.
-    pub fn light_level(&self) -> Result<Level, Error> {
-        let levels = [("scaled", Level::Scaled), ("absolute", Level::Absolute)];
+    /// How the light's level is set. Fails on an unknown name.
+    pub fn light_level(&self) -> Result<LightLevel, Error> {
+        let levels = [("scaled", LightLevel::Scaled), ("absolute", LightLevel::Absolute)];
         one_of("scene.light_level", &self.scene.light_level, &levels)
     }
 
-    /// Whether edges of shadows are traced by rays.
-    ///
-    /// # Errors
-    /// An unknown name.
+    /// Whether edges of shadows are traced by rays. Fails on an unknown name.
     pub fn traces_shadows(&self) -> Result<bool, Error> {
         one_of("scene.shadows", &self.scene.shadows, &[("traced", true), ("baked", false)])
     }
 
-    /// How far light is followed.
-    ///
-    /// # Errors
-    /// An unknown name, limits out of range.
+    /// How far light is followed. Fails on an unknown name, limits out of range.
     pub fn bake_limits(&self) -> Result<BakeLimits, Error> {
         let scene = &self.scene;
         let kind = one_of("scene.bake", &scene.bake, &BakeKind::ALL)?;
@@ -155,10 +136,7 @@ impl Scenario {
         Ok(BakeLimits { kind, most: BakeCost { rays: whole(rays), bytes: whole(1e6 * megabytes) } })
     }
 
-    /// Sun and sky by code, if any.
-    ///
-    /// # Errors
-    /// An unknown kind, numbers out of range, a pattern that does not go with the kind.
+    /// Sun and sky by code, if any. Fails on an unknown kind, numbers out of range, a pattern that does not go with the kind.
     pub fn sky(&self) -> Result<Option<Sky>, Error> {
         let keys = &self.scene.sky;
         let kinds = [("none", None), ("overcast", Some(SkyKind::Overcast)), ("clear", Some(SkyKind::Clear))];
@@ -178,10 +156,7 @@ impl Scenario {
         Ok(Some(Sky { kind, cie_type, sun_elevation_deg, sun_azimuth_deg, ground_reflectance }))
     }
 
-    /// How lamps flicker, if they do.
-    ///
-    /// # Errors
-    /// An unknown waveform, numbers out of range.
+    /// How lamps flicker, if they do. Fails on an unknown waveform, numbers out of range.
     pub fn flicker(&self) -> Result<Option<Flicker>, Error> {
         let keys = &self.scene.flicker;
         let duty = keys.duty;

@@ -21,7 +21,7 @@ pub const STEP_TOLERANCE: f64 = 1e-3;
 const LEVEL: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
 
 /// What moves the rig.
-pub enum Source<'a> {
+pub enum MotionSource<'a> {
     /// A recording, followed closely; gaps up to `bridge_gaps_s` are bridged.
     Recording {
         /// In the scenario's folder.
@@ -56,30 +56,27 @@ pub enum Source<'a> {
 }
 
 impl Motion {
-    /// What moves the rig, or an object.
-    ///
-    /// # Errors
-    /// A kind that is not known or does not go with a file, values out of range.
-    pub fn source(&self) -> Result<Source<'_>, Error> {
+    /// What moves the rig, or an object. Fails on a kind that is not known or does not go with a file, values out of range.
+    pub fn source(&self) -> Result<MotionSource<'_>, Error> {
         match (self.file.as_deref(), self.kind.as_deref()) {
             (Some(file), None) => {
                 let would_do = "0 (none) to 2";
                 let bridge_gaps_s = within("motion.bridge_gaps_s", self.bridge_gaps_s, 0.0..=2.0, would_do)?;
-                Ok(Source::Recording { file, bridge_gaps_s })
+                Ok(MotionSource::Recording { file, bridge_gaps_s })
             }
-            (Some(file), Some("spline")) => Ok(Source::ControlFile(file)),
+            (Some(file), Some("spline")) => Ok(MotionSource::ControlFile(file)),
             (Some(_), Some(kind)) => {
                 let reason = "does not go with a file; leave one of the two out, or use spline";
                 Err(Error::key("motion.kind", kind, reason))
             }
             (None, None | Some("still")) => self.still(),
-            (None, Some("sway")) => Ok(Source::Sway),
-            (None, Some("spline")) => Ok(Source::ControlPoses(control_poses(self)?)),
-            (None, Some("walk" | "run")) => Ok(Source::Gait(Box::new(self.gait()?))),
+            (None, Some("sway")) => Ok(MotionSource::Sway),
+            (None, Some("spline")) => Ok(MotionSource::ControlPoses(control_poses(self)?)),
+            (None, Some("walk" | "run")) => Ok(MotionSource::Gait(Box::new(self.gait()?))),
             (None, Some("spin")) => {
                 let would_do = "-1,800 to 1,800";
                 let rate_deg_per_s = within("motion.rate_deg_per_s", self.rate_deg_per_s, -1800.0..=1800.0, would_do)?;
-                Ok(Source::Spin { rate_deg_per_s })
+                Ok(MotionSource::Spin { rate_deg_per_s })
             }
             (None, Some(kind)) => {
                 let reason = "not known; use still or sway, walk, run, spin or spline";
@@ -89,24 +86,21 @@ impl Motion {
     }
 
     /// Factor on the source's translation: `motion.scale`, or 1 where the source's own keys state metres.
-    ///
-    /// # Errors
-    /// As `source`.
     pub fn factor(&self) -> Result<f64, Error> {
         let scale = within("motion.scale", self.scale, 1e-9..=100.0, "1e-9 to 100")?;
-        let states_metres = matches!(self.source()?, Source::Oscillation { .. } | Source::Gait(_));
+        let states_metres = matches!(self.source()?, MotionSource::Oscillation { .. } | MotionSource::Gait(_));
         Ok(if states_metres { 1.0 } else { scale })
     }
 
-    fn still(&self) -> Result<Source<'_>, Error> {
+    fn still(&self) -> Result<MotionSource<'_>, Error> {
         let height_mm = within("motion.oscillation_mm", self.oscillation_mm, 0.0..=1000.0, "0 to 1,000")?;
         let frequency_hz = within("motion.oscillation_hz", self.oscillation_hz, 0.01..=50.0, "0.01 to 50")?;
         let axes = [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)];
         let axis = one_of("motion.oscillation_axis", &self.oscillation_axis, &axes)?;
         if height_mm == 0.0 {
-            return Ok(Source::Still);
+            return Ok(MotionSource::Still);
         }
-        Ok(Source::Oscillation { height_m: height_mm * 1e-3, frequency_hz, axis })
+        Ok(MotionSource::Oscillation { height_m: height_mm * 1e-3, frequency_hz, axis })
     }
 
     fn gait(&self) -> Result<Gait, Error> {
@@ -130,9 +124,6 @@ impl Motion {
 
 impl ObjectMotion {
     /// The same as a motion of the rig is written, with the defaults of what is not given.
-    ///
-    /// # Errors
-    /// None of a motion that was read: its keys have the types of `[motion]`.
     pub fn motion(&self) -> Result<Motion, Error> {
         let refused = |error: String| Error::Run(format!("an object's motion: {error}"));
         let mut defaults: toml::Table = toml::from_str(DEFAULTS).map_err(|error| refused(error.to_string()))?;

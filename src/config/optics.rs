@@ -30,10 +30,7 @@ const KEYS: [(&str, &[&str]); 14] = [
     ("table_unit", &["table"]),
 ];
 
-/// Refuses a key of another mapping or law of shading that the user changed.
-///
-/// # Errors
-/// The first such key, with what would make it act.
+/// Refuses a key of another mapping or law of shading that the user changed. Fails with the first such key, with what would make it act.
 pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
     let optics = &resolved.scenario.optics;
     let refused = |key: &str, would_do: &str| {
@@ -53,10 +50,8 @@ pub(super) fn check_idle(resolved: &Resolved) -> Result<(), Error> {
 }
 
 impl Scenario {
-    /// The lens mapping.
-    ///
-    /// # Errors
-    /// Parameters out of range, a field of view that the mapping does not reach, distortion that folds a flat picture over.
+    /// The lens mapping. Fails on parameters out of range, a field of view that the mapping does not reach, distortion that folds a flat
+    /// picture over.
     pub fn lens(&self) -> Result<Lens, Error> {
         let (optics, size) = (&self.optics, self.size()?);
         let mapping = self.mapping()?;
@@ -119,10 +114,7 @@ impl Scenario {
         Ok(Lens { intrinsics: Intrinsics { fx_px: px_per_unit, fy_px: px_per_unit, ..middle(size) }, mapping })
     }
 
-    /// Aperture and transmission, and the law of shading where it has a name of its own.
-    ///
-    /// # Errors
-    /// Values out of range, unknown names.
+    /// Aperture and transmission, and the law of shading where it has a name of its own. Fails on values out of range, unknown names.
     pub fn aperture(&self) -> Result<(Aperture, RollOff), Error> {
         let optics = &self.optics;
         let pupil =
@@ -140,10 +132,8 @@ impl Scenario {
         Ok((Aperture { f_number, transmission, pupil }, roll_off))
     }
 
-    /// A camera (lens, aperture and filters set) with the rest of its optics: shading, blur, bands' own sizes, crosstalk.
-    ///
-    /// # Errors
-    /// Values out of range; cos^4 for a picture that reaches beyond 90 degrees.
+    /// A camera (lens, aperture and filters set) with the rest of its optics: shading, blur, bands' own sizes, crosstalk. Fails on values
+    /// out of range; cos^4 for a picture that reaches beyond 90 degrees.
     pub fn fitted(&self, camera: Camera) -> Result<Camera, Error> {
         let optics = &self.optics;
         let (_, roll_off) = self.aperture()?;

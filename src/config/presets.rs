@@ -136,10 +136,7 @@ pub const ALL: &[Preset] = &[
     },
 ];
 
-/// The preset of that name.
-///
-/// # Errors
-/// `Error::Unknown` with the names of all presets of the kind.
+/// The preset of that name. Gives `Error::Unknown` with the names of all presets of the kind.
 pub fn find(kind: PresetKind, name: &str) -> Result<&'static Preset, Error> {
     ALL.iter().find(|preset| preset.kind == kind && preset.name == name).ok_or_else(|| Error::Unknown {
         what: match kind {

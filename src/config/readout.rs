@@ -1,7 +1,7 @@
 //! From the readout's keys to its checked parameters. Ranges and relations between times are checked by `readout::Schedule`; here
 //! are names, keys that exclude or need one another, and numbers by camera.
 
-use super::check::{one_of, within};
+use super::check::{member, one_of, within};
 use super::scenario::{PerCamera, Readout, Scenario};
 use crate::error::Error;
 use crate::num::{i64_half_even, u64_half_even};
@@ -11,20 +11,15 @@ use crate::readout::{
 };
 
 impl Scenario {
-    /// Sequencer.
-    ///
-    /// # Errors
-    /// Unknown names, keys that exclude one another, lists of another length than the rig.
+    /// Sequencer. Fails on unknown names, keys that exclude one another, lists of another length than the rig.
     pub fn readout(&self) -> Result<ReadoutParams, Error> {
         let readout = &self.sensor.readout;
-        let shutters = Shutter::ALL.map(|shutter| (shutter.name(), shutter));
-        let modes = BinningMode::ALL.map(|mode| (mode.name(), mode));
         let longs = [("refuse", LongExposure::Refuse), ("extend_frame", LongExposure::ExtendFrame)];
         one_of("sensor.readout.row_order", &readout.row_order, &[("top_to_bottom", ())])?;
         let cameras = self.cameras()?.len();
         let [x_px, y_px, width_px, height_px] = readout.window.unwrap_or_default();
         Ok(ReadoutParams {
-            shutter: one_of("sensor.readout.shutter", &readout.shutter, &shutters)?,
+            shutter: member("sensor.readout.shutter", &readout.shutter, &Shutter::ALL, Shutter::name)?,
             hts: readout.hts,
             frame: frame_length(readout)?,
             pixel_rate_hz: readout.pixel_rate_hz,
@@ -36,7 +31,12 @@ impl Scenario {
             window: readout.window.map(|_| Window { x_px, y_px, width_px, height_px }),
             window_step: readout.window_step,
             binning: readout.binning,
-            binning_mode: one_of("sensor.readout.binning_mode", &readout.binning_mode, &modes)?,
+            binning_mode: member(
+                "sensor.readout.binning_mode",
+                &readout.binning_mode,
+                &BinningMode::ALL,
+                BinningMode::name,
+            )?,
             mosaic_px: 1,
             hdr: hdr(readout)?,
             black_rows: self.black_rows()?.rows,
@@ -57,10 +57,7 @@ impl Scenario {
 }
 
 impl Scenario {
-    /// Depth to which merged codes are companded.
-    ///
-    /// # Errors
-    /// Written outside 8 to 16.
+    /// Depth to which merged codes are companded. Fails on written outside 8 to 16.
     pub fn hdr_bits(&self) -> Result<u32, Error> {
         let unwritten = self.sensor.adc.bits.clamp(8, MERGED_BITS_MAX);
         let bits = self.sensor.readout.hdr_bits.unwrap_or(unwritten);

@@ -7,10 +7,7 @@ use crate::fidelity::RenderSettings;
 use crate::optics::Rounding;
 
 impl Scenario {
-    /// All keys that reach the render.
-    ///
-    /// # Errors
-    /// An unknown name, a number out of range, or rays and a tolerance together.
+    /// All keys that reach the render. Fails on an unknown name, a number out of range, or rays and a tolerance together.
     pub(super) fn render_settings(&self) -> Result<RenderSettings, Error> {
         let run = &self.run;
         let merges = one_of("run.sampling", &run.sampling, &[("stratified", false), ("subframes", true)])?;

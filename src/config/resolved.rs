@@ -36,19 +36,14 @@ pub struct Resolved {
 }
 
 impl Resolved {
-    /// Merges a scenario's text with defaults, the presets it names, and assignments.
-    ///
-    /// # Errors
-    /// No TOML, an unknown or missing key, a wrong type, an unknown preset; with file, line, key and value.
+    /// Merges a scenario's text with defaults, the presets it names, and assignments. Fails on no TOML, an unknown or missing key, a
+    /// wrong type, an unknown preset; with file, line, key and value.
     pub fn from_layers(file: &str, text: &str, assignments: &[String]) -> Result<Self, Error> {
         let refused = |_: &str| Err(Error::Run("no file can be read here; use the name of a preset".to_owned()));
         Self::from_layers_and_files(file, text, assignments, &refused)
     }
 
     /// The same where a preset may be a file beside the scenario, as in sensor.preset = "./mine.toml".
-    ///
-    /// # Errors
-    /// As `from_layers`; a file that cannot be read, or that has other sections than a sensor's.
     pub fn from_layers_and_files(
         file: &str,
         text: &str,
@@ -87,9 +82,6 @@ impl Resolved {
     }
 
     /// The same with further assignments over all layers. They may not name another preset.
-    ///
-    /// # Errors
-    /// As `from_layers`.
     pub fn with(&self, assignments: &[String]) -> Result<Self, Error> {
         let mut assigned = Tree::default();
         for assignment in assignments {

@@ -16,10 +16,8 @@ const PLACE_MM_MAX: f64 = 10_000.0;
 const CAMERAS_MAX: usize = 16;
 
 impl Scenario {
-    /// Where each camera sits on the body.
-    ///
-    /// # Errors
-    /// A quaternion far from unit, a baseline or place out of range, two ways to say one thing, no camera or too many.
+    /// Where each camera sits on the body. Fails on a quaternion far from unit, a baseline or place out of range, two ways to say one
+    /// thing, no camera or too many.
     pub fn cameras(&self) -> Result<Vec<Pose>, Error> {
         let rig = &self.rig;
         let rotation = unit_quaternion("rig.body_from_rig", rig.body_from_rig)?;
@@ -37,10 +35,7 @@ impl Scenario {
         cameras.iter().enumerate().map(|(number, camera)| placed(rotation, number, camera)).collect()
     }
 
-    /// The inertial unit on the body, if there is one.
-    ///
-    /// # Errors
-    /// An unknown preset, a rate or place out of range.
+    /// The inertial unit on the body, if there is one. Fails on an unknown preset, a rate or place out of range.
     pub fn imu(&self) -> Result<Option<Imu>, Error> {
         let rig = &self.rig;
         let presets =
@@ -78,10 +73,8 @@ fn place_m(key: &str, place_mm: [f64; 3]) -> Result<DVec3, Error> {
 }
 
 /// An orientation from its quaternion x y z w, or from angles that turn x right, y down, z forward: to the right about y, then nose up
-/// about x, then clockwise about z. None where neither is given.
-///
-/// # Errors
-/// Both, a quaternion far from unit, angles that are not finite.
+/// about x, then clockwise about z. None where neither is given. Fails where both are given, and on a quaternion far from unit, angles
+/// that are not finite.
 pub(super) fn orientation(
     key: &str,
     xyzw: Option<[f64; 4]>,

@@ -235,10 +235,7 @@ pub enum Switch {
 }
 
 impl Switch {
-    /// Whether it is on, where "auto" stands for `auto`.
-    ///
-    /// # Errors
-    /// Another word.
+    /// Whether it is on, where "auto" stands for `auto`. Fails on another word.
     pub fn is_on(&self, key: &str, auto: bool) -> Result<bool, Error> {
         match self {
             Self::Set(on) => Ok(*on),

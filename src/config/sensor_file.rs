@@ -15,10 +15,7 @@ pub(super) fn is_file(name: &str) -> bool {
 }
 
 /// The preset below the file, and the file itself. What the file does not write has the values of the preset that it names, or of the
-/// base.
-///
-/// # Errors
-/// A file that cannot be read, is no TOML, has other sections, or builds on another file.
+/// base. Fails on a file that cannot be read, is no TOML, has other sections, or builds on another file.
 pub(super) fn layers(name: &str, read: &dyn Fn(&str) -> Result<Vec<u8>, Error>) -> Result<[Tree; 2], Error> {
     let bytes = read(name.strip_prefix("./").unwrap_or(name))?;
     let text = String::from_utf8(bytes).map_err(|_| Error::Content {

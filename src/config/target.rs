@@ -25,10 +25,7 @@ impl Scene {
         Wish { reflectance, illuminance_lux, sizes: self.target_sizes() }
     }
 
-    /// Refuses keys of targets where there is none.
-    ///
-    /// # Errors
-    /// The first such key.
+    /// Refuses keys of targets where there is none. Fails with the first such key.
     pub fn check_target_keys(&self) -> Result<(), Error> {
         let given = self.target_sizes().into_iter().find_map(|(key, value)| Some((key, value?)));
         match given.filter(|_| self.target.is_none()) {

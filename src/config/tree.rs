@@ -25,10 +25,7 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Parses one TOML layer.
-    ///
-    /// # Errors
-    /// `Error::Content` with line and column where the text is no TOML.
+    /// Parses one TOML layer. Gives `Error::Content` with line and column where the text is no TOML.
     pub fn parse(layer: &str, text: &str) -> Result<Self, Error> {
         let text = without_mark(text);
         let refused = |error: &toml::de::Error| {
@@ -43,10 +40,8 @@ impl Tree {
         Ok(Self { values, origins: origins.found })
     }
 
-    /// One `--set a.b=value`; the value is TOML, or else taken as a string.
-    ///
-    /// # Errors
-    /// Without an equals sign, or with an empty part in the path.
+    /// One `--set a.b=value`; the value is TOML, or else taken as a string. Fails on without an equals sign, or with an empty part in the
+    /// path.
     pub fn from_assignment(assignment: &str) -> Result<Self, Error> {
         let refused = |reason: &str| Error::Config {
             file: "--set".to_owned(),

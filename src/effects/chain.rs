@@ -150,7 +150,7 @@ impl Chain {
             add(&mut hits, of_chunk);
         }
         let hits = self.named(&hits);
-        Captured { codes, events, charge_e: left_e, black_shift_dn: shot.shifts_dn[0], hits }
+        Captured { codes, events, charge_e: left_e, hits }
     }
 
     /// Counters that a capture needs: one for each effect of each reading.
@@ -277,7 +277,7 @@ impl Chain {
     fn act_on_array(&self, charge_e: &mut Plane<f32>, capture: Capture<'_>, hits: &mut [u64]) -> Option<Plane<f32>> {
         let (place, before_e) = (self.place(capture, 0), capture.before_e);
         let pixels = u64_from(charge_e.values().len());
-        let mut pass = ArrayPass { place, die_seed: self.die_seed, charge_e, before_e, left_e: None };
+        let mut pass = ArrayPass { place, charge_e, before_e, left_e: None };
         let first_counter = self.gathering.len() - self.array_effects().len();
         for (place, effect) in self.array_effects().iter().enumerate() {
             effect.apply_to_array(&mut pass);

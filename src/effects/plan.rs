@@ -37,7 +37,7 @@ pub struct Omitted {
 
 /// An effect that stays, and why.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kept {
+pub struct KeptEffect {
     /// The effect's name.
     pub name: &'static str,
     /// What its absence could change at most, root of the mean square, in electrons; none where it cannot say.
@@ -55,7 +55,7 @@ impl Omitted {
     }
 }
 
-impl Kept {
+impl KeptEffect {
     /// A sentence for a person: "prnu kept: 1 % of 2000 e- is 20 e- between pixels, budget 0.31 e-".
     pub fn words(&self, budget_e: f64) -> String {
         format!("{} kept: {}, budget {} e-", spoken(self.name), self.reason, readable(budget_e))
@@ -72,7 +72,7 @@ pub struct Plan {
     /// Effects to run, in physical order.
     pub effects: Vec<Box<dyn Effect>>,
     /// The same effects with their reasons.
-    pub kept: Vec<Kept>,
+    pub kept: Vec<KeptEffect>,
     /// Left out, in physical order.
     pub omitted: Vec<Omitted>,
     /// Sum of all omissions in the region where it is greatest.
@@ -92,7 +92,7 @@ pub struct Plan {
 pub enum Choice {
     /// The planner decides.
     Auto {
-        /// Kept regardless of their bound.
+        /// KeptEffect regardless of their bound.
         added: Vec<String>,
         /// Left out regardless of their bound; the plan still states it.
         removed: Vec<String>,
@@ -104,10 +104,7 @@ pub enum Choice {
 }
 
 impl Choice {
-    /// Reads "auto", "all", "none" or "+name,-name".
-    ///
-    /// # Errors
-    /// A sentence naming the part that is none of these.
+    /// Reads "auto", "all", "none" or "+name,-name". Fails on a sentence naming the part that is none of these.
     pub fn parse(text: &str, known: &[&str]) -> Result<Self, String> {
         let (mut added, mut removed) = (Vec::new(), Vec::new());
         match text.trim() {
@@ -178,7 +175,7 @@ pub fn plan(effects: Vec<Box<dyn Effect>>, regions: &[Region], accuracy: f64, ch
         } else {
             let error_e = omissions[index][widest].map(|bound| bound.error_e2().sqrt());
             plan.cost_ns_per_px += cost_ns_per_px;
-            plan.kept.push(Kept { name: effect.name(), error_e, cost_ns_per_px, reason });
+            plan.kept.push(KeptEffect { name: effect.name(), error_e, cost_ns_per_px, reason });
             plan.effects.push(effect);
         }
     }
@@ -267,7 +264,7 @@ fn widest_region(omissions: &[Option<Omission>]) -> usize {
 mod tests {
     use super::*;
     use crate::draw::EffectNumber;
-    use crate::effect::{Domain, RowPass};
+    use crate::effect::{Domain, Identity, RowPass};
 
     struct Sample {
         name: &'static str,
@@ -275,14 +272,8 @@ mod tests {
     }
 
     impl Effect for Sample {
-        fn name(&self) -> &'static str {
-            self.name
-        }
-        fn number(&self) -> EffectNumber {
-            EffectNumber(0)
-        }
-        fn domain(&self) -> Domain {
-            Domain::Electrons
+        fn identity(&self) -> Identity {
+            Identity { name: self.name, number: EffectNumber(0), domain: Domain::Electrons }
         }
         fn omission(&self, _: &Facts) -> Option<Omission> {
             self.omission

@@ -8,37 +8,25 @@
 use super::Parameters;
 use crate::error::Error;
 use crate::num::u64_half_even;
+use crate::text::named;
 
-/// Speed of NMOS and PMOS.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Corner {
-    /// Typical, typical.
-    Tt,
-    /// Fast, fast.
-    Ff,
-    /// Slow, slow.
-    Ss,
-    /// Fast NMOS, slow PMOS.
-    Fs,
-    /// Slow NMOS, fast PMOS.
-    Sf,
+named! {
+    /// Speed of NMOS and PMOS.
+    pub enum ProcessCorner {
+        /// Typical, typical.
+        Tt = "tt",
+        /// Fast, fast.
+        Ff = "ff",
+        /// Slow, slow.
+        Ss = "ss",
+        /// Fast NMOS, slow PMOS.
+        Fs = "fs",
+        /// Slow NMOS, fast PMOS.
+        Sf = "sf",
+    }
 }
 
-impl Corner {
-    /// All corners.
-    pub const ALL: [Self; 5] = [Self::Tt, Self::Ff, Self::Ss, Self::Fs, Self::Sf];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Tt => "tt",
-            Self::Ff => "ff",
-            Self::Ss => "ss",
-            Self::Fs => "fs",
-            Self::Sf => "sf",
-        }
-    }
-
+impl ProcessCorner {
     /// What the corner does. The pixel's transistors and the column's bias are NMOS; a comparator needs both kinds.
     pub fn factors(self) -> Factors {
         match self {
@@ -89,7 +77,7 @@ const HEADROOM: f64 = 0.4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variation {
     /// Process corner.
-    pub corner: Corner,
+    pub corner: ProcessCorner,
     /// Analog supply in V.
     pub supply_v: f64,
     /// Analog supply in V for which the parameters are given.
@@ -97,10 +85,8 @@ pub struct Variation {
 }
 
 impl Variation {
-    /// Refuses a supply that the factors say nothing about.
-    ///
-    /// # Errors
-    /// More than a fifth away from the nominal one; the error names the accepted range.
+    /// Refuses a supply that the factors say nothing about. Fails on more than a fifth away from the nominal one; the error names the
+    /// accepted range.
     pub fn checked(self) -> Result<Self, Error> {
         let ratio = self.supply_v / self.supply_nominal_v;
         // A billionth is forgiven, as decimal fractions are rounded.
@@ -115,10 +101,8 @@ impl Variation {
         Err(Error::key("sensor.supply_v", self.supply_v, reason))
     }
 
-    /// The parameters on this silicon at this supply.
-    ///
-    /// # Errors
-    /// A parameter that leaves its range so; the error names corner and supply, and the parameter.
+    /// The parameters on this silicon at this supply. Fails on a parameter that leaves its range so; the error names corner and supply,
+    /// and the parameter.
     pub fn of(self, parameters: Parameters) -> Result<Parameters, Error> {
         let ratio = self.supply_v / self.supply_nominal_v;
         let varied = with_supply(with_corner(parameters, self.corner.factors()), ratio);
@@ -179,19 +163,20 @@ mod tests {
         parameters
     }
 
-    fn at(corner: Corner, supply_v: f64) -> Parameters {
+    fn at(corner: ProcessCorner, supply_v: f64) -> Parameters {
         Variation { corner, supply_v, supply_nominal_v: 2.8 }.checked().unwrap().of(parameters()).unwrap()
     }
 
     #[test]
     fn typical_silicon_at_the_nominal_supply_is_what_the_config_says() {
-        let (found, given) = (at(Corner::Tt, 2.8), parameters());
+        let (found, given) = (at(ProcessCorner::Tt, 2.8), parameters());
         assert_eq!((found.pixel, found.adc), (given.pixel, given.adc));
     }
 
     #[test]
     fn fast_silicon_leaks_and_hurries_and_slow_silicon_does_neither() {
-        let [fast, typical, slow] = [Corner::Ff, Corner::Tt, Corner::Ss].map(|corner| at(corner, 2.8));
+        let [fast, typical, slow] =
+            [ProcessCorner::Ff, ProcessCorner::Tt, ProcessCorner::Ss].map(|corner| at(corner, 2.8));
         let rising: [fn(&Parameters) -> f64; 6] = [
             |p| p.pixel.dark_current_e_per_s,
             |p| p.pixel.storage_leakage_per_s,
@@ -203,16 +188,16 @@ mod tests {
         for value in rising {
             assert!(value(&fast) > value(&typical) && value(&typical) > value(&slow));
         }
-        assert_eq!(at(Corner::Fs, 2.8).adc.column_offset_uv, 240.0);
+        assert_eq!(at(ProcessCorner::Fs, 2.8).adc.column_offset_uv, 240.0);
     }
 
     #[test]
     fn less_supply_gives_less_swing_and_a_shorter_ramp() {
-        let low = at(Corner::Tt, 2.52);
+        let low = at(ProcessCorner::Tt, 2.52);
         // (0.9 - 0.4) / 0.6 of the well, 0.9 of the ramp; three roundings of 1.1e-16 each.
         assert!((low.pixel.full_well_e / (10_000.0 * 5.0 / 6.0) - 1.0).abs() < 1e-15);
         assert!((low.adc.full_scale_uv / 99_000.0 - 1.0).abs() < 1e-15);
-        let far = Variation { corner: Corner::Tt, supply_v: 1.8, supply_nominal_v: 2.8 };
+        let far = Variation { corner: ProcessCorner::Tt, supply_v: 1.8, supply_nominal_v: 2.8 };
         let message = far.checked().unwrap_err().to_string();
         assert!(message.contains("sensor.supply_v = 1.8") && message.contains("use 2.24 to 3.36"), "{message}");
     }
@@ -221,7 +206,7 @@ mod tests {
     fn a_parameter_that_leaves_its_range_is_refused_with_the_corner() {
         let mut leaky = parameters();
         leaky.pixel.storage_leakage_per_s = 50.0;
-        let fast = Variation { corner: Corner::Ff, supply_v: 2.8, supply_nominal_v: 2.8 };
+        let fast = Variation { corner: ProcessCorner::Ff, supply_v: 2.8, supply_nominal_v: 2.8 };
         let message = fast.of(leaky).unwrap_err().to_string();
         assert!(message.contains("sensor.corner = ff") && message.contains("storage_leakage_per_s = 150"), "{message}");
     }

@@ -85,10 +85,7 @@ impl HostEnergy {
 }
 
 impl HostParams {
-    /// The host of this name; none for "none".
-    ///
-    /// # Errors
-    /// An unknown name.
+    /// The host of this name; none for "none". Fails on an unknown name.
     pub fn by_name(name: &str) -> Result<Option<Self>, Error> {
         match name {
             "none" => Ok(None),

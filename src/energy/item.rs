@@ -8,29 +8,17 @@ use crate::events::{Block, Event};
 use crate::link::LinkParams;
 use crate::pixel::PixelParams;
 use crate::readout::Shutter;
+use crate::text::named;
 
-/// A supply rail.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Rail {
-    /// Pixels, columns, converters, references.
-    Analog,
-    /// Logic and memories.
-    Digital,
-    /// The port.
-    Io,
-}
-
-impl Rail {
-    /// All rails.
-    pub const ALL: [Self; 3] = [Self::Analog, Self::Digital, Self::Io];
-
-    /// The one name of this rail in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Analog => "analog",
-            Self::Digital => "digital",
-            Self::Io => "io",
-        }
+named! {
+    /// A supply rail.
+    pub enum Rail {
+        /// Pixels, columns, converters, references.
+        Analog = "analog",
+        /// Logic and memories.
+        Digital = "digital",
+        /// The port.
+        Io = "io",
     }
 }
 

@@ -165,7 +165,6 @@ impl Build<'_> {
         self.items.push(Item { name: of.name(), block, rail, amount, constant, of });
     }
 
-    /// The value of a constant.
     pub fn value(&self, constant: Constant) -> f64 {
         self.technology.value(constant)
     }

@@ -1,39 +1,11 @@
 //! What a configuration says of power beside what timing and noise know already: port, architecture of the converters, class of the
 //! periphery, supplies, duty cycle.
 
-use crate::error::Error;
+use crate::text::named;
 
-macro_rules! words {
-    ($(#[$doc:meta])* $name:ident, $key:literal { $($(#[$of:meta])* $variant:ident = $word:literal,)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum $name { $($(#[$of])* $variant,)* }
-
-        impl $name {
-            /// All of them.
-            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
-
-            /// The word in a configuration.
-            pub fn name(self) -> &'static str {
-                match self { $(Self::$variant => $word,)* }
-            }
-
-            /// The member that a word names.
-            ///
-            /// # Errors
-            /// An unknown word, by key, with those that are known.
-            pub fn from_name(name: &str) -> Result<Self, Error> {
-                let known = Self::ALL.iter().copied().find(|one| one.name() == name);
-                let names = || Self::ALL.iter().map(|one| one.name()).collect::<Vec<_>>().join(", ");
-                known.ok_or_else(|| Error::key($key, name, format!("not known; use one of {}", names())))
-            }
-        }
-    };
-}
-
-words! {
+named! {
     /// Architecture of the converters, for energy alone: times and codes stay those of the single-slope converter.
-    Architecture, "energy.adc" {
+    pub enum Architecture {
         /// A ramp for all columns, a comparator and a count a column.
         SingleSlope = "single_slope",
         /// Successive approximation with a capacitor array a column.
@@ -49,9 +21,9 @@ words! {
     }
 }
 
-words! {
+named! {
     /// What carries bits out of the chip, for energy alone: times stay those of the D-PHY link.
-    Port, "energy.port" {
+    pub enum Port {
         /// D-PHY lanes and a clock lane.
         Dphy = "dphy",
         /// LVDS lanes and a clock lane, driven all the time.
@@ -63,9 +35,9 @@ words! {
     }
 }
 
-words! {
+named! {
     /// What stands on the chip beside array, converters and port.
-    Periphery, "energy.periphery" {
+    pub enum Periphery {
         /// A product: phase-locked loop, references, charge pumps, regulators, sequencer.
         Full = "full",
         /// A product sold as an always-on or ultra-low-power sensor: slow clocks, no loop or PHY that runs all the time.

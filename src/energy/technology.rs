@@ -80,10 +80,7 @@ impl Technology {
         NODES.iter().map(|(name, ..)| *name)
     }
 
-    /// A technology that comes with the program.
-    ///
-    /// # Errors
-    /// A name that is not among `names()`.
+    /// A technology that comes with the program. Fails on a name that is not among `names()`.
     pub fn by_name(name: &str) -> Result<Self, Error> {
         let &(name, node_nm, core_voltage_v) = NODES.iter().find(|(known, ..)| *known == name).ok_or_else(|| {
             let known = format!(
@@ -114,11 +111,8 @@ impl Technology {
         }
     }
 
-    /// A technology by name, or by the name of a file that `read` knows the text of.
-    ///
-    /// # Errors
-    /// An unknown name; a file that is not there or not as it should be, or files that extend one another in a circle; with file, line,
-    /// key and value.
+    /// A technology by name, or by the name of a file that `read` knows the text of. Fails on an unknown name; a file that is not there
+    /// or not as it should be, or files that extend one another in a circle; with file, line, key and value.
     pub fn load(name: &str, read: &dyn Fn(&str) -> Result<String, Error>) -> Result<Self, Error> {
         Self::load_below(name, read, &mut Vec::new())
     }
@@ -161,10 +155,7 @@ impl Technology {
     }
 
     /// Reads a technology file over a base, whose constants it takes to its own node where it has none itself. `file` is its name for
-    /// messages.
-    ///
-    /// # Errors
-    /// Unknown keys, constants and units; a missing node; a value out of range; with file, line, key and value.
+    /// messages. Fails on unknown keys, constants and units; a missing node; a value out of range; with file, line, key and value.
     pub fn parse(file: &str, text: &str, base: Option<&Self>) -> Result<Self, Error> {
         let lines = Lines::of(file, text)?;
         for key in lines.values.keys() {
@@ -231,10 +222,8 @@ impl Technology {
         Self { node_nm, core_voltage_v: usual_voltage_v(node_nm), values, ..self.clone() }
     }
 
-    /// Sets a constant: what `energy.constant.NAME.UNIT` in a scenario says.
-    ///
-    /// # Errors
-    /// An unknown name, another unit than the constant's, a value out of range; by key, with a value that is accepted.
+    /// Sets a constant: what `energy.constant.NAME.UNIT` in a scenario says. Fails on an unknown name, another unit than the constant's,
+    /// a value out of range; by key, with a value that is accepted.
     pub fn set(&mut self, name: &str, unit: &str, value: f64) -> Result<(), Error> {
         let key = format!("energy.constant.{name}.{unit}");
         let constant = Constant::from_name(name).ok_or_else(|| Error::key(&key, value, unknown_constant(name)))?;

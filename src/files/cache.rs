@@ -49,10 +49,9 @@ pub enum Found {
 const UNSEEN_SHARE: u64 = 64;
 
 impl Cache {
-    /// Opens a cache in `folder`, or in the user's: `$XDG_CACHE_HOME/sensel`, else `$HOME/.cache/sensel`.
-    ///
-    /// # Errors
-    /// No folder is given and neither variable is set, or the folder cannot be made.
+    /// Opens a cache in `folder`, or in the user's: `$XDG_CACHE_HOME/sensel`, else `$HOME/.cache/sensel`. Fails where no folder is given
+    /// and
+    /// neither variable is set, or the folder cannot be made.
     pub fn open(folder: Option<&Path>, capacity_bytes: u64) -> Result<Self, Error> {
         let folder = match folder {
             Some(folder) => folder.to_owned(),
@@ -117,9 +116,6 @@ impl Cache {
 
     /// Stores bytes under a key, then removes the least recently used entries beyond the capacity. Bytes that alone are
     /// more than the capacity are not stored: false.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn put(&self, key: &str, content: &[u8]) -> Result<bool, Error> {
         if crate::num::u64_from(content.len() + CHECKSUM_BYTES) > self.capacity_bytes {
             return Ok(false);

@@ -25,9 +25,6 @@ pub struct EmvaWriter {
 
 impl EmvaWriter {
     /// Starts `folder`, which exists.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn create(folder: &Path, set: &Set) -> Result<Self, Error> {
         let frames = folder.join("frames");
         std::fs::create_dir_all(&frames).map_err(io_error(&frames))?;
@@ -37,9 +34,6 @@ impl EmvaWriter {
     }
 
     /// Writes one frame and its line. Frames come in the order of `Set::shots`.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn frame(&mut self, shot: &Shot, codes: &Plane<u16>) -> Result<(), Error> {
         let exposure_ns = shot.exposure.exposure_ns;
         // Floats are printed with all the digits they need to come back as they were.
@@ -55,9 +49,6 @@ impl EmvaWriter {
     }
 
     /// Writes descriptor and truth. A truth without any figure is not written: there is nothing to judge.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn finish(self, truth: &Truth) -> Result<(), Error> {
         let write = |name: &str, text: &str| {
             let path = self.folder.join(name);

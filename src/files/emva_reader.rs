@@ -52,10 +52,7 @@ pub struct FoundMeasurement {
     pub warnings: Vec<String>,
 }
 
-/// Reads a folder.
-///
-/// # Errors
-/// A folder without descriptor, a line that is none, frames of another size or depth, too few of them.
+/// Reads a folder. Fails on a folder without descriptor, a line that is none, frames of another size or depth, too few of them.
 pub fn read(folder: &Path) -> Result<FoundMeasurement, Error> {
     if !folder.join(DESCRIPTOR).exists() {
         let reason =

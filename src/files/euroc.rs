@@ -7,8 +7,8 @@ mod reader;
 mod writer;
 mod yaml;
 
-pub use reader::{CameraFolder, EurocReader, FrameEntry, ImuFolder, Picture};
-pub use writer::{EurocWriter, GroundTruth, ImuReading, PngDepth};
+pub use reader::{CameraFolder, EurocReader, FrameEntry, ImuFolder};
+pub use writer::{EurocWriter, GroundTruth, ImuReading};
 
 pub use layout::{EurocCamera, EurocImu};
 

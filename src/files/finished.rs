@@ -19,10 +19,7 @@ const TUM_BYTES_MAX: u64 = 1 << 28;
 /// Where a run keeps the poses that the cameras gave without the inertial unit.
 pub const CAMERAS_ALONE: &str = "trajectory_cameras_alone.tum";
 
-/// The report and the trajectories of a run's folder.
-///
-/// # Errors
-/// A folder that is not there or is no run's, or a run that was cut short.
+/// The report and the trajectories of a run's folder. Fails on a folder that is not there or is no run's, or a run that was cut short.
 pub fn read_run(folder: &Path) -> Result<FinishedRun, Error> {
     let refused = |reason: String| content_error(folder, reason);
     if !folder.is_dir() {
@@ -86,10 +83,7 @@ fn trajectory(file: &Path) -> Result<Vec<TimedPose>, Error> {
     parse_tum(&text).map_err(|error| content_error(file, error.to_string()))
 }
 
-/// Pictures of the first camera by frame number, as eight-bit grey values.
-///
-/// # Errors
-/// A picture that is missing or damaged.
+/// Pictures of the first camera by frame number, as eight-bit grey values. Fails on a picture that is missing or damaged.
 pub fn read_pictures(run: &FinishedRun, frames: &[usize]) -> Result<Vec<crate::plane::Plane<u16>>, Error> {
     let folder = Path::new(&run.folder).join("mav0/cam0");
     let list = folder.join("data.csv");

@@ -66,10 +66,8 @@ pub struct Placed {
 }
 
 impl OutputFolder {
-    /// Makes a hidden folder to be filled under [`OutputFolder::path`], and clears what killed processes left for the same place.
-    ///
-    /// # Errors
-    /// `target` is a file, or holds something that this program did not write; another process writes there; or the disk says no.
+    /// Makes a hidden folder to be filled under [`OutputFolder::path`], and clears what killed processes left for the same place. Fails
+    /// where `target` is a file, or holds something that this program did not write; another process writes there; or the disk says no.
     pub fn create(target: &Path) -> Result<Self, Error> {
         Self::create_where(target, holds_current_folder)
     }
@@ -112,9 +110,6 @@ impl OutputFolder {
     }
 
     /// Whether `target` could be made or replaced, before long work is done for it.
-    ///
-    /// # Errors
-    /// As [`OutputFolder::create`]; nothing is left behind.
     pub fn check(target: &Path) -> Result<(), Error> {
         Self::create(target).map(drop)
     }
@@ -124,11 +119,9 @@ impl OutputFolder {
         &self.root
     }
 
-    /// Puts the folder in its place. What this program wrote there before is removed once the new one stands.
-    ///
-    /// # Errors
-    /// The place holds something that is not this program's, or the disk says no. The place is as it was then, and the finished result
-    /// stays beside it under the name that the error says.
+    /// Puts the folder in its place. What this program wrote there before is removed once the new one stands. Fails on the place holds
+    /// something that is not this program's, or the disk says no. The place is as it was then, and the finished result stays beside it
+    /// under the name that the error says.
     pub fn commit(self) -> Result<Placed, Error> {
         self.commit_by(disk::exchange)
     }

@@ -27,10 +27,8 @@ pub struct Grey {
     pub full_scale: Option<f64>,
 }
 
-/// Reads a picture as grey codes: PNG and JPEG in their own depth; OpenEXR in 16 bits, in proportion to its brightest pixel.
-///
-/// # Errors
-/// A file that is not there, is no picture, or is too large; linear values that are negative or no numbers, or all black.
+/// Reads a picture as grey codes: PNG and JPEG in their own depth; OpenEXR in 16 bits, in proportion to its brightest pixel. Fails on a
+/// file that is not there, is no picture, or is too large; linear values that are negative or no numbers, or all black.
 pub fn read(file: &Path) -> Result<Grey, Error> {
     use std::io::{Read as _, Seek as _};
     let name = file.display().to_string();

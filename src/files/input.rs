@@ -48,10 +48,7 @@ impl InputFolders {
     }
 
     /// Names of the files in a folder, sorted; "" is the first of the folders itself. Names that are no Unicode are left
-    /// out.
-    ///
-    /// # Errors
-    /// A name that leads out; a folder that is not there; what the disk says.
+    /// out. Fails on a name that leads out; a folder that is not there, or as the disk says.
     pub fn list(&self, folder: &str) -> Result<Vec<String>, Error> {
         let path = self.find(folder, Path::is_dir)?;
         let entries = std::fs::read_dir(&path).map_err(|source| missing(folder, &path, source))?;

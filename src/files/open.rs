@@ -21,10 +21,8 @@ type FileId = std::path::PathBuf;
 /// The files that this process has opened as inputs.
 static INPUTS: Mutex<BTreeSet<FileId>> = Mutex::new(BTreeSet::new());
 
-/// Opens an input and remembers it, so that no output takes its place.
-///
-/// # Errors
-/// What the operating system says, or something that is no regular file.
+/// Opens an input and remembers it, so that no output takes its place. Fails as the operating system says, or on something that is no
+/// regular file.
 pub fn open_input(path: &Path) -> Result<File, Error> {
     let file = open_regular(path)?;
     if let Some(id) = file_id(path, &file.metadata().map_err(io_error(path))?) {
@@ -39,10 +37,7 @@ pub fn is_input(path: &Path) -> bool {
     id.is_some_and(|id| INPUTS.lock().expect("nobody panics while it is held").contains(&id))
 }
 
-/// Opens a regular file for reading; never waits.
-///
-/// # Errors
-/// What the operating system says, or something that is no regular file.
+/// Opens a regular file for reading; never waits. Fails as the operating system says, or on something that is no regular file.
 pub fn open_regular(path: &Path) -> Result<File, Error> {
     // Opening some devices is an action in itself, so the kind is asked for first; what was opened is asked again.
     check_kind(path, &std::fs::metadata(path).map_err(io_error(path))?)?;
@@ -51,10 +46,8 @@ pub fn open_regular(path: &Path) -> Result<File, Error> {
     Ok(file)
 }
 
-/// The bytes of an opened file, refused beyond `bytes_max`, even where the file grows while it is read.
-///
-/// # Errors
-/// What the operating system says, or a file that is too long.
+/// The bytes of an opened file, refused beyond `bytes_max`, even where the file grows while it is read. Fails as the operating system
+/// says, or on a file that is too long.
 pub fn read_opened(file: File, path: &Path, bytes_max: u64) -> Result<Vec<u8>, Error> {
     let too_long = |length: u64| content_error(path, format!("is {length} bytes long; at most {bytes_max} are read"));
     let length = file.metadata().map_err(io_error(path))?.len();

@@ -51,10 +51,8 @@ pub struct PhotonFiles {
 }
 
 impl PhotonFiles {
-    /// Opens the store in a folder, which is made if need be. `say` is told of damage and of a disk that takes nothing.
-    ///
-    /// # Errors
-    /// The folder cannot be made.
+    /// Opens the store in a folder, which is made if need be. `say` is told of damage and of a disk that takes nothing. Fails where the
+    /// folder cannot be made.
     pub fn open(folder: &Path, capacity_bytes: u64, say: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, Error> {
         Ok(Self {
             cache: Cache::open(Some(folder), capacity_bytes)?,

@@ -21,10 +21,8 @@ const PIXELS_MAX: u64 = 100_000_000;
 /// Longest file that is read: more than all pixels take uncompressed.
 const BYTES_MAX: u64 = 1 << 30;
 
-/// Reads a picture as grey values and their depth, 8 or 16 bits. Colour becomes luma by the `image` crate's weights (Rec. 709).
-///
-/// # Errors
-/// A file that is not there or no picture, or one beyond the size that is decoded.
+/// Reads a picture as grey values and their depth, 8 or 16 bits. Colour becomes luma by the `image` crate's weights (Rec. 709). Fails on
+/// a file that is not there or no picture, or one beyond the size that is decoded.
 pub fn read_grey(file: &Path) -> Result<(Plane<u16>, u32), Error> {
     read_grey_of(open_input(file).map_err(absent(file))?, file)
 }
@@ -69,9 +67,6 @@ pub(super) fn grey_of(bytes: &[u8], name: &str) -> Result<(Plane<u16>, u32), Err
 }
 
 /// Writes 16-bit values as a grey PNG.
-///
-/// # Errors
-/// What the disk says.
 pub fn write_grey_16(file: &Path, values: &Plane<u16>) -> Result<(), Error> {
     let size = values.size();
     let buffer = image::ImageBuffer::from_raw(size.width_px, size.height_px, values.values().to_vec())

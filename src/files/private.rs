@@ -6,10 +6,8 @@ use std::path::{Path, PathBuf};
 use super::errors::{content_error, io_error};
 use crate::error::Error;
 
-/// Makes a folder that nobody else may enter, with those above it, or checks that the one that is there is this user's own.
-///
-/// # Errors
-/// The folder, or one above it, could be changed by somebody else; or what the disk says.
+/// Makes a folder that nobody else may enter, with those above it, or checks that the one that is there is this user's own. Fails where the
+/// folder, or one above it, could be changed by somebody else, or as the disk says.
 pub fn make_private(folder: &Path) -> Result<(), Error> {
     if let Some(parent) = folder.parent() {
         std::fs::create_dir_all(parent).map_err(io_error(parent))?;
@@ -41,10 +39,7 @@ fn create(folder: &Path) -> std::io::Result<()> {
     std::fs::create_dir(folder)
 }
 
-/// Refuses a folder whose content, or whose place, another user could change.
-///
-/// # Errors
-/// Why it is refused; or what the disk says.
+/// Refuses a folder whose content, or whose place, another user could change. Says why it is refused.
 #[cfg(unix)]
 pub fn check_private(folder: &Path) -> Result<(), Error> {
     use std::os::unix::fs::MetadataExt as _;
@@ -78,9 +73,6 @@ pub fn check_private(folder: &Path) -> Result<(), Error> {
 }
 
 /// Refuses a folder whose content, or whose place, another user could change; this system is not asked.
-///
-/// # Errors
-/// None.
 #[cfg(not(unix))]
 pub fn check_private(_: &Path) -> Result<(), Error> {
     Ok(())

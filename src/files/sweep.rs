@@ -43,10 +43,7 @@ pub struct FoundCells {
 
 impl SweepFolder {
     /// Takes a folder for running: makes it if need be, and holds its lock. `is_shared` leaves the lock out, for processes that each run
-    /// other cells of one sweep.
-    ///
-    /// # Errors
-    /// Another process runs a sweep there; files of others stand there; the disk says no.
+    /// other cells of one sweep. Fails where another process runs a sweep there; files of others stand there; the disk says no.
     pub fn take(path: &Path, is_shared: bool) -> Result<Self, Error> {
         std::fs::create_dir_all(path).map_err(io_error(path))?;
         let mark = path.join(MARK);
@@ -64,10 +61,7 @@ impl SweepFolder {
         Ok(this)
     }
 
-    /// A folder for reading alone.
-    ///
-    /// # Errors
-    /// It is no folder of a sweep.
+    /// A folder for reading alone. Fails where it is no folder of a sweep.
     pub fn read(path: &Path) -> Result<Self, Error> {
         if path.join(MARK).is_file() {
             return Ok(Self { path: path.to_owned(), _lock: None });
@@ -102,10 +96,7 @@ impl SweepFolder {
         found
     }
 
-    /// Writes a cell's record: to a file beside its place, synced, renamed.
-    ///
-    /// # Errors
-    /// The disk says no; then the cell counts as not run.
+    /// Writes a cell's record: to a file beside its place, synced, renamed. Fails where the disk says no; then the cell counts as not run.
     pub fn write(&self, record: &CellRecord) -> Result<(), Error> {
         let place = self.place_of(&record.cell);
         if let Some(folder) = place.parent() {
@@ -115,18 +106,10 @@ impl SweepFolder {
     }
 
     /// Writes a file of the whole sweep, such as the table.
-    ///
-    /// # Errors
-    /// The disk says no.
     pub fn write_file(&self, name: &str, bytes: &[u8]) -> Result<PathBuf, Error> {
         let place = self.path.join(name);
         write_whole(&place, bytes)?;
         Ok(place)
-    }
-
-    /// A small file of the whole sweep, if it is there.
-    pub fn read_file(&self, name: &str) -> Option<Vec<u8>> {
-        read_bytes(&self.path.join(name), 1 << 28).ok()
     }
 
     /// What killed runs left.

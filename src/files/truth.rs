@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use super::errors::io_error;
 use crate::error::Error;
 use crate::num::u64_half_even;
-use crate::optics::truth::{Matches, Surfaces, View, Visibility, matches, surfaces};
+use crate::optics::truth::{Matches, Surfaces, TruthView, Visibility, matches, surfaces};
 use crate::picture::{Channel, to_exr};
 use crate::plane::Plane;
 use crate::run::{CameraFrame, Frame, Session, Setup};
@@ -42,9 +42,6 @@ struct Place<'a> {
 
 impl TruthWriter {
     /// Makes the folders of what is kept inside the run's.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn create(folder: &Path, keep: &Keep, setup: &Setup) -> Result<Self, Error> {
         if setup.world.scene().is_none() {
             keep.check_for_pictures(setup.world.has_depth())?;
@@ -60,9 +57,6 @@ impl TruthWriter {
     }
 
     /// Writes what is kept of one frame, which must be the run's last so far.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn add_frame(&mut self, session: &Session, frame: &Frame) -> Result<(), Error> {
         let timestamp_ns = u64_half_even(frame.t_s * 1e9);
         for (camera, seen) in frame.cameras.iter().enumerate() {
@@ -74,17 +68,11 @@ impl TruthWriter {
     }
 
     /// Lists inertial readings where a folder has a place for them.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn add_readings(&mut self, readings: &[ImuSample]) -> Result<(), Error> {
         self.tum.as_mut().map_or(Ok(()), |tum| tum.add_readings(readings))
     }
 
     /// Writes what is still in memory, and what the numbers mean.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn finish(self, setup: &Setup) -> Result<(), Error> {
         if let Some(tum) = self.tum {
             tum.finish()?;
@@ -171,7 +159,7 @@ impl TruthWriter {
         write_exr(&self.path("depth", place, "exr"), [("Z", depth_m)])
     }
 
-    fn shape(&self, place: &Place<'_>, scene: Shapes<'_>, view: &View<'_>, seen: &Surfaces) -> Result<(), Error> {
+    fn shape(&self, place: &Place<'_>, scene: Shapes<'_>, view: &TruthView<'_>, seen: &Surfaces) -> Result<(), Error> {
         if self.keep.has(Kept::Depth) {
             let depth_m = seen.depth_m(view);
             super::picture::write_grey_16(&self.path("depth", place, "png"), &encode::depth_steps(&depth_m))?;

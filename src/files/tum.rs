@@ -35,10 +35,7 @@ impl TumFolder {
         is_there(&dir.join("rgb.txt")) || (is_there(&dir.join("K.txt")) && pictures_folder(dir).is_some())
     }
 
-    /// Opens a folder.
-    ///
-    /// # Errors
-    /// No calibration, no list of pictures that fits, a file that cannot be read, each named.
+    /// Opens a folder. Fails on no calibration, no list of pictures that fits, a file that cannot be read, each named.
     pub fn open(dir: &Path) -> Result<Self, Error> {
         let truth = ["groundtruth.txt", "groundtruth.tum"].map(|name| dir.join(name)).into_iter().find(|f| is_there(f));
         let truth_text = truth.as_ref().map(|file| read_text(file, TEXT_BYTES_MAX)).transpose()?;

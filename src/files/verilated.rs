@@ -221,9 +221,7 @@ const VERILATOR: &str = "verilator";
 
 impl Verilated {
     /// Programs are built when they are needed first, in this folder, or where there is none in the user's own among the temporary ones.
-    ///
-    /// # Errors
-    /// There is no Verilator.
+    /// Fails where there is no Verilator.
     pub fn new(folder: impl Into<Option<PathBuf>>) -> Result<Self, Error> {
         let folder = folder.into().unwrap_or_else(super::private::temporary_folder);
         verilator::version(VERILATOR).map(|_| Self { folder, players: Players::default() })

@@ -28,7 +28,7 @@ const PROGRAM_BYTES_MAX: u64 = 1 << 30;
 static TURN: AtomicU32 = AtomicU32::new(0);
 
 /// A file of Verilog: name and text. One that ends in `.sv` is translated, any other lies beside it for those that include it.
-pub type Source<'a> = (String, Cow<'a, str>);
+pub type VerilogSource<'a> = (String, Cow<'a, str>);
 
 /// What a program is built of.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ pub struct Build<'a> {
     /// Module at the top.
     pub top: &'a str,
     /// Verilog, the top's file first.
-    pub sources: Vec<Source<'a>>,
+    pub sources: Vec<VerilogSource<'a>>,
     /// Text of the harness.
     pub harness: &'a str,
     /// Text of `block.h`, which the harness includes.
@@ -52,16 +52,13 @@ fn failed(what: impl std::fmt::Display) -> Error {
 }
 
 /// The files of a module of `rtl_models`, its own first.
-pub fn sources(top: &str) -> Vec<Source<'static>> {
+pub fn sources(top: &str) -> Vec<VerilogSource<'static>> {
     let (own, parts): (Vec<_>, Vec<_>) = sources_of(top).partition(|source| source.module == top);
-    let named = |source: &verilog::Source| (format!("{}.sv", source.module), Cow::Borrowed(source.text));
+    let named = |source: &verilog::VerilogModule| (format!("{}.sv", source.module), Cow::Borrowed(source.text));
     own.into_iter().chain(parts).map(named).collect()
 }
 
-/// What a program called `verilator` says about itself.
-///
-/// # Errors
-/// It is not there.
+/// What a program called `verilator` says about itself. Fails where it is not there.
 pub fn version(verilator: &str) -> Result<String, Error> {
     let absent = |why: &dyn std::fmt::Display| {
         let reason = format!(
@@ -89,10 +86,8 @@ impl Build<'_> {
         hasher.finalize().to_hex()[..32].to_owned()
     }
 
-    /// The program, in its folder under `base`; built unless a complete one exists.
-    ///
-    /// # Errors
-    /// Verilator is not there or refuses, other users can write `base`, or the disk says no.
+    /// The program, in its folder under `base`; built unless a complete one exists. Fails where verilator is not there or refuses, other
+    /// users can write `base`, or the disk says no.
     pub fn program(&self, base: &Path) -> Result<PathBuf, Error> {
         let name = format!("{}-{}", self.top, self.key(&version(self.verilator)?));
         private::make_private(base)?;

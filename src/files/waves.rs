@@ -29,10 +29,7 @@ pub struct WaveFile {
 }
 
 impl WaveFile {
-    /// A file of the format that its extension says.
-    ///
-    /// # Errors
-    /// Another extension, or a folder of this name.
+    /// A file of the format that its extension says. Fails on another extension, or a folder of this name.
     pub fn new(path: &Path) -> Result<Self, Error> {
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
         let format = match extension.as_deref() {
@@ -59,17 +56,13 @@ impl WaveFile {
     }
 
     /// Whether it could be written, before long work is done for it.
-    ///
-    /// # Errors
-    /// The disk says no.
     pub fn check(&self) -> Result<(), Error> {
         check_file(&self.path)
     }
 
-    /// Writes the file beside its place and renames it; `name` is the picture's heading.
-    ///
-    /// # Errors
-    /// The disk says no; then what stood there still stands.
+    /// Writes the file beside its place and renames it; `name` is the picture's heading. Fails where the disk says no; then what stood
+    /// there
+    /// still stands.
     pub fn write(&self, waves: &Waves, name: &str) -> Result<(), Error> {
         let bytes = match self.format {
             WaveFormat::Fst => fst_bytes(waves),

@@ -83,10 +83,8 @@ pub(super) struct Pilot<'a> {
     pictures: u64,
 }
 
-/// Finds the cheapest setting that meets the goal: the least time for an accuracy, the least error for a time.
-///
-/// # Errors
-/// A time that no setting meets, with the least possible one; a reference too coarse for the accuracy.
+/// Finds the cheapest setting that meets the goal: the least time for an accuracy, the least error for a time. Fails on a time that no
+/// setting meets, with the least possible one; a reference too coarse for the accuracy.
 pub fn choose(bench: &Bench<'_>, goal: Goal) -> Result<Choice, Error> {
     let own = Setting { rung: Rung::Sampled, ..Setting::of(&bench.setup.resolved.scenario) };
     let finest = match goal {

@@ -37,7 +37,6 @@ pub struct Truth {
 /// What photons mean to a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Judge {
-    /// Electrons of a photon.
     pub electrons_per_photon: f64,
     /// Photons beyond which a pixel shows no difference.
     pub saturation_photons: f64,

@@ -65,10 +65,7 @@ pub struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// The same scenario at another setting.
-    ///
-    /// # Errors
-    /// A setting that the scenario does not admit.
+    /// The same scenario at another setting. Fails on a setting that the scenario does not admit.
     pub fn setup_of(&self, setting: &Setting) -> Result<Setup, Error> {
         let resolved = &self.setup.resolved;
         self.setup.again(resolved.with(&setting.assignments(&resolved.scenario))?)

@@ -23,7 +23,6 @@ pub struct Rendered {
     pub errors: Vec<Squares>,
     /// Per frame of the rig.
     pub cost: Cost,
-    /// Rays a pixel.
     pub rays_per_pixel: f64,
 }
 

@@ -29,9 +29,6 @@ pub struct Poses {
 }
 
 /// Runs every setting for so many frames, one entry each.
-///
-/// # Errors
-/// As a run's.
 pub fn poses_of(bench: &Bench<'_>, settings: &[Setting], frames: u32) -> Result<Vec<Poses>, Error> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (place, setting) in settings.iter().enumerate() {

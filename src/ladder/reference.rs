@@ -26,7 +26,6 @@ const ROUNDS_LEAST: u32 = 4;
 
 /// One judged picture.
 pub struct Judged {
-    /// Which.
     pub place: Place,
     /// Photons of each slot.
     pub truths: Vec<Truth>,
@@ -40,7 +39,6 @@ pub struct Judged {
 
 /// The reference of a study.
 pub struct Reference {
-    /// Its setting.
     pub setting: Setting,
     /// One entry a picture.
     pub judged: Vec<Judged>,
@@ -50,17 +48,13 @@ pub struct Reference {
     pub standard_error: f64,
     /// Pixels that count.
     pub pixels: u64,
-    /// Rays a pixel.
     pub rays_per_pixel: f64,
     /// Per frame of the rig: render, sensor, extractor.
     pub costs: [Cost; 3],
 }
 
 /// Renders the reference of some pictures and takes it through the sensor. Its standard error is at most this share of the finest
-/// accuracy.
-///
-/// # Errors
-/// A standard error that stays too large, with the finest possible accuracy.
+/// accuracy. Fails on a standard error that stays too large, with the finest possible accuracy.
 pub fn reference(bench: &Bench<'_>, places: &[Place], finest: f64, share: f64) -> Result<Reference, Error> {
     let own = Setting::of(&bench.setup.resolved.scenario);
     let tolerance = (finest * share) * (finest * share);

@@ -40,10 +40,7 @@ struct Draft {
     on_front: bool,
 }
 
-/// Measures a scenario's ladder.
-///
-/// # Errors
-/// A reference that cannot judge the finest accuracy; whatever stops a run.
+/// Measures a scenario's ladder. Fails on a reference that cannot judge the finest accuracy; whatever stops a run.
 pub fn ladder(bench: &Bench<'_>, options: Options, name: &str, threads: u32) -> Result<LadderRecord, Error> {
     let own = Setting { rung: Rung::Sampled, ..Setting::of(&bench.setup.resolved.scenario) };
     let places = bench.places(options.frames);

@@ -43,27 +43,18 @@ pub struct HeldOut<'a> {
 
 impl<'a> HeldOut<'a> {
     /// A reference of these frames for errors from `finest` on.
-    ///
-    /// # Errors
-    /// As `ladder`.
     pub fn new(bench: &'a Bench<'a>, frames: &[u32], finest: f64) -> Result<Self, Error> {
         let places: Vec<Place> = frames.iter().map(|&frame| Place { frame: FrameIndex(frame), camera: 0 }).collect();
         Ok(Self { bench, reference: reference(bench, &places, finest, SHARE)? })
     }
 
     /// Renders alone, timed this many times in turns.
-    ///
-    /// # Errors
-    /// As `ladder`.
     pub fn renders(&self, settings: &[Setting], repeats: u32) -> Result<Vec<Verdict>, Error> {
         let rendered = render_all(self.bench, &self.reference, settings, repeats)?;
         Ok(rendered.iter().map(|one| verdict(&one.errors, one.cost, one.rays_per_pixel)).collect())
     }
 
     /// A render alone, timed once; none where its error is above `worst` whatever its last frames show.
-    ///
-    /// # Errors
-    /// As `ladder`.
     pub fn render_within(&self, setting: &Setting, worst: f64) -> Result<Option<Verdict>, Error> {
         let all = f64_from_usize(self.reference.judged.len());
         let hopeless =
@@ -74,9 +65,6 @@ impl<'a> HeldOut<'a> {
     }
 
     /// Chains alone, on the reference's photons, timed this many times in turns.
-    ///
-    /// # Errors
-    /// As `ladder`.
     pub fn chains(&self, settings: &[Setting], repeats: u32) -> Result<Vec<Verdict>, Error> {
         let sensed = sense_all(self.bench, &self.reference, settings, repeats)?;
         Ok(sensed.iter().map(|one| verdict(&one.errors, one.cost, 0.0)).collect())
@@ -88,9 +76,6 @@ fn verdict(errors: &[Squares], cost: Cost, rays_per_pixel: f64) -> Verdict {
 }
 
 /// Measures settings on these frames of the first camera against a reference for errors from `finest` on.
-///
-/// # Errors
-/// As `ladder`.
 pub fn judge(
     bench: &Bench<'_>,
     settings: &[Setting],

@@ -40,24 +40,21 @@ impl InVerilog {
     }
 }
 
-/// Converts rows of the reference's first picture, evenly spread, on both rungs.
-///
-/// # Errors
-/// There is no simulator, or it fails.
+/// Converts rows of the reference's first picture, evenly spread, on both rungs. Fails where there is no simulator, or it fails.
 pub(super) fn measured(bench: &Bench<'_>, reference: &Reference) -> Result<InVerilog, Error> {
-    let seat = SharedRtlSimulator::new(bench.assets.rtl_simulator()?);
+    let simulator = SharedRtlSimulator::new(bench.assets.rtl_simulator()?);
     let judged = &reference.judged[0];
     let (width, height) = (judged.codes.width_px(), judged.codes.height_px());
     let count = (PIXELS_MAX / width).clamp(1, height);
     let rows: Vec<RowIndex> = (0..count).map(|row| RowIndex(u32_from(row * height / count))).collect();
     let chain_on = |rung| bench.setup.first_chain().on_rung(rung);
-    let (clocked, rtl) = (chain_on(Rung::Clocked), chain_on(Rung::Rtl).in_verilog(Some(&seat)));
+    let (clocked, rtl) = (chain_on(Rung::Clocked), chain_on(Rung::Rtl).in_verilog(Some(&simulator)));
     let photons = &judged.truths[0].photons;
     // The first row builds the simulator where it was not built before.
     bench.setup.codes_at(&rtl, judged.place, photons, &rows[..1]);
     let (in_rust, clocked_cost) = bench.clocks.time(|| bench.setup.codes_at(&clocked, judged.place, photons, &rows));
     let (in_verilog, cost) = bench.clocks.time(|| bench.setup.codes_at(&rtl, judged.place, photons, &rows));
-    seat.check()?;
+    simulator.check()?;
     let plane = |rows: Vec<Vec<u16>>| {
         let size = Size { width_px: u32_from(width), height_px: u32_from(rows.len()) };
         Plane::from_values(size, rows.concat())

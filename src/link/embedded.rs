@@ -70,7 +70,6 @@ impl FrameShape {
     }
 }
 
-/// The payload of a frame's metadata and shape.
 pub(crate) fn payload(metadata: &FrameMetadata, shape: &FrameShape) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(EMBEDDED_BYTES);
     bytes.extend_from_slice(&MAGIC);

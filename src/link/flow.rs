@@ -134,10 +134,8 @@ impl Flow {
 }
 
 impl LinkParams {
-    /// Features that pass between the end of one row's packet and the reading of the next row; 0 where rows leave no room.
-    ///
-    /// # Errors
-    /// A row that this link cannot carry.
+    /// Features that pass between the end of one row's packet and the reading of the next row; 0 where rows leave no room. Fails on a row
+    /// that this link cannot carry.
     pub fn features_per_gap(&self, width_px: u32, bits: u32, period: RowPeriod) -> Result<u32, Error> {
         let busy = self.line_packet_time(width_px, bits)?.0 + self.burst_overhead().0;
         let bytes = period.least().saturating_sub(busy).saturating_mul(self.lanes.into());

@@ -48,11 +48,9 @@ impl FrameOut<'_> {
     }
 }
 
-/// The bytes of one frame, packets back to back, and their events: every byte, and on every lane one burst a packet.
-///
-/// # Errors
-/// What the container cannot carry: a row that is no whole number of its groups (RAW10: 4 pixels, RAW12: 2, ...) or is longer than a
-/// packet's 65,535 bytes. Rows are not padded, because a padded picture is another picture.
+/// The bytes of one frame, packets back to back, and their events: every byte, and on every lane one burst a packet. Fails on what the
+/// container cannot carry: a row that is no whole number of its groups (RAW10: 4 pixels, RAW12: 2, ...) or is longer than a packet's
+/// 65,535 bytes. Rows are not padded, because a padded picture is another picture.
 ///
 /// # Panics
 /// If batches hold more features than the frame.
@@ -117,10 +115,7 @@ impl Writer<'_> {
     }
 }
 
-/// The bytes of one row's packet, as `pack_frame` has them: header, codes, checksum.
-///
-/// # Errors
-/// A row that the container cannot carry.
+/// The bytes of one row's packet, as `pack_frame` has them: header, codes, checksum. Fails on a row that the container cannot carry.
 pub fn pack_row(codes: &[u16], bits: u32, virtual_channel: u8, params: &LinkParams) -> Result<Vec<u8>, Error> {
     let kind = params.raw_kind(bits)?;
     check_shape(kind, Size { width_px: u32_from(codes.len()), height_px: 1 })?;

@@ -2,36 +2,22 @@
 
 use super::raw::RawKind;
 use crate::error::Error;
+use crate::text::named;
 use crate::units::FrameIndex;
 
-/// What a frame carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// The codes of all rows.
-    Frames,
-    /// Feature packets only.
-    Features,
-    /// Codes and features; codes only every so many frames where `LinkParams::frames_every` says so.
-    Both,
+named! {
+    /// What a frame carries.
+    pub enum Mode {
+        /// The codes of all rows.
+        Frames = "frames",
+        /// Feature packets only.
+        Features = "features",
+        /// Codes and features; codes only every so many frames where `LinkParams::frames_every` says so.
+        Both = "both",
+    }
 }
 
 impl Mode {
-    /// The word in a configuration.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Frames => "frames",
-            Self::Features => "features",
-            Self::Both => "both",
-        }
-    }
-
-    /// The mode of a configuration's word.
-    pub fn from_name(name: &str) -> Result<Self, Error> {
-        [Self::Frames, Self::Features, Self::Both].into_iter().find(|mode| mode.name() == name).ok_or_else(|| {
-            Error::Unknown { what: "link mode", name: name.to_owned(), known: "frames, features, both".to_owned() }
-        })
-    }
-
     /// Whether rows of codes are sent, of every frame or of some.
     pub fn sends_codes(self) -> bool {
         matches!(self, Self::Frames | Self::Both)
@@ -88,10 +74,7 @@ impl LinkParams {
         Self { lanes, frequency_hz, mode, format, frames_every: 1, line_sync: false, fifo_rows: 1, when_full }
     }
 
-    /// The same, after its ranges are checked.
-    ///
-    /// # Errors
-    /// A value out of range, by key, with an accepted value.
+    /// The same, after its ranges are checked. Fails on a value out of range, by key, with an accepted value.
     pub fn checked(self) -> Result<Self, Error> {
         if !(1..=4).contains(&self.lanes) {
             return Err(Error::key("link.lanes", self.lanes, "use 1 to 4"));
@@ -123,10 +106,7 @@ impl LinkParams {
         self.mode.sends_codes() && frame.0.is_multiple_of(self.frames_every)
     }
 
-    /// The container for codes of this depth, if it holds them.
-    ///
-    /// # Errors
-    /// A depth that no container has, or a `format` that is narrower.
+    /// The container for codes of this depth, if it holds them. Fails on a depth that no container has, or a `format` that is narrower.
     pub fn raw_kind(&self, bits: u32) -> Result<RawKind, Error> {
         let smallest = RawKind::smallest(bits)?;
         match self.format {

@@ -28,74 +28,43 @@ impl RawKind {
     /// All kinds, narrow to wide.
     pub const ALL: [Self; 7] = [Self::Raw6, Self::Raw7, Self::Raw8, Self::Raw10, Self::Raw12, Self::Raw14, Self::Raw16];
 
-    /// The word in a configuration.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Raw6 => "raw6",
-            Self::Raw7 => "raw7",
-            Self::Raw8 => "raw8",
-            Self::Raw10 => "raw10",
-            Self::Raw12 => "raw12",
-            Self::Raw14 => "raw14",
-            Self::Raw16 => "raw16",
-        }
-    }
-
-    /// The kind of a configuration's word; "auto" is `None`.
-    pub fn from_name(name: &str) -> Result<Option<Self>, Error> {
-        if name == "auto" {
-            return Ok(None);
-        }
-        Self::ALL.into_iter().find(|kind| kind.name() == name).map(Some).ok_or_else(|| Error::Unknown {
-            what: "link format",
-            name: name.to_owned(),
-            known: "auto, raw6, raw7, raw8, raw10, raw12, raw14, raw16".to_owned(),
-        })
-    }
-
     /// The narrowest container for codes of this depth.
     pub fn smallest(bits: u32) -> Result<Self, Error> {
         let fits = |kind: &Self| bits > 0 && kind.bits() >= bits;
         Self::ALL.into_iter().find(fits).ok_or_else(|| Error::key("sensor.adc.bits", bits, "use 1 to 16"))
     }
 
+    /// Name in a configuration, bits of a pixel, number in the data identifier, and pixels that share whole bytes with those bytes.
+    fn layout(self) -> (&'static str, u32, u8, (usize, usize)) {
+        match self {
+            Self::Raw6 => ("raw6", 6, 0x28, (4, 3)),
+            Self::Raw7 => ("raw7", 7, 0x29, (8, 7)),
+            Self::Raw8 => ("raw8", 8, 0x2A, (1, 1)),
+            Self::Raw10 => ("raw10", 10, 0x2B, (4, 5)),
+            Self::Raw12 => ("raw12", 12, 0x2C, (2, 3)),
+            Self::Raw14 => ("raw14", 14, 0x2D, (4, 7)),
+            Self::Raw16 => ("raw16", 16, 0x2E, (1, 2)),
+        }
+    }
+
+    /// The word in a configuration.
+    pub fn name(self) -> &'static str {
+        self.layout().0
+    }
+
     /// Bits of a pixel on the link.
     pub fn bits(self) -> u32 {
-        match self {
-            Self::Raw6 => 6,
-            Self::Raw7 => 7,
-            Self::Raw8 => 8,
-            Self::Raw10 => 10,
-            Self::Raw12 => 12,
-            Self::Raw14 => 14,
-            Self::Raw16 => 16,
-        }
+        self.layout().1
     }
 
     /// Number in the data identifier.
     pub fn data_type(self) -> u8 {
-        match self {
-            Self::Raw6 => 0x28,
-            Self::Raw7 => 0x29,
-            Self::Raw8 => 0x2A,
-            Self::Raw10 => 0x2B,
-            Self::Raw12 => 0x2C,
-            Self::Raw14 => 0x2D,
-            Self::Raw16 => 0x2E,
-        }
+        self.layout().2
     }
 
     /// Pixels that share whole bytes, and those bytes.
     fn group(self) -> (usize, usize) {
-        match self {
-            Self::Raw6 => (4, 3),
-            Self::Raw7 => (8, 7),
-            Self::Raw8 => (1, 1),
-            Self::Raw10 => (4, 5),
-            Self::Raw12 => (2, 3),
-            Self::Raw14 => (4, 7),
-            Self::Raw16 => (1, 2),
-        }
+        self.layout().3
     }
 
     /// Whether a row of this width is a legal payload.
@@ -144,14 +113,7 @@ impl RawKind {
         payload_bytes.is_multiple_of(bytes).then(|| payload_bytes / bytes * pixels)
     }
 
-    /// The codes of a payload, or nothing if it is no whole number of groups.
-    pub fn unpack(self, payload: &[u8]) -> Option<Vec<u16>> {
-        let mut row = vec![0; self.pixels_in(payload.len())?];
-        self.unpack_into(payload, &mut row);
-        Some(row)
-    }
-
-    /// The same into a row of as many codes. Panics at a row of other length.
+    /// The codes of a payload, into a row of as many. Panics at a row of other length.
     pub fn unpack_into(self, payload: &[u8], row: &mut [u16]) {
         assert!(self.pixels_in(payload.len()) == Some(row.len()), "a payload fills its row");
         match self {
@@ -247,7 +209,9 @@ mod tests {
                 let mut payload = Vec::new();
                 kind.pack(&row, &mut payload);
                 assert_eq!(payload.len() * 8, width * kind.bits() as usize, "{kind:?} is dense");
-                assert_eq!(kind.unpack(&payload).unwrap(), row, "{kind:?}, {width} pixels");
+                let mut unpacked = vec![0; width];
+                kind.unpack_into(&payload, &mut unpacked);
+                assert_eq!(unpacked, row, "{kind:?}, {width} pixels");
                 tried += 1;
             }
         }

@@ -38,29 +38,20 @@ impl Traffic {
 
 impl LinkParams {
     /// `byte_clk` clocks of one row with its bursts' overhead, line-start packet included: the least time from row to row that a link
-    /// keeps up with.
-    ///
-    /// # Errors
-    /// A row that this link cannot carry.
+    /// keeps up with. Fails on a row that this link cannot carry.
     pub fn line_packet_time(&self, width_px: u32, bits: u32) -> Result<Clocks, Error> {
         let row = self.long_packet_time(self.row_payload_bytes(width_px, bits)?).0;
         Ok(Clocks(row + if self.line_sync { self.short_packet_time().0 } else { 0 }))
     }
 
-    /// Bytes of a row's payload.
-    ///
-    /// # Errors
-    /// A row that this link cannot carry.
+    /// Bytes of a row's payload. Fails on a row that this link cannot carry.
     pub fn row_payload_bytes(&self, width_px: u32, bits: u32) -> Result<u64, Error> {
         let kind = self.raw_kind(bits)?;
         kind.check_width(width_px)?;
         Ok(u64_from(kind.payload_bytes(index(width_px))))
     }
 
-    /// What these packets of a frame put on the link.
-    ///
-    /// # Errors
-    /// A row that this link cannot carry.
+    /// What these packets of a frame put on the link. Fails on a row that this link cannot carry.
     pub fn traffic_of(&self, packets: &[Packet], size: Size, bits: u32) -> Result<Traffic, Error> {
         let sends_rows = packets.iter().any(|packet| matches!(packet, Packet::Row(_)));
         let row_bytes = if sends_rows { self.row_payload_bytes(size.width_px, bits)? } else { 0 };
@@ -82,18 +73,14 @@ impl LinkParams {
     }
 
     /// What a frame of this size and so many features puts on the link, with its rows where the mode sends them; its features follow
-    /// the rows in full packets, which is the least that they can take.
-    ///
-    /// # Errors
-    /// A row that this link cannot carry, more than 2^32 features.
+    /// the rows in full packets, which is the least that they can take. Fails on a row that this link cannot carry, more than 2^32
+    /// features.
     pub fn traffic(&self, size: Size, bits: u32, features: u64) -> Result<Traffic, Error> {
         self.traffic_of(&self.plan_after_rows(size.height_px, features, self.mode.sends_codes())?, size, bits)
     }
 
-    /// What `frames_every` frames in a row put on the link: one with rows, the others without.
-    ///
-    /// # Errors
-    /// A row that this link cannot carry, more than 2^32 features.
+    /// What `frames_every` frames in a row put on the link: one with rows, the others without. Fails on a row that this link cannot
+    /// carry, more than 2^32 features.
     pub fn traffic_of_cycle(&self, size: Size, bits: u32, features: u64) -> Result<Traffic, Error> {
         let mut cycle = self.traffic(size, bits, features)?;
         let without = self.traffic_of(&self.plan_after_rows(size.height_px, features, false)?, size, bits)?;
@@ -117,10 +104,8 @@ impl LinkParams {
         payload_bits / (f64_from_u64(self.capacity_bits_per_s()) * time_s)
     }
 
-    /// Share of a row's time in which its packet, with low-power transitions, holds the link. Above 1 rows do not fit.
-    ///
-    /// # Errors
-    /// A row that this link cannot carry.
+    /// Share of a row's time in which its packet, with low-power transitions, holds the link. Above 1 rows do not fit. Fails on a row
+    /// that this link cannot carry.
     pub fn burst_utilisation(&self, width_px: u32, bits: u32, line_time_s: f64) -> Result<f64, Error> {
         Ok(self.seconds(self.line_packet_time(width_px, bits)?) / line_time_s)
     }

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::lens::Lens;
 use super::mosaic::{FILTER_BANDS, Mosaic};
-use super::psf::Kernel;
+use super::psf::BlurKernel;
 pub use super::roll_off::RollOff;
 use super::roll_off::Shading;
 use crate::error::Error;
@@ -30,7 +30,7 @@ pub enum Pupil {
 pub struct Aperture {
     /// Focal length over the pupil's diameter.
     pub f_number: f64,
-    /// Share of the light that passes the glass.
+    /// Share of the light that band_groups the glass.
     pub transmission: f64,
     /// The cone's formula.
     pub pupil: Pupil,
@@ -64,10 +64,10 @@ pub struct Camera {
     shading: Shading,
     /// Colour filters over the pixels.
     pub mosaic: Mosaic,
-    /// Share of near infrared that passes the lens's cut filter.
+    /// Share of near infrared that band_groups the lens's cut filter.
     pub infrared_transmission: f64,
     /// Steps per band between lens and photodiode; none where one render serves all bands.
-    pub(super) passes: Vec<Pass>,
+    pub(super) band_groups: Vec<BandGroup>,
     /// Share of the light behind the filters that ends in the four neighbours.
     pub(super) optical_crosstalk: f64,
     /// Unit bearings at the corners of pixels, (width + 1) a row; zero where the lens has none.
@@ -79,10 +79,8 @@ pub struct Camera {
 impl Camera {
     /// Prepares a camera: computes once the bearing of every pixel corner. Inside a pixel bearings are linear between
     /// its corners, which is off by at most a quarter of the second derivative across a pixel: 1 / (4 f) px for a
-    /// pinhole of f px, so 0.001 px at 250 px (tested).
-    ///
-    /// # Errors
-    /// No pixels; a parameter that is not positive and finite; a transmission above 1.
+    /// pinhole of f px, so 0.001 px at 250 px (tested). Fails on no pixels; a parameter that is not positive and finite; a transmission
+    /// above 1.
     pub fn new(
         lens: Lens,
         size: Size,
@@ -116,7 +114,7 @@ impl Camera {
             infrared_transmission: 0.0,
             shading,
             mosaic,
-            passes: Vec::new(),
+            band_groups: Vec::new(),
             optical_crosstalk: 0.0,
             bearings,
             spreads,
@@ -129,7 +127,7 @@ impl Camera {
         Self { mosaic, ..self }
     }
 
-    /// The same camera with a lens that passes this share of near infrared, 0 (an ideal cut filter, as made) to 1 (none).
+    /// The same camera with a lens that band_groups this share of near infrared, 0 (an ideal cut filter, as made) to 1 (none).
     #[must_use]
     pub fn with_infrared(self, infrared_transmission: f64) -> Self {
         Self { infrared_transmission, ..self }
@@ -168,9 +166,9 @@ impl Camera {
     pub fn roll_off_bounds(&self) -> [f64; 2] {
         let own = self.own_roll_off_bounds(&self.bearings);
         // Bands with a separate mapping see a little more or less of the field.
-        self.passes
+        self.band_groups
             .iter()
-            .map(Pass::roll_off_bounds)
+            .map(BandGroup::roll_off_bounds)
             .fold(own, |all, of| [crate::num::lesser(all[0], of[0]), crate::num::greater(all[1], of[1])])
     }
 
@@ -194,7 +192,7 @@ impl Camera {
     /// As `roll_off_bounds`, of the pixels from the first column and row to before the last ones. Where light reaches pixels from their
     /// neighbours or bands have separate mappings, what holds for the whole picture.
     pub fn roll_off_bounds_of(&self, [first_x, end_x]: [u32; 2], [first_y, end_y]: [u32; 2]) -> [f64; 2] {
-        if !self.passes.is_empty() || self.optical_crosstalk > 0.0 {
+        if !self.band_groups.is_empty() || self.optical_crosstalk > 0.0 {
             return self.roll_off_bounds();
         }
         let stride = index(self.size.width_px) + 1;
@@ -205,7 +203,7 @@ impl Camera {
 
     /// Least and greatest share of the light of the darkest and of the brightest surroundings that blur can leave a pixel.
     pub fn blur_bounds(&self) -> [f64; 2] {
-        let lobes = self.passes.iter().fold(0.0, |most, pass| crate::num::greater(most, pass.lobes()));
+        let lobes = self.band_groups.iter().fold(0.0, |most, group| crate::num::greater(most, group.lobes()));
         [if lobes > 0.0 { 0.5 } else { 1.0 }, 1.0 + lobes]
     }
 
@@ -264,18 +262,18 @@ fn spreads(size: Size, bearings: &[[f32; 3]]) -> Vec<f32> {
 
 /// Bands that are rendered and changed together.
 #[derive(Clone, Debug)]
-pub(super) struct Pass {
+pub(super) struct BandGroup {
     /// With the bands' own mapping. It has filters where they are not applied afterwards.
     pub(super) camera: Camera,
     pub(super) bands: [bool; FILTER_BANDS],
     /// One for each band where the lens blurs.
-    pub(super) kernels: Option<[Kernel; FILTER_BANDS]>,
+    pub(super) kernels: Option<[BlurKernel; FILTER_BANDS]>,
     /// Whether the filters come after the blur.
     pub(super) filters_later: bool,
     pub(super) electrical_crosstalk: f64,
 }
 
-impl Pass {
+impl BandGroup {
     /// Its camera, and all else that reaches the photons as text.
     pub(super) fn parts(&self) -> (&Camera, String) {
         let Self { camera, bands, kernels, filters_later, electrical_crosstalk } = self;
@@ -283,7 +281,7 @@ impl Pass {
     }
 }
 
-impl Pass {
+impl BandGroup {
     /// As `Camera::roll_off_bounds`, for its mapping.
     pub(super) fn roll_off_bounds(&self) -> [f64; 2] {
         self.camera.roll_off_bounds()
@@ -294,18 +292,18 @@ impl Pass {
         self.kernels.iter().flatten().fold(0.0, |most, kernel| crate::num::greater(most, kernel.lobes()))
     }
 
-    /// The kernel of the pass's bands: their mean by the light's photons behind the filter.
-    pub(super) fn kernel(&self, illuminant: Illuminant, kernels: &[Kernel; FILTER_BANDS]) -> Kernel {
+    /// The kernel of the group's bands: their mean by the light's photons behind the filter.
+    pub(super) fn kernel(&self, illuminant: Illuminant, kernels: &[BlurKernel; FILTER_BANDS]) -> BlurKernel {
         let photons = self.camera.photons_per_lux_s(illuminant);
         let passed = self.camera.mosaic.transmission_at(0, 0);
-        let weighed: Vec<(&Kernel, f64)> = (0..BANDS)
+        let weighed: Vec<(&BlurKernel, f64)> = (0..BANDS)
             .filter(|&band| self.bands[band])
             .map(|band| (&kernels[band], photons[band] * passed[band]))
             .collect();
         if let [(kernel, _)] = weighed[..] {
             return kernel.clone();
         }
-        if weighed.iter().all(|(_, share)| *share == 0.0) { weighed[0].0.clone() } else { Kernel::mean(&weighed) }
+        if weighed.iter().all(|(_, share)| *share == 0.0) { weighed[0].0.clone() } else { BlurKernel::mean(&weighed) }
     }
 }
 

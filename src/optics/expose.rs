@@ -7,8 +7,8 @@
 //! spectrum weighs them, which is exact for grey scenes. Where nothing differs there is one render and its plane is left as it
 //! is.
 
+pub(super) use super::camera::BandGroup;
 use super::camera::Camera;
-pub(super) use super::camera::Pass;
 use super::crosstalk::shared_out;
 use super::fixed::FixedPictures;
 use super::mosaic::{FILTER_BANDS, Mosaic};
@@ -42,10 +42,7 @@ pub struct ImagePath {
 
 impl Camera {
     /// The same camera with a lens that blurs, bands that differ, and photodiodes that share. To be called after its filters and
-    /// its shading are set.
-    ///
-    /// # Errors
-    /// Values out of range.
+    /// its shading are set. Fails on values out of range.
     pub fn with_image_path(mut self, path: &ImagePath) -> Result<Self, Error> {
         check(path)?;
         let is_mono = self.mosaic.is_mono();
@@ -55,7 +52,7 @@ impl Camera {
                 && path.electrical_crosstalk[a].to_bits() == path.electrical_crosstalk[b].to_bits()
                 && (is_mono || !blurs)
         };
-        let mut passes: Vec<Pass> = Vec::new();
+        let mut band_groups: Vec<BandGroup> = Vec::new();
         let passes_some = |band: usize| {
             (band != INFRARED || self.infrared_transmission > 0.0)
                 && self
@@ -64,9 +61,10 @@ impl Camera {
                     .any(|letter| self.mosaic.transmission(letter).is_some_and(|passed| passed[band] > 0.0))
         };
         for band in (0..BANDS).filter(|&band| passes_some(band)) {
-            let known = passes.iter_mut().find(|pass| (0..BANDS).any(|other| pass.bands[other] && same(other, band)));
-            if let Some(pass) = known {
-                pass.bands[band] = true;
+            let known =
+                band_groups.iter_mut().find(|group| (0..BANDS).any(|other| group.bands[other] && same(other, band)));
+            if let Some(group) = known {
+                group.bands[band] = true;
                 continue;
             }
             let mut bands = [false; FILTER_BANDS];
@@ -75,7 +73,7 @@ impl Camera {
             // A factor of 1 keeps the bearings' bits without asking the lens again.
             let camera = if lens == self.lens { self.clone() } else { self.clone().with_lens(lens) };
             let kernel = |band: usize| path.psf.kernel(WAVELENGTHS_UM[band], self.pixel_pitch_um);
-            passes.push(Pass {
+            band_groups.push(BandGroup {
                 camera,
                 bands,
                 kernels: blurs.then(|| std::array::from_fn(kernel)),
@@ -83,16 +81,17 @@ impl Camera {
                 electrical_crosstalk: path.electrical_crosstalk[band],
             });
         }
-        let changes =
-            |pass: &Pass| pass.kernels.is_some() || pass.electrical_crosstalk > 0.0 || pass.camera.lens != self.lens;
-        if passes.len() == 1 && !changes(&passes[0]) {
-            passes.clear();
+        let changes = |group: &BandGroup| {
+            group.kernels.is_some() || group.electrical_crosstalk > 0.0 || group.camera.lens != self.lens
+        };
+        if band_groups.len() == 1 && !changes(&band_groups[0]) {
+            band_groups.clear();
         }
-        for pass in &mut passes {
-            let filters = if pass.filters_later { Mosaic::mono() } else { self.mosaic.clone() };
-            pass.camera.mosaic = filters.restricted_to(pass.bands);
+        for group in &mut band_groups {
+            let filters = if group.filters_later { Mosaic::mono() } else { self.mosaic.clone() };
+            group.camera.mosaic = filters.restricted_to(group.bands);
         }
-        (self.passes, self.optical_crosstalk) = (passes, path.optical_crosstalk);
+        (self.band_groups, self.optical_crosstalk) = (band_groups, path.optical_crosstalk);
         Ok(self)
     }
 }
@@ -148,15 +147,13 @@ pub fn expose_moving(
 }
 
 /// The same where the light behind an ideal lens comes from elsewhere: `ideal` is called once for each group of bands.
-///
-/// # Errors
-/// As `ideal`.
 pub fn expose_by(
     illuminant: Illuminant,
     camera: &Camera,
     ideal: &dyn Fn(&Camera) -> Result<Exposure, Error>,
 ) -> Result<Exposure, Error> {
-    let mut exposure = if camera.passes.is_empty() { ideal(camera)? } else { in_passes(illuminant, camera, ideal)? };
+    let mut exposure =
+        if camera.band_groups.is_empty() { ideal(camera)? } else { in_passes(illuminant, camera, ideal)? };
     if camera.optical_crosstalk > 0.0 {
         exposure.photons = shared_out(&exposure.photons, camera.optical_crosstalk);
     }
@@ -170,17 +167,17 @@ fn in_passes(
 ) -> Result<Exposure, Error> {
     let mut whole = Exposure { photons: Plane::filled(camera.size, 0.0), render_variance_ratio: 0.0, rays: 0 };
     let (mut photons, mut deviations) = (0.0, 0.0);
-    for pass in &camera.passes {
-        let seen = ideal(&pass.camera)?;
+    for group in &camera.band_groups {
+        let seen = ideal(&group.camera)?;
         let mut plane = seen.photons;
-        if let Some(kernels) = &pass.kernels {
-            plane = pass.kernel(illuminant, kernels).blurred(&plane);
+        if let Some(kernels) = &group.kernels {
+            plane = group.kernel(illuminant, kernels).blurred(&plane);
         }
-        if pass.filters_later {
-            filter(&mut plane, &camera.mosaic, pass.bands);
+        if group.filters_later {
+            filter(&mut plane, &camera.mosaic, group.bands);
         }
-        if pass.electrical_crosstalk > 0.0 {
-            plane = shared_out(&plane, pass.electrical_crosstalk);
+        if group.electrical_crosstalk > 0.0 {
+            plane = shared_out(&plane, group.electrical_crosstalk);
         }
         let mean = plane.values().iter().map(|&value| f64::from(value)).sum::<f64>()
             / f64_from_usize(camera.size.pixel_count());
@@ -201,7 +198,7 @@ fn in_passes(
 
 /// Photons behind the filters, of a plane of one band before them.
 pub(super) fn filter(plane: &mut Plane<f32>, mosaic: &Mosaic, bands: [bool; FILTER_BANDS]) {
-    let band = bands.iter().position(|&is_in| is_in).expect("a pass has a band");
+    let band = bands.iter().position(|&is_in| is_in).expect("a group has a band");
     let (columns, rows) = (mosaic.width_px(), mosaic.height_px());
     for y in 0..plane.height_px() {
         let passed: Vec<f32> = (0..columns).map(|x| f32_nearest(mosaic.transmission_at(x, y % rows)[band])).collect();

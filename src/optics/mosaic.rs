@@ -29,11 +29,8 @@ impl Mosaic {
     }
 
     /// Reads "mono" with one filter's efficiencies under 'M', or a pattern such as "RGGB" (two rows of two), "RGGB/..." with rows apart by
-    /// slashes, up to 4 x 4. Gives the pattern, and the photodiode's efficiency: the greatest of all.
-    ///
-    /// # Errors
-    /// A pattern that is no rectangle of 1 to 4 letters a side; a letter without efficiencies, or efficiencies without a letter;
-    /// none above 0.
+    /// slashes, up to 4 x 4. Gives the pattern, and the photodiode's efficiency: the greatest of all. Fails on a pattern that is no
+    /// rectangle of 1 to 4 letters a side; a letter without efficiencies, or efficiencies without a letter; none above 0.
     pub fn parse(pattern: &str, efficiencies: &[(char, [f64; FILTER_BANDS])]) -> Result<(Self, f64), Error> {
         let refused = |reason: String| Err(Error::key("sensor.pixel.cfa", pattern, reason));
         let rows = rows_of(pattern);

@@ -71,7 +71,6 @@ impl Parabola {
 pub enum PacketMotion<'a> {
     /// One motion for all lanes.
     Shared(&'a Parabola),
-    /// One for each.
     ByLane(&'a Parabolas),
 }
 
@@ -183,7 +182,6 @@ impl Turn {
 pub struct Turns([Floats; NUMBERS]);
 
 impl Turns {
-    /// One lane's.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Turn {
         let mut numbers = [0.0; NUMBERS];

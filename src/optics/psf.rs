@@ -7,7 +7,7 @@
 //! no dark rim.
 //!
 //! A lens sharper than its pixels has no positive kernel of whole pixels with the right modulation: such kernels have lobes below
-//! zero, a few per cent of the light in all (`Kernel::lobes`). Where a light is so much brighter than what surrounds it that they
+//! zero, a few per cent of the light in all (`BlurKernel::lobes`). Where a light is so much brighter than what surrounds it that they
 //! would take more than half of what the positive part brings, they are limited to that half: photons stay positive, and lamps have a halo.
 
 use core::f64::consts::{PI, TAU};
@@ -81,24 +81,24 @@ impl Psf {
     }
 
     /// The kernel over pixels of this pitch, of 4 to 48 pixels' reach.
-    pub fn kernel(&self, wavelength_um: f64, pixel_pitch_um: f64) -> Kernel {
+    pub fn kernel(&self, wavelength_um: f64, pixel_pitch_um: f64) -> BlurKernel {
         let modulation = |cycles_per_px: f64| self.modulation(cycles_per_px / pixel_pitch_um, wavelength_um);
         let kinks = [100.0 * (1.0 - modulation(0.01)), 50.0 * (modulation(0.49) - modulation(0.51)).abs()];
         let by_kinks = REACH_A_SLOPE * greater(kinks[0], kinks[1]);
         let by_size = (0.5 * self.defocus_um + 4.0 * self.aberration_um) / pixel_pitch_um + 1.0;
         let reach_px = lesser(greater(by_kinks, by_size).ceil(), f64_from_usize(RADIUS_PX_MAX));
-        Kernel::of(index(u32_truncated(reach_px)).max(4), &modulation)
+        BlurKernel::of(index(u32_truncated(reach_px)).max(4), &modulation)
     }
 }
 
 /// A symmetric kernel: one quadrant, rows first, the centre first.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kernel {
+pub struct BlurKernel {
     radius: usize,
     quadrant: Vec<f64>,
 }
 
-impl Kernel {
+impl BlurKernel {
     /// The kernel whose transform at multiples of `1 / (2 radius + 1)` cycles per pixel is this modulation.
     fn of(radius: usize, modulation: &dyn Fn(f64) -> f64) -> Self {
         let (side, count) = (2 * radius + 1, radius + 1);
@@ -231,7 +231,7 @@ mod tests {
     }
 
     /// Transform of a kernel along a row.
-    fn transform(kernel: &Kernel, cycles_per_px: f64) -> f64 {
+    fn transform(kernel: &BlurKernel, cycles_per_px: f64) -> f64 {
         let twice = |at: usize| if at == 0 { 1.0 } else { 2.0 };
         let mut sum = 0.0;
         for y in 0..=kernel.radius() {

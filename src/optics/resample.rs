@@ -36,10 +36,8 @@ fn lens_of(camera: &PictureCamera, size: Size) -> Lens {
     lens
 }
 
-/// Whether the pictures' camera sees one direction at each place of its pictures.
-///
-/// # Errors
-/// A focal length or principal point that is not finite; distortion that folds a picture over, by the key.
+/// Whether the pictures' camera sees one direction at each place of its pictures. Fails on a focal length or principal point that is not
+/// finite; distortion that folds a picture over, by the key.
 pub fn check(stream: &ImageStream) -> Result<(), Error> {
     let lens = lens_of(stream.camera(), stream.size());
     let (right, bottom) = (f64::from(stream.size().width_px) - 0.5, f64::from(stream.size().height_px) - 0.5);
@@ -100,10 +98,8 @@ impl<'a> View<'a> {
 }
 
 /// Photons of one exposure. `shutter` has one span a row (all equal for a global shutter). Panics if it has not. The render variance is
-/// infinite, which is "not known": areas and times are integrated without chance, and the pictures' own noise is theirs.
-///
-/// # Errors
-/// A picture that cannot be read any more.
+/// infinite, which is "not known": areas and times are integrated without chance, and the pictures' own noise is theirs. Fails on a
+/// picture that cannot be read any more.
 pub fn resample(stream: &ImageStream, camera: &Camera, shutter: &[Span]) -> Result<Exposure, Error> {
     let mut photons = Plane::filled(camera.size, 0.0_f32);
     let (width, height) = (photons.width_px(), photons.height_px());
@@ -221,10 +217,8 @@ pub fn photon_bounds(stream: &ImageStream, camera: &Camera, exposure_s: f64, out
 }
 
 /// z in metres of what the centre of each pixel sees in the picture nearest to a time: the pixel of the picture there, since a mean of
-/// two depths is neither. Infinite where the picture has none; none where no picture has.
-///
-/// # Errors
-/// A picture that cannot be read any more.
+/// two depths is neither. Infinite where the picture has none; none where no picture has. Fails on a picture that cannot be read any
+/// more.
 pub fn depth(stream: &ImageStream, camera: &Camera, t_s: f64) -> Result<Option<Plane<f32>>, Error> {
     let Some(source) = stream.depth_m(t_s)? else { return Ok(None) };
     let view = View::of(stream, camera);

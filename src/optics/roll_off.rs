@@ -63,10 +63,8 @@ impl Shading {
     }
 
     /// A measured table of (angle off the axis in radians, share of the axis' light), from the axis outwards, with a monotone cubic
-    /// between its points where the shares fall, a line where they do not, and the last share beyond.
-    ///
-    /// # Errors
-    /// Fewer than two points, a first one off the axis, angles that do not rise or pass pi, shares outside 0 to 4.
+    /// between its points where the shares fall, a line where they do not, and the last share beyond. Fails on fewer than two points, a
+    /// first one off the axis, angles that do not rise or pass pi, shares outside 0 to 4.
     pub fn measured(points: &[(f64, f64)]) -> Result<Self, Error> {
         let refused = |value: String, reason: &str| Err(Error::key("optics.roll_off_table", value, reason));
         if points.len() < 2 || points[0].0 != 0.0 {

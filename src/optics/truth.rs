@@ -11,4 +11,4 @@ mod view;
 pub use matching::{Matches, Visibility, matches};
 pub use surface::{Surfaces, surfaces};
 
-pub use view::View;
+pub use view::TruthView;

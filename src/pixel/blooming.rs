@@ -12,7 +12,7 @@ use super::dark_rates::DarkRates;
 use super::full_well::well_excess;
 use super::params::PixelParams;
 use crate::draw::EffectNumber;
-use crate::effect::{ArrayPass, Domain, Effect, Omission, RowPass};
+use crate::effect::{ArrayPass, Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::{DieSpread, Facts};
 use crate::num::{f32_nearest, f64_from_usize, lesser};
 use crate::plane::Plane;
@@ -35,9 +35,6 @@ pub struct Blooming {
 }
 
 impl Blooming {
-    /// Published number. The effect draws nothing; the number keeps its place.
-    pub const NUMBER: EffectNumber = EffectNumber(113);
-
     /// `None` where the drain takes all.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
         (params.blooming > 0.0).then(|| Box::new(Self::new(params)) as Box<dyn Effect>)
@@ -76,16 +73,8 @@ fn all_spills(share: f64) -> f64 {
 }
 
 impl Effect for Blooming {
-    fn name(&self) -> &'static str {
-        "blooming"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::ArrayElectrons
+    fn identity(&self) -> Identity {
+        Identity { name: "blooming", number: EffectNumber(113), domain: Domain::ArrayElectrons }
     }
 
     /// Where no pixel of the frame is over the well but by chance, by the Chernoff bound of `FullWell`: the excess of the pixel and

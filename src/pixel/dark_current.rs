@@ -14,7 +14,7 @@ use super::params::PixelParams;
 use super::row::add_scaled;
 use super::row_memory::RowMemory;
 use crate::draw::{DrawKey, EffectNumber, fill_uniforms, normals, poisson, poisson_of_one_mean};
-use crate::effect::{Domain, Effect, Omission, RowPass, all_full};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass, all_full};
 use crate::facts::{Facts, readable};
 use crate::num::f32_nearest;
 
@@ -59,16 +59,8 @@ impl DarkCurrent {
 }
 
 impl Effect for DarkCurrent {
-    fn name(&self) -> &'static str {
-        "dark_current"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Electrons
+    fn identity(&self) -> Identity {
+        Identity { name: "dark_current", number: Self::NUMBER, domain: Domain::Electrons }
     }
 
     fn cost_case(&self) -> &'static str {

@@ -6,7 +6,7 @@ use super::die::Die;
 use super::params::PixelParams;
 use super::places::Places;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 
 /// Pixels that see no light.
@@ -31,16 +31,8 @@ pub(super) fn dead_places(params: &PixelParams) -> Option<Places> {
 }
 
 impl Effect for DeadPixels {
-    fn name(&self) -> &'static str {
-        "dead_pixels"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::MeanElectrons
+    fn identity(&self) -> Identity {
+        Identity { name: "dead_pixels", number: Self::NUMBER, domain: Domain::MeanElectrons }
     }
 
     /// A dead pixel lacks its whole signal, with its shot noise and its response's pattern.

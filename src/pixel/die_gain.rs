@@ -7,7 +7,7 @@ use super::die::Die;
 use super::params::PixelParams;
 use super::row::scale_all;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::{DieSpread, Facts};
 use crate::num::f32_nearest;
 
@@ -34,16 +34,8 @@ pub fn die_gain_max(params: &PixelParams, dies: DieSpread) -> f64 {
 }
 
 impl Effect for DieGain {
-    fn name(&self) -> &'static str {
-        "die_gain"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "die_gain", number: Self::NUMBER, domain: Domain::Microvolts }
     }
 
     /// For the die of the rig that lies farthest out; the charge's own noise is scaled with it.

@@ -7,7 +7,7 @@ use super::die::Die;
 use super::params::PixelParams;
 use super::row::add_to_all;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::f32_nearest;
 
@@ -28,16 +28,8 @@ impl DieOffset {
 }
 
 impl Effect for DieOffset {
-    fn name(&self) -> &'static str {
-        "die_offset"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "die_offset", number: Self::NUMBER, domain: Domain::Microvolts }
     }
 
     /// For the die of the rig that lies farthest out.

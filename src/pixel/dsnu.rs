@@ -8,7 +8,7 @@ use super::pattern::Pattern;
 use super::row::add_scaled;
 use super::well_bias::WellBias;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::f32_nearest;
 
@@ -31,16 +31,8 @@ impl Dsnu {
 }
 
 impl Effect for Dsnu {
-    fn name(&self) -> &'static str {
-        "dsnu"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Electrons
+    fn identity(&self) -> Identity {
+        Identity { name: "dsnu", number: Self::NUMBER, domain: Domain::Electrons }
     }
 
     fn omission(&self, facts: &Facts) -> Option<Omission> {

@@ -7,7 +7,7 @@ use super::die::NORMAL_MAX;
 use super::params::PixelParams;
 use super::row::clip_above;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, greater};
 
@@ -22,9 +22,6 @@ pub struct FullWell {
 }
 
 impl FullWell {
-    /// Published number. The effect draws nothing; the number keeps its place.
-    pub const NUMBER: EffectNumber = EffectNumber(105);
-
     /// Every pixel has it.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
         Some(Box::new(Self {
@@ -78,16 +75,8 @@ pub fn full_from_e(params: &PixelParams) -> f32 {
 }
 
 impl Effect for FullWell {
-    fn name(&self) -> &'static str {
-        "full_well"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::SensedElectrons
+    fn identity(&self) -> Identity {
+        Identity { name: "full_well", number: EffectNumber(105), domain: Domain::SensedElectrons }
     }
 
     /// Near the full well and above it the excess itself is the bias, with the charge's own spread.

@@ -7,7 +7,7 @@
 use super::dark_rates::DarkRates;
 use super::params::PixelParams;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, lesser};
 use crate::simd::{Kernel, dispatch};
@@ -23,9 +23,6 @@ pub struct GainCompression {
 }
 
 impl GainCompression {
-    /// Published number. The effect draws nothing; the number keeps its place.
-    pub const NUMBER: EffectNumber = EffectNumber(112);
-
     /// `None` where the gain is constant.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
         let effect = Self {
@@ -55,16 +52,8 @@ pub fn compressed_slope_min(params: &PixelParams, most_e: f64) -> f64 {
 }
 
 impl Effect for GainCompression {
-    fn name(&self) -> &'static str {
-        "gain_compression"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "gain_compression", number: EffectNumber(112), domain: Domain::Microvolts }
     }
 
     /// The change is c N^2 / full well, at most. With mean m and variance s^2 of N, Poisson (third and fourth cumulant m) with normal

@@ -9,7 +9,7 @@ use super::die::{Die, EXPONENTIAL_MAX, dark_factor, exponential};
 use super::params::PixelParams;
 use super::places::Places;
 use crate::draw::{EffectNumber, fill_uniforms, poisson_quantile};
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, index};
 use crate::units::{RowIndex, Size};
@@ -52,16 +52,8 @@ pub(super) fn hottest(params: &PixelParams, die: Die, array: Size) -> f64 {
 }
 
 impl Effect for HotPixels {
-    fn name(&self) -> &'static str {
-        "hot_pixels"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Electrons
+    fn identity(&self) -> Identity {
+        Identity { name: "hot_pixels", number: Self::NUMBER, domain: Domain::Electrons }
     }
 
     /// For the hottest pixel of these dies, so it holds in every pixel.

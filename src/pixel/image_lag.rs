@@ -11,7 +11,7 @@ use super::params::PixelParams;
 use super::row::add_scaled;
 use super::thinning::binomial;
 use crate::draw::{DrawKey, EffectNumber, RowPlace, fill_uniforms};
-use crate::effect::{ArrayPass, Domain, Effect, Omission, RowPass};
+use crate::effect::{ArrayPass, Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, lesser, u32_from};
 use crate::plane::Plane;
@@ -41,16 +41,8 @@ impl ImageLag {
 }
 
 impl Effect for ImageLag {
-    fn name(&self) -> &'static str {
-        "image_lag"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::ArrayElectrons
+    fn identity(&self) -> Identity {
+        Identity { name: "image_lag", number: Self::NUMBER, domain: Domain::ArrayElectrons }
     }
 
     /// The difference is what the frame before left less what this one leaves: each at most l / (1 - l) of the frame's greatest charge, as

@@ -1,44 +1,24 @@
 //! Parameters of a pixel: checks the values of a config and derives what follows from them.
 
 use crate::error::Error;
+use crate::text::named;
 use crate::units::{BOLTZMANN_J_PER_K, ELEMENTARY_CHARGE_C};
 
-/// How a pixel resets, transfers and stores; the name counts its transistors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum PixelType {
-    /// No transfer gate: reset and signal levels belong to different resets.
-    T3,
-    /// Transfer gate: reset and signal levels belong to the same reset.
-    T4,
-    /// Global shutter that stores on the floating diffusion: levels belong to different resets.
-    T5,
-    /// Global shutter that stores charge behind a second gate: levels belong to the same reset.
-    T6,
+named! {
+    /// How a pixel resets, transfers and stores; the name counts its transistors.
+    pub enum PixelType {
+        /// No transfer gate: reset and signal levels belong to different resets.
+        T3 = "3T",
+        /// Transfer gate: reset and signal levels belong to the same reset.
+        T4 = "4T",
+        /// Global shutter that stores on the floating diffusion: levels belong to different resets.
+        T5 = "5T",
+        /// Global shutter that stores charge behind a second gate: levels belong to the same reset.
+        T6 = "6T",
+    }
 }
 
 impl PixelType {
-    /// All types.
-    pub const ALL: [Self; 4] = [Self::T3, Self::T4, Self::T5, Self::T6];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::T3 => "3T",
-            Self::T4 => "4T",
-            Self::T5 => "5T",
-            Self::T6 => "6T",
-        }
-    }
-
-    /// The type of this name.
-    pub fn from_name(name: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| Error::Unknown {
-            what: "pixel type",
-            name: name.to_owned(),
-            known: Self::ALL.map(Self::name).join(", "),
-        })
-    }
-
     /// Gates that move charge between light and column, each once a frame.
     pub fn transfers(self) -> u64 {
         match self {
@@ -325,6 +305,5 @@ pub(crate) mod tests {
             let message = params.check().unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");
         }
-        assert!(PixelType::from_name("7T").unwrap_err().to_string().contains("3T, 4T, 5T, 6T"));
     }
 }

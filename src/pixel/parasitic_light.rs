@@ -7,7 +7,7 @@
 use super::params::PixelParams;
 use super::row::scale_all;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, lesser};
 
@@ -27,9 +27,6 @@ fn share(response: f64, exposure_s: f64, storage_s: f64) -> f64 {
 }
 
 impl ParasiticLight {
-    /// Published number. The effect draws nothing; the number keeps its place.
-    pub const NUMBER: EffectNumber = EffectNumber(108);
-
     /// `None` where the storage node is dark.
     pub fn from_params(params: &PixelParams) -> Option<Box<dyn Effect>> {
         let effect = Self { response: params.parasitic_light, prnu: params.prnu };
@@ -44,16 +41,8 @@ impl ParasiticLight {
 }
 
 impl Effect for ParasiticLight {
-    fn name(&self) -> &'static str {
-        "parasitic_light"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::MeanElectrons
+    fn identity(&self) -> Identity {
+        Identity { name: "parasitic_light", number: EffectNumber(108), domain: Domain::MeanElectrons }
     }
 
     /// Under one uniform, the counts of two means that differ by d differ by d (1 + z / (2 sqrt(mean))) rounded one way or

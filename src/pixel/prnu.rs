@@ -8,7 +8,7 @@ use super::pattern::Pattern;
 use super::row::scale_by_pattern;
 use super::well_bias::WellBias;
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, lesser};
 
@@ -31,16 +31,8 @@ impl Prnu {
 }
 
 impl Effect for Prnu {
-    fn name(&self) -> &'static str {
-        "prnu"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::MeanElectrons
+    fn identity(&self) -> Identity {
+        Identity { name: "prnu", number: Self::NUMBER, domain: Domain::MeanElectrons }
     }
 
     /// The response acts before photoelectrons are counted. Under one uniform, the counts of two means that differ by d differ by

@@ -14,7 +14,7 @@ use super::params::PixelParams;
 use super::row_memory::RowMemory;
 use super::sample_noise::{Samples, Sampling};
 use crate::draw::{EffectNumber, fill_uniforms};
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::{f32_nearest, u64_half_even};
 
@@ -88,16 +88,8 @@ fn unit(uniform: u32) -> f64 {
 }
 
 impl Effect for RtsNoise {
-    fn name(&self) -> &'static str {
-        "rts_noise"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "rts_noise", number: Self::NUMBER, domain: Domain::Microvolts }
     }
 
     fn cost_case(&self) -> &'static str {

@@ -5,7 +5,7 @@
 
 use super::row::add_scaled;
 use crate::draw::{EffectNumber, fill_uniforms, normals};
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 use crate::num::f32_nearest;
 
@@ -93,16 +93,8 @@ impl SampleNoise {
 }
 
 impl Effect for SampleNoise {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn number(&self) -> EffectNumber {
-        self.number
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: self.name, number: self.number, domain: Domain::Microvolts }
     }
 
     fn cost_case(&self) -> &'static str {

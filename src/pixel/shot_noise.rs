@@ -6,7 +6,7 @@
 use super::params::PixelParams;
 use super::well_bias::WellBias;
 use crate::draw::{EffectNumber, fill_uniforms, poisson};
-use crate::effect::{Domain, Effect, Omission, RowPass, all_empty, all_full};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass, all_empty, all_full};
 use crate::facts::Facts;
 
 /// The Poisson nature of light.
@@ -25,16 +25,8 @@ impl ShotNoise {
 }
 
 impl Effect for ShotNoise {
-    fn name(&self) -> &'static str {
-        "shot_noise"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::MeanElectrons
+    fn identity(&self) -> Identity {
+        Identity { name: "shot_noise", number: Self::NUMBER, domain: Domain::MeanElectrons }
     }
 
     /// The draws have the mean of the light; the well clips what is above it.

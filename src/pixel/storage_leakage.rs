@@ -8,7 +8,7 @@ use super::params::PixelParams;
 use super::row::add_scaled;
 use super::thinning::binomial;
 use crate::draw::{EffectNumber, fill_uniforms};
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 
 /// Charge lost while a row waits.
@@ -33,16 +33,8 @@ impl StorageLeakage {
 }
 
 impl Effect for StorageLeakage {
-    fn name(&self) -> &'static str {
-        "storage_leakage"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::SensedElectrons
+    fn identity(&self) -> Identity {
+        Identity { name: "storage_leakage", number: Self::NUMBER, domain: Domain::SensedElectrons }
     }
 
     /// What is lost of a Poisson charge is Poisson, so its variance is its mean; of a pattern it is the share.

@@ -6,7 +6,7 @@ use super::die::Die;
 use super::params::PixelParams;
 use super::places::{Places, Site};
 use crate::draw::EffectNumber;
-use crate::effect::{Domain, Effect, Omission, RowPass};
+use crate::effect::{Domain, Effect, Identity, Omission, RowPass};
 use crate::facts::Facts;
 
 /// Pixels whose signal does not move.
@@ -38,16 +38,8 @@ pub(super) fn is_high(site: Site) -> bool {
 }
 
 impl Effect for StuckPixels {
-    fn name(&self) -> &'static str {
-        "stuck_pixels"
-    }
-
-    fn number(&self) -> EffectNumber {
-        Self::NUMBER
-    }
-
-    fn domain(&self) -> Domain {
-        Domain::Microvolts
+    fn identity(&self) -> Identity {
+        Identity { name: "stuck_pixels", number: Self::NUMBER, domain: Domain::Microvolts }
     }
 
     /// A stuck pixel is wrong by as much as the range allows, under any light: never left out.

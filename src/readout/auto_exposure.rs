@@ -56,10 +56,8 @@ pub struct AutoExposure {
 }
 
 impl AutoExposure {
-    /// A controller that starts from the schedule's own exposure and the converter's gain.
-    ///
-    /// # Errors
-    /// Limits that contradict the schedule or the converter, by key and value, with an accepted value.
+    /// A controller that starts from the schedule's own exposure and the converter's gain. Fails on limits that contradict the schedule
+    /// or the converter, by key and value, with an accepted value.
     pub fn new(params: &AutoExposureParams, schedule: &Schedule, range: CodeRange) -> Result<Self, Error> {
         params.check()?;
         let (least, most) = (u64::from(schedule.params().exposure_lines_min).max(1), schedule.exposure_lines_max());

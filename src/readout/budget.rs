@@ -7,29 +7,19 @@ use super::geometry::Geometry;
 use super::params::{BinningMode, ReadoutParams};
 use crate::adc::AdcParams;
 use crate::num::{f64_from_u64, u64_truncated};
+use crate::text::named;
 
-/// Why a line needs its clocks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DemandKind {
-    /// A pixel clock for every conversion of the row.
-    Pixels,
-    /// Pulses, settling and ramps of a row.
-    Conversion,
-    /// The row's bits over the serial lanes.
-    ShiftOut,
-    /// The packet of a picture's row on the link, low-power transitions included.
-    Packet,
-}
-
-impl DemandKind {
-    /// The name in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pixels => "pixels",
-            Self::Conversion => "conversion",
-            Self::ShiftOut => "shift out",
-            Self::Packet => "packet",
-        }
+named! {
+    /// Why a line needs its clocks.
+    pub enum DemandKind {
+        /// A pixel clock for every conversion of the row.
+        Pixels = "pixels",
+        /// Pulses, settling and ramps of a row.
+        Conversion = "conversion",
+        /// The row's bits over the serial lanes.
+        ShiftOut = "shift out",
+        /// The packet of a picture's row on the link, low-power transitions included.
+        Packet = "packet",
     }
 }
 

@@ -20,10 +20,8 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Checks window and binning against the array.
-    ///
-    /// # Errors
-    /// A window beyond the array, off its steps, or no whole number of binned pixels; names key, value and an accepted value.
+    /// Checks window and binning against the array. Fails on a window beyond the array, off its steps, or no whole number of binned
+    /// pixels; names key, value and an accepted value.
     pub fn new(array: Size, params: &ReadoutParams) -> Result<Self, Error> {
         for (key, side_px) in [("sensor.width", array.width_px), ("sensor.height", array.height_px)] {
             if side_px == 0 {

@@ -37,10 +37,8 @@ pub struct HdrMerge {
 }
 
 impl HdrMerge {
-    /// For readings of `bits` with their sensitivities, falling, relative to the first; companded to 16 bits where it needs more.
-    ///
-    /// # Errors
-    /// Sensitivities so far apart that the merged code does not fit 24 bits; names the greatest ratio that is accepted.
+    /// For readings of `bits` with their sensitivities, falling, relative to the first; companded to 16 bits where it needs more. Fails
+    /// on sensitivities so far apart that the merged code does not fit 24 bits; names the greatest ratio that is accepted.
     pub fn new(key: &str, bits: u32, black_level_dn: u32, sensitivities: &[f64]) -> Result<Self, Error> {
         assert!((1..=16).contains(&bits) && !sensitivities.is_empty(), "readings have 1 to 16 bits");
         let code_max = (1_i64 << bits) - 1;

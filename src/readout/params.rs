@@ -5,35 +5,15 @@
 
 use crate::error::Error;
 use crate::pixel::within;
+use crate::text::named;
 
-/// Whether rows are exposed together or one after another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Shutter {
-    /// All rows end their exposure together and wait for their readout.
-    Global,
-    /// Each row ends its exposure when it is read.
-    Rolling,
-}
-
-impl Shutter {
-    /// Both shutters.
-    pub const ALL: [Self; 2] = [Self::Global, Self::Rolling];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Global => "global",
-            Self::Rolling => "rolling",
-        }
-    }
-
-    /// The shutter of this name.
-    pub fn from_name(name: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|shutter| shutter.name() == name).ok_or_else(|| Error::Unknown {
-            what: "shutter",
-            name: name.to_owned(),
-            known: Self::ALL.map(Self::name).join(", "),
-        })
+named! {
+    /// Whether rows are exposed together or one after another.
+    pub enum Shutter {
+        /// All rows end their exposure together and wait for their readout.
+        Global = "global",
+        /// Each row ends its exposure when it is read.
+        Rolling = "rolling",
     }
 }
 
@@ -353,27 +333,14 @@ pub struct Window {
     pub height_px: u32,
 }
 
-/// How several pixels become one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BinningMode {
-    /// Their charges meet on a shared floating diffusion: one conversion of the sum, all their rows in one line.
-    Charge,
-    /// Each is converted individually, a line an array row, and codes are averaged behind the converters.
-    Average,
-    /// Only the first of them is read.
-    Skip,
-}
-
-impl BinningMode {
-    /// All modes.
-    pub const ALL: [Self; 3] = [Self::Charge, Self::Average, Self::Skip];
-
-    /// The name in configs and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Charge => "charge",
-            Self::Average => "average",
-            Self::Skip => "skip",
-        }
+named! {
+    /// How several pixels become one.
+    pub enum BinningMode {
+        /// Their charges meet on a shared floating diffusion: one conversion of the sum, all their rows in one line.
+        Charge = "charge",
+        /// Each is converted individually, a line an array row, and codes are averaged behind the converters.
+        Average = "average",
+        /// Only the first of them is read.
+        Skip = "skip",
     }
 }

@@ -31,10 +31,8 @@ pub struct Schedule {
 
 impl Schedule {
     /// Checks that array, converter and link fit into a line, and rows and exposures into a frame. `packet_s` is the time of an
-    /// output row's packet on the link with its low-power transitions, 0 where the link does not count.
-    ///
-    /// # Errors
-    /// What does not fit, by key and value, with the shortest line or frame (or the fastest rate) that is accepted.
+    /// output row's packet on the link with its low-power transitions, 0 where the link does not count. Fails on what does not fit, by
+    /// key and value, with the shortest line or frame (or the fastest rate) that is accepted.
     pub fn new(array: Size, params: &ReadoutParams, adc: &AdcParams, packet_s: f64) -> Result<Self, Error> {
         params.check()?;
         let geometry = Geometry::new(array, params)?;
@@ -65,10 +63,7 @@ impl Schedule {
     }
 
     /// The same readout with another exposure: what registers say that were written while it ran. Lines are those of the longest
-    /// slot; frames keep their length and place.
-    ///
-    /// # Errors
-    /// Fewer lines than the sensor's least, or more than its frame holds.
+    /// slot; frames keep their length and place. Fails on fewer lines than the sensor's least, or more than its frame holds.
     pub fn with_exposure(&self, lines: u64, fine_clk: u32) -> Result<Self, Error> {
         let changed = slots(lines, &self.params);
         let demand = frame_demand(&changed, self.geometry.reads(), fine_clk, &self.params).lines();

@@ -46,12 +46,10 @@ pub enum Scale {
     Estimated,
 }
 
-/// The similarity that brings `estimate_m` nearest to `truth_m` in the least-squares sense.
-///
-/// # Errors
-/// Fewer than three pairs, or a covariance of rank below two (all positions equal or on one line), where the rotation is not determined.
-/// The test is that of evo, a singular value above the absolute `f64::EPSILON` (square metres), and above what the covariance's own
-/// roundings leave of a line: n + 4 half-ulps of each of nine entries, of which none exceeds the product of the spreads.
+/// The similarity that brings `estimate_m` nearest to `truth_m` in the least-squares sense. Fails on fewer than three pairs, or a
+/// covariance of rank below two (all positions equal or on one line), where the rotation is not determined. The test is that of evo, a
+/// singular value above the absolute `f64::EPSILON` (square metres), and above what the covariance's own roundings leave of a line: n + 4
+/// half-ulps of each of nine entries, of which none exceeds the product of the spreads.
 pub fn umeyama(truth_m: &[DVec3], estimate_m: &[DVec3], scale: Scale) -> Result<Similarity, NotMeasurable> {
     assert!(truth_m.len() == estimate_m.len(), "positions come in pairs");
     if truth_m.len() < 3 {

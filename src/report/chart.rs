@@ -9,7 +9,7 @@ use plotters::prelude::*;
 
 use crate::num::{greater, lesser};
 use crate::report::escape::escaped;
-use axis::{Axis, Span};
+use axis::{Axis, AxisSpan};
 
 /// A colour of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,6 @@ const MARKERS: [(&str, &str); 9] = [
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
-    /// Dots.
     Dots,
     /// A line of this many pixels' width.
     Line(u32),
@@ -248,7 +247,7 @@ fn themed(svg: &str, title: &str) -> String {
 }
 
 /// Spans of both axes; none without a point.
-fn ranges(axes: &Axes<'_>, series: &[Series<'_>]) -> Option<(Span, Span)> {
+fn ranges(axes: &Axes<'_>, series: &[Series<'_>]) -> Option<(AxisSpan, AxisSpan)> {
     let points = || series.iter().flat_map(|series| series.runs.iter().flatten().copied());
     let hull = |values: &mut dyn Iterator<Item = f64>| {
         values.map(|value| (value, value)).reduce(|a, b| (lesser(a.0, b.0), greater(a.1, b.1)))
@@ -262,18 +261,18 @@ fn ranges(axes: &Axes<'_>, series: &[Series<'_>]) -> Option<(Span, Span)> {
 }
 
 /// A range with room at both ends, and never empty.
-fn widened((low, high): Span, share: f64) -> Span {
+fn widened((low, high): AxisSpan, share: f64) -> AxisSpan {
     let length = high - low;
     let room = if length > 0.0 { length * share } else { greater(0.5 * low.abs(), 0.5) };
     (low - room, high + room)
 }
 
 /// Lengthens the shorter axis about its middle until a metre is as long on both.
-fn equal(x: Span, y: Span) -> (Span, Span) {
+fn equal(x: AxisSpan, y: AxisSpan) -> (AxisSpan, AxisSpan) {
     let (x, y) = (widened(x, 0.05), widened(y, 0.05));
     let plot_px = (f64::from(SIZE_PX.0 - LEFT_PX - 2 * MARGIN_PX), f64::from(SIZE_PX.1 - BOTTOM_PX - 2 * MARGIN_PX));
     let unit = greater((x.1 - x.0) / plot_px.0, (y.1 - y.0) / plot_px.1);
-    let around = |span: Span, px: f64| {
+    let around = |span: AxisSpan, px: f64| {
         let middle = 0.5 * (span.0 + span.1);
         (middle - 0.5 * unit * px, middle + 0.5 * unit * px)
     };
@@ -282,7 +281,7 @@ fn equal(x: Span, y: Span) -> (Span, Span) {
 
 type Drawn<'a> = Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>>;
 
-fn draw<'a>(svg: &'a mut String, axes: &Axes<'_>, series: &[Series<'_>], x: Span, y: Span) -> Drawn<'a> {
+fn draw<'a>(svg: &'a mut String, axes: &Axes<'_>, series: &[Series<'_>], x: AxisSpan, y: AxisSpan) -> Drawn<'a> {
     let area = SVGBackend::with_string(svg, SIZE_PX).into_drawing_area();
     let mut chart = ChartBuilder::on(&area)
         .margin(MARGIN_PX)

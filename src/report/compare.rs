@@ -72,10 +72,7 @@ pub struct Against {
     pub figures: Vec<FigureDifference>,
 }
 
-/// Compares every run after the first with the first.
-///
-/// # Errors
-/// Fewer than two runs, or runs of different scenes or motions.
+/// Compares every run after the first with the first. Fails on fewer than two runs, or runs of different scenes or motions.
 pub fn compare(runs: &[FinishedRun]) -> Result<Comparison, Error> {
     let [base, others @ ..] = runs else { return Err(too_few()) };
     if others.is_empty() {
@@ -94,10 +91,8 @@ fn comparison(base: &FinishedRun, others: Vec<Against>) -> Comparison {
 }
 
 /// Compares two designs of which each has several runs, pair by pair in the order of the lists. Head, keys and pictures are those of the
-/// first pair.
-///
-/// # Errors
-/// Lists of different lengths or of fewer than `PAIRS_MIN` runs, a run that is no replicate of its first, different scenes or motions.
+/// first pair. Fails on lists of different lengths or of fewer than `PAIRS_MIN` runs, a run that is no replicate of its first, different
+/// scenes or motions.
 pub fn compare_replicates(a: &[FinishedRun], b: &[FinishedRun]) -> Result<Comparison, Error> {
     replicates::check(a, b)?;
     let pairs: Vec<Against> = a.iter().zip(b).map(|(a, b)| against(a, b)).collect::<Result<_, _>>()?;

@@ -71,10 +71,8 @@ pub struct TrajectoryFigures {
     pub errors: Vec<PoseError>,
 }
 
-/// Computes every figure of an estimated trajectory against the truth.
-///
-/// # Errors
-/// Fewer than three poses that agree in time, or time stamps of which most repeat.
+/// Computes every figure of an estimated trajectory against the truth. Fails on fewer than three poses that agree in time, or time stamps
+/// of which most repeat.
 pub fn trajectory_figures(truth: &[TimedPose], estimate: &[TimedPose]) -> Result<TrajectoryFigures, NotMeasurable> {
     let pairs = associate(truth, estimate, ASSOCIATION_S);
     if pairs.len() < 3 {

@@ -6,11 +6,9 @@ use crate::error::Error;
 use crate::report::record::Report;
 
 impl Report {
-    /// Indented JSON with a newline at the end.
-    ///
-    /// # Errors
-    /// A number that is not finite, or a figure without a value for which `not_measurable` holds no reason; the message
-    /// names its path. (JSON has no NaN: serde writes it as null, and a null without a reason is how it shows.)
+    /// Indented JSON with a newline at the end. Fails on a number that is not finite, or a figure without a value for which
+    /// `not_measurable` holds no reason; the message names its path. (JSON has no NaN: serde writes it as null, and a null without a
+    /// reason is how it shows.)
     pub fn to_json(&self) -> Result<String, Error> {
         let value = serde_json::to_value(self).map_err(|error| Error::Run(format!("report.json: {error}")))?;
         if let Some(path) = null_without_reason(&value, "", self) {
@@ -22,10 +20,7 @@ impl Report {
         Ok(text)
     }
 
-    /// Reads what `to_json` wrote.
-    ///
-    /// # Errors
-    /// Text that is no report of this schema; the message names line and key.
+    /// Reads what `to_json` wrote. Fails on text that is no report of this schema; the message names line and key.
     pub fn from_json(text: &str) -> Result<Self, Error> {
         let mut reader = serde_json::Deserializer::from_str(text);
         serde_path_to_error::deserialize(&mut reader)

@@ -29,10 +29,7 @@ pub struct SpectrumPoint {
 }
 
 /// 95 % interval of a root mean square by the moving-block bootstrap (Kuensch 1989): errors of neighbouring frames hang together, so whole
-/// blocks of a second are drawn.
-///
-/// # Errors
-/// Fewer than five blocks.
+/// blocks of a second are drawn. Fails on fewer than five blocks.
 pub fn interval_of_rms(squares: &[f64], block: usize, seed: u64) -> Result<[f64; 2], NotMeasurable> {
     let blocks = squares.len() / block.max(1);
     if blocks < BLOCKS_MIN || block == 0 {

@@ -9,10 +9,7 @@ use crate::tracker::Tracker;
 
 impl Session {
     /// Tracks every frame a second time without the inertial unit, where the tracker uses one. It changes nothing else. Before the first
-    /// frame only.
-    ///
-    /// # Errors
-    /// A calibration that the tracker refuses.
+    /// frame only. Fails on a calibration that the tracker refuses.
     pub fn track_cameras_alone(&mut self) -> Result<(), Error> {
         assert!(self.notes.is_empty(), "the second tracker sees every frame");
         if self.setup.imu_calibration().is_some() {

@@ -30,13 +30,11 @@ pub struct Counted<'a> {
 }
 
 impl SensorSetup {
-    /// Raw pictures, features, both, and both with rows every Nth frame.
-    ///
-    /// # Errors
-    /// None but those of the estimate of an extractor that has not run.
+    /// Raw pictures, features, both, and both with rows every Nth frame. Fails only where the estimate of an extractor that has not run
+    /// does.
     pub fn alternatives(&self, counted: &Counted) -> Result<Alternatives, Error> {
         let every = if self.link.frames_every > 1 { self.link.frames_every } else { FRAMES_EVERY };
-        let ways = [
+        let modes = [
             ("raw".to_owned(), Mode::Frames, 1),
             ("features".to_owned(), Mode::Features, 1),
             ("both".to_owned(), Mode::Both, 1),
@@ -45,7 +43,7 @@ impl SensorSetup {
         let compute = self.compute_events(counted)?;
         let host = self.host.map_or("none", |host| host.name).to_owned();
         let mut table = Alternatives { features: counted.features, host, ..Alternatives::default() };
-        for (name, mode, frames_every) in ways {
+        for (name, mode, frames_every) in modes {
             match self.sending(mode, frames_every, counted.features) {
                 Ok(sensor) => {
                     let is_run = (mode, frames_every) == (self.link.mode, self.link.frames_every);
@@ -57,10 +55,7 @@ impl SensorSetup {
         Ok(table)
     }
 
-    /// This sensor with another way of sending.
-    ///
-    /// # Errors
-    /// A link that cannot carry it.
+    /// This sensor with another way of sending. Fails on a link that cannot carry it.
     fn sending(&self, mode: Mode, frames_every: u32, features: u64) -> Result<Self, Error> {
         let link = LinkParams { mode, frames_every, ..self.link };
         let readout = self.schedule.params();

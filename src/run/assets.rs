@@ -8,16 +8,12 @@ use crate::scene::PictureBytes;
 
 /// Files of a scenario, and a place for baked light.
 pub trait Assets: Sync {
-    /// The bytes of a file named in the scenario, relative to the scenario's folder.
-    ///
-    /// # Errors
-    /// The file is not there, or not in that folder.
+    /// The bytes of a file named in the scenario, relative to the scenario's folder. Fails where the file is not there, or not in that
+    /// folder.
     fn read(&self, name: &str) -> Result<Vec<u8>, Error>;
 
-    /// Names of the files in a folder of the scenario's folder ("" is that folder itself), sorted, without those of folders inside.
-    ///
-    /// # Errors
-    /// The folder is not there, or not in the scenario's folder.
+    /// Names of the files in a folder of the scenario's folder ("" is that folder itself), sorted, without those of folders inside. Fails
+    /// on the folder is not there, or not in the scenario's folder.
     fn list(&self, folder: &str) -> Result<Vec<String>, Error> {
         Err(Error::Content {
             file: folder.to_owned(),
@@ -30,10 +26,7 @@ pub trait Assets: Sync {
         None
     }
 
-    /// A simulator of the sensor's Verilog, for the rung `rtl`.
-    ///
-    /// # Errors
-    /// There is none, or it does not work.
+    /// A simulator of the sensor's Verilog, for the rung `rtl`. Fails where there is none, or it does not work.
     fn rtl_simulator(&self) -> Result<Arc<dyn RtlSimulator>, Error> {
         Err(Error::key("run.rung", "rtl", "there are no programs here to run Verilog; use clocked"))
     }

@@ -16,9 +16,6 @@ use crate::units::Span;
 impl Setup {
     /// Refuses what `new` and `Session::new` refuse, but for what only the baked light tells. A scenario that names no scene is judged by
     /// the rest of it.
-    ///
-    /// # Errors
-    /// As `new`.
     pub fn check(resolved: &Resolved, assets: &dyn Assets) -> Result<(), Error> {
         let mut resolved = resolved.clone();
         resolved.read_technology(&|name| assets.read(name))?;

@@ -33,10 +33,8 @@ pub struct LinkSplit {
 }
 
 impl SensorSetup {
-    /// Events of one frame of one sensor whose pixels all stand at a share of the greatest code, 0 to 1.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// Events of one frame of one sensor whose pixels all stand at a share of the greatest code, 0 to 1. Fails on a row that the link
+    /// cannot carry.
     pub fn estimated_events(&self, level: f64) -> Result<Events, Error> {
         let mut events = Events::default();
         let geometry = self.schedule.geometry();
@@ -75,10 +73,7 @@ impl SensorSetup {
         Ok(events)
     }
 
-    /// Events of the extractor in a frame at that level.
-    ///
-    /// # Errors
-    /// A picture that it refuses.
+    /// Events of the extractor in a frame at that level. Fails on a picture that it refuses.
     pub(super) fn estimated_compute(&self, level: f64) -> Result<Events, Error> {
         // The extractor sees merged codes, which may have another depth than the converter's.
         let greatest = f64::from((1_u32 << self.bits()) - 1);
@@ -88,19 +83,13 @@ impl SensorSetup {
         Ok(super::extractor::extract_one(self, &mut extractor, &plane)?.1)
     }
 
-    /// Energy of a frame at that level.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// Energy of a frame at that level. Fails on a row that the link cannot carry.
     pub fn estimated_energy(&self, level: f64) -> Result<EnergyAccount, Error> {
         let pixels = u64_from(self.size.pixel_count());
         Ok(EnergyAccount::of(&self.estimated_events(level)?, 1, 1, pixels, &self.power))
     }
 
-    /// Bits and power of the link by what is sent, with so many features a frame.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// Bits and power of the link by what is sent, with so many features a frame. Fails on a row that the link cannot carry.
     pub fn link_split(&self, features: u64) -> Result<LinkSplit, Error> {
         let rate = 1e9 / f64_from_u64(self.power.period_ns);
         let of = |mode: Mode, features: u64| -> Result<(Traffic, f64), Error> {
@@ -123,10 +112,8 @@ impl SensorSetup {
         })
     }
 
-    /// What a frame costs the host that receives pictures alone, and one that receives features alone.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// What a frame costs the host that receives pictures alone, and one that receives features alone. Fails on a row that the link
+    /// cannot carry.
     pub fn host_split(&self, host: &HostParams, features: u64) -> Result<[HostEnergy; 2], Error> {
         let frame_s = 1e-9 * f64_from_u64(self.power.period_ns);
         let (pixels, found) = (f64_from_u64(u64_from(self.size.pixel_count())), f64_from_u64(features));

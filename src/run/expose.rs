@@ -41,10 +41,8 @@ pub struct ExposurePlace {
 }
 
 impl RenderInputs<'_> {
-    /// What the camera's window sees. Its render noise is counted with the settings' quantum efficiency.
-    ///
-    /// # Errors
-    /// A picture that cannot be read any more.
+    /// What the camera's window sees. Its render noise is counted with the settings' quantum efficiency. Fails on a picture that cannot
+    /// be read any more.
     pub fn expose(&self) -> Result<Exposure, Error> {
         // The motion was checked to cover the whole run before the first frame.
         let pose = |t_s: f64| self.motion.world_from_body(t_s).expect("the motion covers the run");

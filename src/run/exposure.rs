@@ -16,10 +16,7 @@ pub(super) struct ExposureControl {
 }
 
 impl ExposureControl {
-    /// For so many cameras.
-    ///
-    /// # Errors
-    /// Limits of the automatic exposure that contradict schedule or converter.
+    /// For so many cameras. Fails on limits of the automatic exposure that contradict schedule or converter.
     pub fn new(sensor: &SensorSetup, cameras: usize) -> Result<Self, Error> {
         let schedules = (0..cameras).map(|camera| sensor.schedule.for_camera(CameraIndex(u32_from(camera)))).collect();
         Ok(Self { schedules, auto: sensor.auto_exposure()?, gain: sensor.parameters.adc.gain })

@@ -58,10 +58,7 @@ struct Lit<'a> {
 }
 
 impl Known<'_> {
-    /// All facts, from bounds of the light over the shortest and the longest exposure.
-    ///
-    /// # Errors
-    /// A motion that ends before the run.
+    /// All facts, from bounds of the light over the shortest and the longest exposure. Fails on a motion that ends before the run.
     pub fn facts(&self, light: LightBounds, exposures_s: [f64; 2]) -> Result<ScenarioFacts, Error> {
         Lit { known: self, light, exposures_s }.facts()
     }

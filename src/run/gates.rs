@@ -4,6 +4,8 @@
 //! Cells and flip-flops are a base and what each parameter adds to it alone; word length and octaves are crossed where both matter. An
 //! area follows from typical standard cells and SRAM of 65 nm, scaled by the square of the node.
 
+use rtl_models::fx_back::FxBackConfig;
+
 use super::sensor::SensorSetup;
 use crate::num::f64_from_u64;
 use crate::report::gates_record::{GateBlock, Gates};
@@ -12,7 +14,7 @@ use crate::report::gates_record::{GateBlock, Gates};
 const TABLE: &str = include_str!("gates.csv");
 
 /// Cells may be this factor more or fewer; held against settings that the table has not seen.
-const CELLS_FACTOR: f64 = 1.2;
+pub const CELLS_FACTOR: f64 = 1.2;
 /// The same for area: libraries, placement and memory compilers differ.
 const AREA_FACTOR: f64 = 1.6;
 /// Mean area of a mapped cell that is no flip-flop, of a flip-flop, and of a bit of SRAM with its periphery, in um2 at 65 nm. Estimates of
@@ -44,33 +46,6 @@ impl Netlist {
     }
 }
 
-/// Hardware of an extractor, as the parameters of `extractor_core.sv`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ExtractorHardware {
-    /// Columns of its line buffers, 16 to 4096.
-    pub max_width: u32,
-    /// Bits of a word, 8 to 16.
-    pub pix_bits: u32,
-    /// Octaves, 1 to 4.
-    pub octaves: u32,
-    /// Whether cells rank by Harris.
-    pub harris: bool,
-    /// Logarithm of a cell's side: 4, 5 or 6.
-    pub cell_log2: u32,
-    /// Corners that a cell keeps, 1 to 4.
-    pub per_cell: u32,
-    /// Descriptor engines, 1 to 4.
-    pub engines: u32,
-    /// Candidates in the queue, 1 to 64.
-    pub fifo_depth: u32,
-    /// Bits of a descriptor, 64 to 256.
-    pub desc_bits: u32,
-    /// Whether the pattern turns by moving bytes.
-    pub symmetric: bool,
-    /// Whether places are fitted.
-    pub subpixel: bool,
-}
-
 /// The netlist of a row of the table.
 fn row(block: &str, parameters: &str) -> Netlist {
     let line = TABLE.lines().find(|line| {
@@ -97,117 +72,114 @@ fn between(points: &[(f64, Netlist)], at: f64) -> Netlist {
     none.plus(below, 1.0 - share).plus(above, share)
 }
 
-impl ExtractorHardware {
-    /// The extractor's front: line buffers, corners, suppression, smoothing.
-    pub fn front(&self) -> Netlist {
-        let block = "fx_front";
-        let none = Netlist::default();
-        let bits = f64::from(self.pix_bits);
-        let words =
-            between(&[(8.0, none), (12.0, added(block, "PIX_BITS=12")), (16.0, added(block, "PIX_BITS=16"))], bits);
-        let octaves = ["OCTAVES=2", "OCTAVES=3", "OCTAVES=4"];
-        let octave = match self.octaves {
-            0 | 1 => none,
-            more => added(block, octaves[crate::num::index(more.min(4) - 2)]),
-        };
-        // Harris is mostly multipliers, which grow with the word.
-        let harris = if self.harris {
-            let wide = row(block, "PIX_BITS=16 HARRIS=1").plus(row(block, "PIX_BITS=16"), -1.0);
-            between(&[(8.0, added(block, "HARRIS=1")), (16.0, wide)], bits)
-        } else {
-            none
-        };
-        let sum = row(block, "").plus(words, 1.0).plus(octave, 1.0).plus(harris, 1.0).plus(self.width(block), 1.0);
-        // Bits of the line buffers are columns times words times what the octaves need.
-        let lines = row(block, "").plus(octave, 1.0).sram_bits * f64::from(self.max_width) / 640.0 * bits / 8.0;
-        let harris_lines = harris.sram_bits * f64::from(self.max_width) / 640.0;
-        Netlist { sram_bits: lines + harris_lines, ..sum }
-    }
+/// The extractor's front: line buffers, corners, suppression, smoothing.
+pub fn front(hardware: &FxBackConfig) -> Netlist {
+    let block = "fx_front";
+    let none = Netlist::default();
+    let bits = f64::from(hardware.pix_bits);
+    let words = between(&[(8.0, none), (12.0, added(block, "PIX_BITS=12")), (16.0, added(block, "PIX_BITS=16"))], bits);
+    let octaves = ["OCTAVES=2", "OCTAVES=3", "OCTAVES=4"];
+    let octave = match hardware.octaves {
+        0 | 1 => none,
+        more => added(block, octaves[crate::num::index(more.min(4) - 2)]),
+    };
+    // Harris is mostly multipliers, which grow with the word.
+    let harris = if hardware.harris {
+        let wide = row(block, "PIX_BITS=16 HARRIS=1").plus(row(block, "PIX_BITS=16"), -1.0);
+        between(&[(8.0, added(block, "HARRIS=1")), (16.0, wide)], bits)
+    } else {
+        none
+    };
+    let sum = row(block, "").plus(words, 1.0).plus(octave, 1.0).plus(harris, 1.0).plus(width(hardware, block), 1.0);
+    // Bits of the line buffers are columns times words times what the octaves need.
+    let lines = row(block, "").plus(octave, 1.0).sram_bits * f64::from(hardware.max_width) / 640.0 * bits / 8.0;
+    let harris_lines = harris.sram_bits * f64::from(hardware.max_width) / 640.0;
+    Netlist { sram_bits: lines + harris_lines, ..sum }
+}
 
-    /// The extractor's back without its engines: choice, queue, patches.
-    pub fn back(&self) -> Netlist {
-        let block = "fx_back";
-        let none = Netlist::default();
-        let bits = f64::from(self.pix_bits);
-        let share = (bits - 8.0) / 8.0;
-        let words = added(block, "PIX_BITS=16");
-        let octave = match self.octaves {
-            0 | 1 => none,
-            2 => added(block, "OCTAVES=2"),
-            3 => added(block, "OCTAVES=3"),
-            _ => added(block, "OCTAVES=4"),
-        };
-        let cell = match self.cell_log2 {
-            0..=4 => none,
-            5 => added(block, "CELL_LOG2=5"),
-            _ => added(block, "CELL_LOG2=6 RING_LOG2=7"),
-        };
-        let subpixel = if self.subpixel {
-            none
-        } else {
-            let wide = row(block, "PIX_BITS=16 SUBPIXEL=0").plus(row(block, "PIX_BITS=16"), -1.0);
-            between(&[(8.0, added(block, "SUBPIXEL=0")), (16.0, wide)], bits)
-        };
-        // The queue and the cells' lists grow with the words of a candidate.
-        let response_bits = if self.subpixel { 8.0 * bits } else { 0.0 };
-        let rank_bits = if self.harris { 16.0 + bits } else { bits };
-        let (word, body) = ((response_bits + rank_bits + 39.0) / 111.0, (response_bits + rank_bits + 8.0) / 80.0);
-        // Lists: a bank for each octave twice, each with the corners that a cell keeps.
-        let list = |octaves: &str| {
-            let of = |corners: &str| row("fx_cells", format!("{octaves}PER_CELL={corners}").trim());
-            let base = row("fx_cells", octaves.trim());
-            between(&[(1.0, none), (4.0, of("4").plus(base, -1.0))], f64::from(self.per_cell))
-        };
-        let lists = between(&[(1.0, list("")), (4.0, list("OCTAVES=4 "))], f64::from(self.octaves));
-        let per_cell = none.plus(lists, body);
-        let fifo = none.plus(
-            between(
-                &[(1.0, added("fx_fifo", "DEPTH=1")), (16.0, none), (64.0, added("fx_fifo", "DEPTH=64"))],
-                f64::from(self.fifo_depth),
-            ),
-            word,
-        );
-        let desc = between(&[(64.0, added(block, "DESC_BITS=64")), (256.0, none)], f64::from(self.desc_bits));
-        let harris = if self.harris { added(block, "HARRIS=1") } else { none };
-        let parts = [octave, cell, subpixel, per_cell, fifo, desc, harris, self.width(block)];
-        let sum = parts.into_iter().fold(row(block, "").plus(words, share), |sum, part| sum.plus(part, 1.0));
-        // Memories are columns times words; octaves and cells change how many. Lists are one a cell of a row of cells.
-        let columns = f64::from(self.max_width) / 640.0;
-        let cells = columns * 16.0 / f64::from(1_u32 << self.cell_log2.clamp(4, 6));
-        let one_octave = row(block, "").sram_bits;
-        let all_octaves = 1.0 + octave.sram_bits / one_octave;
-        let memories = (one_octave + cell.sram_bits) * all_octaves + harris.sram_bits;
-        let sram_bits = memories * columns * bits / 8.0 + subpixel.sram_bits * columns + per_cell.sram_bits * cells;
-        Netlist { sram_bits, ..sum }
-    }
+/// The extractor's back without its engines: choice, queue, patches.
+pub fn back(hardware: &FxBackConfig) -> Netlist {
+    let block = "fx_back";
+    let none = Netlist::default();
+    let bits = f64::from(hardware.pix_bits);
+    let share = (bits - 8.0) / 8.0;
+    let words = added(block, "PIX_BITS=16");
+    let octave = match hardware.octaves {
+        0 | 1 => none,
+        2 => added(block, "OCTAVES=2"),
+        3 => added(block, "OCTAVES=3"),
+        _ => added(block, "OCTAVES=4"),
+    };
+    let cell = match hardware.cell_log2 {
+        0..=4 => none,
+        5 => added(block, "CELL_LOG2=5"),
+        _ => added(block, "CELL_LOG2=6 RING_LOG2=7"),
+    };
+    let subpixel = if hardware.subpixel {
+        none
+    } else {
+        let wide = row(block, "PIX_BITS=16 SUBPIXEL=0").plus(row(block, "PIX_BITS=16"), -1.0);
+        between(&[(8.0, added(block, "SUBPIXEL=0")), (16.0, wide)], bits)
+    };
+    // The queue and the cells' lists grow with the words of a candidate.
+    let response_bits = if hardware.subpixel { 8.0 * bits } else { 0.0 };
+    let rank_bits = if hardware.harris { 16.0 + bits } else { bits };
+    let (word, body) = ((response_bits + rank_bits + 39.0) / 111.0, (response_bits + rank_bits + 8.0) / 80.0);
+    // Lists: a bank for each octave twice, each with the corners that a cell keeps.
+    let list = |octaves: &str| {
+        let of = |corners: &str| row("fx_cells", format!("{octaves}PER_CELL={corners}").trim());
+        let base = row("fx_cells", octaves.trim());
+        between(&[(1.0, none), (4.0, of("4").plus(base, -1.0))], f64::from(hardware.per_cell))
+    };
+    let lists = between(&[(1.0, list("")), (4.0, list("OCTAVES=4 "))], f64::from(hardware.octaves));
+    let per_cell = none.plus(lists, body);
+    let fifo = none.plus(
+        between(
+            &[(1.0, added("fx_fifo", "DEPTH=1")), (16.0, none), (64.0, added("fx_fifo", "DEPTH=64"))],
+            f64::from(hardware.fifo_depth),
+        ),
+        word,
+    );
+    let desc = between(&[(64.0, added(block, "DESC_BITS=64")), (256.0, none)], f64::from(hardware.desc_bits));
+    let harris = if hardware.harris { added(block, "HARRIS=1") } else { none };
+    let parts = [octave, cell, subpixel, per_cell, fifo, desc, harris, width(hardware, block)];
+    let sum = parts.into_iter().fold(row(block, "").plus(words, share), |sum, part| sum.plus(part, 1.0));
+    // Memories are columns times words; octaves and cells change how many. Lists are one a cell of a row of cells.
+    let columns = f64::from(hardware.max_width) / 640.0;
+    let cells = columns * 16.0 / f64::from(1_u32 << hardware.cell_log2.clamp(4, 6));
+    let one_octave = row(block, "").sram_bits;
+    let all_octaves = 1.0 + octave.sram_bits / one_octave;
+    let memories = (one_octave + cell.sram_bits) * all_octaves + harris.sram_bits;
+    let sram_bits = memories * columns * bits / 8.0 + subpixel.sram_bits * columns + per_cell.sram_bits * cells;
+    Netlist { sram_bits, ..sum }
+}
 
-    /// One engine: orientation and descriptor of a patch.
-    pub fn engine(&self) -> Netlist {
-        let block = "fx_engine";
-        let share = f64::from(self.pix_bits - 8) / 8.0;
-        let desc = added(block, "DESC_BITS=64");
-        let pattern = if self.symmetric { added(block, "SYMMETRIC=1") } else { Netlist::default() };
-        row(block, "")
-            .plus(added(block, "PIX_BITS=16"), share)
-            .plus(desc, f64::from(256 - self.desc_bits) / 192.0)
-            .plus(pattern, 1.0)
-    }
+/// One engine: orientation and descriptor of a patch.
+pub fn engine(hardware: &FxBackConfig) -> Netlist {
+    let block = "fx_engine";
+    let share = f64::from(hardware.pix_bits - 8) / 8.0;
+    let desc = added(block, "DESC_BITS=64");
+    let pattern = if hardware.symmetric { added(block, "SYMMETRIC=1") } else { Netlist::default() };
+    row(block, "")
+        .plus(added(block, "PIX_BITS=16"), share)
+        .plus(desc, f64::from(256 - hardware.desc_bits) / 192.0)
+        .plus(pattern, 1.0)
+}
 
-    /// Front, back and all engines.
-    pub fn all(&self) -> Netlist {
-        self.front().plus(self.back(), 1.0).plus(self.engine(), f64::from(self.engines))
-    }
+/// Front, back and all engines.
+pub fn all(hardware: &FxBackConfig) -> Netlist {
+    front(hardware).plus(back(hardware), 1.0).plus(engine(hardware), f64::from(hardware.engines))
+}
 
-    /// What other widths than 640 columns add in counters and selectors.
-    fn width(&self, block: &str) -> Netlist {
-        let log = |width: f64| libm::log2(width / 640.0);
-        let points = [
-            (log(160.0), added(block, "MAX_WIDTH=160")),
-            (0.0, Netlist::default()),
-            (log(2560.0), added(block, "MAX_WIDTH=2560")),
-        ];
-        between(&points, log(f64::from(self.max_width)))
-    }
+/// What other widths than 640 columns add in counters and selectors.
+fn width(hardware: &FxBackConfig, block: &str) -> Netlist {
+    let log = |width: f64| libm::log2(width / 640.0);
+    let points = [
+        (log(160.0), added(block, "MAX_WIDTH=160")),
+        (0.0, Netlist::default()),
+        (log(2560.0), added(block, "MAX_WIDTH=2560")),
+    ];
+    between(&points, log(f64::from(hardware.max_width)))
 }
 
 /// Columns of converters with their share of sequencer, counters and lanes.
@@ -217,34 +189,17 @@ fn converters(columns: u32) -> Netlist {
 }
 
 impl SensorSetup {
-    /// The extractor as hardware; none where the sensor extracts nothing.
-    pub fn extractor_hardware(&self) -> Option<ExtractorHardware> {
-        let params = &self.extractor;
-        self.link.mode.sends_features().then(|| ExtractorHardware {
-            max_width: self.size.width_px.max(16),
-            pix_bits: params.pipeline_bits,
-            octaves: params.octaves,
-            harris: params.rank == crate::compute::Rank::Harris,
-            cell_log2: params.cell_px.ilog2(),
-            per_cell: params.per_cell,
-            engines: params.engines,
-            fifo_depth: params.fifo_depth,
-            desc_bits: params.descriptor_bits,
-            symmetric: params.pattern == crate::compute::Pattern::Symmetric,
-            subpixel: params.subpixel,
-        })
-    }
-
     /// Gates and area of the digital half by block, and the area of the pixels beside it.
     pub fn gates(&self) -> Gates {
         let node_nm = self.power.technology.node_nm;
         let mut parts: Vec<(&str, u32, Netlist)> = Vec::new();
         let columns = self.schedule.geometry().columns_read() / self.parameters.adc.columns_per_adc.max(1);
         parts.push(("converters and sequencer", 1, converters(columns)));
-        if let Some(hardware) = self.extractor_hardware() {
-            parts.push(("extractor front", 1, hardware.front()));
-            parts.push(("extractor back", 1, hardware.back()));
-            parts.push(("descriptor engines", hardware.engines, hardware.engine()));
+        if self.link.mode.sends_features() {
+            let hardware = self.extractor.hardware(self.size);
+            parts.push(("extractor front", 1, front(&hardware)));
+            parts.push(("extractor back", 1, back(&hardware)));
+            parts.push(("descriptor engines", hardware.engines, engine(&hardware)));
         }
         parts.push(("packetiser", 1, row("csi2_packetiser", "")));
         let blocks: Vec<GateBlock> =
@@ -273,16 +228,11 @@ fn block(name: &str, times: u32, one: Netlist, node_nm: f64) -> GateBlock {
     }
 }
 
-/// Factor both ways within which cells and flip-flops are stated.
-pub const fn cells_factor() -> f64 {
-    CELLS_FACTOR
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const USUAL: ExtractorHardware = ExtractorHardware {
+    const USUAL: FxBackConfig = FxBackConfig {
         max_width: 640,
         pix_bits: 8,
         octaves: 1,
@@ -294,33 +244,36 @@ mod tests {
         desc_bits: 256,
         symmetric: false,
         subpixel: true,
+        ring_log2: 6,
+        width: 640,
+        height: 480,
     };
 
     #[test]
     fn the_table_s_own_points_come_out_as_they_stand() {
-        assert_eq!(USUAL.front(), row("fx_front", ""));
-        assert_eq!(USUAL.back(), row("fx_back", ""));
-        assert_eq!(USUAL.engine(), row("fx_engine", ""));
-        let wide = ExtractorHardware { pix_bits: 16, ..USUAL };
-        assert_eq!(wide.front(), row("fx_front", "PIX_BITS=16"));
-        assert_eq!(wide.engine(), row("fx_engine", "PIX_BITS=16"));
-        let (found, told) = (wide.back(), row("fx_back", "PIX_BITS=16"));
+        assert_eq!(front(&USUAL), row("fx_front", ""));
+        assert_eq!(back(&USUAL), row("fx_back", ""));
+        assert_eq!(engine(&USUAL), row("fx_engine", ""));
+        let wide = FxBackConfig { pix_bits: 16, ..USUAL };
+        assert_eq!(front(&wide), row("fx_front", "PIX_BITS=16"));
+        assert_eq!(engine(&wide), row("fx_engine", "PIX_BITS=16"));
+        let (found, told) = (back(&wide), row("fx_back", "PIX_BITS=16"));
         assert_eq!((found.cells, found.flip_flops), (told.cells, told.flip_flops));
     }
 
     #[test]
     fn more_hardware_is_never_smaller() {
-        let least = USUAL.all();
+        let least = all(&USUAL);
         for more in [
-            ExtractorHardware { max_width: 1280, ..USUAL },
-            ExtractorHardware { pix_bits: 10, ..USUAL },
-            ExtractorHardware { octaves: 3, ..USUAL },
-            ExtractorHardware { harris: true, ..USUAL },
-            ExtractorHardware { per_cell: 3, ..USUAL },
-            ExtractorHardware { engines: 2, ..USUAL },
-            ExtractorHardware { fifo_depth: 40, ..USUAL },
+            FxBackConfig { max_width: 1280, ..USUAL },
+            FxBackConfig { pix_bits: 10, ..USUAL },
+            FxBackConfig { octaves: 3, ..USUAL },
+            FxBackConfig { harris: true, ..USUAL },
+            FxBackConfig { per_cell: 3, ..USUAL },
+            FxBackConfig { engines: 2, ..USUAL },
+            FxBackConfig { fifo_depth: 40, ..USUAL },
         ] {
-            let all = more.all();
+            let all = all(&more);
             assert!(all.cells > least.cells && all.sram_bits >= least.sram_bits, "{more:?}: {all:?} after {least:?}");
         }
     }

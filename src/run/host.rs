@@ -21,7 +21,6 @@ const CLOCK_TOLERANCE: f64 = 2e-3;
 /// What a host keeps from frame to frame.
 #[derive(Default)]
 pub struct Host {
-    /// The frame before.
     before: Option<TimedFrame>,
     cameras: Vec<CameraClock>,
 }
@@ -61,10 +60,7 @@ pub struct HostFrame {
 impl Host {
     /// What each camera's frame of this number brought, none where it was lost; `extractors` are the host's own, for pictures without
     /// features. Numbers rise from call to call, and so do the times. A frame whose stamp is lost, or is not one that its number allows,
-    /// gets the time that its number calls for.
-    ///
-    /// # Errors
-    /// A picture that the host's own extractor refuses.
+    /// gets the time that its number calls for. Fails on a picture that the host's own extractor refuses.
     pub fn receive(
         &mut self,
         sensor: &SensorSetup,

@@ -4,7 +4,7 @@ use super::setup::Setup;
 use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::scene::motion::imu::{GRAVITY_IN_WORLD_M_PER_S2, ImuNoise, ImuSample, samples};
-use crate::tracker::{ImuCalibration, Noise, Reading};
+use crate::tracker::{ImuCalibration, ImuMeasurement, Noise};
 use crate::units::Span;
 
 /// Published number of the inertial unit's noise in keys.
@@ -13,7 +13,7 @@ const IMU_NUMBER: u64 = 2;
 /// Readings of a run, handed out frame by frame.
 #[derive(Default)]
 pub(super) struct ImuReadings {
-    readings: Vec<Reading>,
+    readings: Vec<ImuMeasurement>,
     next: usize,
 }
 
@@ -23,7 +23,7 @@ impl ImuReadings {
         if !setup.uses_imu {
             return Ok(Self::default());
         }
-        let reading = |sample: ImuSample| Reading {
+        let reading = |sample: ImuSample| ImuMeasurement {
             t_s: sample.t_s,
             angular_velocity_rad_per_s: sample.angular_velocity_rad_per_s,
             acceleration_m_per_s2: sample.acceleration_m_per_s2,
@@ -33,7 +33,7 @@ impl ImuReadings {
     }
 
     /// Readings since the previous frame, up to the first one after a time.
-    pub fn until(&mut self, t_s: f64) -> &[Reading] {
+    pub fn until(&mut self, t_s: f64) -> &[ImuMeasurement] {
         let to = self.readings.partition_point(|reading| reading.t_s <= t_s) + 1;
         let range = self.next..to.min(self.readings.len()).max(self.next);
         self.next = range.end;
@@ -52,10 +52,7 @@ pub fn noise_of(noise: &ImuNoise) -> Noise {
 }
 
 impl Setup {
-    /// Readings of the rig's inertial unit from the start of the run to a time; none without a unit.
-    ///
-    /// # Errors
-    /// A motion that ends before.
+    /// Readings of the rig's inertial unit from the start of the run to a time; none without a unit. Fails on a motion that ends before.
     pub fn imu_samples(&self, end_s: f64) -> Result<Vec<ImuSample>, Error> {
         let Some(imu) = &self.imu else { return Ok(Vec::new()) };
         let key = DrawKey::root(self.resolved.scenario.seed).with(IMU_NUMBER);

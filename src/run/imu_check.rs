@@ -6,10 +6,7 @@ use crate::scene::motion::imu::Imu;
 /// Largest number of readings of a run; all are kept in memory.
 const READINGS_MAX: f64 = 5e6;
 
-/// Refuses an IMU that gives more readings in a run than fit.
-///
-/// # Errors
-/// Too high a rate for the run's length.
+/// Refuses an IMU that gives more readings in a run than fit. Fails on too high a rate for the run's length.
 pub(super) fn check_readings(imu: Option<&Imu>, end_s: f64) -> Result<(), Error> {
     let Some(imu) = imu.filter(|imu| imu.noise.rate_hz * end_s > READINGS_MAX) else { return Ok(()) };
     let most_hz = (READINGS_MAX / end_s).floor();

@@ -32,10 +32,8 @@ impl Assets for Recorder<'_> {
     }
 }
 
-/// Hash of the names and contents of all files that a scenario names, directly or through its scene.
-///
-/// # Errors
-/// A file that is missing or not what it should be.
+/// Hash of the names and contents of all files that a scenario names, directly or through its scene. Fails on a file that is missing or
+/// not what it should be.
 pub fn inputs_hash(resolved: &Resolved, assets: &dyn Assets) -> Result<String, Error> {
     let recorder = Recorder { assets, read: Mutex::new(BTreeMap::new()) };
     let scenario = &resolved.scenario;

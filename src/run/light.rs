@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::assets::{Assets, Progress};
 use crate::config::Scenario;
 use crate::config::check::within;
-use crate::config::light::{BakeKind, BakeLimits, Level};
+use crate::config::light::{BakeKind, BakeLimits, LightLevel};
 use crate::error::Error;
 use crate::scene::surroundings::PANEL;
 use crate::scene::{Bake, BakeCost, BakeSettings, Environment, LitScene, Scene, generated, target};
@@ -19,9 +19,7 @@ enum Found {
 }
 
 /// Loads or generates the scene, gives it what lights it, bakes or loads its light, and scales it to the scenario's lux at `start_m`.
-///
-/// # Errors
-/// No scene or more than one named, a file that is no scene, no light at the start, a bake that takes more than is allowed.
+/// Fails on no scene or more than one named, a file that is no scene, no light at the start, a bake that takes more than is allowed.
 pub fn lit_scene(
     scenario: &Scenario,
     start_m: DVec3,
@@ -42,8 +40,8 @@ pub fn lit_scene(
     let bake = baked(&scene, limits, assets, progress)?;
     let bake = if scenario.traces_shadows()? { bake } else { bake.without_edges() };
     let lit = match level {
-        Level::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
-        Level::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
+        LightLevel::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
+        LightLevel::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
     };
     Ok(match flicker {
         Some(flicker) => lit.with_flicker(flicker),
@@ -52,9 +50,6 @@ pub fn lit_scene(
 }
 
 /// Refuses what `lit_scene` refuses before it bakes.
-///
-/// # Errors
-/// As `lit_scene`, without checks that need the baked light.
 pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
     let limits = scenario.bake_limits()?;
     scenario.traces_shadows()?;
@@ -71,9 +66,6 @@ pub fn check_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error
 }
 
 /// Reads the scene that the scenario names and lights nothing.
-///
-/// # Errors
-/// As `check_scene`, but for what the bake refuses.
 pub fn found_scene(scenario: &Scenario, assets: &dyn Assets) -> Result<(), Error> {
     found(scenario, assets).map(|_| ())
 }
@@ -175,10 +167,7 @@ fn flickering(scene: Scene, section: &crate::config::scenario::Scene, flickers: 
     Err(Error::key("scene.flicker.waveform", &section.flicker.waveform, reason))
 }
 
-/// Pictures stand alone: no scene beside them.
-///
-/// # Errors
-/// A scene that is named as well.
+/// Pictures stand alone: no scene beside them. Fails on a scene that is named as well.
 #[cfg(feature = "pictures")]
 pub fn only_images(section: &crate::config::scenario::Scene) -> Result<(), Error> {
     section.surroundings.check()?;

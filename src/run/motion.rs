@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::assets::Assets;
 use crate::config::Scenario;
 use crate::config::check::{unit_quaternion, within};
-use crate::config::motion::{STEP_TOLERANCE, Source};
+use crate::config::motion::{MotionSource, STEP_TOLERANCE};
 use crate::config::scenario::Motion as MotionKeys;
 use crate::error::Error;
 use crate::facts::readable;
@@ -47,18 +47,13 @@ pub struct Placed {
     pub notes: Vec<String>,
 }
 
-/// The scenario's motion over the whole `run`.
-///
-/// # Errors
-/// A file that is no trajectory, a run that leaves its time range, values out of range.
+/// The scenario's motion over the whole `run`. Fails on a file that is no trajectory, a run that leaves its time range, values out of
+/// range.
 pub fn placed_motion(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Result<Placed, Error> {
     placed(&scenario.motion, scenario.run.frames, run, assets)
 }
 
 /// The motion of a section's keys over the whole `run` of so many frames.
-///
-/// # Errors
-/// As `placed_motion`.
 pub fn placed(section: &MotionKeys, frames: u32, run: Span, assets: &dyn Assets) -> Result<Placed, Error> {
     let turn = unit_quaternion("motion.world_from_motion", section.world_from_motion)?;
     let offset_m = DVec3::from_array(section.offset_m);
@@ -136,25 +131,25 @@ fn spline(
         Ok((generated(pose, knot_s, asked.end_s), Vec::new()))
     };
     let made = match section.source()? {
-        Source::Still => return Ok(None),
-        Source::Recording { file, bridge_gaps_s } => recorded(file, bridge_gaps_s, asked, assets),
-        Source::ControlFile(file) => {
+        MotionSource::Still => return Ok(None),
+        MotionSource::Recording { file, bridge_gaps_s } => recorded(file, bridge_gaps_s, asked, assets),
+        MotionSource::ControlFile(file) => {
             let Recording { samples, notes } = read(file, assets)?;
             on_control_poses("motion.file", file, &samples).map(|spline| (spline, notes))
         }
-        Source::ControlPoses(poses) => {
+        MotionSource::ControlPoses(poses) => {
             let count = format!("{} poses", poses.len());
             on_control_poses("motion.pose", &count, &poses).map(|spline| (spline, Vec::new()))
         }
-        Source::Sway => {
+        MotionSource::Sway => {
             check_end(SWAY_POSES_MAX * SWAY_STEP_S)?;
             Spline::fit(&sway(asked.end_s), KNOT_S)
                 .map(|spline| (spline, Vec::new()))
                 .map_err(|error| error.at_key("motion.kind", "sway"))
         }
-        Source::Gait(gait) => follow(GENERATED_KNOT_S, &|t_s| gait.pose(t_s)),
-        Source::Spin { rate_deg_per_s } => follow(GENERATED_KNOT_S, &|t_s| gait::spin(rate_deg_per_s, t_s)),
-        Source::Oscillation { height_m, frequency_hz, axis } => {
+        MotionSource::Gait(gait) => follow(GENERATED_KNOT_S, &|t_s| gait.pose(t_s)),
+        MotionSource::Spin { rate_deg_per_s } => follow(GENERATED_KNOT_S, &|t_s| gait::spin(rate_deg_per_s, t_s)),
+        MotionSource::Oscillation { height_m, frequency_hz, axis } => {
             let knot_s = lesser(GENERATED_KNOT_S, 1.0 / (OSCILLATION_KNOTS * frequency_hz));
             follow(knot_s, &|t_s| gait::oscillation(height_m, frequency_hz, axis, t_s))
         }

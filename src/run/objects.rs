@@ -4,7 +4,7 @@ use super::assets::Assets;
 use super::motion::placed;
 use crate::config::Scenario;
 use crate::config::check::{one_of, within};
-use crate::config::motion::Source;
+use crate::config::motion::MotionSource;
 use crate::config::scenario::SceneObject;
 use crate::error::Error;
 use crate::num::u32_from;
@@ -26,10 +26,8 @@ pub struct PlacedObject {
     notes: Vec<String>,
 }
 
-/// The scenario's objects on their paths.
-///
-/// # Errors
-/// A file that is no scene, keys out of range, too many of them, or a scene that nothing can move through.
+/// The scenario's objects on their paths. Fails on a file that is no scene, keys out of range, too many of them, or a scene that nothing
+/// can move through.
 pub fn moving_objects(scenario: &Scenario, run: Span, assets: &dyn Assets) -> Result<Vec<PlacedObject>, Error> {
     let section = &scenario.scene;
     let count = section.object.len();
@@ -68,8 +66,11 @@ fn placed_object(
     let of_object = |error: Error| error.under(&format!("scene.object.{number}"), "motion");
     let source = keys.source().map_err(of_object)?;
     let looks_ahead = match source {
-        Source::Sway | Source::Gait(_) | Source::Spin { .. } | Source::ControlPoses(_) => true,
-        Source::Still | Source::Oscillation { .. } | Source::Recording { .. } | Source::ControlFile(_) => false,
+        MotionSource::Sway | MotionSource::Gait(_) | MotionSource::Spin { .. } | MotionSource::ControlPoses(_) => true,
+        MotionSource::Still
+        | MotionSource::Oscillation { .. }
+        | MotionSource::Recording { .. }
+        | MotionSource::ControlFile(_) => false,
     };
     let found = placed(&keys, scenario.run.frames, run, assets).map_err(of_object)?;
     notes.extend(found.notes.iter().map(|note| format!("{name}: {note}")));
@@ -88,9 +89,7 @@ fn parts(file: &str, _: &[u8], _: &FileUnits, _: &dyn Assets) -> Result<Vec<Movi
 }
 
 /// Finds the light of the parts that the scene's file moves, and of objects, on their way. Adds to the notes what a person should know.
-///
-/// # Errors
-/// A run that leaves the time range of a motion, too many parts.
+/// Fails on a run that leaves the time range of a motion, too many parts.
 pub fn lit_objects(
     objects: Vec<PlacedObject>,
     fixed: &LitScene,

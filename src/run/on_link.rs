@@ -32,10 +32,7 @@ impl SensorSetup {
         RowPeriod::new(Clocks(lines_clk), self.schedule.pixel_rate_hz(), &self.link)
     }
 
-    /// Features that pass between two rows' packets; 0 where rows are not sent.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// Features that pass between two rows' packets; 0 where rows are not sent. Fails on a row that the link cannot carry.
     pub fn features_per_gap(&self) -> Result<u32, Error> {
         if !self.link.mode.sends_codes() {
             return Ok(0);
@@ -51,10 +48,7 @@ impl SensorSetup {
         by_row(out_clk.iter().map(row_of), self.size.height_px)
     }
 
-    /// The packets of a frame whose features leave in these batches.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// The packets of a frame whose features leave in these batches. Fails on a row that the link cannot carry.
     pub fn packets(&self, frame: FrameIndex, batches: &[Batch]) -> Result<Vec<Packet>, Error> {
         let link = &self.link;
         Ok(link.packets(&FramePlan {
@@ -79,10 +73,7 @@ impl SensorSetup {
     }
 
     /// The packets of a frame in time, its features taken from the extractor in these clocks; a stalled readout delays both rows and
-    /// features. Features without a clock are whole when their row is read.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// features. Features without a clock are whole when their row is read. Fails on a row that the link cannot carry.
     pub fn flow_at(&self, packets: &[Packet], out_clk: &[u64]) -> Result<Flow, Error> {
         let ready = self.features_ready(out_clk);
         let payload_bytes = self.link.row_payload_bytes(self.size.width_px, self.bits());
@@ -121,19 +112,14 @@ impl SensorSetup {
         }
     }
 
-    /// A frame with so many features spread evenly over the picture, with its rows where the mode sends them, in time.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// A frame with so many features spread evenly over the picture, with its rows where the mode sends them, in time. Fails on a row
+    /// that the link cannot carry.
     pub fn flow_of(&self, features: u64) -> Result<Flow, Error> {
         let out_clk = self.extractor_clocks(features).map_or_else(Vec::new, |clocks| clocks.out_clk);
         self.flow_at(&self.packets(FrameIndex(0), &self.batches(&out_clk))?, &out_clk)
     }
 
-    /// What `flow_of` says, in seconds.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// What `flow_of` says, in seconds. Fails on a row that the link cannot carry.
     pub fn link_times(&self, features: u64) -> Result<LinkTimes, Error> {
         let flow = self.flow_of(features)?;
         let seconds = |clocks: Clocks| self.link.seconds(clocks);
@@ -151,10 +137,7 @@ impl SensorSetup {
     }
 
     /// How much later than its schedule each array row of the window is read because rows before it wait for the link; empty where
-    /// none waits.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// none waits. Fails on a row that the link cannot carry.
     pub fn row_delays_s(&self) -> Result<Vec<f64>, Error> {
         if self.link.when_full == WhenFull::Refuse || !self.link.mode.sends_codes() {
             return Ok(Vec::new());
@@ -169,20 +152,16 @@ impl SensorSetup {
         Ok((0..rows).map(|row| self.link.seconds(delays[(row * height / rows).min(height - 1)])).collect())
     }
 
-    /// Whether a frame with so many features, all of which may come with the last rows, passes within a frame's time.
-    ///
-    /// # Errors
-    /// It does not; the error names a frame length that suffices.
+    /// Whether a frame with so many features, all of which may come with the last rows, passes within a frame's time. Fails where it does
+    /// not; the error names a frame length that suffices.
     pub(super) fn check_frame(&self, features: u64) -> Result<(), Error> {
         let most = u32::try_from(features).expect("a configuration's number");
         let packets = self.packets(FrameIndex(0), &after_the_rows(most))?;
         self.check_passes(&self.flow_at(&packets, &[])?, features, &self.schedule)
     }
 
-    /// Whether these packets pass within a frame's time of this schedule.
-    ///
-    /// # Errors
-    /// They do not; the error names a frame length that suffices.
+    /// Whether these packets pass within a frame's time of this schedule. Fails where they do not; the error names a frame length that
+    /// suffices.
     pub(super) fn check_passes(&self, flow: &Flow, features: u64, schedule: &Schedule) -> Result<(), Error> {
         let last_row = flow.sent.iter().rposition(|sent| matches!(sent.packet, Packet::Row(_)));
         // Time on the lanes; waiting for the extractor is its own matter.

@@ -6,10 +6,8 @@ use crate::num::{f64_from_u64, index, u64_from};
 use crate::readout::{Hdr, ReadoutParams, Shutter};
 
 /// The time that a line has to leave for a row's packet, in seconds: with a FIFO of D rows, the last of n rows finds a place if n - D
-/// packets pass while n - 1 rows are read. 0 where the readout waits for the link instead, or where no rows are sent.
-///
-/// # Errors
-/// A row that the link cannot carry; a readout that cannot wait.
+/// packets pass while n - 1 rows are read. 0 where the readout waits for the link instead, or where no rows are sent. Fails on a row that
+/// the link cannot carry; a readout that cannot wait.
 pub(super) fn packet_demand_s(
     link: &crate::link::LinkParams,
     size: crate::units::Size,

@@ -77,9 +77,6 @@ impl RenderInputs<'_> {
     }
 
     /// What the camera's window sees: from the store if it is there, else rendered and kept.
-    ///
-    /// # Errors
-    /// As `expose`.
     pub fn expose_with(&self, store: Option<&Arc<dyn PhotonStore>>) -> Result<Exposure, Error> {
         let (Some(store), Some(key)) = (store, store.and_then(|_| self.photon_key())) else { return self.expose() };
         let stored = store.load(&key).filter(|exposure| exposure.photons.size() == self.camera.size);

@@ -2,14 +2,14 @@
 
 use super::sensor::SensorSetup;
 use crate::effects::costs;
-use crate::effects::plan::{Kept, Omitted, Plan};
+use crate::effects::plan::{KeptEffect, Omitted, Plan};
 use crate::num::f64_from_usize;
 
 /// What the planner decided, without the effects themselves.
 #[derive(Clone, Debug)]
 pub struct PlanSummary {
     /// Run, in physical order.
-    pub kept: Vec<Kept>,
+    pub kept: Vec<KeptEffect>,
     /// Left out, in physical order.
     pub omitted: Vec<Omitted>,
     /// Sum of the systematic bounds in electrons, in the region where the whole bound is greatest.

@@ -46,10 +46,7 @@ fn overlap_us(phases: &[Phase], (lane, name): (&str, &str), from_us: f64, to_us:
 }
 
 impl SensorSetup {
-    /// Power over a line of one sensor, with every pixel at 0.4 of the greatest code.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// Power over a line of one sensor, with every pixel at 0.4 of the greatest code. Fails on a row that the link cannot carry.
     pub fn line_power(&self) -> Result<LinePower, Error> {
         let (phases, line_us) = (line_phases(self)?, 1e6 * self.schedule.line_time_s());
         let account = self.estimated_energy(ESTIMATED_LEVEL)?;

@@ -33,10 +33,7 @@ pub struct Sensed {
 }
 
 impl Setup {
-    /// What a camera sees in a frame, one exposure a slot.
-    ///
-    /// # Errors
-    /// A picture that cannot be read any more.
+    /// What a camera sees in a frame, one exposure a slot. Fails on a picture that cannot be read any more.
     pub fn exposures_at(&self, place: Place) -> Result<Vec<Exposure>, Error> {
         self.exposures_of(place.frame, place.camera, &self.schedule_at(place))
     }
@@ -141,10 +138,7 @@ impl Setup {
         chain.electrons(photons, capture(place, 0), &row_times(&schedule, place.frame, 0, &[]))
     }
 
-    /// Features of a picture, and the events of finding them.
-    ///
-    /// # Errors
-    /// A picture that the extractor cannot take.
+    /// Features of a picture, and the events of finding them. Fails on a picture that the extractor cannot take.
     pub fn features_at(&self, codes: &Plane<u16>) -> Result<(Vec<Feature>, Events), Error> {
         let mut extractor = Extractor::new(&self.sensor.extractor);
         let (extracted, events) = extract_one(&self.sensor, &mut extractor, codes)?;

@@ -26,10 +26,7 @@ use crate::tracker::Status;
 use crate::units::{FrameIndex, RowIndex};
 
 impl Session {
-    /// The report of all frames so far. `name` is what a person calls the scenario.
-    ///
-    /// # Errors
-    /// Before the first frame.
+    /// The report of all frames so far. `name` is what a person calls the scenario. Fails on before the first frame.
     pub fn report(&self, name: &str) -> Result<Report, Error> {
         if self.notes.is_empty() {
             return Err(Error::Run("a report needs at least one frame".to_owned()));

@@ -24,10 +24,8 @@ pub(super) struct RowCheck {
 }
 
 impl RowCheck {
-    /// Every `every`-th row of a run on the rung `sampled` or `clocked`. Above `clocked` stands the Verilog, from these assets.
-    ///
-    /// # Errors
-    /// A run on another rung, 0 rows, no Verilog where it is needed.
+    /// Every `every`-th row of a run on the rung `sampled` or `clocked`. Above `clocked` stands the Verilog, from these assets. Fails on
+    /// a run on another rung, 0 rows, no Verilog where it is needed.
     pub fn new(setup: &Setup, every: u32, assets: &dyn Assets) -> Result<Self, Error> {
         if every == 0 {
             return Err(Error::key("--check-every", every, "use 1 (every row) or more"));
@@ -35,14 +33,14 @@ impl RowCheck {
         let (above, verilog) = match setup.fidelity.rung {
             Rung::Sampled => (Rung::Clocked, None),
             Rung::Clocked => {
-                let silicon = assets.rtl_simulator().map_err(|error| {
+                let simulator = assets.rtl_simulator().map_err(|error| {
                     Error::key(
                         "--check-every",
                         every,
                         format!("the rung above clocked is rtl: {error}; without it, sampled"),
                     )
                 })?;
-                (Rung::Rtl, Some(SharedRtlSimulator::new(silicon)))
+                (Rung::Rtl, Some(SharedRtlSimulator::new(simulator)))
             }
             Rung::Expected | Rung::Rtl => {
                 let reason = "this rung has none above it that a run can hold it to; use sampled or clocked";
@@ -62,10 +60,8 @@ impl RowCheck {
         self.above = None;
     }
 
-    /// Converts rows of one exposure again; `make_chain` makes the run's own chain.
-    ///
-    /// # Errors
-    /// The first code that differs, both ways; a Verilog that does not answer.
+    /// Converts rows of one exposure again; `make_chain` makes the run's own chain. Fails on the first code that differs, both ways; a
+    /// Verilog that does not answer.
     pub fn check(
         &mut self,
         make_chain: impl FnOnce() -> Chain,

@@ -50,10 +50,8 @@ pub struct SensorSetup {
 }
 
 impl SensorSetup {
-    /// Checks sensor, extractor, link and technology.
-    ///
-    /// # Errors
-    /// Any value out of range or impossible combination; the error names file, line, key, value and an accepted value.
+    /// Checks sensor, extractor, link and technology. Fails on any value out of range or impossible combination; the error names file,
+    /// line, key, value and an accepted value.
     pub fn new(resolved: &Resolved) -> Result<Self, Error> {
         Self::build(resolved).map_err(|error| resolved.tree.locate(error))
     }
@@ -91,10 +89,8 @@ impl SensorSetup {
         self.parameters.pixel.quantum_efficiency * self.parameters.pixel.fill_factor
     }
 
-    /// The controller of an automatic exposure, as it stands before the first frame; none where the exposure is fixed.
-    ///
-    /// # Errors
-    /// Limits that contradict schedule or converter.
+    /// The controller of an automatic exposure, as it stands before the first frame; none where the exposure is fixed. Fails on limits
+    /// that contradict schedule or converter.
     pub fn auto_exposure(&self) -> Result<Option<AutoExposure>, Error> {
         let Some(params) = &self.schedule.params().auto else { return Ok(None) };
         let adc = &self.parameters.adc;

@@ -28,10 +28,7 @@ use crate::tracker::Tracker;
 use crate::units::{CameraIndex, FrameIndex, RowIndex};
 
 impl Session {
-    /// Ready for the first frame.
-    ///
-    /// # Errors
-    /// A calibration that the tracker refuses; the rung `expected`, which ends at the image.
+    /// Ready for the first frame. Fails on a calibration that the tracker refuses; the rung `expected`, which ends at the image.
     pub fn new(setup: Setup) -> Result<Self, Error> {
         if setup.fidelity.rung == Rung::Expected {
             let reason = "ends at the image: it has no features, packets or poses; use sampled";
@@ -99,9 +96,7 @@ impl Session {
 
     /// Converts every `every`-th row of all frames from here on once more on the rung above, which it names: clock by clock for a run on
     /// `sampled`, in Verilog from these assets for one on `clocked`. The first code that differs ends the run.
-    ///
-    /// # Errors
-    /// A run on another rung, 0, or no Verilog where it is needed.
+    /// Fails on a run on another rung, 0, or no Verilog where it is needed.
     pub fn check_rows(&mut self, every: u32, assets: &dyn Assets) -> Result<Rung, Error> {
         let check = RowCheck::new(&self.setup, every, assets)?;
         let rung = check.rung();
@@ -129,10 +124,7 @@ impl Session {
         self.watched.as_ref().map_or(&[], |watched| &watched.samples)
     }
 
-    /// Simulates the next frame of the rig.
-    ///
-    /// # Errors
-    /// A motion that ends before this frame, a frame that its link cannot carry.
+    /// Simulates the next frame of the rig. Fails on a motion that ends before this frame, a frame that its link cannot carry.
     pub fn step(&mut self, watch: &dyn Stopwatch) -> Result<Frame, Error> {
         let mut lap = Lap::start(watch);
         let exposures = self.expose()?;
@@ -140,10 +132,7 @@ impl Session {
         self.step_with(exposures, watch)
     }
 
-    /// What each camera sees in the next frame, one exposure a slot.
-    ///
-    /// # Errors
-    /// A picture that cannot be read any more.
+    /// What each camera sees in the next frame, one exposure a slot. Fails on a picture that cannot be read any more.
     pub fn expose(&self) -> Result<Vec<Vec<SharedExposure>>, Error> {
         let frame = self.next_frame();
         let schedules = self.setup.exposure.schedules(frame);
@@ -158,9 +147,6 @@ impl Session {
     }
 
     /// The next frame from what its cameras saw: runs that differ behind the lens alone may share it.
-    ///
-    /// # Errors
-    /// As `step`.
     pub fn step_with(&mut self, exposures: Vec<Vec<SharedExposure>>, watch: &dyn Stopwatch) -> Result<Frame, Error> {
         let frame = self.next_frame();
         let mut lap = Lap::start(watch);

@@ -83,9 +83,6 @@ pub struct Setup {
 
 impl Setup {
     /// Checks the whole scenario and bakes (or loads) its light.
-    ///
-    /// # Errors
-    /// As `SensorSetup::new`; files that are missing or not what they should be; a trajectory shorter than the run.
     pub fn new(mut resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
         resolved.read_technology(&|name| assets.read(name))?;
         let sensor = SensorSetup::new(&resolved)?;
@@ -95,9 +92,6 @@ impl Setup {
 
     /// The same world and run under another configuration of sensor, effects and knobs of accuracy: nothing is lit or read again. Scene,
     /// motion, rig and number of frames must be this one's.
-    ///
-    /// # Errors
-    /// As `new`.
     pub fn again(&self, resolved: Resolved) -> Result<Self, Error> {
         let sensor = SensorSetup::new(&resolved)?;
         let tree = resolved.tree.clone();
@@ -108,9 +102,6 @@ impl Setup {
     /// Another configuration, which takes over what it has in common with this one: the motion where `[motion]`, `[rig]` and the run's
     /// times are equal, and the scene under its light where `[scene]` and the start are, and cameras of equal
     /// lenses and pixels. The bytes are those of `new`.
-    ///
-    /// # Errors
-    /// As `new`.
     pub fn beside(&self, mut resolved: Resolved, assets: &dyn Assets, progress: &dyn Progress) -> Result<Self, Error> {
         resolved.read_technology(&|name| assets.read(name))?;
         let sensor = SensorSetup::new(&resolved)?;
@@ -197,9 +188,6 @@ impl Setup {
     }
 
     /// Facts and plan, made anew from the loaded scene: what `new` made, for measuring how long that takes.
-    ///
-    /// # Errors
-    /// As `new`.
     pub fn planned_anew(&self) -> Result<(ScenarioFacts, PlanSummary), Error> {
         let first_s = first_exposure_s(&self.sensor, self.windows.len());
         let run = Span { start_s: first_s, ..span_of_run(&self.sensor, self.windows.len(), self.frames) };

@@ -116,11 +116,6 @@ impl Session {
         self.totals.link.warn(&mut warnings);
         warnings.texts().to_vec()
     }
-
-    /// Adds a warning, as `Warnings::add`.
-    pub fn warn(&mut self, text: impl Into<String>) {
-        self.warnings.add(text);
-    }
 }
 
 /// Stages whose time is measured, in the data's order.

@@ -14,10 +14,8 @@ use crate::report::record::{Phase, Timing};
 use crate::report::timing_diagram::{Band, BandKind, Budget, TimingDiagram};
 use crate::units::{Clocks, FrameIndex, RowIndex};
 
-/// Share of the time from row to row in which a row's packet holds the link; 0 where rows are not sent.
-///
-/// # Errors
-/// A row that its link cannot carry.
+/// Share of the time from row to row in which a row's packet holds the link; 0 where rows are not sent. Fails on a row that its link
+/// cannot carry.
 pub fn burst_utilisation(sensor: &SensorSetup) -> Result<f64, Error> {
     if !sensor.link.mode.sends_codes() {
         return Ok(0.0);
@@ -26,10 +24,8 @@ pub fn burst_utilisation(sensor: &SensorSetup) -> Result<f64, Error> {
     sensor.link.burst_utilisation(sensor.schedule.output_size().width_px, sensor.bits(), rows_apart_s)
 }
 
-/// Clocks and times of a sensor that sends so many features a frame, with the spans of a line and of a frame.
-///
-/// # Errors
-/// A row that its link cannot carry.
+/// Clocks and times of a sensor that sends so many features a frame, with the spans of a line and of a frame. Fails on a row that its
+/// link cannot carry.
 pub fn timing_record(sensor: &SensorSetup, features: u64) -> Result<Timing, Error> {
     let schedule = &sensor.schedule;
     Ok(Timing {
@@ -48,10 +44,8 @@ pub fn timing_record(sensor: &SensorSetup, features: u64) -> Result<Timing, Erro
     })
 }
 
-/// The budget of a line and the picture of two frames, ready to draw or print. `name` is what a person calls the sensor.
-///
-/// # Errors
-/// A row that its link cannot carry.
+/// The budget of a line and the picture of two frames, ready to draw or print. `name` is what a person calls the sensor. Fails on a row
+/// that its link cannot carry.
 pub fn timing_diagram(sensor: &SensorSetup, features: u64, name: &str) -> Result<TimingDiagram, Error> {
     let schedule = &sensor.schedule;
     let limit = schedule.line_limit().kind;

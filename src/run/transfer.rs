@@ -46,10 +46,8 @@ fn kept(extracted: &Extracted, count: usize, overflow: Overflow) -> Extracted {
     }
 }
 
-/// Drops features of a frame until its packets pass before the next frame; returns how many. No more than that are dropped.
-///
-/// # Errors
-/// Rows that do not pass even without features.
+/// Drops features of a frame until its packets pass before the next frame; returns how many. No more than that are dropped. Fails on rows
+/// that do not pass even without features.
 fn drop_what_does_not_pass(
     sensor: &SensorSetup,
     (schedule, frame): (&Schedule, FrameIndex),
@@ -144,10 +142,7 @@ impl Session {
         Ok(arrived)
     }
 
-    /// The host's side of the link: from bytes to what the tracker may know.
-    ///
-    /// # Errors
-    /// A picture that the host's own extractor refuses.
+    /// The host's side of the link: from bytes to what the tracker may know. Fails on a picture that the host's own extractor refuses.
     pub(super) fn receive(&mut self, packets: &[Vec<u8>]) -> Result<HostFrame, Error> {
         let mut received = Vec::with_capacity(packets.len());
         // Who gets features does not look at the pictures beside them.

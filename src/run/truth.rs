@@ -4,7 +4,7 @@ use super::expose::ExposurePlace;
 use super::state::Session;
 use crate::error::Error;
 use crate::optics::Mosaic;
-use crate::optics::truth::View;
+use crate::optics::truth::TruthView;
 use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::scene::light::BANDS;
@@ -23,15 +23,18 @@ impl Session {
     }
 
     /// A camera's picture with the pose of each row; frames as in `row_times_s`. `pose` is the body's motion in the world.
-    pub fn view<'a>(&'a self, frame: FrameIndex, camera: usize, pose: &'a (dyn Fn(f64) -> Pose + Sync)) -> View<'a> {
-        View::new(&self.setup.cameras[camera], self.row_times_s(frame, camera), pose)
+    pub fn view<'a>(
+        &'a self,
+        frame: FrameIndex,
+        camera: usize,
+        pose: &'a (dyn Fn(f64) -> Pose + Sync),
+    ) -> TruthView<'a> {
+        TruthView::new(&self.setup.cameras[camera], self.row_times_s(frame, camera), pose)
     }
 
     /// Mean photons of each band at each pixel of the window in the longest exposure of a frame, as they reach its filter: what the mosaic
     /// lets through of them is the frame's `photons`, sample by sample of the same rays. Near infrared only where the lens passes it.
-    ///
-    /// # Errors
-    /// A picture that cannot be read any more.
+    /// Fails on a picture that cannot be read any more.
     pub fn colour(&self, frame: FrameIndex, camera: usize) -> Result<Vec<(&'static str, Plane<f32>)>, Error> {
         let schedule = &self.setup.exposure.schedules(frame)[camera];
         let window = &self.setup.windows[camera];

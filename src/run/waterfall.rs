@@ -61,10 +61,7 @@ impl Steps {
 }
 
 impl SensorSetup {
-    /// Latency of a frame with so many features spread evenly over the picture.
-    ///
-    /// # Errors
-    /// A row that the link cannot carry.
+    /// Latency of a frame with so many features spread evenly over the picture. Fails on a row that the link cannot carry.
     pub fn waterfall(&self, features: u64) -> Result<Waterfall, Error> {
         let out_clk = self.extractor_clocks(features).map_or_else(Vec::new, |clocks| clocks.out_clk);
         let flow = self.flow_of(features)?;

@@ -50,10 +50,8 @@ pub enum World {
 }
 
 impl World {
-    /// The scenario's world, and what a person should know of it.
-    ///
-    /// # Errors
-    /// No scene or more than one named; files that are missing or not what they should be; pictures that do not last for the run.
+    /// The scenario's world, and what a person should know of it. Fails on no scene or more than one named; files that are missing or not
+    /// what they should be; pictures that do not last for the run.
     pub fn new(
         scenario: &Scenario,
         demand: &Demand,
@@ -81,9 +79,6 @@ impl World {
     }
 
     /// Refuses what `new` refuses, without baking light.
-    ///
-    /// # Errors
-    /// As `new`, without checks that need the baked light.
     pub fn check(scenario: &Scenario, demand: &Demand, assets: &dyn Assets) -> Result<(), Error> {
         match &scenario.scene.images {
             #[cfg(feature = "pictures")]
@@ -137,10 +132,7 @@ impl World {
     }
 
     /// What a camera of the rig sees in one exposure, a span a row. `of_still` names the samples of what stands, where a camera stands
-    /// still under steady light: only what moves is then rendered anew.
-    ///
-    /// # Errors
-    /// A picture that cannot be read any more.
+    /// still under steady light: only what moves is then rendered anew. Fails on a picture that cannot be read any more.
     #[cfg_attr(not(feature = "pictures"), expect(unused_variables, reason = "only pictures have a stream a camera"))]
     pub fn expose(
         &self,
@@ -188,9 +180,6 @@ impl World {
 
     /// Depth along the axis of a camera of the rig at a time of the run, as pictures hold it; none where they hold none, and of scenes,
     /// whose surfaces `optics::truth` asks.
-    ///
-    /// # Errors
-    /// As [`World::expose`].
     #[cfg_attr(not(feature = "pictures"), expect(unused_variables, reason = "only pictures have a stream a camera"))]
     pub fn depth(&self, (number, camera): (usize, &Camera), t_s: f64) -> Result<Option<Plane<f32>>, Error> {
         match self {

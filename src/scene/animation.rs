@@ -30,10 +30,8 @@ pub struct Track<const N: usize> {
 const LOOKS: usize = 16;
 
 impl<const N: usize> Track<N> {
-    /// From times and values.
-    ///
-    /// # Errors
-    /// No key, times that are not finite, negative or do not rise, another number of values than the keys need, values that are not finite.
+    /// From times and values. Fails on no key, times that are not finite, negative or do not rise, another number of values than the keys
+    /// need, values that are not finite.
     pub fn new(times_s: Vec<f64>, values: Vec<[f64; N]>, interpolation: Interpolation) -> Result<Self, String> {
         let each = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
         if times_s.is_empty() {

@@ -68,10 +68,7 @@ pub struct Environment {
 
 impl Environment {
     /// Takes linear sRGB texels, the top row first, turned by `yaw_deg` to the right. Texels below zero, which resampling leaves beside
-    /// bright lights, become black.
-    ///
-    /// # Errors
-    /// A picture that is not twice as wide as high, a texel that is not finite, or no light at all.
+    /// bright lights, become black. Fails on a picture that is not twice as wide as high, a texel that is not finite, or no light at all.
     pub fn from_texels(name: &str, width: u32, texels: &[[f32; 3]], yaw_deg: f64) -> Result<Self, Error> {
         let refuse = |reason: String| Error::Content { file: name.to_owned(), reason };
         let height = width / 2;
@@ -98,9 +95,6 @@ impl Environment {
     }
 
     /// Reads an OpenEXR picture with channels R, G and B, or Y.
-    ///
-    /// # Errors
-    /// As `from_texels`, or bytes that are no such picture.
     #[cfg(feature = "exr")]
     pub fn from_exr(name: &str, bytes: &[u8], yaw_deg: f64) -> Result<Self, Error> {
         let channels = crate::picture::from_exr(name, bytes)?;

@@ -18,10 +18,7 @@ pub const NAMES: [&str; 5] = ["box", "columns", "hall", "photo_box", "street"];
 const ROOM_SEED: u64 = 1;
 
 /// Makes a scene in its surroundings. "box" and "columns" need no files; the others read their pictures from the folder `textures` beside
-/// the scenario.
-///
-/// # Errors
-/// A name that is not among `NAMES`; a picture that is not there or is none.
+/// the scenario. Fails on a name that is not among `NAMES`; a picture that is not there or is none.
 pub fn scene(name: &str, surroundings: &Surroundings, read: Read<'_>) -> Result<Scene, Error> {
     let mut mesh = mesh(name, read)?;
     surroundings.furnish(&mut mesh);
@@ -52,7 +49,7 @@ fn with_photographs(name: &str, _: Read<'_>) -> Result<Mesh, Error> {
 #[cfg(feature = "pictures")]
 fn with_photographs(name: &str, read: Read<'_>) -> Result<Mesh, Error> {
     match name {
-        "hall" => Ok(hall::hall(hall::Pictures {
+        "hall" => Ok(hall::hall(hall::HallPictures {
             marble: photograph("marble", read)?,
             tiles: photograph("floor_tiles", read)?,
             wood: photograph("wood", read)?,

@@ -59,10 +59,7 @@ pub struct Viewpoint {
 }
 
 impl Scene {
-    /// Makes a mesh ready for rays.
-    ///
-    /// # Errors
-    /// A mesh without triangles.
+    /// Makes a mesh ready for rays. Fails on a mesh without triangles.
     pub fn new(name: &str, mut mesh: Mesh, sky: Bands) -> Result<Self, Error> {
         if mesh.triangles.is_empty() {
             let reason = "it has no triangle with an area; a scene needs at least one".to_owned();
@@ -104,11 +101,6 @@ impl Scene {
     /// Whether a material's own light flickers.
     pub(super) fn flickers(&self, material: u32) -> bool {
         self.flickering.get(index(material)).copied().unwrap_or(false)
-    }
-
-    /// Radiance of the environment beyond all surfaces.
-    pub fn sky_radiance(&self, direction: [f32; 3]) -> Bands {
-        self.environment.as_ref().map_or(self.sky, |environment| environment.radiance(direction))
     }
 
     /// The same without what a bake aims at.

@@ -31,20 +31,10 @@ pub(super) use content::Content;
 pub use content::{Files, Notes};
 
 impl Scene {
-    /// Reads a binary glTF file that needs no others, unchanged: no sky, lamps as strong as stated. `name` is its name in messages.
-    ///
-    /// # Errors
+    /// Reads a binary glTF file that needs no others, unchanged: no sky, lamps as strong as stated. `name` is its name in messages. Gives
     /// `Error::Content` with the file's name, what is wrong with it and where.
     pub fn from_glb(name: &str, bytes: &[u8]) -> Result<Self, Error> {
-        Self::from_glb_in(name, bytes, &Surroundings::default())
-    }
-
-    /// Reads a binary glTF file that needs no others and puts it into its surroundings.
-    ///
-    /// # Errors
-    /// As `from_glb`.
-    pub fn from_glb_in(name: &str, bytes: &[u8], surroundings: &Surroundings) -> Result<Self, Error> {
-        Self::from_gltf_in(name, bytes, &FileUnits::default(), surroundings, &|file| {
+        Self::from_gltf_in(name, bytes, &FileUnits::default(), &Surroundings::default(), &|file| {
             let reason = "is outside the file; use a .glb with everything embedded".to_owned();
             Err(Error::Content { file: file.to_owned(), reason })
         })
@@ -52,9 +42,6 @@ impl Scene {
 
     /// Reads a glTF file, binary or not, and puts it into its surroundings. `read` takes paths as the scenario does: those of the
     /// file's own folder are put before names in it.
-    ///
-    /// # Errors
-    /// As `from_glb`.
     pub fn from_gltf_in(
         name: &str,
         bytes: &[u8],
@@ -78,9 +65,6 @@ impl Scene {
 
     /// Reads a glTF file as an object: the part that stands in it, if there is one, and those that its animation moves. The first part
     /// has the notes.
-    ///
-    /// # Errors
-    /// As `from_glb`.
     pub fn parts_from_gltf(
         name: &str,
         bytes: &[u8],

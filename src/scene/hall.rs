@@ -19,9 +19,9 @@ use plan::{
     BAY_M, BAYS, COLUMN_M, CORNICE_M, HALF_LENGTH_M, HALF_WALL_M, OUTER_M, SAGITTA_M, SPRING_M, STRING_M, Stuff,
 };
 
-/// Pictures that the hall is covered with.
+/// HallPictures that the hall is covered with.
 #[derive(Clone, Debug)]
-pub struct Pictures {
+pub struct HallPictures {
     /// Columns and slabs.
     pub marble: Texture,
     /// Floor of the aisles.
@@ -33,7 +33,7 @@ pub struct Pictures {
 }
 
 /// Makes the hall.
-pub fn hall(pictures: Pictures) -> Mesh {
+pub fn hall(pictures: HallPictures) -> Mesh {
     let mut builder = Builder::default();
     let stuff = stuff(&mut builder, pictures);
     floor(&mut builder, &stuff);
@@ -63,7 +63,7 @@ pub fn hall(pictures: Pictures) -> Mesh {
     builder.mesh
 }
 
-fn stuff(builder: &mut Builder, pictures: Pictures) -> Stuff {
+fn stuff(builder: &mut Builder, pictures: HallPictures) -> Stuff {
     let ashlar = Masonry {
         number: 21,
         courses: 8,

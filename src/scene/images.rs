@@ -82,10 +82,8 @@ pub struct ImageStream {
 
 impl ImageStream {
     /// Decodes every picture that counts within `run` once: so sizes, damage and values are known before the first frame, and the planner's
-    /// bounds hold. `progress` is told the share done.
-    ///
-    /// # Errors
-    /// A picture that cannot be read, is damaged, has another size than the first, or holds a value that is no light.
+    /// bounds hold. `progress` is told the share done. Fails on a picture that cannot be read, is damaged, has another size than the
+    /// first, or holds a value that is no light.
     pub fn new(
         params: StreamParams,
         run: Span,
@@ -191,10 +189,8 @@ impl ImageStream {
         (CACHE_BYTES / bytes.max(1)).max(1)
     }
 
-    /// These pictures, at most [`ImageStream::pictures_at_once`], decoded or from the cache.
-    ///
-    /// # Errors
-    /// A file that changed since the run began.
+    /// These pictures, at most [`ImageStream::pictures_at_once`], decoded or from the cache. Fails on a file that changed since the run
+    /// began.
     pub fn pictures(&self, numbers: &[usize]) -> Result<Vec<Arc<Picture>>, Error> {
         let mut cache = self.decoded.lock().unwrap_or_else(PoisonError::into_inner);
         let missing: Vec<usize> =
@@ -232,9 +228,6 @@ impl ImageStream {
     }
 
     /// Depth of the picture nearest in time, on its own pixels; none where the pictures have none.
-    ///
-    /// # Errors
-    /// As [`ImageStream::pictures`].
     pub fn depth_m(&self, t_s: f64) -> Result<Option<Plane<f32>>, Error> {
         let picture = &self.pictures(&[self.nearest(t_s)])?[0];
         Ok(picture.depth_m().cloned())

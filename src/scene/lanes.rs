@@ -224,25 +224,7 @@ pub fn next_lane(bits: &mut u32) -> usize {
 
 /// Halves of a packet: eight lanes are what two registers of the baseline or one of AVX2 hold, so that a triangle's test stays within
 /// the registers there are.
-impl Floats {
-    /// Lanes 0 to 7 or 8 to 15.
-    #[inline(always)]
-    pub fn half(&self, half: usize) -> Eight {
-        let mut out = [0.0; 8];
-        for lane in 0..8 {
-            out[lane] = self.0[8 * half + lane];
-        }
-        Eight(out)
-    }
-
-    /// Replaces lanes 0 to 7 or 8 to 15.
-    #[inline(always)]
-    pub fn set_half(&mut self, half: usize, values: Eight) {
-        for lane in 0..8 {
-            self.0[8 * half + lane] = values.0[lane];
-        }
-    }
-}
+impl Floats {}
 
 impl EightMask {
     /// A byte a lane, of which all bits or none are set.
@@ -260,18 +242,6 @@ impl EightMask {
 #[inline(always)]
 pub fn splat3(value: [f32; 3]) -> Vectors {
     [Floats::splat(value[0]), Floats::splat(value[1]), Floats::splat(value[2])]
-}
-
-/// Lane by lane sum.
-#[inline(always)]
-pub fn add3(a: Vectors, b: Vectors) -> Vectors {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-/// Lane by lane difference.
-#[inline(always)]
-pub fn sub3(a: Vectors, b: Vectors) -> Vectors {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// Lane by lane scalar product.

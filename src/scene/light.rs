@@ -6,7 +6,6 @@
 
 mod tables;
 
-use crate::error::Error;
 use crate::num::{f64_from_usize, index, u32_truncated};
 
 /// Bands of a render: red, green, blue, near infrared.
@@ -89,16 +88,6 @@ impl Illuminant {
             Self::LedB5 => "LED-B5",
             Self::Blackbody(_) => "black body",
         }
-    }
-
-    /// The illuminant of a name.
-    ///
-    /// # Errors
-    /// A name that is not among `ALL`.
-    pub fn from_name(name: &str) -> Result<Self, Error> {
-        let known = || Self::ALL.map(Self::name).join(", ");
-        let found = Self::ALL.into_iter().find(|illuminant| illuminant.name() == name);
-        found.ok_or_else(|| Error::Unknown { what: "illuminant", name: name.to_owned(), known: known() })
     }
 
     /// Photons of 400 to 700 nm in one lux over one second and one square micrometre (DESIGN: photometry).
@@ -262,7 +251,6 @@ mod tests {
             let shares = illuminant.band_shares();
             // Three divisions and two sums of numbers below 1.
             assert!((shares[0] + shares[1] + shares[2] - 1.0).abs() < 1e-15, "{illuminant:?}: {shares:?}");
-            assert_eq!(Illuminant::from_name(illuminant.name()).unwrap(), illuminant);
             tried += 1;
         }
         assert_eq!(tried, 9);
@@ -285,11 +273,5 @@ mod tests {
             assert!(share(cold) > 0.0 && share(cold) < 0.04, "{cold:?}: {}", share(cold));
         }
         assert!(share(Illuminant::Blackbody(2000.0)) > share(Illuminant::Blackbody(6500.0)));
-    }
-
-    #[test]
-    fn a_name_that_is_not_known_is_refused_with_those_that_are() {
-        let text = Illuminant::from_name("D50").unwrap_err().to_string();
-        assert!(text.contains("D50") && text.contains("LED-B3"), "{text}");
     }
 }

@@ -11,12 +11,11 @@ pub mod recording;
 pub mod so3;
 pub mod spline;
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DQuat, DVec3};
 
 pub use fit::{gaps_within, without_gaps};
 pub use spline::{BodyState, Spline};
 
-use crate::num;
 use crate::pose::{Pose, TimedPose};
 use crate::units::Span;
 pub use limits::{GAP_S_MAX, MotionError, TURN_DEG_MAX};
@@ -53,9 +52,7 @@ pub enum Motion {
 impl PlacedSpline {
     /// Lays a spline into the room so that its pose at `start_s` of its clock occurs at 0 s of the run, at
     /// `offset_m`.
-    ///
-    /// # Errors
-    /// `start_s` outside the spline's span, or a scale outside 0..=100.
+    /// Fails on `start_s` outside the spline's span, or a scale outside 0..=100.
     pub fn new(
         spline: Spline,
         start_s: f64,
@@ -88,31 +85,6 @@ impl PlacedSpline {
     /// The spline before it was laid into the room.
     pub fn spline(&self) -> &Spline {
         &self.spline
-    }
-
-    /// Scaled (by at most its present scale) and shifted so that the path of the run's `span` lies in the box, its extent centred there.
-    ///
-    /// # Errors
-    /// A span that leaves the spline's, or an empty box.
-    pub fn fit_into(self, span: Span, low_m: DVec3, high_m: DVec3) -> Result<Self, MotionError> {
-        if !(high_m.cmpgt(low_m).all() && low_m.is_finite() && high_m.is_finite()) {
-            return Err(MotionError::EmptyBox { low_m, high_m });
-        }
-        let (path_low_m, path_high_m) =
-            self.spline.extent_m(self.own(span), self.world_from_motion).map_err(|error| self.in_run_time(error))?;
-        let mut scale = self.scale;
-        for axis in 0..3 {
-            // A little inside, so that rounding of metres (1e-15) cannot touch the walls.
-            let room_m = (high_m[axis] - low_m[axis]) * (1.0 - 1e-12);
-            let path_m = path_high_m[axis] - path_low_m[axis];
-            if path_m * scale > room_m {
-                scale = room_m / path_m;
-            }
-        }
-        let path_middle_m = (path_low_m + path_high_m) * 0.5;
-        let start_m = self.world_from_motion * self.origin_m;
-        let offset_m = (low_m + high_m) * 0.5 + (start_m - path_middle_m) * scale;
-        Ok(Self { scale, offset_m, ..self })
     }
 
     fn own_s(&self, run_s: f64) -> f64 {
@@ -153,18 +125,12 @@ impl PlacedSpline {
 }
 
 impl Motion {
-    /// Where the body is at a time of the run.
-    ///
-    /// # Errors
-    /// [`MotionError::OutsideSpan`], in run time, where the trajectory ends before.
+    /// Where the body is at a time of the run. Gives [`MotionError::OutsideSpan`], in run time, where the trajectory ends before.
     pub fn world_from_body(&self, run_s: f64) -> Result<Pose, MotionError> {
         self.state(run_s).map(|state| state.world_from_body)
     }
 
     /// Pose and derivatives at a time of the run.
-    ///
-    /// # Errors
-    /// As [`Motion::world_from_body`].
     pub fn state(&self, run_s: f64) -> Result<BodyState, MotionError> {
         match self {
             Self::Still(pose) => Ok(BodyState {
@@ -190,9 +156,6 @@ impl Motion {
     }
 
     /// No greater speed in m/s and rate of turn in rad/s is met within a span of the run.
-    ///
-    /// # Errors
-    /// As [`Motion::world_from_body`].
     pub fn speeds_max(&self, run: Span) -> Result<[f64; 2], MotionError> {
         match self {
             Self::Still(_) => Ok([0.0; 2]),
@@ -205,9 +168,6 @@ impl Motion {
     }
 
     /// The lowest and highest coordinates of the body within a span of the run.
-    ///
-    /// # Errors
-    /// As [`Motion::world_from_body`].
     pub fn extent_m(&self, run: Span) -> Result<(DVec3, DVec3), MotionError> {
         match self {
             Self::Still(pose) => Ok((pose.translation_m, pose.translation_m)),
@@ -222,9 +182,6 @@ impl Motion {
     }
 
     /// Checks before a run starts that the motion lasts for all of it.
-    ///
-    /// # Errors
-    /// As [`Motion::world_from_body`].
     pub fn covers(&self, run: Span) -> Result<(), MotionError> {
         self.state(run.start_s).and_then(|_| self.state(run.end_s)).map(|_| ())
     }
@@ -235,23 +192,4 @@ impl Motion {
 pub fn from_first_sample(samples: &[TimedPose]) -> Vec<TimedPose> {
     let first_s = samples.first().map_or(0.0, |sample| sample.t_s);
     samples.iter().map(|sample| TimedPose { t_s: sample.t_s - first_s, ..*sample }).collect()
-}
-
-/// The orientation on the body of a camera (x right, y down, z forward) that looks along `forward_in_body`, levelled so
-/// that the picture's up is `up_in_body`. None where the two are parallel.
-pub fn level_body_from_camera(forward_in_body: DVec3, up_in_body: DVec3) -> Option<DQuat> {
-    let down = -up_in_body.try_normalize()?;
-    let forward = (forward_in_body - down * forward_in_body.dot(down)).try_normalize()?;
-    Some(DQuat::from_mat3(&DMat3::from_cols(down.cross(forward), down, forward)).normalize())
-}
-
-/// The world's z axis in the body's frame, averaged over the samples of a span: "up" of a body carried upright.
-pub fn mean_up_in_body(samples: &[TimedPose], span: Span) -> DVec3 {
-    let mut sum = DVec3::ZERO;
-    let mut count = 0_usize;
-    for sample in samples.iter().filter(|sample| sample.t_s >= span.start_s && sample.t_s <= span.end_s) {
-        sum += sample.world_from_body.rotation.conjugate() * DVec3::Z;
-        count += 1;
-    }
-    if count == 0 { DVec3::Z } else { sum / num::f64_from_usize(count) }
 }

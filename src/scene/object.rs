@@ -143,10 +143,8 @@ impl<'a> Shapes<'a> {
 }
 
 impl MovingObject {
-    /// Lets a shape move through a scene for a run, which the motion must cover. Finds its light along the path.
-    ///
-    /// # Errors
-    /// A motion that ends before the run.
+    /// Lets a shape move through a scene for a run, which the motion must cover. Finds its light along the path. Fails on a motion that
+    /// ends before the run.
     pub fn new(
         (name, instance): (&str, u32),
         shape: Scene,
@@ -188,20 +186,14 @@ impl MovingObject {
         &self.balls_m
     }
 
-    /// Corners of a box that holds the shape over a span of the run.
-    ///
-    /// # Errors
-    /// A span that the motion does not cover.
+    /// Corners of a box that holds the shape over a span of the run. Fails on a span that the motion does not cover.
     pub fn extent_m(&self, span: Span) -> Result<[DVec3; 2], MotionError> {
         let (low_m, high_m) = self.motion.motion.extent_m(span)?;
         let reach_m = DVec3::splat(self.reach_m());
         Ok([low_m - reach_m, high_m + reach_m])
     }
 
-    /// Greatest speed of any of its points in a span of the run, in m/s.
-    ///
-    /// # Errors
-    /// A span that the motion does not cover.
+    /// Greatest speed of any of its points in a span of the run, in m/s. Fails on a span that the motion does not cover.
     pub fn speed_max_m_per_s(&self, span: Span) -> Result<f64, MotionError> {
         let [speed, turn_rad_per_s] = self.motion.motion.speeds_max(span)?;
         Ok(speed + turn_rad_per_s * self.reach_m() + self.limits.speed_m_per_s)

@@ -7,9 +7,6 @@ pub type Read<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, Error>;
 
 /// Where files are read from while a run goes on.
 pub trait PictureBytes: Send + Sync {
-    /// The bytes of a file of the scenario.
-    ///
-    /// # Errors
-    /// The file is not there any more, or the disk says no.
+    /// The bytes of a file of the scenario. Fails where the file is not there any more, or the disk says no.
     fn read(&self, name: &str) -> Result<Vec<u8>, Error>;
 }

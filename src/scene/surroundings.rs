@@ -49,10 +49,7 @@ impl Default for Surroundings {
 }
 
 impl Surroundings {
-    /// Checks the numbers.
-    ///
-    /// # Errors
-    /// A number that is negative or not finite, a panel without area.
+    /// Checks the numbers. Fails on a number that is negative or not finite, a panel without area.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |reason: String| Error::key("scene.surroundings", "", reason);
         let glows = self.panels.iter().flat_map(|panel| panel.radiance);

@@ -16,10 +16,7 @@ pub use params::{Wish, cube, flat};
 /// The names.
 pub const NAMES: [&str; 6] = ["flat", "blank_wall", "slanted_edge", "grey_wedge", "checkerboard", "point_sources"];
 
-/// Makes the target of a name.
-///
-/// # Errors
-/// A name that is not among `NAMES`, a value out of range, a key that this target does not read.
+/// Makes the target of a name. Fails on a name that is not among `NAMES`, a value out of range, a key that this target does not read.
 pub fn named(name: &str, wish: &Wish) -> Result<Scene, Error> {
     match name {
         "flat" => {

@@ -13,7 +13,7 @@ mod packet;
 mod rays;
 
 use super::bvh::{Bvh, IS_BLOCK, Node, OPEN_MAX};
-use super::lanes::{Eight, Floats, LANES, Mask};
+use super::lanes::{Eight, Floats, LANES};
 use crate::num::index;
 use crate::simd::{Kernel, dispatch};
 pub use packet::{Hits, Holes, MISS, NoHoles, Packet};
@@ -173,119 +173,9 @@ pub fn closest_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &
     dispatch(Walk::<H, false> { bvh, holes, packet, stack })
 }
 
-/// Whether each ray meets anything between its limits.
-pub fn blocked(bvh: &Bvh, packet: &Packet, stack: &mut Stack) -> [bool; LANES] {
-    blocked_through(bvh, &NoHoles, packet, stack)
-}
-
 /// Whether each ray meets anything that is no hole between its limits.
 pub fn blocked_through<H: Holes>(bvh: &Bvh, holes: &H, packet: &Packet, stack: &mut Stack) -> [bool; LANES] {
     dispatch(Walk::<H, true> { bvh, holes, packet, stack }).triangle.map(|triangle| triangle != MISS)
-}
-
-/// Lists triangles that a ray may meet before `t_max` whose origin and direction lie between those of a packet's rays: all of them, and
-/// some beside, each once. False, and some of them only, if they are more than `most`, or if the rays go too far apart.
-pub fn along_beam(bvh: &Bvh, packet: &Packet, most: usize, stack: &mut Stack, found: &mut Vec<u32>) -> bool {
-    dispatch(Beam { bvh, packet, most, stack, found })
-}
-
-struct Beam<'a> {
-    bvh: &'a Bvh,
-    packet: &'a Packet,
-    most: usize,
-    stack: &'a mut Stack,
-    found: &'a mut Vec<u32>,
-}
-
-impl Kernel for Beam<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn run(mut self) -> bool {
-        self.found.clear();
-        let mut courses = Courses::of(self.packet);
-        let Some((mask, course)) = courses.take() else { return true };
-        if courses.take().is_none() {
-            return self.list(&Rays::of(self.packet, mask, course));
-        }
-        // Spans hold for rays with the same direction signs, so a beam about a plane of the axes is several.
-        let Some(main) = main_axis(self.packet) else { return false };
-        for signs in 0..8 {
-            if part(self.packet, signs, main).is_some_and(|rays| !self.list(&rays)) {
-                return false;
-            }
-        }
-        self.found.sort_unstable();
-        self.found.dedup();
-        true
-    }
-}
-
-impl Beam<'_> {
-    #[inline(always)]
-    fn list(&mut self, rays: &Rays) -> bool {
-        let (bvh, stack) = (self.bvh, &mut *self.stack);
-        let before = self.found.len();
-        let t_most = self.packet.t_max.most();
-        let mut depth = enter(&bvh.nodes[0], 0, rays, t_most, stack, 0);
-        while depth > 0 {
-            depth -= 1;
-            let (node, slot) = (stack.places[depth] >> 3, index(stack.places[depth] & 7));
-            let child = bvh.nodes[index(node)].child[slot];
-            if child & IS_BLOCK == 0 {
-                depth = enter(&bvh.nodes[index(child)], child, rays, t_most, stack, depth);
-                continue;
-            }
-            let block = &bvh.blocks[index(child ^ IS_BLOCK)];
-            let mut open = block::candidates::<false>(rays, &block::relative_corners(rays, block)) & block.present;
-            while open != 0 {
-                let slot = index(open.trailing_zeros() / 8);
-                open &= !(0xFF << (8 * slot));
-                self.found.push(block.triangle[slot]);
-            }
-            if self.found.len() - before > self.most {
-                return false;
-            }
-        }
-        true
-    }
-}
-
-/// The axis along which all rays of a beam go far enough to be sheared along it: the rounding of edge functions is known for shears
-/// that are hardly more than 1.
-#[inline(always)]
-fn main_axis(packet: &Packet) -> Option<usize> {
-    let (mut main, mut near, mut far) = (0, 0.0, 0.0);
-    for axis in 0..3 {
-        let (least, most) = (packet.direction[axis].least(), packet.direction[axis].most());
-        let nearest = if least > 0.0 { least } else { -most };
-        (main, near) = if nearest > near { (axis, nearest) } else { (main, near) };
-        let farthest = if most > -least { most } else { -least };
-        far = if farthest > far { farthest } else { far };
-    }
-    (far <= 1.5 * near).then_some(main)
-}
-
-/// Corners of the box of those rays of a beam that have some signs, a bit for each axis with a negative direction; none where no ray has.
-/// All lanes have to be rays.
-#[inline(always)]
-fn part(packet: &Packet, signs: u32, main: usize) -> Option<Rays> {
-    let mut corners = *packet;
-    for axis in 0..3 {
-        let (least, most) = (packet.direction[axis].least(), packet.direction[axis].most());
-        let is_down = signs >> axis & 1 != 0;
-        let sides = match is_down {
-            true if least < 0.0 => [least, if most < 0.0 { most } else { 0.0 }],
-            false if most >= 0.0 => [if least > 0.0 { least } else { 0.0 }, most],
-            _ => return None,
-        };
-        let origins_m = [packet.origin_m[axis].least(), packet.origin_m[axis].most()];
-        for lane in 0..LANES {
-            corners.direction[axis].0[lane] = sides[lane >> axis & 1];
-            corners.origin_m[axis].0[lane] = origins_m[lane >> 3];
-        }
-    }
-    Some(Rays::of(&corners, Mask([u32::MAX; LANES]), signs | [0, 8, 16][main]))
 }
 
 #[cfg(test)]

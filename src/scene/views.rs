@@ -53,7 +53,7 @@ impl Extent {
 
 /// A place to look from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct View {
+pub struct CameraView {
     /// Where it comes from: a camera of the file by name, or found here.
     pub name: String,
     /// Looking along +z, y down.
@@ -78,10 +78,10 @@ pub fn looking(yaw_rad: f64, pitch_rad: f64) -> DQuat {
 
 /// The best views of a scene, the best first: the file's cameras that see something, then those found inside and around it.
 /// Views that are found stand apart from each other.
-pub fn best(scene: &Scene, count: usize) -> Vec<View> {
+pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
     let extent = Extent::of(scene);
     let named = |view: &Viewpoint| judged(scene, &extent, &view.name, view.world_from_camera);
-    let mut chosen: Vec<View> = scene.viewpoints.iter().map(named).filter(|view| view.score > 0.0).collect();
+    let mut chosen: Vec<CameraView> = scene.viewpoints.iter().map(named).filter(|view| view.score > 0.0).collect();
     chosen.sort_by(|a, b| b.score.total_cmp(&a.score));
     chosen.truncate(count);
     let poses: Vec<Pose> = inside(&extent).into_iter().chain(around(&extent)).collect();
@@ -92,7 +92,7 @@ pub fn best(scene: &Scene, count: usize) -> Vec<View> {
         if chosen.len() >= count {
             break;
         }
-        let is_new = |other: &View| {
+        let is_new = |other: &CameraView| {
             let way_m = (other.world_from_camera.translation_m - view.world_from_camera.translation_m).length();
             way_m > apart_m || forward(other).dot(forward(&view)) < 0.3
         };
@@ -103,7 +103,7 @@ pub fn best(scene: &Scene, count: usize) -> Vec<View> {
     chosen
 }
 
-fn forward(view: &View) -> DVec3 {
+fn forward(view: &CameraView) -> DVec3 {
     view.world_from_camera.direction(DVec3::Z)
 }
 
@@ -165,7 +165,7 @@ pub fn packet_of(world_from_camera: &Pose, bearing: impl Fn(usize) -> DVec3) -> 
 }
 
 /// What a camera sees from a place.
-pub fn judged(scene: &Scene, extent: &Extent, name: &str, world_from_camera: Pose) -> View {
+pub fn judged(scene: &Scene, extent: &Extent, name: &str, world_from_camera: Pose) -> CameraView {
     let mut stack = Stack::new();
     let (mut distances_m, mut materials, mut behind) = (Vec::new(), Vec::new(), 0_usize);
     let count = GRID[0] * GRID[1];
@@ -208,7 +208,7 @@ pub fn judged(scene: &Scene, extent: &Extent, name: &str, world_from_camera: Pos
     let variety = libm::log2(1.0 + f64_from_usize(materials.len())).min(4.0);
     let is_seen = covered > 0.02 && behind < 0.05 && !is_near;
     let score = if is_seen { covered * (1.0 + depth) * (1.0 + variety) } else { 0.0 };
-    View { name: name.to_owned(), world_from_camera, covered, behind, nearest_m, median_m: at(0.5), score }
+    CameraView { name: name.to_owned(), world_from_camera, covered, behind, nearest_m, median_m: at(0.5), score }
 }
 
 #[cfg(test)]

@@ -54,10 +54,8 @@ pub struct Cell {
 }
 
 impl Cells {
-    /// Lays out a sweep. `assets_hash` is asked for the hash of the files that a configuration names.
-    ///
-    /// # Errors
-    /// Too many cells; a key or value that the scenario refuses, named with the sweep file's line.
+    /// Lays out a sweep. `assets_hash` is asked for the hash of the files that a configuration names. Fails on too many cells; a key or
+    /// value that the scenario refuses, named with the sweep file's line.
     pub fn new(
         (file, text): (&str, &str),
         sweep: &SweepFile,
@@ -87,10 +85,7 @@ impl Cells {
         Ok(this)
     }
 
-    /// A cell's configuration.
-    ///
-    /// # Errors
-    /// A key or value that the scenario refuses.
+    /// A cell's configuration. Fails on a key or value that the scenario refuses.
     pub fn resolve(&self, cell: &Cell) -> Result<Resolved, Error> {
         let own: Vec<String> = cell.set.iter().cloned().map(assignment).collect();
         if cell.set.iter().any(|(key, _)| key.ends_with(".preset")) {

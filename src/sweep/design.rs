@@ -52,10 +52,8 @@ pub fn count(sweep: &SweepFile) -> u128 {
     replicates.into_iter().map(|count| u128::from(u64_from(count))).fold(points, u128::saturating_mul)
 }
 
-/// All points, in the order of the file.
-///
-/// # Errors
-/// More cells than a sweep may have, or more factors than a Sobol' sequence has dimensions.
+/// All points, in the order of the file. Fails on more cells than a sweep may have, or more factors than a Sobol' sequence has
+/// dimensions.
 pub fn points(sweep: &SweepFile) -> Result<Vec<Point>, Error> {
     let cells = count(sweep);
     if cells > CELLS_MAX {

@@ -153,10 +153,7 @@ pub struct Level {
 }
 
 impl SweepFile {
-    /// Reads a sweep file's text.
-    ///
-    /// # Errors
-    /// No TOML, an unknown key, a method, range or count that cannot be; with file, line and key.
+    /// Reads a sweep file's text. Fails on no TOML, an unknown key, a method, range or count that cannot be; with file, line and key.
     pub fn parse(file: &str, text: &str) -> Result<Self, Error> {
         let tree = Tree::parse(file, text)?;
         let value = toml::Value::Table(tree.values().clone());
@@ -259,8 +256,8 @@ impl Factor {
     fn check(&self, draws: bool, number: usize) -> Result<(), Error> {
         let at = |key: &str| format!("factor.{number}.{key}");
         let refused = |key: &str, value: String, reason: &str| Err(Error::key(&at(key), value, reason));
-        let ways = [self.values.is_some(), self.is_range(), !self.level.is_empty()];
-        if ways.iter().filter(|is_given| **is_given).count() != 1 {
+        let given = [self.values.is_some(), self.is_range(), !self.level.is_empty()];
+        if given.iter().filter(|is_given| **is_given).count() != 1 {
             return refused("values", String::new(), "give one of values, low with high, or [[factor.level]] tables");
         }
         if self.level.is_empty() == self.key.is_none() {

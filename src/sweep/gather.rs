@@ -59,9 +59,6 @@ impl Table {
     }
 
     /// As a Parquet file.
-    ///
-    /// # Errors
-    /// What the writer says.
     pub fn to_parquet(&self) -> Result<Vec<u8>, Error> {
         parquet::bytes(self).map_err(|error| Error::Run(format!("the Parquet file cannot be made: {error}")))
     }

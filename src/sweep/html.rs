@@ -6,7 +6,7 @@ use super::picture;
 use super::record::unit_of;
 use super::statistics::Estimate;
 use super::table::{Role, Table};
-use super::verdicts::{Difference, Effect, FigureReport, FrontPoint, PointVerdict, cells};
+use super::verdicts::{Difference, FactorEffect, FigureReport, FrontPoint, PointVerdict, cells};
 use crate::report::chart::{self, Axes, Ink, Shape, chart};
 use crate::report::escape::escaped;
 
@@ -131,7 +131,7 @@ fn figure_section(report: &FigureReport) -> String {
     format!("<section><h2>{name}</h2>{effects}{}</section>", differences(&report.differences))
 }
 
-fn effect_part(effect: &Effect, figure: &str) -> String {
+fn effect_part(effect: &FactorEffect, figure: &str) -> String {
     let row = |(name, _, value): &(String, Option<f64>, Estimate)| {
         format!("<tr><td>{}</td>{}</tr>", escaped(name), estimate(value))
     };

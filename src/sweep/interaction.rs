@@ -42,10 +42,7 @@ pub struct Series {
 }
 
 impl Interaction {
-    /// Takes it from a table.
-    ///
-    /// # Errors
-    /// A factor or level that the table does not have.
+    /// Takes it from a table. Fails on a factor or level that the table does not have.
     pub fn of(table: &Table, figure: &str, wish: &PictureWish) -> Result<Self, Error> {
         let factors: Vec<&String> =
             table.columns.iter().filter(|column| is_level(column.role)).map(|column| &column.name).collect();

@@ -11,7 +11,7 @@ use super::levels::{figures, levels, rest_of};
 use super::record::find_figure;
 use super::statistics::{Estimate, mean, standard_error};
 use super::table::{Role, Table};
-pub use super::verdicts::{Difference, Effect, FigureReport, FrontPoint, PointVerdict};
+pub use super::verdicts::{Difference, FactorEffect, FigureReport, FrontPoint, PointVerdict};
 use crate::draw::DrawKey;
 use crate::error::Error;
 use crate::num::f64_from_usize;
@@ -32,10 +32,7 @@ const FRONTS: [[&str; 2]; 2] = [["energy.power_mw", "tracking.ate_m"], ["bandwid
 /// Resamples of the replicates that say how sure a place on a front is.
 const RESAMPLES: u64 = 400;
 
-/// The page of a gathered sweep.
-///
-/// # Errors
-/// A figure that no cell has; a sweep without a finished cell.
+/// The page of a gathered sweep. Fails on a figure that no cell has; a sweep without a finished cell.
 pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[PointVerdict]) -> Result<String, Error> {
     let known = figure_names(table);
     if known.is_empty() {
@@ -64,10 +61,7 @@ pub fn page(title: &str, wishes: &ReportWishes, table: &Table, verdicts: &[Point
     Ok(html::page(title, table, &reports, (&fronts, &pictures), verdicts))
 }
 
-/// The pictures that a sweep file asks for.
-///
-/// # Errors
-/// A figure, factor or level that no cell has.
+/// The pictures that a sweep file asks for. Fails on a figure, factor or level that no cell has.
 pub fn interactions(wishes: &ReportWishes, table: &Table) -> Result<Vec<Interaction>, Error> {
     let known = figure_names(table);
     let one = |wish: &PictureWish| Interaction::of(table, &full_name(&known, "report.picture", &wish.figure)?, wish);
@@ -101,7 +95,7 @@ fn names(table: &Table, role: Role) -> Vec<&str> {
     table.columns.iter().filter(|column| column.role == role).map(|column| column.name.as_str()).collect()
 }
 
-fn effect(table: &Table, factor: &str, figure: &str) -> Effect {
+fn effect(table: &Table, factor: &str, figure: &str) -> FactorEffect {
     let values = figures(table, figure);
     let levels: Vec<(String, Option<f64>, Vec<f64>)> = levels(table, factor)
         .into_iter()
@@ -110,7 +104,7 @@ fn effect(table: &Table, factor: &str, figure: &str) -> Effect {
     let first_order = first_order(&levels.iter().map(|(_, _, values)| values.as_slice()).collect::<Vec<_>>());
     let levels =
         levels.into_iter().filter_map(|(name, place, values)| Some((name, place, Estimate::of(&values)?))).collect();
-    Effect { factor: factor.to_owned(), levels, first_order }
+    FactorEffect { factor: factor.to_owned(), levels, first_order }
 }
 
 /// Correlation ratio of the classes, less what as many classes of pure noise would have; none where nothing varies.

@@ -1,7 +1,7 @@
 //! Specifications: a figure, a limit, and the share of runs that must keep it, as in `ate_m < 0.010 for 99 %`.
 
 use super::record::{CellRecord, find_figure};
-use super::statistics::{CONFIDENCE, SequentialTest, Verdict, binomial_interval};
+use super::statistics::{CONFIDENCE, SequentialTest, SequentialVerdict, binomial_interval};
 use crate::error::Error;
 use crate::num::f64_from_u64;
 
@@ -47,18 +47,16 @@ pub struct Judgement {
     /// Exact 95 % interval of the share.
     pub interval: [f64; 2],
     /// By the interval.
-    pub verdict: Verdict,
+    pub verdict: SequentialVerdict,
     /// By the sequential test, which may be asked after every run.
-    pub sequential: Verdict,
+    pub sequential: SequentialVerdict,
     /// Further runs that would decide an open case if all of them keep the limit, and if all of them miss it.
     pub further: Option<[u64; 2]>,
 }
 
 impl Specification {
-    /// Reads `FIGURE < LIMIT for SHARE %`, with <, <=, > or >=. Without a share all runs must keep the limit in 95 % of the cases.
-    ///
-    /// # Errors
-    /// Another form.
+    /// Reads `FIGURE < LIMIT for SHARE %`, with <, <=, > or >=. Without a share all runs must keep the limit in 95 % of the cases. Fails
+    /// on another form.
     pub fn parse(text: &str) -> Result<Self, Error> {
         let refused =
             |reason: &str| Error::key("--spec", text, format!("{reason}; write --spec \"ate_m < 0.010 for 99 %\""));
@@ -85,10 +83,7 @@ impl Specification {
         Ok(Self { text: text.trim().to_owned(), figure: figure.to_owned(), relation, limit, share })
     }
 
-    /// The full name of its figure among those of a record.
-    ///
-    /// # Errors
-    /// No or several figures of this name.
+    /// The full name of its figure among those of a record. Fails on no or several figures of this name.
     pub fn figure_in(&self, record: &CellRecord) -> Result<String, Error> {
         find_figure(&self.figure, record.figures.keys()).cloned().map_err(|near| Error::Unknown {
             what: "figure of --spec",
@@ -120,9 +115,9 @@ impl Specification {
     /// What so many runs say.
     pub fn judge(&self, met: u64, runs: u64) -> Judgement {
         let verdict = self.verdict(met, runs);
-        let further = (verdict == Verdict::Open).then(|| {
-            let keep = |more: u64| self.verdict(met + more, runs + more) == Verdict::Pass;
-            let miss = |more: u64| self.verdict(met, runs + more) == Verdict::Fail;
+        let further = (verdict == SequentialVerdict::Open).then(|| {
+            let keep = |more: u64| self.verdict(met + more, runs + more) == SequentialVerdict::Pass;
+            let miss = |more: u64| self.verdict(met, runs + more) == SequentialVerdict::Fail;
             [least(keep), least(miss)]
         });
         Judgement {
@@ -135,14 +130,14 @@ impl Specification {
         }
     }
 
-    fn verdict(&self, met: u64, runs: u64) -> Verdict {
+    fn verdict(&self, met: u64, runs: u64) -> SequentialVerdict {
         let [low, high] = binomial_interval(met, runs, CONFIDENCE);
         if low >= self.share {
-            Verdict::Pass
+            SequentialVerdict::Pass
         } else if high < self.share {
-            Verdict::Fail
+            SequentialVerdict::Fail
         } else {
-            Verdict::Open
+            SequentialVerdict::Open
         }
     }
 }
@@ -214,16 +209,16 @@ mod tests {
     fn an_open_case_names_the_least_number_of_runs_that_decides_it() {
         let spec = Specification::parse("ate_m < 0.010 for 90 %").unwrap();
         let open = spec.judge(20, 20);
-        assert_eq!(open.verdict, Verdict::Open);
+        assert_eq!(open.verdict, SequentialVerdict::Open);
         let [keep, miss] = open.further.unwrap();
         // 0.025^(1/n) >= 0.9 first at n = 36: 16 more than 20.
         assert_eq!(keep, 16);
-        assert_eq!(spec.judge(20 + keep, 20 + keep).verdict, Verdict::Pass);
-        assert_eq!(spec.judge(20 + keep - 1, 20 + keep - 1).verdict, Verdict::Open);
-        assert_eq!(spec.judge(20, 20 + miss).verdict, Verdict::Fail);
-        assert_eq!(spec.judge(20, 20 + miss - 1).verdict, Verdict::Open);
+        assert_eq!(spec.judge(20 + keep, 20 + keep).verdict, SequentialVerdict::Pass);
+        assert_eq!(spec.judge(20 + keep - 1, 20 + keep - 1).verdict, SequentialVerdict::Open);
+        assert_eq!(spec.judge(20, 20 + miss).verdict, SequentialVerdict::Fail);
+        assert_eq!(spec.judge(20, 20 + miss - 1).verdict, SequentialVerdict::Open);
         assert!(open.in_words().contains("16 further runs"), "{}", open.in_words());
-        assert_eq!(spec.judge(2, 20).verdict, Verdict::Fail);
+        assert_eq!(spec.judge(2, 20).verdict, SequentialVerdict::Fail);
         assert!(spec.judge(200, 200).further.is_none());
     }
 }

@@ -3,6 +3,7 @@
 use statrs::distribution::{Beta, ContinuousCDF, StudentsT};
 
 use crate::num::{f64_from_u64, f64_from_usize};
+use crate::text::named;
 
 /// Share of intervals that hold the true value.
 pub const CONFIDENCE: f64 = 0.95;
@@ -86,25 +87,15 @@ pub struct SequentialTest {
     pub fail_error: f64,
 }
 
-/// What a test says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// The share is high enough.
-    Pass,
-    /// It is not.
-    Fail,
-    /// More runs are needed.
-    Open,
-}
-
-impl Verdict {
-    /// In one word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Fail => "fail",
-            Self::Open => "open",
-        }
+named! {
+    /// What a test says.
+    pub enum SequentialVerdict {
+        /// The share is high enough.
+        Pass = "pass",
+        /// It is not.
+        Fail = "fail",
+        /// More runs are needed.
+        Open = "open",
     }
 }
 
@@ -119,14 +110,14 @@ impl SequentialTest {
     }
 
     /// What it says after `met` of `runs`, which are looked at after each run or after groups of runs.
-    pub fn verdict(&self, met: u64, runs: u64) -> Verdict {
+    pub fn verdict(&self, met: u64, runs: u64) -> SequentialVerdict {
         let ratio = self.log_ratio(met, runs);
         if ratio >= -libm::log(self.pass_error) {
-            Verdict::Pass
+            SequentialVerdict::Pass
         } else if ratio <= libm::log(self.fail_error) {
-            Verdict::Fail
+            SequentialVerdict::Fail
         } else {
-            Verdict::Open
+            SequentialVerdict::Open
         }
     }
 }
@@ -176,20 +167,22 @@ mod tests {
         let trials = 2000;
         let mut errors = [0_u32; 2];
         let mut open = 0;
-        for (number, (share, wrong)) in [(0.9, Verdict::Pass), (0.97, Verdict::Fail)].into_iter().enumerate() {
+        for (number, (share, wrong)) in
+            [(0.9, SequentialVerdict::Pass), (0.97, SequentialVerdict::Fail)].into_iter().enumerate()
+        {
             for trial in 0..trials {
                 let mut stream = DrawKey::root(7).with(crate::num::u64_from(number)).with(trial).stream();
                 let mut met = 0;
-                let mut verdict = Verdict::Open;
+                let mut verdict = SequentialVerdict::Open;
                 for runs in 1..=4000 {
                     met += u64::from(stream.random::<f64>() < share);
                     verdict = test.verdict(met, runs);
-                    if verdict != Verdict::Open {
+                    if verdict != SequentialVerdict::Open {
                         break;
                     }
                 }
                 errors[number] += u32::from(verdict == wrong);
-                open += u32::from(verdict == Verdict::Open);
+                open += u32::from(verdict == SequentialVerdict::Open);
             }
         }
         println!(

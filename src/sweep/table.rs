@@ -1,6 +1,7 @@
 //! A table with typed columns.
 
 use crate::num::f64_from_i64;
+use crate::text::named;
 use std::collections::BTreeMap;
 
 /// Values of a column, one a row.
@@ -16,19 +17,20 @@ pub enum Values {
     Flag(Vec<Option<bool>>),
 }
 
-/// What a column is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// Names a row.
-    Name,
-    /// Is varied.
-    Factor,
-    /// Repeats.
-    Replicate,
-    /// A key of the configuration that differs between cells.
-    Config,
-    /// A result.
-    Figure,
+named! {
+    /// What a column is for.
+    pub enum Role {
+        /// Names a row.
+        Name = "name",
+        /// Is varied.
+        Factor = "factor",
+        /// Repeats.
+        Replicate = "replicate",
+        /// A key of the configuration that differs between cells.
+        Config = "config",
+        /// A result.
+        Figure = "figure",
+    }
 }
 
 /// One column.
@@ -53,19 +55,6 @@ pub struct Table {
     pub rows: usize,
     /// Of the whole file, by name.
     pub metadata: BTreeMap<String, String>,
-}
-
-impl Role {
-    /// In one word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Name => "name",
-            Self::Factor => "factor",
-            Self::Replicate => "replicate",
-            Self::Config => "config",
-            Self::Figure => "figure",
-        }
-    }
 }
 
 impl Values {

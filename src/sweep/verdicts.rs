@@ -19,7 +19,7 @@ pub struct PointVerdict {
 }
 
 /// The mean of a figure at each level of a factor.
-pub struct Effect {
+pub struct FactorEffect {
     /// Name of the factor.
     pub factor: String,
     /// Level, its place on an axis where it is a number, and the mean over all its cells.
@@ -60,7 +60,7 @@ pub struct FigureReport {
     /// Full name.
     pub figure: String,
     /// By factor.
-    pub effects: Vec<Effect>,
+    pub effects: Vec<FactorEffect>,
     /// By factor and level.
     pub differences: Vec<Difference>,
 }

@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
 use super::problem::Prior;
-pub use super::problem::{Observation, Outcome, Problem};
+pub use super::problem::{AdjustmentOutcome, Observation, Problem};
 use crate::num::index;
 use crate::pose::Pose;
 use crate::tracker::dense::solve_cholesky;
@@ -43,30 +43,30 @@ const POSE_FLOOR: f64 = 1e-6;
 
 impl Problem<'_> {
     /// Adjusts in place.
-    pub fn solve(&mut self, iterations_max: u32) -> Outcome {
+    pub fn solve(&mut self, iterations_max: u32) -> AdjustmentOutcome {
         self.solve_under(None, iterations_max)
     }
 
     /// Adjusts in place, with the errors' own law, no narrower than some pixels, in place of Huber's kernel, under what is known beside.
-    pub fn solve_tailed(&mut self, prior: Option<&Prior>, least_px: f64, iterations_max: u32) -> Outcome {
+    pub fn solve_tailed(&mut self, prior: Option<&Prior>, least_px: f64, iterations_max: u32) -> AdjustmentOutcome {
         let law =
             StudentT::of(&self.errors2()).no_narrower(least_px, self.observations.iter().map(|o| o.inverse_sigma));
         self.solve_with(ErrorModel::StudentT(law), prior, iterations_max)
     }
 
     /// Adjusts in place under what left the window before. Derivatives of the prior's poses are taken at their first estimates.
-    pub fn solve_under(&mut self, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
+    pub fn solve_under(&mut self, prior: Option<&Prior>, iterations_max: u32) -> AdjustmentOutcome {
         self.solve_with(ErrorModel::Huber, prior, iterations_max)
     }
 
-    fn solve_with(&mut self, law: ErrorModel, prior: Option<&Prior>, iterations_max: u32) -> Outcome {
+    fn solve_with(&mut self, law: ErrorModel, prior: Option<&Prior>, iterations_max: u32) -> AdjustmentOutcome {
         assert!(self.free <= self.poses.len(), "only poses that exist can move");
         assert!(self.observations.is_sorted_by_key(|o| o.point), "observations must be in the order of their points");
         let cost_of = |problem: &Self, poses: &[Pose], points_m: &[DVec3]| {
             problem.cost(poses, points_m, law) + prior.map_or(0.0, |prior| prior.cost(poses))
         };
         let mut cost = cost_of(self, &self.poses, &self.points_m);
-        let mut outcome = Outcome { cost_before: cost, cost_after: cost, iterations: 0 };
+        let mut outcome = AdjustmentOutcome { cost_before: cost, cost_after: cost, iterations: 0 };
         let mut damping = 1e-4;
         let mut normal = self.linearise_under(prior, law);
         while outcome.iterations < iterations_max {

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::compute::Feature;
 use crate::pose::Pose;
+use crate::text::named;
 use crate::tracker::sweep::RowClock;
 use crate::units::CameraIndex;
 
@@ -18,31 +19,19 @@ pub struct FrameInput {
     pub clocks: Vec<RowClock>,
 }
 
-/// What became of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// No frame so far had enough stereo pairs to start a map.
-    Waiting,
-    /// The map starts here; the pose is the identity by definition.
-    Initialised,
-    /// The pose follows from landmarks near their predicted places.
-    Tracked,
-    /// The pose was found by descriptors alone.
-    Relocalised,
-    /// No pose is supported by enough landmarks.
-    Lost,
-}
-
-impl Status {
-    /// The one name of this status.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Waiting => "waiting",
-            Self::Initialised => "initialised",
-            Self::Tracked => "tracked",
-            Self::Relocalised => "relocalised",
-            Self::Lost => "lost",
-        }
+named! {
+    /// What became of a frame.
+    pub enum Status {
+        /// No frame so far had enough stereo pairs to start a map.
+        Waiting = "waiting",
+        /// The map starts here; the pose is the identity by definition.
+        Initialised = "initialised",
+        /// The pose follows from landmarks near their predicted places.
+        Tracked = "tracked",
+        /// The pose was found by descriptors alone.
+        Relocalised = "relocalised",
+        /// No pose is supported by enough landmarks.
+        Lost = "lost",
     }
 }
 
@@ -103,4 +92,21 @@ pub struct TrackedFrame {
     pub loop_closed: bool,
     /// What it cost.
     pub work: Work,
+}
+
+/// An answer without a pose.
+pub fn unlocated(t_s: f64, status: Status, work: Work) -> TrackedFrame {
+    TrackedFrame {
+        t_s,
+        status,
+        world_from_body: None,
+        tracked_features: 0,
+        inliers: Vec::new(),
+        predicted_position_m: None,
+        innovation_px: None,
+        single_picture_sigma_m: None,
+        keyframe: false,
+        loop_closed: false,
+        work,
+    }
 }

@@ -9,13 +9,13 @@
 mod tests;
 
 use super::answer::Work;
-use super::frame::{Frame, LandmarkMatch};
+use super::localiser::{LandmarkMatch, Localiser};
 use crate::draw::DrawKey;
 use crate::num::{index, u32_from};
 use crate::pose::Pose;
 use crate::tracker::lie::Sim3;
 use crate::tracker::map::{Landmark, Map, Sighting};
-use crate::tracker::pose_graph::{Edge, Kernel, PoseGraph, information};
+use crate::tracker::pose_graph::{Edge, PoseGraph, RobustKernel, information};
 use crate::tracker::rig::{Keypoint, View};
 use crate::tracker::sweep::Moving;
 
@@ -70,7 +70,7 @@ pub struct Loop {
 }
 
 /// Looks for an earlier visit of the place that a located frame sees.
-pub fn recognise(frame: &Frame<'_>, number: u64, state: &Moving, key: DrawKey, work: &mut Work) -> Option<Loop> {
+pub fn recognise(frame: &Localiser<'_>, number: u64, state: &Moving, key: DrawKey, work: &mut Work) -> Option<Loop> {
     let candidates = candidates(frame, number, state);
     if u32_from(candidates.len()) < AGREEING_MIN {
         return None;
@@ -87,7 +87,7 @@ pub fn recognise(frame: &Frame<'_>, number: u64, state: &Moving, key: DrawKey, w
 }
 
 /// Landmarks of earlier visits in front of a camera, the ones nearest to its axis first.
-fn candidates(frame: &Frame<'_>, number: u64, state: &Moving) -> Vec<usize> {
+fn candidates(frame: &Localiser<'_>, number: u64, state: &Moving) -> Vec<usize> {
     let mut near: Vec<(f64, usize)> = Vec::new();
     for (landmark, held) in frame.map.landmarks.iter().enumerate() {
         if held.last_frame + AWAY_FRAMES > number {
@@ -150,13 +150,13 @@ impl Loop {
             to: u32_from(last),
             from_to: Sim3 { scale, ..Sim3::from(measured) },
             information: information(LOOP_SIGMAS[0], LOOP_SIGMAS[1], LOOP_LOG_SCALE),
-            kernel: Kernel::Switchable(DOUBT_SIGMAS2),
+            kernel: RobustKernel::Switchable(DOUBT_SIGMAS2),
         });
         graph.solve_graduated(30);
         if graph.weights().last().is_none_or(|&weight| weight < 0.25) {
             return None;
         }
-        map.bend(&before, &graph.nodes);
+        map.deform(&before, &graph.nodes);
         self.fuse(map, views, inverse_sigma);
         graph.nodes.last().map(|node| node.scale)
     }

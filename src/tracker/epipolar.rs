@@ -4,7 +4,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::num::{greater, index, lesser};
 use crate::pose::Pose;
-use crate::tracker::matching::{Best, Rule};
+use crate::tracker::matching::{Best, MatchRule};
 use crate::tracker::rig::{DEPTH_M_MIN, Keypoint, RigCamera};
 use crate::tracker::sweep::Moving;
 
@@ -25,7 +25,7 @@ pub fn matches(
     (first, skip_first): (&[Keypoint], &[bool]),
     (second, skip_second): (&[Keypoint], &[bool]),
     second_from_first: &Pose,
-    (band, rule): (Band, Rule),
+    (band, rule): (Band, MatchRule),
     compared: &mut u64,
 ) -> Vec<(usize, usize)> {
     let rotation = DMat3::from_quat(second_from_first.rotation);

@@ -3,12 +3,12 @@
 //! Positions are metres in the map's frame.
 
 use super::answer::Work;
-use super::frame::LandmarkMatch;
+use super::localiser::LandmarkMatch;
 use super::params::TrackerParams;
 use crate::num::{index, u32_from, u32_truncated};
 use crate::tracker::epipolar::{Band, Fix, Ray, flags, matches, triangulate};
 use crate::tracker::map::{Keyframe, Landmark, Map, Sighting};
-use crate::tracker::matching::Rule;
+use crate::tracker::matching::MatchRule;
 use crate::tracker::preintegrate::filter::ImuFilter;
 use crate::tracker::refine::{Measurement, WITHIN_PIXEL_PX, refine};
 use crate::tracker::rig::{Keypoint, RigCamera, View};
@@ -152,7 +152,7 @@ impl Growth<'_> {
                 let band = self.band(a, self.params.range_m_min);
                 let (first, second) = (&self.views[a].keypoints, &self.views[b].keypoints);
                 let distance_max = u32_truncated(STEREO_DISTANCE_SHARE * f64::from(self.params.distance_bits_max));
-                let rule = Rule { distance_max, ratio_max: 0.8 };
+                let rule = MatchRule { distance_max, ratio_max: 0.8 };
                 let pairs = matches(
                     (first, &claimed[a]),
                     (second, &claimed[b]),
@@ -216,7 +216,7 @@ impl Growth<'_> {
                 .then(&state.body_from_world.then(&earlier_state.body_from_world.inverse()))
                 .then(&rig.calibration.body_from_camera);
             let (first, second) = (&earlier.keypoints[camera], &self.views[camera].keypoints);
-            let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
+            let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
             let free = vec![false; first.len()];
             let band = self.band(camera, self.params.range_m_min);
             let pairs = matches(

@@ -24,9 +24,9 @@ use models::{essential, from_essential, from_homography, from_rotation};
 /// What explains two views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
-    /// Motion through a scene with depth.
+    /// VelocityModel through a scene with depth.
     General,
-    /// Motion before a plane.
+    /// VelocityModel before a plane.
     Plane,
     /// Turning without (visible) motion: no depth can follow.
     Rotation,
@@ -48,7 +48,7 @@ pub struct TwoViewSettings {
 pub struct TwoView {
     /// The model that explains the pairs at the least cost.
     pub model: Model,
-    /// Motion with a baseline of length 1 (0 for [`Model::Rotation`]).
+    /// VelocityModel with a baseline of length 1 (0 for [`Model::Rotation`]).
     pub second_from_first: Pose,
     /// The other motion that explains a plane about as well, where there is one.
     pub alternative: Option<Pose>,
@@ -148,10 +148,7 @@ pub fn turn(pairs: &[Pair], search: &TwoViewSettings, key: DrawKey) -> Option<DQ
 }
 
 impl TwoView {
-    /// Whether a map can start from these views.
-    ///
-    /// # Errors
-    /// What stands against it.
+    /// Whether a map can start from these views. Fails with what stands against it.
     pub fn check(&self, points_min: usize, parallax_rad_min: f64) -> Result<(), Refusal> {
         if self.model == Model::Rotation {
             return Err(Refusal::PureRotation);

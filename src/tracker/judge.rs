@@ -1,10 +1,11 @@
 //! Checks the prediction and the pose of a located frame, and decides whether it becomes a keyframe. Changes no pose.
 
-use super::frame::{LandmarkMatch, LocalisedPose};
+use super::localiser::{LandmarkMatch, LocalisedPose};
 use super::locate::{MEDIAN_SIGMAS2, NARROW_PX};
 use super::preintegrate::filter::ImuPrediction;
 use super::refine::{WITHIN_PIXEL_PX, upper_median};
 use super::rig::View;
+use super::state::LastKeyframe;
 use super::sweep::Moving;
 use super::{Inlier, Tracker};
 use crate::num::{greater, index};
@@ -132,13 +133,10 @@ impl Tracker {
     /// Two cameras triangulate at once, and nearly all their landmarks are found again. Landmarks that wait for motion are
     /// fewer, and many come from unstable corners; counting these as found would make nearly every frame a keyframe. So in that
     /// case only landmarks found since the last keyframe count.
-    pub(super) fn keyframe_is_due(&mut self, world_from_body: &Pose, tracked: u32) -> bool {
-        let waits = self.depends_on_motion();
-        let Some(last) = &mut self.last_keyframe else { return true };
-        if waits {
+    pub(super) fn keyframe_is_due(&self, last: &mut LastKeyframe, world_from_body: &Pose, tracked: u32) -> bool {
+        if self.depends_on_motion() {
             last.landmarks = last.landmarks.max(tracked);
         }
-        let last = *last;
         let moved = last.world_from_body.inverse().then(world_from_body);
         self.frame - last.frame >= u64::from(self.params.keyframe_frames_max)
             || moved.translation_m.length() > self.params.keyframe_distance_m

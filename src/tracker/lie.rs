@@ -1,6 +1,6 @@
-//! Rotations, rigid motions and similarities as vectors: exp, log, adjoints and Jacobians of SO(3), SE(3) and Sim(3).
+//! Rotations, rigid motions and similarities as vectors: exp, log and adjoints of SO(3), SE(3) and Sim(3), Jacobians of SO(3) and Sim(3).
 //!
-//! Enter and leave: radians, metres and logarithms of scale. Everything is smooth from 0 over pi; a logarithm's angle
+//! Units are radians, metres and logarithms of scale. Everything is smooth from 0 over pi; a logarithm's angle
 //! is 0..=pi. Tangents are ordered linear, angular, scale. With `J` the left Jacobian, `exp(x + d) = exp(J(x) d)
 //! exp(x)` to first order; the right one is the same of `-x`: `exp(x + d) = exp(x) exp(J(-x) d)` (Solà et al. 2018, "A
 //! micro Lie theory").
@@ -11,10 +11,7 @@ mod sim3;
 mod so3;
 
 pub use coefficients::SERIES_ANGLE_RAD_MAX;
-pub use se3::{
-    Matrix6, Twist, se3_adjoint, se3_exp, se3_left_jacobian, se3_left_jacobian_inverse, se3_log, se3_right_jacobian,
-    se3_right_jacobian_inverse,
-};
+pub use se3::{Matrix6, Twist, se3_adjoint, se3_exp, se3_log};
 pub use sim3::{Matrix7, Sim3, SimTwist};
 pub use so3::{
     QUATERNION_SERIES_ANGLE_RAD_MAX, skew, so3_exp, so3_left_jacobian, so3_left_jacobian_inverse, so3_log,

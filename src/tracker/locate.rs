@@ -4,12 +4,12 @@
 use glam::{DMat3, DVec3};
 
 use super::answer::Work;
-pub use super::frame::{Frame, LandmarkMatch, LocalisedPose};
+pub use super::localiser::{LandmarkMatch, LocalisedPose, Localiser};
 use super::prior::PosePrior;
 use crate::draw::DrawKey;
 use crate::num::{greater, index, lesser, u32_from};
 use crate::tracker::map::Landmark;
-use crate::tracker::matching::{Best, Distances, Rule, one_to_one};
+use crate::tracker::matching::{Best, Distances, MatchRule, one_to_one};
 use crate::tracker::ransac::{RansacSettings, search};
 use crate::tracker::refine::{
     Known, Measurement, StudentT, errors2, information, refine_with, single_picture_sigma_m, upper_median,
@@ -46,11 +46,11 @@ const REFINE_ITERATIONS_MAX: u32 = 12;
 /// The pose uses verified landmarks alone if there are this many times the required number.
 const PROVEN_FACTOR: u32 = 2;
 
-impl Frame<'_> {
+impl Localiser<'_> {
     /// Finds the pose near a prediction; `None` where the landmarks do not support one.
     pub fn near(&self, predicted: &Moving, work: &mut Work) -> Option<LocalisedPose> {
         let params = self.params;
-        let rule = Rule { distance_max: params.distance_bits_max, ratio_max: 0.85 };
+        let rule = MatchRule { distance_max: params.distance_bits_max, ratio_max: 0.85 };
         // Texture that repeats within the radius pulls a whole frame one period aside: the search stays near what most landmarks vote for.
         let turned = if self.sure { Some(*predicted) } else { shift::turned(self, predicted, work) };
         let turned = turned.map(|turned| (turned, NARROW_PX));
@@ -116,7 +116,7 @@ impl Frame<'_> {
         landmarks: &[usize],
         work: &mut Work,
     ) -> Option<(Moving, Vec<LandmarkMatch>)> {
-        let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
+        let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
         let (found, _) = self.search_among(landmarks.iter().copied(), state, SECOND_RADIUS_PX, rule, work);
         self.settle(state, found, work)
     }
@@ -124,7 +124,7 @@ impl Frame<'_> {
     /// Searches again closely around a pose, which must keep its support. Wrong poses lose theirs here: chance matches do
     /// not line up within a few pixels.
     fn confirm(&self, state: &Moving, support: u32, work: &mut Work) -> Option<LocalisedPose> {
-        let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
+        let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.95 };
         let (found, in_view) = self.search(state, SECOND_RADIUS_PX, rule, work);
         let count = u32_from(found.len());
         let (state, inliers) = self.settle(state, found, work)?;
@@ -192,7 +192,13 @@ impl Frame<'_> {
     }
 
     /// Landmarks found within a radius of where the pose predicts them, and those that it predicts on any picture.
-    fn search(&self, state: &Moving, radius_px: f64, rule: Rule, work: &mut Work) -> (Vec<LandmarkMatch>, Vec<usize>) {
+    fn search(
+        &self,
+        state: &Moving,
+        radius_px: f64,
+        rule: MatchRule,
+        work: &mut Work,
+    ) -> (Vec<LandmarkMatch>, Vec<usize>) {
         self.search_among(0..self.map.landmarks.len(), state, radius_px, rule, work)
     }
 
@@ -201,7 +207,7 @@ impl Frame<'_> {
         landmarks: impl Iterator<Item = usize>,
         state: &Moving,
         radius_px: f64,
-        rule: Rule,
+        rule: MatchRule,
         work: &mut Work,
     ) -> (Vec<LandmarkMatch>, Vec<usize>) {
         let rotation = DMat3::from_quat(state.body_from_world.rotation);
@@ -239,7 +245,7 @@ impl Frame<'_> {
 
     /// The landmark that each keypoint of a camera resembles most, where no other resembles it as much.
     fn look_alikes(&self, camera: usize, landmarks: &[usize], work: &mut Work) -> Vec<LandmarkMatch> {
-        let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
+        let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
         let keypoints = &self.views[camera].keypoints;
         let mut pairs = Vec::new();
         // Landmark by landmark, then keypoint by keypoint: a landmark's views stay at hand for all keypoints.

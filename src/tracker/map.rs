@@ -110,14 +110,14 @@ pub struct Map {
 }
 
 /// A window taken out for adjustment, with the way back.
-pub struct Window<'a> {
+pub struct AdjustmentWindow<'a> {
     /// What is adjusted.
     pub problem: Problem<'a>,
     keyframes: Vec<usize>,
     landmarks: Vec<usize>,
 }
 
-impl Window<'_> {
+impl AdjustmentWindow<'_> {
     /// Its keyframes as a chain of inertial steps knows them.
     pub fn nodes(&self, map: &Map) -> Vec<Node> {
         let node = |(number, &keyframe): (usize, &usize)| {
@@ -155,7 +155,7 @@ impl Map {
     }
 
     /// Keyframes move from poses (`world_from_body`) to others, and each landmark with the last keyframe that saw it, in its unit.
-    pub fn bend(&mut self, before: &[Pose], after: &[Sim3]) {
+    pub fn deform(&mut self, before: &[Pose], after: &[Sim3]) {
         for landmark in &mut self.landmarks {
             let last = landmark.sightings.last().map_or(0, |sighting| sighting.keyframe);
             if let Ok(k) = self.keyframes.binary_search_by_key(&last, |keyframe| keyframe.id) {
@@ -207,7 +207,7 @@ impl Map {
 
     /// The last `free` keyframes, all landmarks they see, and the older keyframes that hold those landmarks. The first
     /// keyframe never moves: it is the world's frame.
-    pub fn window<'a>(&self, cameras: &'a [RigCamera], free: usize, held_max: usize) -> Window<'a> {
+    pub fn window<'a>(&self, cameras: &'a [RigCamera], free: usize, held_max: usize) -> AdjustmentWindow<'a> {
         let start = self.keyframes.len().saturating_sub(free).max(1).min(self.keyframes.len());
         let first_free = self.keyframes.get(start).map_or(u32::MAX, |keyframe| keyframe.id);
         let inside = |landmark: &Landmark| {
@@ -231,7 +231,7 @@ impl Map {
         let free = moving.len();
         let keyframes: Vec<usize> = moving.into_iter().chain(held).collect();
         let problem = self.problem(cameras, free, (&keyframes, &landmarks));
-        Window { problem, keyframes, landmarks }
+        AdjustmentWindow { problem, keyframes, landmarks }
     }
 
     fn problem<'a>(
@@ -261,7 +261,7 @@ impl Map {
     }
 
     /// Takes an adjusted window back and drops observations that do not fit it.
-    pub fn put_back(&mut self, window: &Window<'_>) {
+    pub fn put_back(&mut self, window: &AdjustmentWindow<'_>) {
         let problem = &window.problem;
         for (&keyframe, pose) in window.keyframes.iter().zip(&problem.poses).take(problem.free) {
             self.keyframes[keyframe].state.body_from_world = *pose;

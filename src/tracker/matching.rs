@@ -60,7 +60,7 @@ impl<'a, I: Iterator<Item = &'a Descriptor>> Kernel for Distances<'a, I> {
 
 /// What makes a pair of descriptors a match.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rule {
+pub struct MatchRule {
     /// Greatest distance in bits.
     pub distance_max: u32,
     /// The best distance must be at most this share of the second best (1: no demand).
@@ -94,7 +94,7 @@ impl Best {
     }
 
     /// The best candidate where the rule accepts it.
-    pub fn accepted(&self, rule: Rule) -> Option<usize> {
+    pub fn accepted(&self, rule: MatchRule) -> Option<usize> {
         let clear = f64::from(self.distance) <= rule.ratio_max * f64::from(self.second);
         (self.distance <= rule.distance_max && clear).then_some(self.number)
     }
@@ -150,10 +150,10 @@ mod tests {
         for (number, distance) in [(4, 30), (7, 20), (9, 20)] {
             best.offer(number, distance);
         }
-        assert_eq!(best.accepted(Rule { distance_max: 20, ratio_max: 1.0 }), Some(7));
-        assert_eq!(best.accepted(Rule { distance_max: 20, ratio_max: 0.9 }), None);
-        assert_eq!(best.accepted(Rule { distance_max: 19, ratio_max: 1.0 }), None);
-        assert_eq!(Best::NONE.accepted(Rule { distance_max: 256, ratio_max: 1.0 }), None);
+        assert_eq!(best.accepted(MatchRule { distance_max: 20, ratio_max: 1.0 }), Some(7));
+        assert_eq!(best.accepted(MatchRule { distance_max: 20, ratio_max: 0.9 }), None);
+        assert_eq!(best.accepted(MatchRule { distance_max: 19, ratio_max: 1.0 }), None);
+        assert_eq!(Best::NONE.accepted(MatchRule { distance_max: 256, ratio_max: 1.0 }), None);
     }
 
     #[test]

@@ -16,7 +16,7 @@ pub use blocks::Vector7;
 
 /// How much an edge may pull that does not fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kernel {
+pub enum RobustKernel {
     /// Fully: for edges that cannot be wrong, like odometry.
     Full,
     /// Huber's, linear beyond so many sigmas.
@@ -26,7 +26,7 @@ pub enum Kernel {
     Switchable(f64),
 }
 
-impl Kernel {
+impl RobustKernel {
     /// Cost of a squared error in sigmas, and its slope: the weight of the edge.
     pub fn at(self, error2: f64) -> (f64, f64) {
         match self {
@@ -55,7 +55,7 @@ pub struct Edge {
     /// column are not read.
     pub information: Matrix7,
     /// What happens to it where it does not fit.
-    pub kernel: Kernel,
+    pub kernel: RobustKernel,
 }
 
 /// Nodes and edges.
@@ -73,10 +73,10 @@ pub struct PoseGraph {
 
 /// What a solution took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
-    /// Kernel cost before.
+pub struct GraphOutcome {
+    /// RobustKernel cost before.
     pub cost_before: f64,
-    /// Kernel cost after; never above the one before.
+    /// RobustKernel cost after; never above the one before.
     pub cost_after: f64,
     /// Systems solved.
     pub iterations: u32,
@@ -110,7 +110,7 @@ impl PoseGraph {
     /// Adds the motion between two nodes as their poses have it now: odometry of a map that was good before the loop.
     pub fn add_present_edge(&mut self, from: u32, to: u32, information: Matrix7) {
         let from_to = self.nodes[index(from)].inverse().then(&self.nodes[index(to)]);
-        self.edges.push(Edge { from, to, from_to, information, kernel: Kernel::Full });
+        self.edges.push(Edge { from, to, from_to, information, kernel: RobustKernel::Full });
     }
 
     /// Squared error of each edge in sigmas, before its kernel.
@@ -126,19 +126,19 @@ impl PoseGraph {
     /// Moves the free nodes to the least cost with every switchable edge trusted first and then doubted step by step
     /// (graduated non-convexity, Yang et al. 2020): drift that stands between a true loop and its kernel's threshold is
     /// taken out before the threshold counts. The outcome's cost before is that of the last, full doubt.
-    pub fn solve_graduated(&mut self, iterations_max: u32) -> Outcome {
-        let wanted: Vec<Kernel> = self.edges.iter().map(|edge| edge.kernel).collect();
+    pub fn solve_graduated(&mut self, iterations_max: u32) -> GraphOutcome {
+        let wanted: Vec<RobustKernel> = self.edges.iter().map(|edge| edge.kernel).collect();
         let excess = |(edge, error2): (&Edge, f64)| match edge.kernel {
-            Kernel::Switchable(phi) => error2 / phi,
-            Kernel::Full | Kernel::Huber(_) => 1.0,
+            RobustKernel::Switchable(phi) => error2 / phi,
+            RobustKernel::Full | RobustKernel::Huber(_) => 1.0,
         };
         let worst = self.edges.iter().zip(self.errors2()).map(excess).fold(1.0, crate::num::greater);
         // An edge that is off by more than a million sigmas is not worth more rounds.
         let mut factor = crate::num::lesser(worst, 1e12);
         while factor > 1.0 {
             for (edge, kernel) in self.edges.iter_mut().zip(&wanted) {
-                if let Kernel::Switchable(phi) = kernel {
-                    edge.kernel = Kernel::Switchable(phi * factor);
+                if let RobustKernel::Switchable(phi) = kernel {
+                    edge.kernel = RobustKernel::Switchable(phi * factor);
                 }
             }
             self.solve(iterations_max);
@@ -149,14 +149,14 @@ impl PoseGraph {
     }
 
     /// Moves the free nodes to the least cost.
-    pub fn solve(&mut self, iterations_max: u32) -> Outcome {
+    pub fn solve(&mut self, iterations_max: u32) -> GraphOutcome {
         assert!(self.held.len() == self.nodes.len(), "each node is held or not");
         assert!(self.edges.iter().all(|edge| edge.from != edge.to), "an edge joins two nodes");
         let held = self.held_of_each_part();
         let links: Vec<(usize, usize)> = self.edges.iter().map(|edge| (index(edge.from), index(edge.to))).collect();
         let mut system = BlockSystem::new(&held, &links);
         let mut cost = self.cost(&self.nodes);
-        let mut outcome = Outcome { cost_before: cost, cost_after: cost, ..Outcome::default() };
+        let mut outcome = GraphOutcome { cost_before: cost, cost_after: cost, ..GraphOutcome::default() };
         let mut damping = 1e-6;
         self.linearise(&mut system);
         outcome.factor_blocks = system.factor_blocks();

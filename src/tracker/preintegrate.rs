@@ -6,7 +6,6 @@
 //! with the square of the interval. All frames are the IMU's own; `world_from_imu = world_from_body * body_from_imu`
 //! carries a pose here.
 
-pub mod align;
 pub mod chain;
 pub mod filter;
 mod state;
@@ -19,7 +18,7 @@ use crate::tracker::lie::{skew, so3_exp, so3_log, so3_right_jacobian, so3_right_
 
 /// One reading, in the IMU's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct ImuMeasurement {
     /// Seconds.
     pub t_s: f64,
     /// Angular rate.
@@ -59,7 +58,7 @@ pub type Residual = SMatrix<f64, 15, 1>;
 
 /// What the adjustment moves at a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
+pub struct ImuState {
     /// Where the IMU is.
     pub world_from_imu: Pose,
     /// In the world's axes.
@@ -103,11 +102,14 @@ pub enum ImuError {
 }
 
 impl Preintegrated {
-    /// Gathers the readings from one time to a later one; at both ends they are interpolated.
-    ///
-    /// # Errors
-    /// Readings that do not cover the span, or whose times do not rise, or that are not finite.
-    pub fn new(readings: &[Reading], (from_s, to_s): (f64, f64), bias: Bias, noise: &Noise) -> Result<Self, ImuError> {
+    /// Gathers the readings from one time to a later one; at both ends they are interpolated. Fails on readings that do not cover the
+    /// span, or whose times do not rise, or that are not finite.
+    pub fn new(
+        readings: &[ImuMeasurement],
+        (from_s, to_s): (f64, f64),
+        bias: Bias,
+        noise: &Noise,
+    ) -> Result<Self, ImuError> {
         let (first_s, last_s) =
             (readings.first().map_or(f64::NAN, |r| r.t_s), readings.last().map_or(f64::NAN, |r| r.t_s));
         if !(first_s <= from_s && from_s < to_s && to_s <= last_s) {
@@ -148,7 +150,7 @@ impl Preintegrated {
     }
 
     /// One interval between two readings.
-    fn add(&mut self, start: &Reading, end: &Reading, noise: &Noise) {
+    fn add(&mut self, start: &ImuMeasurement, end: &ImuMeasurement, noise: &Noise) {
         let dt = end.t_s - start.t_s;
         let mean = |a: DVec3, b: DVec3| (a + b) * 0.5;
         let rate =
@@ -226,23 +228,8 @@ impl Preintegrated {
         (rotation, self.velocity_m_per_s + velocity, self.position_m + position)
     }
 
-    /// Where the later state would be.
-    pub fn predicted(&self, from: &State, gravity_m_per_s2: DVec3) -> State {
-        let (rotation, velocity, position) = self.corrected(&from.bias);
-        let (turn, dt) = (from.world_from_imu.rotation, self.span_s);
-        let place = from.world_from_imu.translation_m
-            + from.velocity_m_per_s * dt
-            + gravity_m_per_s2 * (0.5 * dt * dt)
-            + turn * position;
-        State {
-            world_from_imu: Pose::new((turn * rotation).normalize(), place),
-            velocity_m_per_s: from.velocity_m_per_s + gravity_m_per_s2 * dt + turn * velocity,
-            bias: from.bias,
-        }
-    }
-
     /// What two states miss of the step: rotation, velocity, position, and the change of the biases (Forster's equation 45).
-    pub fn residual(&self, (from, to): (&State, &State), gravity_m_per_s2: DVec3) -> Residual {
+    pub fn residual(&self, (from, to): (&ImuState, &ImuState), gravity_m_per_s2: DVec3) -> Residual {
         let (rotation, velocity, position) = self.corrected(&from.bias);
         let (turned, gained, way) = self.relative(from, to, gravity_m_per_s2);
         let parts = [
@@ -256,7 +243,7 @@ impl Preintegrated {
     }
 
     /// The steps as the states have them.
-    fn relative(&self, from: &State, to: &State, gravity: DVec3) -> (DQuat, DVec3, DVec3) {
+    fn relative(&self, from: &ImuState, to: &ImuState, gravity: DVec3) -> (DQuat, DVec3, DVec3) {
         let (back, dt) = (from.world_from_imu.rotation.conjugate(), self.span_s);
         let gained = to.velocity_m_per_s - from.velocity_m_per_s - gravity * dt;
         let way = to.world_from_imu.translation_m
@@ -268,7 +255,11 @@ impl Preintegrated {
 
     /// Derivatives of the residual by the earlier and the later state: a pose moves on its right (`exp` of a twist in
     /// the IMU's axes), velocity and biases by addition.
-    pub fn jacobians(&self, (from, to): (&State, &State), gravity_m_per_s2: DVec3) -> (StateJacobian, StateJacobian) {
+    pub fn jacobians(
+        &self,
+        (from, to): (&ImuState, &ImuState),
+        gravity_m_per_s2: DVec3,
+    ) -> (StateJacobian, StateJacobian) {
         let residual = self.residual((from, to), gravity_m_per_s2);
         let miss = DVec3::new(residual[0], residual[1], residual[2]);
         let (turned, gained, way) = self.relative(from, to, gravity_m_per_s2);
@@ -297,23 +288,13 @@ impl Preintegrated {
         }
         (a, b)
     }
-
-    /// Covariance of the residual: white noise, and the walk of the biases over the span.
-    pub fn residual_covariance(&self, noise: &Noise) -> StateJacobian {
-        StateJacobian::from_fn(|i, j| match (i, j) {
-            (0..9, 0..9) => self.covariance[(i, j)],
-            (9..12, _) if i == j => noise.gyroscope_random_walk * noise.gyroscope_random_walk * self.span_s,
-            (12..15, _) if i == j => noise.accelerometer_random_walk * noise.accelerometer_random_walk * self.span_s,
-            _ => 0.0,
-        })
-    }
 }
 
 /// A reading at a time between two.
-fn between(a: &Reading, b: &Reading, t_s: f64) -> Reading {
+fn between(a: &ImuMeasurement, b: &ImuMeasurement, t_s: f64) -> ImuMeasurement {
     let share = (t_s - a.t_s) / (b.t_s - a.t_s);
     let mixed = |x: DVec3, y: DVec3| x * (1.0 - share) + y * share;
-    Reading {
+    ImuMeasurement {
         t_s,
         angular_velocity_rad_per_s: mixed(a.angular_velocity_rad_per_s, b.angular_velocity_rad_per_s),
         acceleration_m_per_s2: mixed(a.acceleration_m_per_s2, b.acceleration_m_per_s2),

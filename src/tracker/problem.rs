@@ -39,7 +39,7 @@ pub struct Problem<'a> {
 
 /// What an adjustment did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
+pub struct AdjustmentOutcome {
     /// Cost before: under the errors' own law, twice the negative logarithm of the density, up to a constant.
     pub cost_before: f64,
     /// The same after; never above the one before.

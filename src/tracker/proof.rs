@@ -40,7 +40,6 @@ const ITERATIONS: u32 = 15;
 pub struct PathView<'a> {
     /// Time of the frame in seconds.
     pub t_s: f64,
-    /// Its keypoints.
     pub keypoints: &'a [Keypoint],
     /// The body's rate of rotation, with a rolling shutter.
     pub rate: Option<Twist>,
@@ -52,7 +51,6 @@ pub struct PathView<'a> {
 pub struct Hypothesis<'a> {
     /// The rig's only camera.
     pub cameras: &'a [RigCamera],
-    /// The tracker's parameters.
     pub params: &'a TrackerParams,
     /// The opening view, those between in the order of time, the present one.
     pub views: &'a [PathView<'a>],

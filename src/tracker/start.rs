@@ -16,7 +16,7 @@ use crate::num::{greater, lesser, u64_from};
 use crate::pose::Pose;
 use crate::tracker::initial::{Pair, Refusal, TwoViewSettings, turn, two_view};
 use crate::tracker::lie::{Twist, se3_exp, so3_log};
-use crate::tracker::matching::{Best, Rule};
+use crate::tracker::matching::{Best, MatchRule};
 use crate::tracker::proof::{self, Hypothesis, PathView};
 use crate::tracker::rig::{Keypoint, RigCamera, View};
 use crate::tracker::sweep::{AT_REST, Moving, mean_rate};
@@ -80,7 +80,7 @@ pub struct Begun {
 }
 
 /// The surroundings of a start.
-pub struct Stage<'a> {
+pub struct Initialisation<'a> {
     /// The rig.
     pub cameras: &'a [RigCamera],
     /// The tracker's parameters.
@@ -93,7 +93,7 @@ pub struct Stage<'a> {
 
 impl MonoInitialiser {
     /// Takes a frame; gives two views where a map can start from them.
-    pub fn take(&mut self, stage: &Stage<'_>, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<Begun> {
+    pub fn take(&mut self, stage: &Initialisation<'_>, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<Begun> {
         let mut shot = InitialFrame { frame: stage.frame, t_s, views: views.to_vec(), rate: None };
         let sweeps = views.iter().any(View::sweeps);
         let alone = views.len() == 1;
@@ -172,7 +172,7 @@ fn begun(
     }
 }
 
-impl Stage<'_> {
+impl Initialisation<'_> {
     /// One camera's frame against the opening one and those between.
     fn hold_alone(
         &self,
@@ -299,7 +299,7 @@ impl Stage<'_> {
 
     /// Keypoints that resemble each other most, and clearly more than any third.
     fn look_alikes(&self, first: &[Keypoint], second: &[Keypoint], work: &mut Work) -> Vec<(usize, usize)> {
-        let rule = Rule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
+        let rule = MatchRule { distance_max: self.params.distance_bits_max, ratio_max: 0.8 };
         let (mut forward, mut backward) = (vec![Best::NONE; first.len()], vec![Best::NONE; second.len()]);
         for (i, a) in first.iter().enumerate() {
             for (j, b) in second.iter().enumerate() {

@@ -130,7 +130,7 @@ impl RatePrior {
 
 /// The last located frames, as far as the next one depends on them.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion {
+pub struct VelocityModel {
     /// Time of the last frame.
     pub t_s: f64,
     /// Where the body was.
@@ -145,7 +145,7 @@ pub struct Motion {
 const HAND_M_PER_S2: f64 = 7.0;
 const HAND_RAD_PER_S2: f64 = 40.0;
 
-impl Motion {
+impl VelocityModel {
     /// The body at a time by constant velocity; the last pose where no velocity is known.
     pub fn predict(&self, t_s: f64) -> Moving {
         let Some((rate, _)) = self.step else { return Moving::resting(self.body_from_world) };

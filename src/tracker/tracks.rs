@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3};
 use super::answer::Work;
 use super::params::TrackerParams;
 use crate::num::u64_from;
-use crate::tracker::matching::{Best, Descriptor, Rule, one_to_one};
+use crate::tracker::matching::{Best, Descriptor, MatchRule, one_to_one};
 use crate::tracker::rig::{RigCamera, View};
 
 /// Frames for which a corner that flickers is looked for where the turns have taken it.
@@ -52,7 +52,7 @@ impl Tracks {
         params: &TrackerParams,
         work: &mut Work,
     ) {
-        let rule = Rule { distance_max: params.distance_bits_max, ratio_max: 0.8 };
+        let rule = MatchRule { distance_max: params.distance_bits_max, ratio_max: 0.8 };
         let mut pairs = Vec::new();
         for (number, track) in self.tracks.iter_mut().enumerate() {
             (track.bearing, track.keypoint) = (turn * track.bearing, None);

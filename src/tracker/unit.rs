@@ -6,11 +6,11 @@
 
 use glam::DVec3;
 
-use super::problem::{Outcome, Problem};
+use super::problem::{AdjustmentOutcome, Problem};
 use crate::pose::Pose;
 
 /// Adjusts under the errors' own law. Where one pose is held, the free ones keep the sum of their distances from it.
-pub fn solve_in_unit(problem: &mut Problem<'_>, iterations_max: u32) -> Outcome {
+pub fn solve_in_unit(problem: &mut Problem<'_>, iterations_max: u32) -> AdjustmentOutcome {
     let spread_m = spread_m(problem);
     let outcome = problem.solve_tailed(None, 0.0, iterations_max);
     if problem.free + 1 == problem.poses.len() {

@@ -21,9 +21,6 @@ const TOP: &str = "sensor";
 const PICOSECONDS: i8 = -12;
 
 /// The waves as VCD.
-///
-/// # Errors
-/// None in practice: memory takes what it is given.
 pub fn vcd_bytes(waves: &Waves) -> std::io::Result<Vec<u8>> {
     let mut writer = vcd::Writer::new(Vec::new());
     writer.version(VERSION)?;
@@ -77,10 +74,7 @@ fn write_vcd_value<W: Write>(
     }
 }
 
-/// The waves as FST.
-///
-/// # Errors
-/// A name that is too long for the format.
+/// The waves as FST. Fails on a name that is too long for the format.
 pub fn fst_bytes(waves: &Waves) -> std::io::Result<Vec<u8>> {
     let info = FstInfo {
         start_time: 0,

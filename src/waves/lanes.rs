@@ -23,10 +23,8 @@ pub struct Lanes {
 }
 
 impl Lanes {
-    /// So many lanes behind so many columns, none where the readout is parallel; `line_clk` are whole lane clocks of a line.
-    ///
-    /// # Errors
-    /// More lanes than the shifter has, or a line in which it does not finish a row: it sends whole words, and loads in one clock.
+    /// So many lanes behind so many columns, none where the readout is parallel; `line_clk` are whole lane clocks of a line. Fails on
+    /// more lanes than the shifter has, or a line in which it does not finish a row: it sends whole words, and loads in one clock.
     pub fn new(adc: &AdcParams, columns: u32, readout: &ReadoutParams, line_clk: u64) -> Result<Option<Self>, Error> {
         let lanes = readout.lanes;
         if lanes == 0 {
@@ -101,7 +99,6 @@ impl LaneSignals {
         }
     }
 
-    /// All of them.
     pub fn all(&self) -> impl Iterator<Item = SignalId> {
         let pins = [self.lane_clk, self.valid, self.row_start, self.word_start];
         pins.into_iter().chain(self.lanes.iter().copied())
@@ -137,7 +134,6 @@ impl LinkSignals {
         }
     }
 
-    /// All of them.
     pub fn all(&self) -> impl Iterator<Item = SignalId> {
         [self.request, self.byte_clk, self.ready].into_iter().chain(self.bytes.iter().chain(&self.bits).copied())
     }

@@ -5,7 +5,7 @@
 //! from the analog side (`Analog`). Nothing is drawn: a pin is shown where its twin has it.
 
 use rtl_models::cds::{Cds as Column, CdsConfig};
-use rtl_models::readout_seq::{SeqConfig, SeqIn, State};
+use rtl_models::readout_seq::{SeqConfig, SeqIn, SeqState};
 use rtl_models::sensor_core::{CoreConfig, CoreOut, SensorCore};
 
 use super::analog::Analog;
@@ -53,10 +53,8 @@ fn settling_clk(adc: &AdcParams, pulses: PulseTimes) -> (u32, u32) {
     (reset, both.saturating_sub(reset).max(2))
 }
 
-/// The core's parameters for some rows of a sensor. `columns` are those whose counters are shown.
-///
-/// # Errors
-/// A line that the hardware's counters do not hold.
+/// The core's parameters for some rows of a sensor. `columns` are those whose counters are shown. Fails on a line that the hardware's
+/// counters do not hold.
 pub fn core_config(adc: &AdcParams, line: LineClocks, columns: u32, pulses: PulseTimes) -> Result<CoreConfig, Error> {
     if adc.columns_per_adc > 1 {
         let reason = "converters that columns share have no waves; use 1";
@@ -101,11 +99,11 @@ const fn pin(scope: &'static str, name: &'static str, bits: u32, of: fn(&CoreOut
 const PINS: &[Pin] = &[
     pin("sequencer", "row", 16, |out| out.seq.row.into()),
     pin("sequencer", "phase", 3, |out| phase(out.seq.state)),
-    pin("sequencer", "settle_reset", 1, |out| (out.seq.state == State::SettleReset).into()),
-    pin("sequencer", "ramp_reset", 1, |out| (out.seq.state == State::RampReset).into()),
-    pin("sequencer", "settle_signal", 1, |out| (out.seq.state == State::SettleSignal).into()),
-    pin("sequencer", "ramp_signal", 1, |out| (out.seq.state == State::RampSignal).into()),
-    pin("sequencer", "blank", 1, |out| (out.seq.state == State::Blank).into()),
+    pin("sequencer", "settle_reset", 1, |out| (out.seq.state == SeqState::SettleReset).into()),
+    pin("sequencer", "ramp_reset", 1, |out| (out.seq.state == SeqState::RampReset).into()),
+    pin("sequencer", "settle_signal", 1, |out| (out.seq.state == SeqState::SettleSignal).into()),
+    pin("sequencer", "ramp_signal", 1, |out| (out.seq.state == SeqState::RampSignal).into()),
+    pin("sequencer", "blank", 1, |out| (out.seq.state == SeqState::Blank).into()),
     pin("sequencer", "line_valid", 1, |out| out.seq.line_valid.into()),
     pin("sequencer", "clear", 1, |out| out.seq.clear.into()),
     pin("sequencer", "fd_reset", 1, |out| out.seq.fd_reset.into()),
@@ -122,14 +120,14 @@ const PINS: &[Pin] = &[
     pin("ramp", "count", 17, |out| out.ramp.count.into()),
 ];
 
-fn phase(state: State) -> u64 {
+fn phase(state: SeqState) -> u64 {
     match state {
-        State::Idle => 0,
-        State::SettleReset => 1,
-        State::RampReset => 2,
-        State::SettleSignal => 3,
-        State::RampSignal => 4,
-        State::Blank => 5,
+        SeqState::Idle => 0,
+        SeqState::SettleReset => 1,
+        SeqState::RampReset => 2,
+        SeqState::SettleSignal => 3,
+        SeqState::RampSignal => 4,
+        SeqState::Blank => 5,
     }
 }
 
@@ -264,7 +262,7 @@ pub fn run_rows(
 
 /// The analog side of the clock whose pins are given.
 fn follow(analog: &mut Analog<'_>, out: &CoreOut, rows: &[WaveRow]) {
-    let sample = if out.seq.state == State::SettleReset { Sample::Reset } else { Sample::Signal };
+    let sample = if out.seq.state == SeqState::SettleReset { Sample::Reset } else { Sample::Signal };
     if out.seq.sample_reset || out.seq.sample_signal {
         analog.hold(&rows[index(out.seq.line)].samples, sample);
     }

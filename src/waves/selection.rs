@@ -30,10 +30,8 @@ pub struct Asked<'a> {
 }
 
 impl Selection {
-    /// Checks against the picture's size and the run's frames.
-    ///
-    /// # Errors
-    /// Not a list of numbers, or outside the picture or the run; the error names the option and an accepted value.
+    /// Checks against the picture's size and the run's frames. Fails on what is not a list of numbers, or outside the picture or the run;
+    /// the error names the option and an accepted value.
     pub fn new(asked: Asked<'_>, size: Size, frames: u32) -> Result<Self, Error> {
         let default_rows: Vec<u32> = (0..size.height_px.min(2)).collect();
         let mut default_columns = vec![0, size.width_px / 2, size.width_px - 1];

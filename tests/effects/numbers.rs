@@ -48,7 +48,7 @@ fn every_effect_draws_by_its_own_published_number() {
     let mut built = Vec::new();
     for set in CASES.iter().map(|case| case.called.set).chain([ALL_PRESENT]) {
         for effect in build_all(&super::parameters(set)) {
-            let (name, number) = (effect.name(), effect.number().0);
+            let (name, number) = (effect.name(), effect.identity().number.0);
             assert!(NUMBERS.contains(&(name, number)), "{name} draws by {number}");
             built.push(name);
         }

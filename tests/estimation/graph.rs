@@ -5,7 +5,7 @@ use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, u32_from, u64_from};
 use sensel::pose::Pose;
 use sensel::tracker::lie::{Sim3, SimTwist, Twist, se3_exp};
-use sensel::tracker::pose_graph::{Edge, Kernel, PoseGraph, information};
+use sensel::tracker::pose_graph::{Edge, PoseGraph, RobustKernel, information};
 
 use super::{apart, normal, normals, pose};
 
@@ -33,7 +33,7 @@ fn a_ring_with_a_false_loop_is_solved_as_gtsam_solves_it() {
     let mut graph = PoseGraph::new(ring.start.iter().map(|numbers| pose(numbers).into()).collect(), false);
     graph.held[0] = true;
     for (from, to, is_loop, motion) in &ring.edges {
-        let kernel = if *is_loop == 1 { Kernel::Huber(ring.huber) } else { Kernel::Full };
+        let kernel = if *is_loop == 1 { RobustKernel::Huber(ring.huber) } else { RobustKernel::Full };
         let information = information(ring.linear_m, ring.angular_rad, 1.0);
         graph.edges.push(Edge { from: *from, to: *to, from_to: pose(motion).into(), information, kernel });
     }
@@ -74,13 +74,13 @@ fn drifted(seed: u64, shrink: f64, noise: f64) -> (Vec<Pose>, PoseGraph) {
         // The map's unit shrinks: the same metre is measured shorter from step to step.
         let from_to = Sim3::from(truth[n - 1].inverse().then(&truth[n])).then(&Sim3::exp(noise));
         nodes.push(nodes[n - 1].then(&from_to));
-        edges.push((u32_from(n - 1), u32_from(n), from_to, Kernel::Full));
+        edges.push((u32_from(n - 1), u32_from(n), from_to, RobustKernel::Full));
     }
     let mut graph = PoseGraph::new(nodes, shrink != 0.0);
     graph.held[0] = true;
     for n in (3..60).step_by(6) {
         let from_to = Sim3::from(truth[n].inverse().then(&truth[n + 60]));
-        edges.push((u32_from(n), u32_from(n + 60), from_to, Kernel::Switchable(16.8)));
+        edges.push((u32_from(n), u32_from(n + 60), from_to, RobustKernel::Switchable(16.8)));
     }
     for (from, to, from_to, kernel) in edges {
         graph.edges.push(Edge { from, to, from_to, information: information(0.01, 0.004, 0.003), kernel });
@@ -109,7 +109,7 @@ fn loops_take_the_drift_out_and_false_ones_are_switched_off() {
                 to: 70 + 17 * lie,
                 from_to,
                 information,
-                kernel: Kernel::Switchable(16.8),
+                kernel: RobustKernel::Switchable(16.8),
             });
         }
         graph.solve_graduated(100);
@@ -156,7 +156,7 @@ fn the_gauge_stays_and_each_part_keeps_its_own() {
         to: 121,
         from_to,
         information: information(0.1, 0.1, 0.1),
-        kernel: Kernel::Full,
+        kernel: RobustKernel::Full,
     });
     let mut again = graph.clone();
     let outcome = graph.solve(100);
@@ -178,7 +178,7 @@ fn the_gauge_stays_and_each_part_keeps_its_own() {
 #[test]
 fn kernels_are_smooth_and_their_weight_is_the_slope_of_their_cost() {
     let mut tried = 0;
-    for kernel in [Kernel::Full, Kernel::Huber(2.0), Kernel::Switchable(4.0)] {
+    for kernel in [RobustKernel::Full, RobustKernel::Huber(2.0), RobustKernel::Switchable(4.0)] {
         for step in 1..200_u32 {
             let error2 = 0.1 * f64::from(step) + 1e-7 * normal(DrawKey::root(u64::from(step)));
             let h = 1e-5;

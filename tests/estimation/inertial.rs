@@ -1,18 +1,15 @@
-//! Preintegration against the spline whose IMU was read, its derivatives and covariance, and the alignment of a mono map.
+//! Preintegration against the spline whose IMU was read, its derivatives and covariance.
 
 use glam::{DQuat, DVec3};
 use nalgebra::SMatrix;
 use sensel::draw::DrawKey;
 use sensel::num::{f64_from_usize, u64_from};
 use sensel::pose::Pose;
-use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, GRAVITY_M_PER_S2, IDEAL, Imu, ImuNoise, MEMS_PHONE};
+use sensel::scene::motion::imu::{self, GRAVITY_IN_WORLD_M_PER_S2, IDEAL, Imu, ImuNoise, MEMS_PHONE};
 use sensel::scene::motion::{BodyState, Motion, PlacedSpline, Spline};
 use sensel::tracker::lie::{Twist, se3_exp, so3_exp, so3_log};
-use sensel::tracker::preintegrate::align::{AlignError, align};
-use sensel::tracker::preintegrate::{Bias, ImuError, Noise, Preintegrated, Reading, State};
+use sensel::tracker::preintegrate::{Bias, ImuError, ImuMeasurement, ImuState, Noise, Preintegrated};
 use sensel::units::Span;
-
-use super::normals;
 
 const GRAVITY: DVec3 = GRAVITY_IN_WORLD_M_PER_S2;
 
@@ -38,10 +35,10 @@ fn noise(of: &ImuNoise) -> Noise {
     }
 }
 
-fn readings(motion: &Motion, of: ImuNoise, key: DrawKey) -> Vec<Reading> {
+fn readings(motion: &Motion, of: ImuNoise, key: DrawKey) -> Vec<ImuMeasurement> {
     let unit = Imu { noise: of, body_from_imu: Pose::IDENTITY };
     let samples = imu::samples(motion, Span { start_s: 0.0, end_s: 9.0 }, &unit, GRAVITY, key).unwrap();
-    let reading = |s: &imu::ImuSample| Reading {
+    let reading = |s: &imu::ImuSample| ImuMeasurement {
         t_s: s.t_s,
         angular_velocity_rad_per_s: s.angular_velocity_rad_per_s,
         acceleration_m_per_s2: s.acceleration_m_per_s2,
@@ -49,8 +46,8 @@ fn readings(motion: &Motion, of: ImuNoise, key: DrawKey) -> Vec<Reading> {
     samples.iter().map(reading).collect()
 }
 
-fn state(of: &BodyState) -> State {
-    State { world_from_imu: of.world_from_body, velocity_m_per_s: of.velocity_m_per_s, bias: Bias::default() }
+fn state(of: &BodyState) -> ImuState {
+    ImuState { world_from_imu: of.world_from_body, velocity_m_per_s: of.velocity_m_per_s, bias: Bias::default() }
 }
 
 /// Worst rotation (rad), velocity and position errors over spans of a second that start and end between readings.
@@ -95,11 +92,11 @@ fn derivatives_by_both_states_agree_with_central_differences() {
         Bias { gyroscope_rad_per_s: DVec3::new(0.03, 0.01, -0.02), accelerometer_m_per_s2: DVec3::new(0.1, -0.1, 0.2) };
     to.world_from_imu = to.world_from_imu.then(&se3_exp(Twist::from_array([0.1, 0.2, -0.1, 0.3, -0.2, 0.4])));
     let (by_from, by_to) = step.jacobians((&from, &to), GRAVITY);
-    let moved = |state: &State, k: usize, h: f64| {
+    let moved = |state: &ImuState, k: usize, h: f64| {
         let mut numbers = [0.0; 15];
         numbers[k] = h;
         let part = |first: usize| DVec3::new(numbers[first], numbers[first + 1], numbers[first + 2]);
-        State {
+        ImuState {
             world_from_imu: state.world_from_imu.then(&se3_exp(Twist { linear_m: part(0), angular_rad: part(3) })),
             velocity_m_per_s: state.velocity_m_per_s + part(6),
             bias: Bias {
@@ -175,7 +172,7 @@ fn the_covariance_is_what_noisy_readings_scatter_by() {
 #[test]
 fn readings_that_do_not_do_are_refused() {
     let good = readings(&motion(), IDEAL, DrawKey::root(1));
-    let with = |readings: &[Reading], span| Preintegrated::new(readings, span, Bias::default(), &noise(&IDEAL));
+    let with = |readings: &[ImuMeasurement], span| Preintegrated::new(readings, span, Bias::default(), &noise(&IDEAL));
     assert!(matches!(with(&good, (8.5, 9.5)), Err(ImuError::Uncovered { .. })));
     assert!(matches!(with(&[], (1.0, 2.0)), Err(ImuError::Uncovered { .. })));
     assert!(matches!(with(&good, (2.0, 2.0)), Err(ImuError::Uncovered { .. })));
@@ -185,85 +182,4 @@ fn readings_that_do_not_do_are_refused() {
     let mut broken = good.clone();
     broken[300].acceleration_m_per_s2.x = f64::NAN;
     assert!(matches!(with(&broken, (1.0, 2.0)), Err(ImuError::NotFinite { .. })));
-}
-
-/// Frames every 0.2 s of a map with its own unit and frame, as a camera beside the IMU sees them.
-fn mono_map(motion: &Motion, (unit_m, map_from_world): (f64, Pose), camera_from_imu: &Pose, noise: f64) -> Vec<Pose> {
-    let frame = |n: usize| {
-        let world_from_imu = motion.state(1.0 + 0.2 * f64_from_usize(n)).unwrap().world_from_body;
-        let seen = map_from_world.then(&world_from_imu).then(&camera_from_imu.inverse());
-        let key = DrawKey::root(55).with(u64_from(n));
-        let turn = so3_exp(normals(key) * noise);
-        Pose::new((seen.rotation * turn).normalize(), (seen.translation_m + normals(key.with(1)) * noise) / unit_m)
-    };
-    (0..20).map(frame).collect()
-}
-
-#[test]
-fn a_mono_map_is_brought_to_metres_and_upright() {
-    let motion = motion();
-    let offset = DVec3::new(0.02, -0.01, 0.015);
-    let camera_from_imu = Pose::new(so3_exp(DVec3::new(0.1, 1.5, -0.2)), DVec3::new(0.03, -0.02, 0.05));
-    let map_from_world = Pose::new(so3_exp(DVec3::new(0.5, -0.3, 1.0)), DVec3::new(4.0, 1.0, -2.0));
-    let mut tried = 0;
-    for (of, place_noise, scale_bound, tilt_bound_deg) in [(IDEAL, 0.0, 1e-3, 0.05), (MEMS_PHONE, 1e-3, 0.05, 1.0)] {
-        let mut readings = readings(&motion, of, DrawKey::root(7));
-        readings.iter_mut().for_each(|reading| reading.angular_velocity_rad_per_s += offset);
-        let step = |n: usize| {
-            let from_s = 1.0 + 0.2 * f64_from_usize(n);
-            Preintegrated::new(&readings, (from_s, from_s + 0.2), Bias::default(), &noise(&of)).unwrap()
-        };
-        let steps: Vec<Preintegrated> = (0..19).map(step).collect();
-        for unit_m in [0.1, 1.0, 7.0] {
-            let frames = mono_map(&motion, (unit_m, map_from_world), &camera_from_imu, place_noise);
-            let found = align(&frames, &steps, &camera_from_imu, GRAVITY_M_PER_S2).unwrap();
-            // Without noise: the interval's error of 2e-5 rad and 1e-4 m/s against swings of 1 m/s. With it: a
-            // millimetre and a milliradian a frame over steps of 0.2 s are 7 mm/s of 1 m/s over 19 steps, and a walk of
-            // the accelerometer's bias of 1 mm/s^2.
-            let ratio = found.scale_m / unit_m;
-            assert!((ratio - 1.0).abs() < scale_bound, "unit {unit_m}: {ratio}, sigma {}", found.scale_sigma);
-            let tilt_deg = found.gravity_m_per_s2.angle_between(map_from_world.direction(GRAVITY)).to_degrees();
-            assert!(tilt_deg < tilt_bound_deg, "unit {unit_m}: {tilt_deg} degrees");
-            let bias_off = (found.gyroscope_bias_rad_per_s - offset).length();
-            assert!(bias_off < 1e-4 + 2.0 * place_noise, "unit {unit_m}: {bias_off}");
-            for (n, velocity) in found.velocities_m_per_s.iter().enumerate() {
-                let truth =
-                    map_from_world.direction(motion.state(1.0 + 0.2 * f64_from_usize(n)).unwrap().velocity_m_per_s);
-                assert!((*velocity - truth).length() < 2.0 * scale_bound, "unit {unit_m}, frame {n}");
-            }
-            tried += 1;
-        }
-    }
-    assert_eq!(tried, 6);
-}
-
-#[test]
-fn a_map_at_rest_or_at_constant_velocity_has_no_scale() {
-    let readings: Vec<Reading> = (0..1_000)
-        .map(|n| Reading {
-            t_s: 0.005 * f64::from(n),
-            angular_velocity_rad_per_s: DVec3::ZERO,
-            acceleration_m_per_s2: -GRAVITY,
-        })
-        .collect();
-    let step = |n: u32| {
-        Preintegrated::new(
-            &readings,
-            (0.2 * f64::from(n), 0.2 * f64::from(n + 1)),
-            Bias::default(),
-            &noise(&MEMS_PHONE),
-        )
-        .unwrap()
-    };
-    let steps: Vec<Preintegrated> = (0..9).map(step).collect();
-    for speed in [0.0, 0.4] {
-        let frames: Vec<Pose> =
-            (0..10).map(|n| Pose::new(DQuat::IDENTITY, DVec3::X * (speed * 0.2 * f64::from(n)))).collect();
-        let answer = align(&frames, &steps, &Pose::IDENTITY, GRAVITY_M_PER_S2);
-        assert_eq!(answer, Err(AlignError::Undetermined), "speed {speed}");
-    }
-    assert!(matches!(
-        align(&[Pose::IDENTITY; 3], &steps[..2], &Pose::IDENTITY, 9.8),
-        Err(AlignError::TooFew { frames: 3 })
-    ));
 }

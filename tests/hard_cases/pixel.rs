@@ -47,7 +47,7 @@ fn through(effect: &dyn Effect, values: &mut [f32], reset: &mut [f32], times_s: 
 
 /// An array through one of the effects that need all of it; what it leaves behind.
 fn through_array(effect: &dyn Effect, charge_e: &mut Plane<f32>) -> Option<Plane<f32>> {
-    let mut pass = ArrayPass { place: PLACE, die_seed: 9, charge_e, before_e: None, left_e: None };
+    let mut pass = ArrayPass { place: PLACE, charge_e, before_e: None, left_e: None };
     effect.apply_to_array(&mut pass);
     pass.left_e
 }

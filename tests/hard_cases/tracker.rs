@@ -1,10 +1,8 @@
 //! Hard cases of the tracker's algebra with known answers: flat triangles, close roots, nearly singular systems, far points.
 
 use glam::{DQuat, DVec3};
-use nalgebra::Matrix6;
 use sensel::num::{f64_from_usize, greater, lesser};
 use sensel::pose::Pose;
-use sensel::tracker::covariance::inverse;
 use sensel::tracker::dense::solve_cholesky;
 use sensel::tracker::initial::{Pair, triangulated};
 use sensel::tracker::lie::so3_exp;
@@ -18,7 +16,6 @@ const ROUND: f64 = 0.5 * f64::EPSILON;
 
 pub fn run(stage: &mut Stage) {
     systems(stage);
-    unobservable(stage);
     roots(stage);
     flat_triangles(stage);
     far_points(stage);
@@ -82,52 +79,6 @@ fn systems(stage: &mut Stage) {
     let n = 14;
     let mut matrix: Vec<f64> = (0..n * n).map(|k| 1.0 / f64_from_usize(k / n + k % n + 1)).collect();
     case.hold(2, !solve_cholesky(&mut matrix, &mut vec![1.0; n]), || "Hilbert's of 14 is solved".to_owned());
-}
-
-/// The inverse of Hilbert's matrix of six is whole (Choi 1983). As an information its least observable direction is 1.5e7 times less
-/// known than its best. Scaled by powers of two on rows and columns alike, to poses of millimetres beside radians. Error as of six
-/// Cholesky solutions.
-fn unobservable(stage: &mut Stage) {
-    let sides = &["condition 1.5e7", "one direction without information"];
-    let case = stage.case("covariance of a nearly unobservable pose", "whole inverse", "relative", sides);
-    let binomial = |n: i128, k: i128| (0..k).fold(1, |all, j| all * (n - j) / (j + 1));
-    let n = 6_i128;
-    let exact = |i: i128, j: i128| {
-        let sign = if (i + j) % 2 == 0 { 1 } else { -1 };
-        let square = binomial(i + j - 2, i - 1) * binomial(i + j - 2, i - 1);
-        sign * (i + j - 1) * binomial(n + i - 1, n - j) * binomial(n + j - 1, n - i) * square
-    };
-    let mut chance = Chance::new(1002);
-    for _ in 0..50 {
-        let scales: Vec<f64> =
-            (0..6).map(|_| libm::ldexp(1.0, i32::try_from(chance.below(40)).unwrap() - 20)).collect();
-        let scale = f64_of(multiple(6));
-        let information = Matrix6::from_fn(|i, j| scale / f64_from_usize(i + j + 1) * scales[i] * scales[j]);
-        let found = inverse(&information);
-        case.hold(0, found.is_some(), || format!("{scales:?} is refused"));
-        let found = found.unwrap();
-        let mut error = 0.0;
-        for i in 0..6_usize {
-            for j in 0..6_usize {
-                let whole = f64_of(exact(i128::try_from(i + 1).unwrap(), i128::try_from(j + 1).unwrap()));
-                let unscaled = found[(i, j)] * scales[i] * scales[j] * scale;
-                error = greater(error, (unscaled - whole).abs() / 4_410_000.0);
-            }
-        }
-        // The greatest entry of the inverse is 4,410,000; each column is one solution.
-        case.see(0, error, 4.0 * 36.0 * ROUND * 1.5e7 * 6.0_f64.sqrt(), || format!("{scales:?}"));
-        let axis: Vec<f64> = (0..6).map(|_| sensel::num::f64_from_u64(chance.below(9)) - 4.0).collect();
-        // Whole vectors across the axis: e_i axis_j - e_j axis_i.
-        let mut blind = Matrix6::zeros();
-        for i in 0..6 {
-            for j in 0..i {
-                let mut v = nalgebra::Vector6::zeros();
-                (v[i], v[j]) = (axis[j], -axis[i]);
-                blind += v * v.transpose();
-            }
-        }
-        case.hold(1, inverse(&blind).is_none(), || format!("{axis:?}"));
-    }
 }
 
 /// Products of known factors in double-double, rounded to f64 coefficients: the polynomial that is asked about. A root is good when the

@@ -30,7 +30,7 @@ fn without_tests(text: &str) -> String {
 }
 
 /// Code without comments, texts and test modules. A test may use what it likes, since nothing uses a test.
-fn code(text: &str) -> String {
+pub fn code(text: &str) -> String {
     let mut found = String::new();
     let text = without_tests(text);
     let mut rest = &text[..];

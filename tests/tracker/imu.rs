@@ -7,7 +7,7 @@ use sensel::pose::Pose;
 use sensel::tracker::lie::{so3_exp, so3_log};
 use sensel::tracker::preintegrate::Bias;
 use sensel::tracker::preintegrate::chain::Node;
-use sensel::tracker::{ImuCalibration, ImuFilter, Noise, Reading, Status, TrackedFrame, Tracker, TrackerParams};
+use sensel::tracker::{ImuCalibration, ImuFilter, ImuMeasurement, Noise, Status, TrackedFrame, Tracker, TrackerParams};
 
 use super::synthetic::{Hardship, RATE_HZ, World, lively, mono_rig, normal, score};
 
@@ -31,7 +31,7 @@ fn mounting() -> Pose {
 }
 
 /// Readings at `k / 200 Hz` over some seconds. Third differences of the motions are below 100 m/s^3: a step of 1 ms leaves 1e-5 m/s^2.
-fn readings(motion: fn(f64) -> Pose, seconds: f64, seed: u64) -> Vec<Reading> {
+fn readings(motion: fn(f64) -> Pose, seconds: f64, seed: u64) -> Vec<ImuMeasurement> {
     let imu = |t_s: f64| motion(t_s).then(&mounting());
     let h = 1e-3;
     let of = |k: i64| {
@@ -44,7 +44,7 @@ fn readings(motion: fn(f64) -> Pose, seconds: f64, seed: u64) -> Vec<Reading> {
         let (before, now, after) = (imu(t_s - h), imu(t_s), imu(t_s + h));
         let acceleration = (after.translation_m - 2.0 * now.translation_m + before.translation_m) / (h * h);
         let turn = so3_log((before.rotation.conjugate() * after.rotation).normalize()) / (2.0 * h);
-        Reading {
+        ImuMeasurement {
             t_s,
             angular_velocity_rad_per_s: turn + BIAS.gyroscope_rad_per_s + noise(0, PHONE.gyroscope_noise_density),
             acceleration_m_per_s2: now.rotation.conjugate() * (acceleration - GRAVITY)
@@ -55,7 +55,7 @@ fn readings(motion: fn(f64) -> Pose, seconds: f64, seed: u64) -> Vec<Reading> {
     (-20..=sensel::num::i64_half_even(seconds * IMU_HZ) + 5).map(of).collect()
 }
 
-struct Ride {
+struct Carried {
     motion: fn(f64) -> Pose,
     frames: u64,
     has_imu: bool,
@@ -64,24 +64,24 @@ struct Ride {
     row_time_s: f64,
 }
 
-const RIDE: Ride = Ride { motion: lively, frames: 150, has_imu: true, dark: 0..0, row_time_s: 0.0 };
+const CARRIED: Carried = Carried { motion: lively, frames: 150, has_imu: true, dark: 0..0, row_time_s: 0.0 };
 
-fn ride(world: &World, ride: &Ride) -> (Vec<(Pose, TrackedFrame)>, Tracker) {
+fn tracked(world: &World, carried: &Carried) -> (Vec<(Pose, TrackedFrame)>, Tracker) {
     let made = Tracker::new(world.cameras.clone(), TrackerParams::room(world.seed)).expect("a valid rig");
     let calibration = ImuCalibration { body_from_imu: mounting(), noise: PHONE };
-    let mut tracker = if ride.has_imu { made.with_imu(calibration) } else { made };
-    let all = readings(ride.motion, f64_from_u64(ride.frames) / RATE_HZ, world.seed);
+    let mut tracker = if carried.has_imu { made.with_imu(calibration) } else { made };
+    let all = readings(carried.motion, f64_from_u64(carried.frames) / RATE_HZ, world.seed);
     let mut next = 0;
     let mut answers = Vec::new();
-    for number in 0..ride.frames {
+    for number in 0..carried.frames {
         let t_s = f64_from_u64(number) / RATE_HZ;
-        let truth = (ride.motion)(t_s);
-        let mut input = if ride.row_time_s > 0.0 {
-            world.rolling_frame(number, ride.motion, ride.row_time_s)
+        let truth = (carried.motion)(t_s);
+        let mut input = if carried.row_time_s > 0.0 {
+            world.rolling_frame(number, carried.motion, carried.row_time_s)
         } else {
             world.frame(number, &truth)
         };
-        if ride.dark.contains(&number) {
+        if carried.dark.contains(&number) {
             input.features.iter_mut().for_each(Vec::clear);
         }
         let to = (all.partition_point(|reading| reading.t_s <= t_s) + 1).min(all.len());
@@ -118,8 +118,8 @@ fn few(seed: u64) -> World {
 #[test]
 fn a_unit_takes_the_jitter_away_and_its_biases_and_gravity_are_found() {
     let world = few(1);
-    let (with, tracker) = ride(&world, &RIDE);
-    let (without, _) = ride(&world, &Ride { has_imu: false, ..RIDE });
+    let (with, tracker) = tracked(&world, &CARRIED);
+    let (without, _) = tracked(&world, &Carried { has_imu: false, ..CARRIED });
     let (score_with, score_without) = (score(&with), score(&without));
     println!("with {:.3e} {score_with:?}\nwithout {:.3e} {score_without:?}", jitter_m(&with), jitter_m(&without));
     assert_eq!((score_with.tracked, score_with.relocalised), (150, 0));
@@ -147,7 +147,7 @@ fn jerked(t_s: f64) -> Pose {
 fn a_turn_of_400_degrees_a_second_is_foreseen() {
     let hardship = Hardship { noise_px: 0.5, flipped: 0.1, missed: 0.6, spurious: 1.0 };
     let world = World { hardship, ..few(2) };
-    let (answers, _) = ride(&world, &Ride { motion: jerked, frames: 90, ..RIDE });
+    let (answers, _) = tracked(&world, &Carried { motion: jerked, frames: 90, ..CARRIED });
     let score = score(&answers);
     println!("{score:?}");
     assert_eq!((score.tracked, score.relocalised), (90, 0));
@@ -157,7 +157,7 @@ fn a_turn_of_400_degrees_a_second_is_foreseen() {
 /// Half a second by feeling alone: 0.05 m/s^2 of what is not yet known of biases makes 6 mm of it.
 #[test]
 fn in_the_dark_no_pose_is_given_and_afterwards_the_place_is_known() {
-    let (answers, _) = ride(&few(3), &Ride { frames: 120, dark: 80..95, ..RIDE });
+    let (answers, _) = tracked(&few(3), &Carried { frames: 120, dark: 80..95, ..CARRIED });
     for (number, (_, answer)) in answers.iter().enumerate() {
         let is_dark = (80..95).contains(&number);
         assert_eq!(answer.world_from_body.is_none(), is_dark, "frame {number}");
@@ -172,7 +172,7 @@ fn in_the_dark_no_pose_is_given_and_afterwards_the_place_is_known() {
 #[test]
 fn one_camera_learns_the_metre_from_its_unit() {
     let world = World { cameras: mono_rig(), features_max: 250, ..World::usual(4) };
-    let (answers, tracker) = ride(&world, &Ride { frames: 180, ..RIDE });
+    let (answers, tracker) = tracked(&world, &Carried { frames: 180, ..CARRIED });
     let located: Vec<_> = answers.iter().filter_map(|(truth, a)| Some((truth, a.world_from_body?))).collect();
     let way = |of: &dyn Fn(usize) -> DVec3| {
         (30..located.len()).step_by(10).map(|k| (of(k) - of(k - 30)).length()).sum::<f64>()
@@ -189,8 +189,8 @@ fn one_camera_learns_the_metre_from_its_unit() {
 #[test]
 fn rows_of_their_own_time_move_as_the_unit_feels() {
     let world = few(5);
-    let rolling = Ride { frames: 90, row_time_s: 33e-6, ..RIDE };
-    let (with, without) = (ride(&world, &rolling).0, ride(&world, &Ride { has_imu: false, ..rolling }).0);
+    let rolling = Carried { frames: 90, row_time_s: 33e-6, ..CARRIED };
+    let (with, without) = (tracked(&world, &rolling).0, tracked(&world, &Carried { has_imu: false, ..rolling }).0);
     let (score_with, score_without) = (score(&with), score(&without));
     println!("with {score_with:?}\nwithout {score_without:?}");
     assert_eq!(score_with.tracked, 90);
@@ -207,11 +207,12 @@ fn readings_that_stop_or_make_no_sense_leave_the_pictures() {
     let mut located = 0;
     for number in 0..60 {
         let t_s = f64_from_u64(number) / RATE_HZ;
-        let share = |reading: &&Reading| reading.t_s <= t_s + 0.005 && reading.t_s > t_s - 0.03 && reading.t_s < 1.0;
-        let mut imu_filter: Vec<Reading> = all.iter().filter(share).copied().collect();
+        let share =
+            |reading: &&ImuMeasurement| reading.t_s <= t_s + 0.005 && reading.t_s > t_s - 0.03 && reading.t_s < 1.0;
+        let mut imu_filter: Vec<ImuMeasurement> = all.iter().filter(share).copied().collect();
         imu_filter.reverse();
-        imu_filter.push(Reading { t_s: f64::NAN, ..all[0] });
-        imu_filter.push(Reading { acceleration_m_per_s2: DVec3::NAN, ..all[1] });
+        imu_filter.push(ImuMeasurement { t_s: f64::NAN, ..all[0] });
+        imu_filter.push(ImuMeasurement { acceleration_m_per_s2: DVec3::NAN, ..all[1] });
         tracker.add_imu_readings(&imu_filter);
         let answer = tracker.track(&world.frame(number, &lively(t_s)));
         located += u32::from(

@@ -10,7 +10,7 @@ use sensel::scene::lanes::LANES;
 use sensel::scene::mesh::{BackfaceCulled, dot};
 use sensel::scene::texture::Footprint;
 use sensel::scene::tracer::{MISS, Stack, closest_through};
-use sensel::scene::views::{View, packet_of};
+use sensel::scene::views::{CameraView, packet_of};
 use sensel::scene::{Illuminant, LitScene, Scene};
 
 /// Pixels of each picture, which looks 90 degrees across.
@@ -22,11 +22,8 @@ const EACH: usize = 2;
 /// What lies beyond all surfaces.
 const BEYOND: [f32; 3] = [0.12, 0.14, 0.18];
 
-/// The pictures as PNG.
-///
-/// # Errors
-/// A picture that cannot be encoded.
-pub fn png(scene: &Scene, views: &[View]) -> Result<Vec<u8>, Error> {
+/// The pictures as PNG. Fails on a picture that cannot be encoded.
+pub fn png(scene: &Scene, views: &[CameraView]) -> Result<Vec<u8>, Error> {
     let lit = scene.clone().evenly_lit(1.0, Illuminant::D65);
     let columns = COLUMNS.min(views.len().max(1));
     let rows = views.len().max(1).div_ceil(columns);
@@ -47,7 +44,7 @@ pub fn png(scene: &Scene, views: &[View]) -> Result<Vec<u8>, Error> {
 }
 
 /// Linear colours of a row of pixels.
-fn line(lit: &LitScene, view: &View, row: usize) -> Vec<[f32; 3]> {
+fn line(lit: &LitScene, view: &CameraView, row: usize) -> Vec<[f32; 3]> {
     let mut stack = Stack::new();
     let width = index(SIZE_PX[0]);
     let mut colours = vec![[0.0; 3]; width];

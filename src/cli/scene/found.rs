@@ -2,7 +2,7 @@
 
 use sensel::scene::Scene;
 use sensel::scene::file_units::FileUnits;
-use sensel::scene::views::{Extent, View};
+use sensel::scene::views::{CameraView, Extent};
 
 /// What a file holds.
 pub(super) struct Found {
@@ -10,7 +10,7 @@ pub(super) struct Found {
     pub(super) scene: Scene,
     pub(super) units: FileUnits,
     pub(super) extent: Extent,
-    pub(super) views: Vec<View>,
+    pub(super) views: Vec<CameraView>,
     /// Materials that shine.
     pub(super) lamps: Vec<String>,
     /// Share of the sky that is seen from the best view, straight up and around.

@@ -65,10 +65,7 @@ impl<'a> Worker<'a> {
         Ok(setup)
     }
 
-    /// Runs a cell. A cell that fails has a record too.
-    ///
-    /// # Errors
-    /// The user asked to stop.
+    /// Runs a cell. A cell that fails has a record too. Fails where the user asked to stop.
     pub fn run(&mut self, cell: &Cell, watch: &dyn Stopwatch) -> Result<CellRecord, Error> {
         match self.figures(cell, watch) {
             Err(error @ Error::Interrupted) => Err(error),

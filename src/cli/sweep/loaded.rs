@@ -20,11 +20,9 @@ pub(super) const SWEEP_BYTES_MAX: u64 = 1 << 24;
 pub struct Loaded {
     /// The sweep file.
     pub file: PathBuf,
-    /// Its text.
     pub text: String,
     /// What it says.
     pub sweep: SweepFile,
-    /// All cells.
     pub cells: Cells,
     /// Files of the scenario, and the cache.
     pub assets: FolderAssets,

@@ -14,7 +14,7 @@ use sensel::run::probe::Place;
 use sensel::run::{PhotonStore, Setup, Stopwatch};
 use sensel::sweep::record::CellCost;
 use sensel::sweep::report::PointVerdict;
-use sensel::sweep::statistics::Verdict;
+use sensel::sweep::statistics::SequentialVerdict;
 use sensel::sweep::{Cell, CellRecord};
 use sensel::units::FrameIndex;
 
@@ -147,7 +147,7 @@ impl Running<'_> {
             let judged = specs::judged(specifications, &self.loaded.cells, &found.records)?;
             let is_open = |point: usize| {
                 let mut own = judged.iter().filter(|one| one.point == point).peekable();
-                own.peek().is_none() || own.any(|one| one.judgement.sequential == Verdict::Open)
+                own.peek().is_none() || own.any(|one| one.judgement.sequential == SequentialVerdict::Open)
             };
             remaining.retain(|cell| is_open(cell.point));
             let mut taken = std::collections::BTreeMap::new();
@@ -315,7 +315,6 @@ impl Running<'_> {
     }
 }
 
-/// Adds a cell's cost.
 fn add(sum: &mut CellCost, cost: &CellCost) {
     sum.cpu_s += cost.cpu_s;
     sum.photons_s += cost.photons_s;

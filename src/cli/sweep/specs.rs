@@ -58,7 +58,6 @@ pub fn judged(
     Ok(all)
 }
 
-/// The verdicts as JSON.
 pub fn as_json(verdicts: &[PointVerdict]) -> Vec<serde_json::Value> {
     let one = |verdict: &PointVerdict| {
         let judgement = &verdict.judgement;

@@ -36,10 +36,7 @@ pub struct Packets<'a> {
 }
 
 impl<'a> Packets<'a> {
-    /// Opens the files of so many cameras.
-    ///
-    /// # Errors
-    /// A file that is not there.
+    /// Opens the files of so many cameras. Fails on a file that is not there.
     pub fn open(folder: &Path, cameras: usize, sensor: &'a SensorSetup) -> Result<Self, Error> {
         let wants_pictures = !sensor.link.mode.sends_features();
         let streams = (0..cameras).map(|camera| Stream::open(file(folder, camera), wants_pictures));

@@ -35,7 +35,6 @@ impl<'a> Pictures<'a> {
         Self { cameras, frames, together: together(frames).into_iter(), extractors, ever_set }
     }
 
-    /// Frames of the rig.
     pub fn rig_frames(&self) -> usize {
         self.together.len()
     }

@@ -20,10 +20,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Reads everything but the pictures.
-    ///
-    /// # Errors
-    /// A folder of no known layout, or a file that is not what it should be.
+    /// Reads everything but the pictures. Fails on a folder of no known layout, or a file that is not what it should be.
     pub fn open(folder: &Path) -> Result<Self, Error> {
         if TumFolder::is_one(folder) {
             let TumFolder { frames, lens, ground_truth } = TumFolder::open(folder)?;

@@ -16,10 +16,7 @@ pub enum PerCamera {
 }
 
 impl PerCamera {
-    /// The number of each camera.
-    ///
-    /// # Errors
-    /// A list of another length than the rig.
+    /// The number of each camera. Fails on a list of another length than the rig.
     pub fn numbers(&self, key: &str, cameras: usize) -> Result<Vec<f64>, Error> {
         match self {
             Self::Step(step) => Ok((0..cameras).map(|camera| f64_from_usize(camera) * step).collect()),

@@ -64,10 +64,7 @@ struct Row {
 }
 
 impl Chain {
-    /// Whether mean and variance are known in closed form.
-    ///
-    /// # Errors
-    /// Names what is not, and a rung that is accepted.
+    /// Whether mean and variance are known in closed form. The error names what is not, and a rung that is accepted.
     pub fn check_expected(&self) -> Result<(), Error> {
         let refuse = |what: &str, accepted: &str| {
             let reason = format!("{what} has no mean and variance in closed form; use sampled, or {accepted}");

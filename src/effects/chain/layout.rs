@@ -17,7 +17,6 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Of a geometry.
     pub fn new(geometry: Geometry) -> Self {
         let mut layout = Self { geometry, firsts: Vec::new(), members: Vec::new() };
         for column in 0..geometry.output_size().width_px {

@@ -38,7 +38,6 @@ pub struct Chain {
     pub(super) layout: Option<Layout>,
     /// Seed of the run.
     pub(super) seed: u64,
-    /// Seed of the die.
     pub(super) die_seed: u64,
     /// Electrons from which on a pixel ends at its full well for every draw; infinite where no effect clips there.
     pub(super) full_from_e: f32,
@@ -72,8 +71,6 @@ pub struct Captured {
     pub events: Events,
     /// Electrons that stay in the array for the next frame, where an effect leaves some.
     pub charge_e: Option<Plane<f32>>,
-    /// What the black clamp added to the codes of the first reading.
-    pub black_shift_dn: i32,
     /// Over how many pixels each effect ran, optical-black rows and every reading counted: pixels for which it had nothing to do are not.
     /// In physical order.
     pub hits: Vec<(&'static str, u64)>,

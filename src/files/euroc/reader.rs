@@ -1,10 +1,9 @@
-//! Reads calibrations, frame lists and ground truth of an ASL folder, real or ours, and its pictures on request. Errors name file and
+//! Reads calibrations, frame lists and ground truth of an ASL folder, real or ours. Errors name file and
 //! line.
 
 use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DQuat, DVec3};
-use image::{DynamicImage, ImageFormat, ImageReader};
 
 use super::super::errors::content_error;
 use super::layout::{EurocCamera, EurocImu, GROUND_TRUTH_FOLDER};
@@ -13,31 +12,20 @@ use super::writer::ImuReading;
 use super::yaml::{Document, Refusal, shortened};
 use crate::error::Error;
 use crate::files::open::is_there;
-use crate::files::{read_bytes, read_text};
+use crate::files::read_text;
 use crate::num;
-use crate::plane::Plane;
 use crate::pose::{Pose, TimedPose};
 use crate::scene::motion::imu::ImuNoise;
 use crate::scene::motion::recording::{EurocPose, parse_euroc};
-use crate::units::{CameraIndex, Size};
+use crate::units::Size;
 
 const YAML_BYTES_MAX: u64 = 1 << 20;
 const CSV_BYTES_MAX: u64 = 1 << 30;
-const PNG_BYTES_MAX: u64 = 1 << 28;
 /// Cameras looked for: cam0, cam1, ... up to the first that is absent.
 const CAMERAS_MAX: usize = 64;
 const SIDE_PX_MAX: f64 = 16_384.0;
 /// Entries of a rotation matrix written with few decimals may be off by this much.
 const ROTATION_TOLERANCE: f64 = 1e-3;
-
-/// A picture as it was stored.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// Grey values; 8-bit pictures use 0..=255.
-    pub values_dn: Plane<u16>,
-    /// 8 or 16.
-    pub bits: u32,
-}
 
 /// A line of a camera's `data.csv`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -77,10 +65,8 @@ pub struct ImuFolder {
 }
 
 impl EurocReader {
-    /// Opens a folder that holds `mav0`, or `mav0` itself.
-    ///
-    /// # Errors
-    /// No `cam0`, a file that cannot be read, or content that does not hold, named by file and line.
+    /// Opens a folder that holds `mav0`, or `mav0` itself. Fails on no `cam0`, a file that cannot be read, or content that does not hold,
+    /// named by file and line.
     pub fn open(dir: &Path) -> Result<Self, Error> {
         let inner = dir.join("mav0");
         let root = if inner.is_dir() { inner } else { dir.to_owned() };
@@ -115,15 +101,6 @@ impl EurocReader {
     /// The first inertial unit, if the folder has one.
     pub fn imu(&self) -> Option<&ImuFolder> {
         self.imu.as_ref()
-    }
-
-    /// Reads the picture of a frame, counted from 0 in [`CameraFolder::frames`].
-    ///
-    /// # Errors
-    /// What the disk says, or a file that is no grey PNG of the camera's size. Panics on unknown cameras and frames.
-    pub fn load(&self, camera: CameraIndex, frame: usize) -> Result<Picture, Error> {
-        let folder = &self.cameras[num::index(camera.0)];
-        read_picture(&folder.frames[frame].path, folder.camera.size)
     }
 }
 
@@ -274,29 +251,4 @@ fn read_ground_truth(path: &Path) -> Result<Vec<TimedPose>, Error> {
         parse_euroc(&read_text(path, CSV_BYTES_MAX)?).map_err(|error| at_line(path)((error.line, error.reason)))?;
     let timed = |(ns, pose): &EurocPose| TimedPose { t_s: num::f64_from_u64(*ns) / 1e9, world_from_body: *pose };
     Ok(poses.iter().map(timed).collect())
-}
-
-fn read_picture(path: &Path, size: Size) -> Result<Picture, Error> {
-    let bytes = read_bytes(path, PNG_BYTES_MAX)?;
-    let mut reader = ImageReader::with_format(std::io::Cursor::new(bytes), ImageFormat::Png);
-    // The camera's size is known: a picture that claims more is refused before memory is taken for it.
-    let mut limits = image::Limits::default();
-    limits.max_image_width = Some(size.width_px);
-    limits.max_image_height = Some(size.height_px);
-    reader.limits(limits);
-    let picture = reader
-        .decode()
-        .map_err(|error| content_error(path, format!("is no readable PNG of the camera's size: {error}")))?;
-    let found = Size { width_px: picture.width(), height_px: picture.height() };
-    if found != size {
-        let reason =
-            format!("is {}x{}; sensor.yaml says {}x{}", found.width_px, found.height_px, size.width_px, size.height_px);
-        return Err(content_error(path, reason));
-    }
-    let (values, bits) = match picture {
-        DynamicImage::ImageLuma8(grey) => (grey.into_raw().into_iter().map(u16::from).collect(), 8),
-        DynamicImage::ImageLuma16(grey) => (grey.into_raw(), 16),
-        _ => return Err(content_error(path, "is no grey picture of 8 or 16 bits")),
-    };
-    Ok(Picture { values_dn: Plane::from_values(size, values), bits })
 }

@@ -51,9 +51,9 @@ fn truth(timestamp_ns: u64) -> GroundTruth {
     }
 }
 
-fn write_folder(dir: &Path, bits: u32, depth: PngDepth) {
+fn write_folder(dir: &Path, bits: u32) {
     let imu = EurocImu { body_from_imu: Pose::IDENTITY, noise: MEMS_PHONE };
-    let mut writer = EurocWriter::create(dir, &[camera(0.0), camera(0.065)], Some(&imu), depth).unwrap();
+    let mut writer = EurocWriter::create(dir, &[camera(0.0), camera(0.065)], Some(&imu)).unwrap();
     for timestamp_ns in [1_000_000, 34_333_333] {
         for index in 0..2 {
             writer.add_frame(CameraIndex(index), timestamp_ns, &codes(bits), bits).unwrap();
@@ -68,12 +68,9 @@ fn write_folder(dir: &Path, bits: u32, depth: PngDepth) {
 #[test]
 fn a_written_folder_reads_back_the_same() {
     let mut tried = 0;
-    for (bits, depth) in [(4, PngDepth::Eight), (8, PngDepth::Eight), (10, PngDepth::Eight), (10, PngDepth::Sixteen)]
-        .into_iter()
-        .chain([(1, PngDepth::Sixteen), (16, PngDepth::Sixteen)])
-    {
+    for bits in [1, 4, 8, 10, 16] {
         let scratch = Scratch::new();
-        write_folder(scratch.path(), bits, depth);
+        write_folder(scratch.path(), bits);
         let reader = EurocReader::open(scratch.path()).unwrap();
         assert_eq!(reader.cameras().len(), 2);
         for (index, x_m) in [(0, 0.0), (1, 0.065)] {
@@ -89,13 +86,9 @@ fn a_written_folder_reads_back_the_same() {
             assert_eq!(found.translation_m, written.translation_m);
             // Through a matrix and back: roundings of unit numbers.
             assert!(found.inverse().then(&written).angle_rad() < 1e-15);
-            let picture = reader.load(CameraIndex(crate::num::u32_from(index)), 1).unwrap();
-            let expected = match depth {
-                PngDepth::Eight => codes(bits).map(|code| num_u16((u32::from(code) << (16 - bits)) >> 8)),
-                PngDepth::Sixteen => codes(bits).map(|code| num_u16(u32::from(code) << (16 - bits))),
-            };
-            assert_eq!(picture.values_dn, expected, "{bits} bits, {depth:?}");
-            assert_eq!(picture.bits, if depth == PngDepth::Eight { 8 } else { 16 });
+            let picture = image::open(&folder.frames[1].path).unwrap();
+            let expected = codes(bits).map(|code| crate::num::low_u8((u32::from(code) << (16 - bits)) >> 8));
+            assert_eq!(picture.as_luma8().unwrap().as_raw(), expected.values(), "{bits} bits");
             tried += 1;
         }
         let poses = reader.ground_truth().unwrap();
@@ -114,7 +107,7 @@ fn a_written_folder_reads_back_the_same() {
         let text = fs::read_to_string(scratch.path().join("mav0/state_groundtruth_estimate0/data.csv")).unwrap();
         assert!(text.lines().all(|line| line.split(',').count() == 17), "{text}");
     }
-    assert_eq!(tried, 12);
+    assert_eq!(tried, 10);
 }
 
 /// The layout of the real MH_01_easy/mav0/cam0/sensor.yaml, with its comments and its list over four lines.
@@ -230,36 +223,9 @@ fn hostile_ground_truth_is_refused_with_file_and_line() {
         ("2,0,0,0,1,0,0,0\n1,0,0,0,1,0,0,0\n", "line 2: time goes back"),
     ] {
         let scratch = Scratch::new();
-        write_folder(scratch.path(), 8, PngDepth::Eight);
+        write_folder(scratch.path(), 8);
         fs::write(scratch.path().join("mav0/state_groundtruth_estimate0/data.csv"), csv).unwrap();
         let text = EurocReader::open(scratch.path()).unwrap_err().to_string();
         assert!(text.contains("data.csv") && text.contains(message), "{csv}: {text}");
     }
-}
-
-#[test]
-fn pictures_that_are_not_what_the_calibration_says_are_refused() {
-    let scratch = Scratch::new();
-    write_folder(scratch.path(), 8, PngDepth::Eight);
-    let reader = EurocReader::open(&scratch.path().join("mav0")).unwrap();
-    let path = reader.cameras()[0].frames[0].path.clone();
-    let good = fs::read(&path).unwrap();
-    fs::write(&path, &good[..good.len() / 2]).unwrap();
-    assert_eq!(reader.load(CameraIndex(0), 0).unwrap_err().exit_code(), 2);
-    for (width, height) in [(6, 3), (4, 3), (20_000, 20_000)] {
-        // The header's sizes are changed in place; its checksum then fails as well where the size does not.
-        let mut other = good.clone();
-        other[16..20].copy_from_slice(&u32::to_be_bytes(width));
-        other[20..24].copy_from_slice(&u32::to_be_bytes(height));
-        fs::write(&path, other).unwrap();
-        assert_eq!(reader.load(CameraIndex(0), 0).unwrap_err().exit_code(), 2, "{width}x{height}");
-    }
-    image::RgbImage::new(5, 3).save(&path).unwrap();
-    assert!(reader.load(CameraIndex(0), 0).unwrap_err().to_string().contains("no grey picture"));
-    image::GrayImage::new(4, 3).save(&path).unwrap();
-    assert!(reader.load(CameraIndex(0), 0).unwrap_err().to_string().contains("is 4x3; sensor.yaml says 5x3"));
-    fs::remove_file(&path).unwrap();
-    assert_eq!(reader.load(CameraIndex(0), 0).unwrap_err().exit_code(), 4);
-    assert!(reader.load(CameraIndex(0), 1).is_ok(), "the others still load");
-    assert_eq!(EurocReader::open(Path::new("/nowhere/at/all")).unwrap_err().exit_code(), 2);
 }

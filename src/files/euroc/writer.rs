@@ -17,17 +17,6 @@ use crate::plane::Plane;
 use crate::pose::Pose;
 use crate::units::CameraIndex;
 
-/// Depth of the pictures. Codes are shifted so that their top bit becomes the picture's: readers see a full range at any
-/// depth of the sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PngDepth {
-    /// The top 8 bits of the codes, as EuRoC's own pictures have and its readers expect.
-    #[default]
-    Eight,
-    /// All bits of the codes.
-    Sixteen,
-}
-
 /// A line of `imu0/data.csv`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuReading {
@@ -60,7 +49,6 @@ pub struct EurocWriter {
     cameras: Vec<(PathBuf, Table, EurocCamera)>,
     imu: Option<Table>,
     ground_truth: Table,
-    depth: PngDepth,
 }
 
 /// One `data.csv`.
@@ -102,10 +90,7 @@ impl Table {
 impl EurocWriter {
     /// Makes `dir/mav0` with the folders and `sensor.yaml` of every camera, of the inertial unit if there is one, and of the
     /// ground truth.
-    ///
-    /// # Errors
-    /// What the disk says.
-    pub fn create(dir: &Path, cameras: &[EurocCamera], imu: Option<&EurocImu>, depth: PngDepth) -> Result<Self, Error> {
+    pub fn create(dir: &Path, cameras: &[EurocCamera], imu: Option<&EurocImu>) -> Result<Self, Error> {
         let root = dir.join("mav0");
         fs::create_dir_all(&root).map_err(io_error(&root))?;
         write(
@@ -132,13 +117,11 @@ impl EurocWriter {
         let folder = root.join(GROUND_TRUTH_FOLDER);
         let ground_truth = Table::create(&folder, GROUND_TRUTH_HEADER)?;
         write(&folder.join("sensor.yaml"), &ground_truth_yaml())?;
-        Ok(Self { cameras: camera_tables, imu: imu_table, ground_truth, depth })
+        Ok(Self { cameras: camera_tables, imu: imu_table, ground_truth })
     }
 
-    /// Writes a picture of codes of 1 to 16 `bits` and lists it.
-    ///
-    /// # Errors
-    /// What the disk says. Panics on an unknown camera, on another size than the camera's, or on bits outside 1..=16.
+    /// Writes a picture of codes of 1 to 16 `bits` and lists it. Panics on an unknown camera, on another size than the camera's, or on
+    /// bits outside 1..=16.
     pub fn add_frame(
         &mut self,
         camera: CameraIndex,
@@ -150,16 +133,13 @@ impl EurocWriter {
         assert!(codes_dn.size() == calibration.size, "a frame has its camera's size");
         let name = format!("{timestamp_ns}.png");
         let path = folder.join(&name);
-        let png = encode_png(codes_dn, bits, self.depth)
+        let png = encode_png(codes_dn, bits)
             .map_err(|error| content_error(&path, format!("the picture cannot be written as PNG: {error}")))?;
         fs::write(&path, png).map_err(io_error(&path))?;
         table.line(&format!("{timestamp_ns},{name}"))
     }
 
-    /// Lists an inertial reading.
-    ///
-    /// # Errors
-    /// What the disk says. Panics if the folder was made without an inertial unit.
+    /// Lists an inertial reading. Panics if the folder was made without an inertial unit.
     pub fn add_imu(&mut self, reading: &ImuReading) -> Result<(), Error> {
         let table = self.imu.as_mut().expect("the folder was made with an inertial unit");
         let (w, a) = (reading.angular_velocity_rad_per_s, reading.acceleration_m_per_s2);
@@ -167,9 +147,6 @@ impl EurocWriter {
     }
 
     /// Lists a true pose.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn add_ground_truth(&mut self, truth: &GroundTruth) -> Result<(), Error> {
         let (p, q) = (truth.world_from_body.translation_m, truth.world_from_body.rotation);
         let mut values = vec![p.x, p.y, p.z, q.w, q.x, q.y, q.z];
@@ -180,9 +157,6 @@ impl EurocWriter {
     }
 
     /// Writes what is still in memory.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn finish(self) -> Result<(), Error> {
         for (_, table, _) in self.cameras {
             table.finish()?;
@@ -192,22 +166,19 @@ impl EurocWriter {
     }
 }
 
-/// A grey PNG of codes of 1 to 16 bits.
-fn encode_png(codes_dn: &Plane<u16>, bits: u32, depth: PngDepth) -> image::ImageResult<Vec<u8>> {
+/// A grey PNG of the top 8 bits of codes of 1 to 16 bits, as EuRoC's own pictures have and its readers expect: readers see a full range at
+/// any depth of the sensor.
+fn encode_png(codes_dn: &Plane<u16>, bits: u32) -> image::ImageResult<Vec<u8>> {
     assert!((1..=16).contains(&bits), "codes have 1 to 16 bits");
-    let full = codes_dn.values().iter().map(|&code_dn| num::low_u16(u32::from(code_dn) << (16 - bits)));
-    let (samples, kind): (Vec<u8>, _) = match depth {
-        PngDepth::Eight => (full.map(|value| num::low_u8(u32::from(value >> 8))).collect(), ExtendedColorType::L8),
-        // The encoder takes the machine's own byte order and writes PNG's.
-        PngDepth::Sixteen => (full.flat_map(u16::to_ne_bytes).collect(), ExtendedColorType::L16),
-    };
+    let top = |&code_dn: &u16| num::low_u8((u32::from(code_dn) << (16 - bits)) >> 8);
+    let samples: Vec<u8> = codes_dn.values().iter().map(top).collect();
     let mut png = Vec::new();
     let size = codes_dn.size();
     PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Up).write_image(
         &samples,
         size.width_px,
         size.height_px,
-        kind,
+        ExtendedColorType::L8,
     )?;
     Ok(png)
 }

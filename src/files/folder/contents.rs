@@ -40,10 +40,8 @@ pub struct Inside {
 }
 
 impl Inside {
-    /// Takes the hidden folder of `target` and finishes what a killed process has begun there.
-    ///
-    /// # Errors
-    /// Another process holds it, it is not this program's, or what the disk says.
+    /// Takes the hidden folder of `target` and finishes what a killed process has begun there. Fails where another process holds it, it
+    /// is not this program's, or what the disk says.
     pub fn take(target: &Path) -> Result<Self, Error> {
         let folder = target.join(WORK);
         match disk::create_dir(&folder) {
@@ -57,18 +55,12 @@ impl Inside {
     }
 
     /// Finishes what a killed process has begun in `target`, if there is anything. Gives back where files of others stand now.
-    ///
-    /// # Errors
-    /// As [`Inside::take`].
     pub fn settle(target: &Path) -> Result<Vec<PathBuf>, Error> {
         let is_there = std::fs::symlink_metadata(target.join(WORK)).is_ok_and(|metadata| metadata.is_dir());
         if is_there { Ok(std::mem::take(&mut Self::take(target)?.kept)) } else { Ok(Vec::new()) }
     }
 
     /// A new folder to build in.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn build(&self) -> Result<PathBuf, Error> {
         let new = self.folder.join(NEW);
         disk::create_dir(&new).and_then(|()| work::mark(&new)).map_err(io_error(&new))?;
@@ -76,9 +68,6 @@ impl Inside {
     }
 
     /// Puts a sealed folder's content in the place of what the survey found.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn swap(&mut self, manifest: &Manifest, old: Option<&Manifest>, survey: Option<&Survey>) -> Result<(), Error> {
         let journal = Journal {
             old: old.into_iter().flat_map(Manifest::top).map(str::to_owned).collect(),

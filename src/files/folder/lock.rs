@@ -18,10 +18,7 @@ pub struct Lock {
 }
 
 impl Lock {
-    /// Takes the lock at `path`, for what will be `target`.
-    ///
-    /// # Errors
-    /// Another process holds it, or what the disk says.
+    /// Takes the lock at `path`, for what will be `target`. Fails where another process holds it, or what the disk says.
     pub fn take(path: PathBuf, target: &Path) -> Result<Self, Error> {
         loop {
             let file = open(&path).map_err(io_error(&path))?;

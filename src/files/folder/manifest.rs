@@ -87,10 +87,8 @@ pub enum Listed {
 }
 
 impl Manifest {
-    /// Lists and hashes all that a folder holds, writes the list into it, and waits until everything is on the disk.
-    ///
-    /// # Errors
-    /// What the disk says, or something in the folder that this program cannot have written.
+    /// Lists and hashes all that a folder holds, writes the list into it, and waits until everything is on the disk. Fails on something
+    /// in the folder that this program cannot have written.
     pub fn seal(root: &Path) -> Result<Self, Error> {
         let mut manifest = Self::default();
         let mut names = Vec::new();
@@ -169,9 +167,6 @@ impl Manifest {
     }
 
     /// The list of a folder.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn of(root: &Path) -> Result<Listed, Error> {
         let path = root.join(MARKER);
         match std::fs::symlink_metadata(&path) {
@@ -205,9 +200,6 @@ impl Manifest {
     }
 
     /// Compares a folder with the list. Names of `ignored` at the top, and the list itself, are left out.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn survey(&self, root: &Path, care: Care, ignored: &[&str]) -> Result<Survey, Error> {
         let mut survey = Survey::default();
         let own = root.join(MARKER);
@@ -249,10 +241,7 @@ impl Manifest {
 
 impl Survey {
     /// Removes the files that were found unchanged and are so still, then the folders that this leaves empty, last the list where it is
-    /// alone.
-    ///
-    /// # Errors
-    /// What the disk says; a folder that is not empty is no error.
+    /// alone. A folder that is not empty is no error.
     pub fn remove(&self, root: &Path) -> io::Result<()> {
         for (name, stamp) in &self.files {
             let path = root.join(name);

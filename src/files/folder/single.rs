@@ -20,10 +20,7 @@ enum FileWriteMode {
 }
 
 /// Writes a file beside its place and renames it there, so that it is whole or what it was before. A file that is replaced keeps its
-/// permissions. Pipes and devices are written to; they are never replaced.
-///
-/// # Errors
-/// The disk says no; then nothing changed.
+/// permissions. Pipes and devices are written to; they are never replaced. Fails where the disk says no; then nothing changed.
 pub fn replace_file(target: &Path, bytes: &[u8]) -> Result<(), Error> {
     let existing = std::fs::metadata(target).ok();
     let mode = mode_for(target, existing.as_ref())?;
@@ -36,9 +33,6 @@ pub fn replace_file(target: &Path, bytes: &[u8]) -> Result<(), Error> {
 }
 
 /// Whether a file could be made or replaced at `target`, before long work is done for it.
-///
-/// # Errors
-/// The disk says no.
 pub fn check_file(target: &Path) -> Result<(), Error> {
     let existing = std::fs::metadata(target).ok();
     finish(mode_for(target, existing.as_ref())?, false);

@@ -19,9 +19,6 @@ pub const NEW: &str = "building";
 pub const OLD: &str = "old";
 
 /// Makes a hidden folder in `parent` whose name no other process or thread has, and marks it.
-///
-/// # Errors
-/// What the disk says.
 pub fn fresh(parent: &Path, name: &str) -> Result<PathBuf, Error> {
     let path = unused(parent, name, NEW)?;
     if let Err(source) = mark(&path) {
@@ -33,9 +30,6 @@ pub fn fresh(parent: &Path, name: &str) -> Result<PathBuf, Error> {
 }
 
 /// Makes a hidden folder in `parent`, unmarked.
-///
-/// # Errors
-/// What the disk says.
 pub fn unused(parent: &Path, name: &str, purpose: &str) -> Result<PathBuf, Error> {
     for attempt in 0..10_000_u32 {
         let path = parent.join(format!(".{name}.{purpose}-{}-{attempt}", std::process::id()));
@@ -65,9 +59,6 @@ fn is_marked(folder: &Path, begin: &[u8]) -> bool {
 }
 
 /// Removes a marked folder. The mark goes last, so that what is left after a kill is still known.
-///
-/// # Errors
-/// What the disk says.
 pub fn remove_marked(folder: &Path) -> io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let entry = entry?;
@@ -85,9 +76,6 @@ pub fn remove_marked(folder: &Path) -> io::Result<()> {
 }
 
 /// Removes an earlier result by its list. Files that are not this program's stay, under a visible name that is given back.
-///
-/// # Errors
-/// What the disk says.
 pub fn retire(old: &Path, survey: &Survey, kept_as: &Path) -> io::Result<Option<PathBuf>> {
     survey.remove(old)?;
     if remove_if_empty(old)? {
@@ -100,9 +88,6 @@ pub fn retire(old: &Path, survey: &Survey, kept_as: &Path) -> io::Result<Option<
 }
 
 /// Gives a folder the first free of the names `NAME-1`, `NAME-2`, ...
-///
-/// # Errors
-/// What the disk says.
 pub fn move_beside(folder: &Path, name: &Path) -> io::Result<PathBuf> {
     for number in 1..10_000_u32 {
         let free = PathBuf::from(format!("{}-{number}", name.display()));

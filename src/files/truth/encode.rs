@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageBuffer};
 use super::super::errors::io_error;
 use crate::error::Error;
 use crate::num::{f64_from_u64, low_u16, u32_truncated, u64_half_even};
-use crate::optics::truth::{Matches, View};
+use crate::optics::truth::{Matches, TruthView};
 use crate::plane::Plane;
 
 /// Steps a metre of kept depth: the TUM RGB-D benchmark's, so that 65,535 is 13.1 m.
@@ -62,7 +62,7 @@ fn save(file: &Path, picture: &DynamicImage) -> Result<(), Error> {
 }
 
 /// One line a row: time and `world_from_camera` at the middle of its exposure, in digits that return to the same bits.
-pub(super) fn pose_table(view: &View<'_>) -> String {
+pub(super) fn pose_table(view: &TruthView<'_>) -> String {
     let mut text = String::from("row,t_s,px_m,py_m,pz_m,qx,qy,qz,qw\n");
     for (row, (t_s, pose)) in view.row_times_s().iter().zip(view.row_poses()).enumerate() {
         let (p, q) = (pose.translation_m, pose.rotation);

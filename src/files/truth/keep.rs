@@ -1,70 +1,47 @@
 //! Parses the words of `--keep` and maps them to kinds of output and their folders.
 
 use crate::error::Error;
+use crate::text::named;
 
-/// A stage's output or a kind of ground truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kept {
-    /// Packets as they leave the link, back to back.
-    Packets,
-    /// Mean photons of each pixel behind its filter.
-    Photons,
-    /// Electrons of each pixel before conversion.
-    Electrons,
-    /// Codes as they leave the readout.
-    Codes,
-    /// Features as they leave the extractor.
-    Features,
-    /// Photons of each band at every pixel, before its filter.
-    Colour,
-    /// Pose of the camera at each row.
-    Poses,
-    /// Depth along the axis, and range.
-    Depth,
-    /// Normals of the surfaces.
-    Normals,
-    /// Materials of the surfaces.
-    Materials,
-    /// Number of the moving object from 1 in the order of the scenario, 0 for what stands.
-    Objects,
-    /// Displacement to the next frame.
-    Flow,
-    /// What becomes of each point in the next frame.
-    Visibility,
-    /// Displacement to the other camera, and what becomes of each point there.
-    Stereo,
-    /// A folder as the TUM RGB-D benchmark's.
-    Tum,
-    /// The tracker's map as it stands at the end: landmarks and keyframes.
-    Map,
+named! {
+    /// A stage's output or a kind of ground truth.
+    pub enum Kept {
+        /// Packets as they leave the link, back to back.
+        Packets = "packets",
+        /// Mean photons of each pixel behind its filter.
+        Photons = "photons",
+        /// Electrons of each pixel before conversion.
+        Electrons = "electrons",
+        /// Codes as they leave the readout.
+        Codes = "codes",
+        /// Features as they leave the extractor.
+        Features = "features",
+        /// Photons of each band at every pixel, before its filter.
+        Colour = "colour",
+        /// Pose of the camera at each row.
+        Poses = "poses",
+        /// Depth along the axis, and range.
+        Depth = "depth",
+        /// Normals of the surfaces.
+        Normals = "normals",
+        /// Materials of the surfaces.
+        Materials = "materials",
+        /// Number of the moving object from 1 in the order of the scenario, 0 for what stands.
+        Objects = "objects",
+        /// Displacement to the next frame.
+        Flow = "flow",
+        /// What becomes of each point in the next frame.
+        Visibility = "visibility",
+        /// Displacement to the other camera, and what becomes of each point there.
+        Stereo = "stereo",
+        /// A folder as the TUM RGB-D benchmark's.
+        Tum = "tum",
+        /// The tracker's map as it stands at the end: landmarks and keyframes.
+        Map = "map",
+    }
 }
 
-/// All of them, as a user names them.
-const NAMES: [(Kept, &str); 16] = [
-    (Kept::Packets, "packets"),
-    (Kept::Photons, "photons"),
-    (Kept::Electrons, "electrons"),
-    (Kept::Codes, "codes"),
-    (Kept::Features, "features"),
-    (Kept::Colour, "colour"),
-    (Kept::Poses, "poses"),
-    (Kept::Depth, "depth"),
-    (Kept::Normals, "normals"),
-    (Kept::Materials, "materials"),
-    (Kept::Objects, "objects"),
-    (Kept::Flow, "flow"),
-    (Kept::Visibility, "visibility"),
-    (Kept::Stereo, "stereo"),
-    (Kept::Tum, "tum"),
-    (Kept::Map, "map"),
-];
-
 impl Kept {
-    /// As a user names it.
-    pub fn name(self) -> &'static str {
-        NAMES.iter().find(|(kept, _)| *kept == self).map(|(_, name)| *name).expect("every kind has a name")
-    }
-
     /// Folders that it fills in a run of so many cameras, relative to the run's.
     pub(super) fn folders(self, cameras: usize) -> Vec<String> {
         let name = self.name();
@@ -106,37 +83,28 @@ pub(super) fn pair(from: usize, to: usize) -> String {
 pub struct Keep(Vec<Kept>);
 
 impl Keep {
-    /// Reads the words of `--keep`.
-    ///
-    /// # Errors
-    /// A word that names nothing that can be kept.
+    /// Reads the words of `--keep`. Fails on a word that names nothing that can be kept.
     pub fn parse(words: &[String]) -> Result<Self, Error> {
         let kept = |word: &String| {
-            NAMES.iter().find(|(_, name)| name == word).map(|(kept, _)| *kept).ok_or_else(|| {
-                let known = NAMES.map(|(_, name)| name).join(", ");
+            Kept::ALL.into_iter().find(|kept| kept.name() == word).ok_or_else(|| {
+                let known = Kept::ALL.map(Kept::name).join(", ");
                 Error::Unknown { what: "stage to keep", name: word.clone(), known }
             })
         };
         Ok(Self(words.iter().map(kept).collect::<Result<_, _>>()?))
     }
 
-    /// Whether a run with so many cameras can keep it.
-    ///
-    /// # Errors
-    /// Another camera's view where there is none.
+    /// Whether a run with so many cameras can keep it. Fails on another camera's view where there is none.
     pub fn check(&self, cameras: usize) -> Result<(), Error> {
         if cameras < 2 && self.has(Kept::Stereo) {
-            let known = NAMES.iter().filter(|(kept, _)| *kept != Kept::Stereo).map(|(_, name)| *name);
+            let known = Kept::ALL.into_iter().filter(|kept| *kept != Kept::Stereo).map(Kept::name);
             let (name, known) = ("stereo".to_owned(), known.collect::<Vec<_>>().join(", "));
             return Err(Error::Unknown { what: "stage to keep of one camera", name, known });
         }
         Ok(())
     }
 
-    /// Whether a run on pictures can keep it: they have no surfaces, only depth at best.
-    ///
-    /// # Errors
-    /// Kinds of output that need geometry.
+    /// Whether a run on pictures can keep it: they have no surfaces, only depth at best. Fails on kinds of output that need geometry.
     pub(super) fn check_for_pictures(&self, has_depth: bool) -> Result<(), Error> {
         let missing = |kept: &Kept| match kept {
             Kept::Depth => !has_depth,
@@ -162,7 +130,7 @@ impl Keep {
 
     /// Every kind that is kept, once.
     pub fn all(&self) -> impl Iterator<Item = Kept> + '_ {
-        NAMES.iter().map(|(kept, _)| *kept).filter(|kept| self.has(*kept))
+        Kept::ALL.into_iter().filter(|kept| self.has(*kept))
     }
 
     pub(super) fn needs_surfaces(&self) -> bool {

@@ -55,9 +55,6 @@ impl List {
 
 impl TumWriter {
     /// Makes the folder and its lists.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn create(folder: &Path) -> Result<Self, Error> {
         for inside in ["rgb", "depth"] {
             let path = folder.join(inside);
@@ -75,10 +72,8 @@ impl TumWriter {
         })
     }
 
-    /// Writes a picture of codes of 1 to 16 `bits` (the upper 8 of them; a mosaic stays a mosaic), its depth and its pose.
-    ///
-    /// # Errors
-    /// What the disk says. Panics on bits outside 1..=16.
+    /// Writes a picture of codes of 1 to 16 `bits` (the upper 8 of them; a mosaic stays a mosaic), its depth and its pose. Panics on bits
+    /// outside 1..=16.
     pub fn add_frame(
         &mut self,
         timestamp_ns: u64,
@@ -102,9 +97,6 @@ impl TumWriter {
     }
 
     /// Lists what the accelerometer said.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn add_readings(&mut self, readings: &[ImuSample]) -> Result<(), Error> {
         for reading in readings {
             let a = reading.acceleration_m_per_s2;
@@ -115,9 +107,6 @@ impl TumWriter {
     }
 
     /// Writes what is still in memory.
-    ///
-    /// # Errors
-    /// What the disk says.
     pub fn finish(self) -> Result<(), Error> {
         for list in [self.rgb, self.depth, self.both, self.ground_truth, self.accelerometer] {
             list.finish()?;

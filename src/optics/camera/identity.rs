@@ -15,17 +15,17 @@ impl Camera {
             shading,
             mosaic,
             infrared_transmission,
-            passes,
+            band_groups,
             optical_crosstalk,
             // Both follow from lens, size and shading.
             bearings: _,
             spreads: _,
         } = self;
         let own = (lens, size, body_from_camera, aperture, pixel_pitch_um, shading, mosaic);
-        let text = format!("{own:?} {infrared_transmission:?} {optical_crosstalk:?} {}", passes.len());
+        let text = format!("{own:?} {infrared_transmission:?} {optical_crosstalk:?} {}", band_groups.len());
         hasher.update(text.as_bytes());
-        for pass in passes {
-            let (camera, rest) = pass.parts();
+        for group in band_groups {
+            let (camera, rest) = group.parts();
             hasher.update(rest.as_bytes());
             camera.hash_into(hasher);
         }

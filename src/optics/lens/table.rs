@@ -21,10 +21,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// From points (angle in radians, radius), both rising from above 0. The axis, 0 at 0, is taken as known and may be the first.
-    ///
-    /// # Errors
-    /// No or more than [`TABLE_POINTS_MAX`] points; angles or radii that do not rise, or angles beyond pi.
+    /// From points (angle in radians, radius), both rising from above 0. The axis, 0 at 0, is taken as known and may be the first. Fails
+    /// on no or more than [`TABLE_POINTS_MAX`] points; angles or radii that do not rise, or angles beyond pi.
     pub fn new(points: &[(f64, f64)]) -> Result<Self, Error> {
         let refused = |value: String, reason: &str| Err(Error::key("optics.table", value, reason));
         let points = if points.first() == Some(&(0.0, 0.0)) { &points[1..] } else { points };

@@ -4,7 +4,7 @@
 use glam::DVec2;
 
 use super::surface::{Point, Surfaces, idle, is_inside, set_lane};
-use super::view::View;
+use super::view::TruthView;
 use crate::num::{f32_nearest, f64_from_usize, u32_from};
 use crate::parallel::collected;
 use crate::plane::Plane;
@@ -54,7 +54,12 @@ const SETTLED_PX: f64 = 1e-7;
 
 /// Finds where `to` sees the points of `from`. A point is seen at the time of the row on which it then lies: that row is
 /// found as the fixed point of `y = row of project(point at the time of y)`. Points without a surface are taken as infinitely far.
-pub fn matches<'a>(scene: impl Into<Shapes<'a>>, from: &View<'_>, surfaces: &Surfaces, to: &View<'_>) -> Matches {
+pub fn matches<'a>(
+    scene: impl Into<Shapes<'a>>,
+    from: &TruthView<'_>,
+    surfaces: &Surfaces,
+    to: &TruthView<'_>,
+) -> Matches {
     let (scene, size) = (scene.into(), surfaces.size());
     let search = Search { scene, view: to, pose_of_all: to.is_instant().then(|| to.row_poses[0]) };
     let work = |row: usize| {
@@ -76,18 +81,18 @@ struct Match {
     shift_px: [f64; 2],
     seen: Visibility,
     /// The point, and the time and the camera's pose that see it, where it lies on the picture.
-    sight: Option<(Point, f64, Pose)>,
+    met: Option<(Point, f64, Pose)>,
 }
 
 impl Match {
     fn none(seen: Visibility) -> Self {
-        Self { shift_px: [f64::NAN; 2], seen, sight: None }
+        Self { shift_px: [f64::NAN; 2], seen, met: None }
     }
 }
 
 struct Search<'a, 'b> {
     scene: Shapes<'a>,
-    view: &'a View<'b>,
+    view: &'a TruthView<'b>,
     /// Where all rows are seen at once.
     pose_of_all: Option<Pose>,
 }
@@ -107,7 +112,7 @@ impl Search<'_, '_> {
         let Some(place_px) = lens.project(in_world.in_camera(&pose)) else { return Match::none(Visibility::Outside) };
         let inside = is_inside(self.view.camera.size, place_px);
         let seen = if inside { Visibility::Visible } else { Visibility::Outside };
-        Match { shift_px: (place_px - here_px).to_array(), seen, sight: inside.then_some((point, t_s, pose)) }
+        Match { shift_px: (place_px - here_px).to_array(), seen, met: inside.then_some((point, t_s, pose)) }
     }
 
     /// The row on which a point lies while that row is exposed; the poses between rows are interpolated.
@@ -135,7 +140,7 @@ fn mark_occluded(scene: &Shapes<'_>, found: &mut [Match]) {
             let shape = scene.shape(object);
             let mut packet = idle();
             for (lane, found) in group.iter().enumerate() {
-                let Some((point, t_s, pose)) = &found.sight else { continue };
+                let Some((point, t_s, pose)) = &found.met else { continue };
                 let toward = point.at(scene, *t_s).toward(pose);
                 let t_max =
                     if point.is_far() { f32::MAX } else { f32_nearest(toward.length() * (1.0 - OCCLUDER_GAP_SHARE)) };
@@ -151,7 +156,7 @@ fn mark_occluded(scene: &Shapes<'_>, found: &mut [Match]) {
             }
             let hits = closest_through(&shape.bvh, &BackfaceCulled(&shape.mesh), &packet, &mut stack);
             for (lane, found) in group.iter_mut().enumerate() {
-                let Some((point, ..)) = &found.sight else { continue };
+                let Some((point, ..)) = &found.met else { continue };
                 if hits.triangle[lane] != MISS && (object, hits.triangle[lane]) != (point.object, point.triangle) {
                     found.seen = Visibility::Occluded;
                 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::view::View;
+use super::view::TruthView;
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 use crate::parallel::collected;
 use crate::plane::Plane;
@@ -31,14 +31,14 @@ pub struct Surfaces {
 
 /// What one pixel sees.
 #[derive(Clone, Copy)]
-struct Seen {
+struct NearestSurface {
     range_m: f64,
     triangle: u32,
     object: u32,
 }
 
 /// Finds the surfaces of a view.
-pub fn surfaces<'a>(scene: impl Into<Shapes<'a>>, view: &View<'_>) -> Surfaces {
+pub fn surfaces<'a>(scene: impl Into<Shapes<'a>>, view: &TruthView<'_>) -> Surfaces {
     let (scene, size) = (scene.into(), view.camera.size);
     let found = collected(index(size.height_px), |row| surfaces_of_row(&scene, view, row)).concat();
     Surfaces {
@@ -48,10 +48,10 @@ pub fn surfaces<'a>(scene: impl Into<Shapes<'a>>, view: &View<'_>) -> Surfaces {
     }
 }
 
-fn surfaces_of_row(scene: &Shapes<'_>, view: &View<'_>, row: usize) -> Vec<Seen> {
+fn surfaces_of_row(scene: &Shapes<'_>, view: &TruthView<'_>, row: usize) -> Vec<NearestSurface> {
     let bearings: Vec<Option<DVec3>> =
         (0..index(view.camera.size.width_px)).map(|column| view.bearing(column, row)).collect();
-    let mut found = vec![Seen { range_m: f64::INFINITY, triangle: MISS, object: 0 }; bearings.len()];
+    let mut found = vec![NearestSurface { range_m: f64::INFINITY, triangle: MISS, object: 0 }; bearings.len()];
     for (number, (shape, world_from_shape)) in (0_u32..).zip(shapes_at(scene, view.row_time_s(row))) {
         let pose = world_from_shape.inverse().then(&view.row_poses[row]);
         // The fixed scene's frame is the world, and no bit of the pose may change on the way.
@@ -68,7 +68,7 @@ pub(super) fn shapes_at<'a>(scene: &Shapes<'a>, t_s: f64) -> impl Iterator<Item 
 }
 
 /// Puts what is nearer of a shape in the place of what was found before.
-fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec3>], found: &mut [Seen]) {
+fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec3>], found: &mut [NearestSurface]) {
     let mut stack = Stack::new();
     for (group, found) in bearings.chunks(LANES).zip(found.chunks_mut(LANES)) {
         let directions: Vec<Option<DVec3>> =
@@ -86,7 +86,7 @@ fn add_surfaces(shape: &Scene, object: u32, pose: &Pose, bearings: &[Option<DVec
             let traced_m = f64::from(hits.t.0[lane]);
             let range_m = refined_m(corners_m(&shape.mesh, triangle), pose.translation_m, direction, traced_m);
             if range_m < found[lane].range_m {
-                found[lane] = Seen { range_m, triangle, object };
+                found[lane] = NearestSurface { range_m, triangle, object };
             }
         }
     }
@@ -128,7 +128,7 @@ impl Surfaces {
 
     /// Coordinate along the camera's axis in metres: the range times the bearing's z. Zero or below for what stands beside or behind a
     /// camera that sees more than 180 degrees; positive infinity where nothing is met.
-    pub fn depth_m(&self, view: &View<'_>) -> Plane<f32> {
+    pub fn depth_m(&self, view: &TruthView<'_>) -> Plane<f32> {
         self.of_pixels(f32::INFINITY, &|column, row, range_m, _| {
             view.bearing(column, row).map_or(f32::INFINITY, |bearing| f32_nearest(range_m * bearing.z))
         })
@@ -141,7 +141,7 @@ impl Surfaces {
 
     /// Unit normals in the camera's frame (x right, y down, z forward), on the side that is seen: of the triangles themselves, not
     /// smoothed between corners. Zero where nothing is met. One plane a coordinate.
-    pub fn normals<'a>(&self, scene: impl Into<Shapes<'a>>, view: &View<'_>) -> [Plane<f32>; 3] {
+    pub fn normals<'a>(&self, scene: impl Into<Shapes<'a>>, view: &TruthView<'_>) -> [Plane<f32>; 3] {
         let scene = scene.into();
         let normals = self.of_pixels(DVec3::ZERO, &|column, row, _, triangle| {
             let object = self.object.at(column, row);
@@ -173,7 +173,7 @@ impl Surfaces {
     }
 
     /// The point that a pixel sees, or a direction where it is infinitely far. None where there is no ray.
-    pub(super) fn point(&self, scene: &Shapes<'_>, view: &View<'_>, column: usize, row: usize) -> Option<Point> {
+    pub(super) fn point(&self, scene: &Shapes<'_>, view: &TruthView<'_>, column: usize, row: usize) -> Option<Point> {
         let pose = view.row_poses[row];
         let direction = pose.direction(view.bearing(column, row)?);
         let range_m = self.range_m.at(column, row);

@@ -6,7 +6,7 @@ use crate::pose::Pose;
 use glam::{DVec2, DVec3};
 
 /// A picture's rows in time.
-pub struct View<'a> {
+pub struct TruthView<'a> {
     /// Who looks.
     pub camera: &'a Camera,
     /// Middle of each row's exposure in seconds of run time.
@@ -16,7 +16,7 @@ pub struct View<'a> {
     world_from_body: &'a (dyn Fn(f64) -> Pose + Sync),
 }
 
-impl<'a> View<'a> {
+impl<'a> TruthView<'a> {
     /// A view whose rows are seen at these times. Panics if there is not one for each row of the camera's picture.
     pub fn new(camera: &'a Camera, row_times_s: Vec<f64>, world_from_body: &'a (dyn Fn(f64) -> Pose + Sync)) -> Self {
         assert!(row_times_s.len() == index(camera.size.height_px), "a view needs one time for each row");

@@ -5,12 +5,12 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 use crate::num::i32_truncated;
 
 /// Lower and upper end.
-pub(super) type Span = (f64, f64);
+pub(super) type AxisSpan = (f64, f64);
 
 /// An axis with ticks of its own: plotters has no logarithmic axis that names powers of ten.
 pub(super) struct Axis {
     /// From its lower to its upper end, in logarithms where it is logarithmic.
-    pub span: Span,
+    pub span: AxisSpan,
     /// Ticks are powers of ten.
     pub is_log: bool,
 }
@@ -40,7 +40,7 @@ impl ValueFormatter<f64> for Axis {
 }
 
 /// Places of ticks: some five round numbers, or on a logarithmic axis powers of ten, with 2 and 5 between them where few fit.
-fn ticks(span: Span, is_log: bool) -> Vec<f64> {
+fn ticks(span: AxisSpan, is_log: bool) -> Vec<f64> {
     if is_log {
         let factors: &[f64] = if span.1 - span.0 > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let decades = i32_truncated(libm::floor(span.0))..=i32_truncated(libm::ceil(span.1));
@@ -57,7 +57,7 @@ fn ticks(span: Span, is_log: bool) -> Vec<f64> {
 }
 
 /// A tick's number, with as many decimals as its axis' steps need.
-fn label(place: f64, is_log: bool, span: Span) -> String {
+fn label(place: f64, is_log: bool, span: AxisSpan) -> String {
     if !is_log {
         let step = (span.1 - span.0) / 5.0;
         let places = usize::try_from(i32_truncated(libm::ceil(-libm::log10(step))).clamp(0, 9)).unwrap_or(0);

@@ -95,10 +95,12 @@ struct Kind {
     unit: &'static str,
     good: Good,
     statistic: Statistic,
+    /// Whether its values lie between 0 and 1.
+    is_share: bool,
 }
 
 const fn kind(key: &'static str, name: &'static str, unit: &'static str, good: Good, statistic: Statistic) -> Kind {
-    Kind { key, name, unit, good, statistic }
+    Kind { key, name, unit, good, statistic, is_share: false }
 }
 
 /// A run's values by frame, figure by figure.
@@ -164,7 +166,7 @@ const KINDS: [Kind; 17] = [
     kind("orientation_deg", "orientation error", "deg", Good::Low, Statistic::RootMean),
     kind("cameras_alone_ate_m", "position error, cameras alone", "m", Good::Low, Statistic::RootMean),
     kind("cameras_alone_jitter_d2_m", "d2 jitter, cameras alone", "m", Good::Low, Statistic::RootMean),
-    kind("tracked_fraction", "share of frames tracked", "", Good::High, Statistic::Mean),
+    Kind { is_share: true, ..kind("tracked_fraction", "share of frames tracked", "", Good::High, Statistic::Mean) },
     kind("features_found", "features found a camera", "", Good::Neither, Statistic::Mean),
     kind("features_tracked", "features tracked", "", Good::High, Statistic::Mean),
     kind("innovation_px", "innovation", "px", Good::Neither, Statistic::Mean),
@@ -254,8 +256,7 @@ fn over_pairs_of(kind: &Kind, found: &[FigureDifference]) -> FigureDifference {
     let all = |value: &dyn Fn(&FigureDifference) -> Option<f64>| found.iter().filter_map(value).collect::<Vec<f64>>();
     let mean_of = |values: &[f64]| (!values.is_empty()).then(|| replicates::mean(values));
     let differences = all(&|figure| figure.difference);
-    let is_share = kind.key == "tracked_fraction";
-    let interval = replicates::interval(&differences, is_share);
+    let interval = replicates::interval(&differences, kind.is_share);
     let verdict = match (interval, differences.len()) {
         (Some(interval), _) => side(kind.good, interval),
         (None, 0) => Verdict::NotMeasured,

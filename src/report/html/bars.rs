@@ -5,9 +5,7 @@ use std::fmt::Write as _;
 use crate::num::{greater, lesser};
 use crate::report::html::text::escaped;
 
-/// One bar.
 pub(super) struct Bar {
-    /// What it is of.
     pub label: String,
     /// Its length, any unit, at least 0.
     pub value: f64,

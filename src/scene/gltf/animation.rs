@@ -15,13 +15,10 @@ pub struct NodeTracks {
     pub(super) rotation: Option<Track<4>>,
 }
 
-/// Tracks by node.
 pub type Tracks = BTreeMap<usize, NodeTracks>;
 
-/// Reads what the first animation moves rigidly, and notes what is left out.
-///
-/// # Errors
-/// Accessors that are not there or not what they should be, keys that make no track.
+/// Reads what the first animation moves rigidly, and notes what is left out. Fails on accessors that are not there or not what they
+/// should be, keys that make no track.
 pub fn read(document: &gltf::Document, buffers: &Buffers<'_>, notes: &mut Notes) -> Result<Tracks, String> {
     let mut tracks = Tracks::new();
     for animation in document.animations() {

@@ -28,10 +28,7 @@ fn colour(light: &Light<'_>) -> [f32; 3] {
 
 /// Puts a lamp where a light is; a directional one shines from beyond all surfaces, in lux.
 /// Units: glTF's candela and nits go together, so a ball of intensity I whose triangles have the area A,
-/// a quarter of which is seen in the mean of all directions, has the radiance 4 I / A.
-///
-/// # Errors
-/// More triangles than a scene may have.
+/// a quarter of which is seen in the mean of all directions, has the radiance 4 I / A. Fails on more triangles than a scene may have.
 pub fn place(reader: &mut Reader<'_>, light: &Light<'_>, world_from_node: DMat4) -> Result<(), String> {
     let intensity = f64::from(light.intensity());
     if !(intensity.is_finite() && intensity > 0.0) {

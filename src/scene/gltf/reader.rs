@@ -46,17 +46,14 @@ pub struct Place {
     pub(super) world_from_node: DMat4,
     /// In the part that moves it; in the world where none does.
     pub(super) part_from_node: DMat4,
-    /// That part.
     pub(super) part: Option<usize>,
 }
 
 impl Place {
-    /// The root of a file.
     pub fn root(world_from_file: DMat4) -> Self {
         Self { world_from_node: world_from_file, part_from_node: world_from_file, part: None }
     }
 
-    /// Of a child in it.
     pub(super) fn child(&self, node_from_child: DMat4) -> Self {
         Self {
             world_from_node: self.world_from_node * node_from_child,

@@ -87,10 +87,8 @@ fn checked_size(name: &str, width_px: u64, height_px: u64) -> Result<Size, Error
 }
 
 impl Picture {
-    /// Decodes a file. `name` is what the user calls it; `transfer` none: by the kind of file.
-    ///
-    /// # Errors
-    /// Neither PNG nor OpenEXR; cut off, too large, transparent, without channels that are known; values that are no light.
+    /// Decodes a file. `name` is what the user calls it; `transfer` none: by the kind of file. Fails on what is neither PNG nor OpenEXR;
+    /// cut off, too large, transparent, without channels that are known; values that are no light.
     pub fn decode(name: &str, bytes: &[u8], transfer: Option<Transfer>) -> Result<Self, Error> {
         match PictureFormat::of(name, bytes)? {
             PictureFormat::Png => Self::from_png(name, bytes, transfer.unwrap_or(Transfer::Srgb)),
@@ -171,10 +169,7 @@ impl Picture {
         Err(refused(name, "is OpenEXR, which this build does not read; use PNG"))
     }
 
-    /// The same picture with a separate depth.
-    ///
-    /// # Errors
-    /// A depth of another size.
+    /// The same picture with a separate depth. Fails on a depth of another size.
     pub fn with_depth(self, name: &str, depth_m: Plane<f32>) -> Result<Self, Error> {
         if depth_m.size() != self.size {
             return Err(refused(name, "has another size than its picture; use the same size"));
@@ -261,10 +256,7 @@ fn exr_channels(name: &str, bytes: &[u8]) -> Result<Vec<crate::picture::Channel>
 }
 
 /// Depth from a separate file: a grey 16-bit PNG of so many steps a metre (0: nothing seen), or channel Z or Y of an OpenEXR file in
-/// metres.
-///
-/// # Errors
-/// A file that is damaged, or holds something else.
+/// metres. Fails on a file that is damaged, or holds something else.
 pub fn depth_m(name: &str, bytes: &[u8], steps_per_m: f64) -> Result<Plane<f32>, Error> {
     match PictureFormat::of(name, bytes)? {
         PictureFormat::Png => {

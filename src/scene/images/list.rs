@@ -38,10 +38,8 @@ fn refused(file: &str, line: usize, reason: impl std::fmt::Display) -> Error {
 }
 
 /// Reads lines `time` or `time name`, apart by blanks or commas. `#` starts a comment, and a first line of words is a heading; one
-/// that says `[ns]` or `_ns` changes the unit. Of repeated times the first is kept.
-///
-/// # Errors
-/// A time that is no number, or goes back; lines with a name among lines without; no line.
+/// that says `[ns]` or `_ns` changes the unit. Of repeated times the first is kept. Fails on a time that is no number, or goes back;
+/// lines with a name among lines without; no line.
 pub fn parse(file: &str, text: &str, unit: Unit) -> Result<Listed, Error> {
     let mut unit = unit;
     let mut rows: Vec<(i64, Option<String>)> = Vec::new();
@@ -105,10 +103,7 @@ fn parsed_ns(text: &str, unit: Unit) -> Option<i64> {
 }
 
 /// Times of pictures at a rate: by the numbers at the end of their names, so that missing pictures leave their time empty, or by their
-/// order where a name has none, or a number of more than nine digits.
-///
-/// # Errors
-/// Two pictures of one number.
+/// order where a name has none, or a number of more than nine digits. Fails on two pictures of one number.
 pub fn at_rate(files: &[String], rate_hz: f64) -> Result<Vec<f64>, Error> {
     let numbers: Option<Vec<u32>> = files.iter().map(|file| number_of(file)).collect();
     let in_order = || (0..files.len()).map(crate::num::u32_from).collect();
@@ -126,10 +121,8 @@ fn number_of(file: &str) -> Option<u32> {
     (digits <= NUMBER_DIGITS_MAX).then(|| stem[stem.len() - digits..].parse().ok()).flatten()
 }
 
-/// Focal lengths and principal point (fx, fy, cx, cy) of a 3 x 3 matrix, row by row.
-///
-/// # Errors
-/// Other than nine numbers, focal lengths that are not positive, or a matrix that is none of intrinsics.
+/// Focal lengths and principal point (fx, fy, cx, cy) of a 3 x 3 matrix, row by row. Fails on other than nine numbers, focal lengths that
+/// are not positive, or a matrix that is none of intrinsics.
 pub fn intrinsics_of_matrix(file: &str, text: &str) -> Result<[f64; 4], Error> {
     let refused = |reason: &str| Error::Content { file: file.to_owned(), reason: reason.to_owned() };
     let fields = text.split([',', ';', ' ', '\t', '\n', '\r', '[', ']']).filter(|field| !field.is_empty());

@@ -49,10 +49,7 @@ const BULB_RADIUS_MAX_M: f32 = 0.1;
 const BALL_STEPS: u32 = 8;
 
 impl Lamp {
-    /// Checks the numbers.
-    ///
-    /// # Errors
-    /// A number out of range, both shapes or none. `number` counts from 0.
+    /// Checks the numbers. Fails on a number out of range, both shapes or none. `number` counts from 0.
     pub fn check(&self, number: usize) -> Result<(), Error> {
         let refuse = |key: &str, value: String, would_do: &str| {
             Err(Error::key("scene.lamp", value, format!("{key} of lamp {number} (from 0): {would_do}")))
@@ -154,9 +151,6 @@ fn append_rectangle(mesh: &mut Mesh, material: u32, middle_m: [f32; 3], size_m: 
 
 impl Scene {
     /// The scene with lamps, whose lumens are in cd/m^2 of its emissive surfaces.
-    ///
-    /// # Errors
-    /// As `Lamp::check`.
     pub fn with_lamps(self, lamps: &[Lamp], illuminant: Illuminant) -> Result<Self, Error> {
         if lamps.is_empty() {
             return Ok(self);

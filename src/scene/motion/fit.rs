@@ -33,19 +33,13 @@ const BESIDE_KNOTS: f64 = 2.0;
 
 impl Spline {
     /// The spline with knots every `knot_s` seconds that follows the samples most closely. It is defined from the first
-    /// sample to the last.
-    ///
-    /// # Errors
-    /// Fewer than four samples, times that do not rise, a gap longer than [`GAP_S_MAX`], values that are not finite, or a
-    /// knot spacing outside 5 ms .. 1 s.
+    /// sample to the last. Fails on fewer than four samples, times that do not rise, a gap longer than [`GAP_S_MAX`], values that are not
+    /// finite, or a knot spacing outside 5 ms .. 1 s.
     pub fn fit(samples: &[TimedPose], knot_s: f64) -> Result<Self, MotionError> {
         Self::fit_over_gaps(samples, knot_s, GAP_S_MAX)
     }
 
     /// As [`Spline::fit`], with gaps up to `gap_s_max` bridged by the path of least acceleration.
-    ///
-    /// # Errors
-    /// As [`Spline::fit`], for gaps longer than that.
     pub fn fit_over_gaps(samples: &[TimedPose], knot_s: f64, gap_s_max: f64) -> Result<Self, MotionError> {
         check(samples, knot_s, gap_s_max)?;
         let bridges = samples.windows(2).any(|pair| pair[1].t_s - pair[0].t_s > GAP_S_MAX);
@@ -105,10 +99,8 @@ impl Spline {
 }
 
 /// The longest run of samples around `asked` without a gap above `gap_s_max`, so that what is fitted does not depend on how
-/// much of it a run uses.
-///
-/// # Errors
-/// [`MotionError::OutsideSpan`] where the samples do not cover `asked`, [`MotionError::Gap`] where a gap lies within it.
+/// much of it a run uses. Gives [`MotionError::OutsideSpan`] where the samples do not cover `asked`, [`MotionError::Gap`] where a gap
+/// lies within it.
 pub fn without_gaps(samples: &[TimedPose], asked: Span, gap_s_max: f64) -> Result<&[TimedPose], MotionError> {
     let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
         return Err(MotionError::TooFewSamples { count: 0 });

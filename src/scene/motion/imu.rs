@@ -88,10 +88,7 @@ pub struct ImuSample {
 }
 
 /// Readings at `k / rate` for all whole k within the span. Biases start at zero with the first reading. The noise of
-/// reading k is a function of `key` and k.
-///
-/// # Errors
-/// [`MotionError::OutsideSpan`] where the motion does not cover the span.
+/// reading k is a function of `key` and k. Gives [`MotionError::OutsideSpan`] where the motion does not cover the span.
 pub fn samples(
     motion: &Motion,
     span: Span,

@@ -1,7 +1,5 @@
 //! Limits of recorded motion, and the errors that name them.
 
-use glam::DVec3;
-
 /// Samples further apart than this are a gap; nothing is invented inside it. A tenth of a second and a microsecond: differences of decimal
 /// time stamps at 10 Hz come out above 0.1 by their rounding.
 pub const GAP_S_MAX: f64 = 0.100_001;
@@ -32,8 +30,6 @@ pub enum MotionError {
     NotFinite { t_s: f64 },
     #[error("time does not rise at {t_s} s")]
     TimeStandsStill { t_s: f64 },
-    #[error("the box from {low_m} to {high_m} is empty")]
-    EmptyBox { low_m: DVec3, high_m: DVec3 },
     #[error("a scale of {scale}; use 1e-9 to 100")]
     Scale { scale: f64 },
 }

@@ -20,9 +20,6 @@ pub struct Recording {
 pub type EurocPose = (u64, Pose);
 
 /// Reads a trajectory, whichever of the two formats it has.
-///
-/// # Errors
-/// As [`parse_euroc`] and [`read_tum`].
 pub fn parse(text: &str) -> Result<Recording, LineError> {
     let text = crate::text::without_mark(text);
     if is_euroc(text) {
@@ -49,10 +46,8 @@ fn is_euroc(text: &str) -> bool {
 }
 
 /// Reads `timestamp_ns, p x y z, q w x y z, ...` lines; `#` starts a comment line, further columns are passed by. Quaternions are
-/// renormalised; of repeated time stamps the first is kept.
-///
-/// # Errors
-/// Too few fields, a field that is no finite number, a quaternion far from unit, or time going back; with its line.
+/// renormalised; of repeated time stamps the first is kept. Fails on too few fields, a field that is no finite number, a quaternion far
+/// from unit, or time going back; with its line.
 pub fn parse_euroc(text: &str) -> Result<(Vec<EurocPose>, Repairs), LineError> {
     let mut poses: Vec<EurocPose> = Vec::new();
     let mut repairs = Repairs::default();

@@ -41,7 +41,7 @@ pub struct Spline {
 pub(super) struct Basis {
     pub(super) value: [f64; 4],
     pub(super) slope: [f64; 4],
-    pub(super) bend: [f64; 4],
+    pub(super) curvature: [f64; 4],
 }
 
 /// A rotation with its derivatives by u, in the body's frame.
@@ -58,7 +58,7 @@ impl Basis {
         Self {
             value: [v * v * v / 6.0, (4.0 - 6.0 * u2 + 3.0 * u3) / 6.0, (1.0 + 3.0 * (u + u2 - u3)) / 6.0, u3 / 6.0],
             slope: [-0.5 * v * v, 1.5 * u2 - 2.0 * u, 0.5 + u - 1.5 * u2, 0.5 * u2],
-            bend: [v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u],
+            curvature: [v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u],
         }
     }
 
@@ -71,10 +71,8 @@ impl Basis {
 impl Spline {
     /// The spline on control poses every `knot_s` seconds, the first at `start_s`. It starts at the first pose and ends at
     /// the last (each end has a control pose more, the mirror of its neighbour), stays within the others' hull, and
-    /// passes none of them by design.
-    ///
-    /// # Errors
-    /// Fewer than four poses, values that are not finite, a spacing that is not above 0, neighbours almost half a turn apart.
+    /// passes none of them by design. Fails on fewer than four poses, values that are not finite, a spacing that is not above 0,
+    /// neighbours almost half a turn apart.
     pub fn on_control_poses(start_s: f64, knot_s: f64, poses: &[Pose]) -> Result<Self, MotionError> {
         if !(knot_s > 0.0 && knot_s.is_finite()) {
             return Err(MotionError::KnotSpacing { knot_s });
@@ -152,10 +150,8 @@ impl Spline {
         self.state(t_s).map(|state| state.angular_velocity_rad_per_s)
     }
 
-    /// Pose and derivatives at an instant.
-    ///
-    /// # Errors
-    /// [`MotionError::OutsideSpan`] before the first or after the last instant: the spline is not extrapolated.
+    /// Pose and derivatives at an instant. Gives [`MotionError::OutsideSpan`] before the first or after the last instant: the spline is
+    /// not extrapolated.
     pub fn state(&self, t_s: f64) -> Result<BodyState, MotionError> {
         let (first, u) = self.place(t_s)?;
         let basis = Basis::at(u);
@@ -165,17 +161,15 @@ impl Spline {
         Ok(BodyState {
             world_from_body: Pose::new(turn.rotation, weighted(points, &basis.value)),
             velocity_m_per_s: weighted(points, &basis.slope) * rate,
-            acceleration_m_per_s2: weighted(points, &basis.bend) * (rate * rate),
+            acceleration_m_per_s2: weighted(points, &basis.curvature) * (rate * rate),
             angular_velocity_rad_per_s: turn.velocity_per_u * rate,
             angular_acceleration_rad_per_s2: turn.acceleration_per_u2 * (rate * rate),
         })
     }
 
     /// The lowest and highest coordinates of the path within a span, along the axes of a frame turned by `rotation`.
-    /// Exact up to rounding: the turning points of each interval's cubic are solved for.
-    ///
-    /// # Errors
-    /// [`MotionError::OutsideSpan`] where the span leaves the spline's.
+    /// Exact up to rounding: the turning points of each interval's cubic are solved for. Gives [`MotionError::OutsideSpan`] where the
+    /// span leaves the spline's.
     pub fn extent_m(&self, span: Span, rotation: DQuat) -> Result<(DVec3, DVec3), MotionError> {
         let (first, u_first) = self.place(span.start_s)?;
         let (last, u_last) = self.place(span.end_s)?;
@@ -203,9 +197,6 @@ impl Spline {
     /// No greater speed in m/s and rate of turn in rad/s is met within a span. Both derivatives are means of the differences of
     /// neighbouring control poses over the knots' distance, with weights that add up to 1 (quadratic B-splines), so none exceeds the
     /// greatest difference.
-    ///
-    /// # Errors
-    /// As [`Spline::extent_m`].
     pub fn speeds_max(&self, span: Span) -> Result<[f64; 2], MotionError> {
         let ((first, _), (last, _)) = (self.place(span.start_s)?, self.place(span.end_s)?);
         let [mut speed, mut turn] = [0.0, 0.0];
@@ -236,7 +227,7 @@ impl Spline {
     /// Rotation with its derivatives by u, in the body's frame (the recursions of Sommer et al. 2020, "Efficient Derivative
     /// Computation for Cumulative B-Splines on Lie Groups": each factor turns what came before into its own frame).
     pub(super) fn rotation_at(&self, first: usize, basis: &Basis) -> Turn {
-        let [parts, speeds, bends] = [&basis.value, &basis.slope, &basis.bend].map(Basis::cumulative);
+        let [parts, speeds, bends] = [&basis.value, &basis.slope, &basis.curvature].map(Basis::cumulative);
         let mut rotation = self.rotations[first];
         let (mut velocity_per_u, mut acceleration_per_u2) = (DVec3::ZERO, DVec3::ZERO);
         for j in 0..3 {

@@ -16,7 +16,6 @@ const REVEAL_M: f32 = 0.22;
 /// Depth of a house up to its ridge.
 const RIDGE_M: f32 = 4.5;
 
-/// One house.
 struct House {
     wall: Wall,
     span: [f32; 2],

@@ -45,9 +45,7 @@ impl Wish {
 
 /// A Lambertian field of one reflectance in every direction: the inside of a cube around the origin. Light it with
 /// `Scene::evenly_lit`, whose illuminance is that on the target's surface.
-///
-/// # Errors
-/// A reflectance outside 0..=1.
+/// Fails on a reflectance outside 0..=1.
 pub fn flat(reflectance: f64) -> Result<Scene, Error> {
     if !(0.0..=1.0).contains(&reflectance) {
         return Err(Error::key("scene.reflectance", reflectance, "use 0 to 1"));

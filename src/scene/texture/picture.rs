@@ -33,10 +33,7 @@ impl Default for Budget {
 }
 
 impl Picture {
-    /// Decodes a picture.
-    ///
-    /// # Errors
-    /// Neither PNG nor JPEG, damaged, or too large: in words for its user.
+    /// Decodes a picture. Fails on what is neither PNG nor JPEG, damaged, or too large: in words for its user.
     pub fn decoded(bytes: &[u8], budget: &mut Budget) -> Result<Self, String> {
         let reader = || {
             let reader =

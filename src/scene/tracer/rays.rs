@@ -70,11 +70,11 @@ pub struct Rays {
     pub down: [usize; 3],
     /// Whether all start at one place.
     pub shared: bool,
-    pub span: Span,
+    pub span: PacketSpan,
 }
 
 /// Least and greatest of each quantity over the rays.
-pub struct Span {
+pub struct PacketSpan {
     /// Origins' coordinates that give the earliest entry through a plane, and the latest exit.
     pub entry_m: [f32; 3],
     pub exit_m: [f32; 3],
@@ -113,7 +113,7 @@ impl Rays {
             _ => ([0, 1, 2], [x, y, z], inverse[2]),
         };
         let shear = [direction[0] * scale, direction[1] * scale];
-        let (span, shared) = Span::of(&origin_m, &inverse, t_min, &shear, down);
+        let (span, shared) = PacketSpan::of(&origin_m, &inverse, t_min, &shear, down);
         Self { origin_m, inverse, direction, t_min, t_max, axes, shear, down, shared, span }
     }
 }
@@ -130,7 +130,7 @@ fn inverses(along: Floats, is_down: bool) -> Floats {
     inverse
 }
 
-impl Span {
+impl PacketSpan {
     /// And whether all rays start at one place.
     #[inline(always)]
     fn of(origin_m: &Vectors, inverse: &Vectors, t_min: Floats, shear: &[Floats; 2], down: [usize; 3]) -> (Self, bool) {

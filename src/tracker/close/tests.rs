@@ -10,7 +10,8 @@ use crate::optics::lens::Lens;
 use crate::pose::Pose;
 use crate::tracker::map::Sighting;
 use crate::tracker::rig::View;
-use crate::tracker::sweep::Moving;
+use crate::tracker::state::{LastKeyframe, MapHistory};
+use crate::tracker::sweep::{Moving, VelocityModel};
 use crate::tracker::{CameraCalibration, RowClock, Tracker, TrackerParams, Work};
 use crate::units::{CameraIndex, Size};
 use crate::words::{PlacePx, Turns};
@@ -121,7 +122,11 @@ impl Ring {
     }
 
     fn close(&mut self, keyframe: u64, view: View) -> bool {
-        self.tracker.close_loop((f64_from_u64(keyframe), &[view]), &mut Work::default())
+        let t_s = f64_from_u64(keyframe);
+        let last = LastKeyframe { frame: 0, world_from_body: Pose::IDENTITY, landmarks: 0 };
+        let mut history = MapHistory { started_frame: 0, started_by_depth: false, located_frame: 0, keyframe: last };
+        let mut motion = VelocityModel { t_s, body_from_world: Pose::IDENTITY, step: None, sigma_m: 0.0 };
+        self.tracker.close_loop((t_s, &[view]), (&mut history, &mut motion), &mut Work::default())
     }
 
     /// How far the last keyframe is from where it is in truth, and the length of the last step in true ones.

@@ -1,12 +1,12 @@
-//! Rigid motions SE(3): exp, log, adjoint and Jacobians. Twists are metres and radians.
+//! Rigid motions SE(3): exp, log and adjoint. Twists are metres and radians.
 //!
 //! A twist acts from the left, `exp(twist).then(&pose)`. Matrices are 6 x 6, linear part first.
 
 use glam::{DMat3, DVec3};
 use nalgebra::SMatrix;
 
-use super::coefficients::{cotangent, lag, lag_of_versine, mixed, versine};
-use super::so3::{skew, so3_exp, so3_left_jacobian, so3_left_jacobian_inverse, so3_log};
+use super::coefficients::{cotangent, lag, versine};
+use super::so3::{skew, so3_exp, so3_log};
 use crate::pose::Pose;
 
 /// A 6 x 6 matrix over twists, linear part first.
@@ -67,39 +67,6 @@ pub fn se3_log(motion: &Pose) -> Twist {
 pub fn se3_adjoint(motion: &Pose) -> Matrix6 {
     let rotation = DMat3::from_quat(motion.rotation);
     blocks(rotation, skew(motion.translation_m) * rotation)
-}
-
-/// `exp(x + d) = exp(J d) exp(x)` to first order.
-pub fn se3_left_jacobian(twist: Twist) -> Matrix6 {
-    blocks(so3_left_jacobian(twist.angular_rad), coupling(twist))
-}
-
-/// The inverse of [`se3_left_jacobian`], finite up to a full turn.
-pub fn se3_left_jacobian_inverse(twist: Twist) -> Matrix6 {
-    let inverse = so3_left_jacobian_inverse(twist.angular_rad);
-    blocks(inverse, -(inverse * coupling(twist) * inverse))
-}
-
-/// `exp(x + d) = exp(x) exp(J d)` to first order.
-pub fn se3_right_jacobian(twist: Twist) -> Matrix6 {
-    se3_left_jacobian(twist.scaled(-1.0))
-}
-
-/// The inverse of [`se3_right_jacobian`].
-pub fn se3_right_jacobian_inverse(twist: Twist) -> Matrix6 {
-    se3_left_jacobian_inverse(twist.scaled(-1.0))
-}
-
-/// The upper right block of the left Jacobian: Barfoot, "State estimation for robotics" (2017), equation 7.86b.
-fn coupling(twist: Twist) -> DMat3 {
-    let a2 = twist.angular_rad.length_squared();
-    let (p, w) = (skew(twist.linear_m), skew(twist.angular_rad));
-    let (wp, pw) = (w * p, p * w);
-    let wpw = wp * w;
-    p * 0.5
-        + (wp + pw + wpw) * lag(a2)
-        + (w * wp + pw * w - wpw * 3.0) * lag_of_versine(a2)
-        + (wpw * w + w * wpw) * mixed(a2)
 }
 
 /// The matrix with one block twice on its diagonal and another in its upper right.

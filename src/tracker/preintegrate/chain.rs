@@ -7,7 +7,7 @@
 use nalgebra::{Matrix6, SMatrix};
 
 use super::super::problem::Prior;
-use super::State;
+use super::ImuState;
 pub use super::state::Link;
 use super::state::{GRAVITY, GYROSCOPE, ImuFilter, Knowledge, UNIT, VELOCITY};
 use crate::num::index;
@@ -140,7 +140,8 @@ impl ImuFilter {
         let (unit, step, dt) = (now.unit, &link.step, link.step.span_s);
         let gravity = now.gravity / unit;
         let (a, b) = (self.metric(unit, from), self.metric(unit, to));
-        let state = |world_from_imu, velocity_m_per_s| State { world_from_imu, velocity_m_per_s, bias: now.state.bias };
+        let state =
+            |world_from_imu, velocity_m_per_s| ImuState { world_from_imu, velocity_m_per_s, bias: now.state.bias };
         let states = (&state(a, start), &state(b, end));
         let residual = step.residual(states, gravity);
         let (by_from, by_to) = step.jacobians(states, gravity);

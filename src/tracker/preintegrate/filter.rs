@@ -14,7 +14,7 @@ use super::super::prior::PosePrior;
 use super::state::{ACCELEROMETER, Covariance, N};
 pub(super) use super::state::{GRAVITY, GYROSCOPE, Knowledge, UNIT, VELOCITY};
 pub use super::state::{ImuCalibration, ImuFilter};
-use super::{Noise, Preintegrated, Reading, State, put};
+use super::{ImuMeasurement, ImuState, Noise, Preintegrated, put};
 use crate::num::greater;
 use crate::pose::Pose;
 use crate::tracker::lie::{Twist, se3_adjoint, skew, so3_exp};
@@ -79,7 +79,7 @@ impl ImuFilter {
     }
 
     /// Adds readings in ascending time; readings that are not finite or not ascending are skipped.
-    pub fn add_imu_readings(&mut self, readings: &[Reading]) {
+    pub fn add_imu_readings(&mut self, readings: &[ImuMeasurement]) {
         for reading in readings {
             let rises = self.readings.back().is_none_or(|last| reading.t_s > last.t_s);
             let is_finite = reading.angular_velocity_rad_per_s.is_finite() && reading.acceleration_m_per_s2.is_finite();
@@ -114,15 +114,15 @@ impl ImuFilter {
     }
 
     /// Readings around a span; the last one is held where the frame is a little younger.
-    fn span(&self, from_s: f64, to_s: f64) -> Option<Vec<Reading>> {
+    fn span(&self, from_s: f64, to_s: f64) -> Option<Vec<ImuMeasurement>> {
         let first = self.readings.partition_point(|reading| reading.t_s <= from_s).checked_sub(1)?;
-        let mut readings: Vec<Reading> = self.readings.range(first..).copied().collect();
+        let mut readings: Vec<ImuMeasurement> = self.readings.range(first..).copied().collect();
         let last = *readings.last()?;
         if last.t_s < to_s {
             if last.t_s + AHEAD_S_MAX < to_s {
                 return None;
             }
-            readings.push(Reading { t_s: to_s, ..last });
+            readings.push(ImuMeasurement { t_s: to_s, ..last });
         }
         Some(readings)
     }
@@ -203,7 +203,7 @@ impl ImuFilter {
     }
 
     fn begin(&mut self, t_s: f64, world_from_imu: Pose) {
-        let near: Vec<&Reading> = self.readings.iter().filter(|r| (r.t_s - t_s).abs() < MEAN_S).collect();
+        let near: Vec<&ImuMeasurement> = self.readings.iter().filter(|r| (r.t_s - t_s).abs() < MEAN_S).collect();
         if near.is_empty() {
             return;
         }
@@ -232,7 +232,7 @@ impl ImuFilter {
             }
         };
         let covariance = Covariance::from_fn(|i, j| if i == j { sigma(i) * sigma(i) } else { 0.0 });
-        let state = State { world_from_imu, velocity_m_per_s: DVec3::ZERO, bias: super::Bias::default() };
+        let state = ImuState { world_from_imu, velocity_m_per_s: DVec3::ZERO, bias: super::Bias::default() };
         let rate_rad_per_s = DVec3::ZERO;
         self.now = Some(Knowledge { t_s, seen_s: t_s, state, gravity, unit: 1.0, covariance, rate_rad_per_s });
     }
@@ -261,7 +261,7 @@ impl ImuFilter {
     }
 }
 
-fn rate_at(readings: &[Reading], t_s: f64) -> DVec3 {
+fn rate_at(readings: &[ImuMeasurement], t_s: f64) -> DVec3 {
     let after = readings.partition_point(|reading| reading.t_s < t_s);
     match (after.checked_sub(1).and_then(|before| readings.get(before)), readings.get(after)) {
         (Some(a), Some(b)) => super::between(a, b, t_s).angular_velocity_rad_per_s,
@@ -315,7 +315,7 @@ impl Knowledge {
         for (range, walk) in walks {
             range.for_each(|k| covariance[(k, k)] += walk * walk * dt);
         }
-        let state = State { world_from_imu: Pose::new(rotation, place), velocity_m_per_s: velocity, ..self.state };
+        let state = ImuState { world_from_imu: Pose::new(rotation, place), velocity_m_per_s: velocity, ..self.state };
         Self { state, covariance, ..self.clone() }
     }
 

@@ -1,6 +1,6 @@
-//! State of the IMU filter, and the order of its unknowns.
+//! ImuState of the IMU filter, and the order of its unknowns.
 
-use super::{Noise, Preintegrated, Reading, State};
+use super::{ImuMeasurement, ImuState, Noise, Preintegrated};
 use crate::pose::Pose;
 use glam::DVec3;
 use nalgebra::SMatrix;
@@ -30,19 +30,19 @@ pub struct ImuFilter {
     pub(super) calibration: ImuCalibration,
     /// Whether lengths are metres.
     pub(super) is_metric: bool,
-    pub(super) readings: VecDeque<Reading>,
+    pub(super) readings: VecDeque<ImuMeasurement>,
     pub(super) now: Option<Knowledge>,
     /// Steps between the last keyframes.
     pub(super) links: VecDeque<Link>,
 }
 
-/// State estimate at a time.
+/// ImuState estimate at a time.
 #[derive(Clone, Debug)]
 pub(super) struct Knowledge {
     pub(super) t_s: f64,
     /// Time of the last picture that gave a pose.
     pub(super) seen_s: f64,
-    pub state: State,
+    pub state: ImuState,
     pub gravity: DVec3,
     /// Scale: map units per metre.
     pub unit: f64,

@@ -4,7 +4,7 @@ use super::map::Map;
 use super::params::TrackerParams;
 use super::prior::PosePrior;
 use super::rig::{RigCamera, View};
-use super::sweep::{Motion, Moving, RatePrior};
+use super::sweep::{Moving, RatePrior, VelocityModel};
 use crate::units::CameraIndex;
 use nalgebra::Matrix6;
 
@@ -35,7 +35,7 @@ pub struct LocalisedPose {
 }
 
 /// One frame, the map, and the rules.
-pub struct Frame<'a> {
+pub struct Localiser<'a> {
     /// The rig.
     pub cameras: &'a [RigCamera],
     /// One view a camera.
@@ -47,7 +47,7 @@ pub struct Frame<'a> {
     /// Time of the frame in seconds.
     pub t_s: f64,
     /// The frames before, unless lost.
-    pub motion: Option<Motion>,
+    pub motion: Option<VelocityModel>,
     /// What they say of the pose.
     pub prior: Option<PosePrior>,
     /// What an inertial unit says of the rate.

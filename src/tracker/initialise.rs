@@ -1,13 +1,14 @@
 //! Initialises the map, from one frame of cameras with overlapping views or from two frames. The first frame's body is the origin.
 
-use super::answer::{Status, TrackedFrame, Work};
+use super::answer::{Status, TrackedFrame, Work, unlocated};
 use super::extend::{self, Growth, adjust_window};
 use super::map::Map;
 pub use super::params::UNPROVEN_NOISE;
 use super::rig::View;
-use super::start::Stage;
-use super::sweep::{Motion, Moving};
-use super::{DRAWS, LastKeyframe, Tracker, unlocated};
+use super::start::Initialisation;
+use super::state::{LastKeyframe, MapHistory, TrackerState};
+use super::sweep::{Moving, VelocityModel};
+use super::{DRAWS, Tracker};
 use crate::draw::DrawKey;
 use crate::num::{greater, lesser};
 use crate::pose::Pose;
@@ -21,27 +22,30 @@ const SWEPT_ROUNDS: u32 = 3;
 const PROVEN_NOISE: f64 = 2.0;
 
 impl Tracker {
-    pub(super) fn start(&mut self, t_s: f64, views: &[View]) -> TrackedFrame {
+    /// Starts a map from this frame, or from this one and an earlier one. Gives the next state.
+    pub(super) fn initialise(&mut self, frame: (f64, &[View])) -> (TrackerState, TrackedFrame) {
         let mut work = Work::default();
         if let Some(imu_filter) = &mut self.imu_filter {
             imu_filter.reset();
         }
-        let made = self.start_by_depth(t_s, views, &mut work).or_else(|| self.start_by_motion(t_s, views, &mut work));
-        let mut answer = unlocated(t_s, Status::Waiting, work);
-        let Some((state, made)) = made else { return answer };
-        let world_from_body = state.body_from_world.inverse();
-        self.last_keyframe = Some(LastKeyframe { frame: self.frame, world_from_body, landmarks: made });
-        self.last_located_frame = Some(self.frame);
-        self.started_frame = self.frame;
+        let by_depth = self.start_by_depth(frame, &mut work);
+        let started_by_depth = by_depth.is_some();
+        let started = by_depth.or_else(|| self.start_by_motion(frame, &mut work));
+        let mut answer = unlocated(frame.0, Status::Waiting, work);
+        let Some((motion, landmarks)) = started else { return (TrackerState::Waiting, answer) };
+        let world_from_body = motion.body_from_world.inverse();
         answer.status = Status::Initialised;
         answer.world_from_body = Some(world_from_body);
-        answer.tracked_features = made;
+        answer.tracked_features = landmarks;
         answer.keyframe = true;
-        answer
+        let keyframe = LastKeyframe { frame: self.frame, world_from_body, landmarks };
+        let (started_frame, located_frame) = (self.frame, self.frame);
+        let history = MapHistory { started_frame, started_by_depth, located_frame, keyframe };
+        (TrackerState::Tracking { history, motion }, answer)
     }
 
-    /// A map from one frame of cameras that see the same; gives the body and the number of landmarks.
-    fn start_by_depth(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
+    /// A map from one frame of cameras that see the same; gives the body's motion and the number of landmarks.
+    fn start_by_depth(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<(VelocityModel, u32)> {
         if views.len() < 2 {
             return None;
         }
@@ -54,15 +58,13 @@ impl Tracker {
             return None;
         }
         self.map = map;
-        self.unswept_frame = Some(self.frame);
-        self.motion = Some(Motion { t_s, body_from_world: Pose::IDENTITY, step: None, sigma_m: 0.0 });
-        Some((start, made))
+        Some((VelocityModel { t_s, body_from_world: Pose::IDENTITY, step: None, sigma_m: 0.0 }, made))
     }
 
     /// A map from this frame and an earlier one.
-    fn start_by_motion(&mut self, t_s: f64, views: &[View], work: &mut Work) -> Option<(Moving, u32)> {
+    fn start_by_motion(&mut self, (t_s, views): (f64, &[View]), work: &mut Work) -> Option<(VelocityModel, u32)> {
         let key = DrawKey::root(self.params.seed).with(DRAWS).with(self.frame).with(3);
-        let stage = Stage { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
+        let stage = Initialisation { cameras: &self.cameras, params: &self.params, frame: self.frame, key };
         let begun = self.mono_initialiser.take(&stage, (t_s, views), work)?;
         let mut map = Map::default();
         self.pending.clear();
@@ -83,11 +85,13 @@ impl Tracker {
         self.place_sigma_px_max = begun.noise_sigmas.map_or(most_px, |_| lesser(PROVEN_NOISE * shown_px, most_px));
         self.mono_initialiser.clear();
         self.pending.set_reach(REACH_WITHOUT_DEPTH);
-        let first =
-            Motion { t_s: begun.first_t_s, body_from_world: begun.first.body_from_world, step: None, sigma_m: 0.0 };
-        self.motion = Some(first.then(t_s, state.body_from_world));
+        let first = VelocityModel {
+            t_s: begun.first_t_s,
+            body_from_world: begun.first.body_from_world,
+            step: None,
+            sigma_m: 0.0,
+        };
         self.map = map;
-        self.unswept_frame = None;
-        Some((state, made))
+        Some((first.then(t_s, state.body_from_world), made))
     }
 }
