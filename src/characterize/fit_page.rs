@@ -74,7 +74,7 @@ pub fn html(beside: &Beside<'_>) -> String {
             &over_exposure(
                 &sides,
                 ["Dark signal", "mean in DN"],
-                "Its slope is the dark current. A sensor file has a black level in whole codes, so the simulated one may lie half a code apart.",
+                "Its slope is the dark current. A sensor file has a black level in whole codes: the sides may lie half a code apart.",
                 |point| point.dark_mean_dn,
             ),
             &over_exposure(
