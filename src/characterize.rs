@@ -14,6 +14,8 @@ pub mod channel;
 mod defects;
 mod dither;
 pub mod fit;
+#[cfg(feature = "cli")]
+pub mod fit_page;
 mod fits;
 pub mod measure;
 mod model;

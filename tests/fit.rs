@@ -190,3 +190,103 @@ fn frames_that_cannot_tell_are_refused_with_what_would_help() {
     let shallow = fit_of(&folder, &[]);
     assert!(shallow.stderr.contains("if the frames have fewer bits"), "{shallow:?}");
 }
+
+#[test]
+fn the_page_shows_the_frames_beside_those_of_the_fitted_sensor_and_finds_an_effect_that_only_one_side_has() {
+    let folder = Scratch::new("fit");
+    shoot(folder.path(), &random(3).assignments);
+    let own = Scratch::new("fit");
+    let page = own.join("page.html");
+    let outcome = fit_of(&folder, &["--page", &page]);
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    let text = std::fs::read_to_string(&page).unwrap();
+    for words in
+        ["Photon transfer", "Codes in the dark", "Dark noise: spectrum along rows", "Response: spectrum along columns"]
+    {
+        assert!(text.contains(words), "{words}");
+    }
+    assert_eq!(text.matches("data:image/png;base64").count(), 8, "four contents, both sides");
+    assert!(!text.contains("http://") && !text.contains("https://"), "the page needs no network");
+    // 4 standard errors, some 27 figures: a true fit leaves none.
+    assert!(text.contains(">EMVA 1288 figures of both sides. 0 of 2"), "{}", differing(&text));
+    // Telegraph noise of the preset makes the simulated side noisier than the frames.
+    let preset = own.join("preset.toml");
+    let noisy = "[sensor]\npreset = \"paper_6t_vga\"\n[sensor.pixel]\nrts_ppm = 200000.0\nrts_amplitude_uv = 2000.0\n";
+    std::fs::write(&preset, noisy).unwrap();
+    let outcome = fit_of(&folder, &["--page", &page, "--preset", &preset]);
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    let text = std::fs::read_to_string(&page).unwrap();
+    assert!(!text.contains(">EMVA 1288 figures of both sides. 0 of 2") && text.contains("class=\"num left\""));
+    let wrong = fit_of(&folder, &["--page", &own.join("page.txt")]);
+    assert!(wrong.code == 2 && wrong.stderr.contains("page.html"), "{wrong:?}");
+}
+
+/// What a page says of the figures that differ.
+fn differing(page: &str) -> &str {
+    page.split("EMVA 1288 figures of both sides").nth(1).map_or(page, |rest| &rest[..rest.len().min(200)])
+}
+
+#[test]
+fn one_frame_saturated_stacks_and_eight_bits_said_to_be_more_are_told() {
+    let folder = Scratch::new("fit");
+    shoot(folder.path(), &random(1).assignments);
+    let descriptor = folder.path().join("emva1288.txt");
+    let text = std::fs::read_to_string(&descriptor).unwrap();
+    // One frame of each group.
+    let mut is_first = true;
+    let single: Vec<&str> = text
+        .lines()
+        .filter(|line| {
+            let keep = !line.starts_with("i ") || is_first;
+            is_first = !line.starts_with("i ");
+            keep
+        })
+        .collect();
+    std::fs::write(&descriptor, single.join("\n")).unwrap();
+    let outcome = fit_of(&folder, &[]);
+    assert!(outcome.code == 2 && outcome.stderr.contains("no bright stack; use 8 or more"), "{outcome:?}");
+    std::fs::write(&descriptor, &text).unwrap();
+    let frames: Vec<_> =
+        std::fs::read_dir(folder.path().join("frames")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(frames.len() > 200, "{}", frames.len());
+    let depth: u32 = text.lines().find_map(|line| line.strip_prefix("n ")?.split(' ').next()?.parse().ok()).unwrap();
+    // Photons that are far too few, and pairs that are all bright.
+    let scarce: Vec<String> = text
+        .lines()
+        .map(|line| match line.split(' ').collect::<Vec<_>>()[..] {
+            ["b", exposure, photons] => format!("b {exposure} {}", 0.1 * photons.parse::<f64>().unwrap()),
+            _ => line.to_owned(),
+        })
+        .collect();
+    std::fs::write(&descriptor, scarce.join("\n")).unwrap();
+    let outcome = fit_of(&folder, &[]);
+    assert!(outcome.code == 0 && outcome.stderr.contains("electrons a photon are more than one"), "{outcome:?}");
+    assert!(outcome.stdout.contains("full_scale_uv"), "the rest is told: {outcome:?}");
+    let groups: Vec<&str> = text.split("\nb ").collect();
+    let (head, bright) = (groups[0], &groups[groups.len() - 12..]);
+    std::fs::write(&descriptor, format!("{head}\nb {}\n", bright.join("\nb "))).unwrap();
+    let outcome = fit_of(&folder, &[]);
+    assert!(outcome.code == 2 && outcome.stderr.contains("add pairs of shorter exposures"), "{outcome:?}");
+    std::fs::write(&descriptor, &text).unwrap();
+    // The same frames with eight bits.
+    for frame in &frames {
+        let bytes = std::fs::read(frame).unwrap();
+        let codes = bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]) >> (depth - 8));
+        std::fs::write(frame, codes.flat_map(u16::to_le_bytes).collect::<Vec<u8>>()).unwrap();
+    }
+    std::fs::write(&descriptor, text.replace(&format!("n {depth} "), "n 12 ")).unwrap();
+    let outcome = fit_of(&folder, &[]);
+    assert!(outcome.stderr.contains("of 12 bits; if the frames have fewer bits"), "{outcome:?}");
+    // A bright stack at the greatest code.
+    let stack: Vec<&str> = text.split("\nb ").last().unwrap().split("\nd ").next().unwrap().lines().collect();
+    let mut filled = 0;
+    for line in stack.iter().filter_map(|line| line.strip_prefix("i ")) {
+        let frame = folder.path().join(line.replace('\\', "/"));
+        let bytes = std::fs::read(&frame).unwrap();
+        std::fs::write(&frame, 4095_u16.to_le_bytes().repeat(bytes.len() / 2)).unwrap();
+        filled += 1;
+    }
+    assert_eq!(filled, 32);
+    let outcome = fit_of(&folder, &[]);
+    assert!(outcome.code == 2 && outcome.stderr.contains("bright stack is saturated"), "{outcome:?}");
+}

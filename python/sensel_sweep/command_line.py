@@ -23,6 +23,12 @@ def add_engine(part: argparse.ArgumentParser, engines: list[str], chunk: int) ->
     part.add_argument("--retries", type=int, default=3)
 
 
+def add_other_search(part: argparse.ArgumentParser) -> None:
+    """Options that make another search of one file."""
+    part.add_argument("--seed", type=int, help="search seed, in place of the file's")
+    part.add_argument("--sampler", help="sampler, in place of the file's: random for a search to compare with")
+
+
 def parser() -> argparse.ArgumentParser:
     """All words of the command line."""
     top = argparse.ArgumentParser(prog="sensel-sweep", description="Runs and searches sweeps of sensel.", allow_abbrev=False)
@@ -39,11 +45,15 @@ def parser() -> argparse.ArgumentParser:
     )
     search.add_argument("file")
     search.add_argument("--out", help="folder of the search; out/searches/NAME unless given")
+    add_other_search(search)
     add_engine(search, ["local", "dask", "slurm", "none"], 4)
     report = parts.add_parser("report", help="writes the report of a search again, from its finished cells", allow_abbrev=False)
     report.add_argument("file")
     report.add_argument("--out", help="folder of the search; out/searches/NAME unless given")
     report.add_argument("--program", default="sensel")
+    beside = "folder of another search of the same question; may be repeated"
+    report.add_argument("--beside", action="append", default=[], metavar="FOLDER", help=beside)
+    add_other_search(report)
     return top
 
 

@@ -1,7 +1,7 @@
 //! A bench: one sensor before uniform light.
 
 use super::measure::Measurement;
-use super::set::{Options, Set, Shot};
+use super::set::{Exposure, Options, Set, Shot};
 use super::truth::Truth;
 use crate::config::Resolved;
 use crate::effects;
@@ -9,6 +9,7 @@ use crate::effects::chain::Chain;
 use crate::error::Error;
 use crate::plane::Plane;
 use crate::run::SensorSetup;
+use crate::units::Size;
 
 /// A sensor under test: what it is, what will be shot, and the chain that makes its frames.
 pub struct Bench {
@@ -37,6 +38,22 @@ impl Bench {
     pub fn with_chain(resolved: &Resolved, options: &Options, chain: Chain) -> Result<Self, Error> {
         let sensor = SensorSetup::new(resolved)?;
         let set = Set::new(&sensor, options).map_err(|error| resolved.tree.locate(error))?;
+        Ok(Self { sensor, set, chain })
+    }
+
+    /// The sensor of a scenario with all its effects, before the light of frames that exist.
+    ///
+    /// # Errors
+    /// As [`Bench::new`].
+    pub fn of_frames(
+        resolved: &Resolved,
+        size: Size,
+        points: Vec<Exposure>,
+        half: Exposure,
+        stack: u32,
+    ) -> Result<Self, Error> {
+        let Self { sensor, chain, .. } = Self::new(resolved, &Options { size: Some(size), ..Options::default() })?;
+        let set = Set::of_frames(&sensor, size, points, half, stack)?;
         Ok(Self { sensor, set, chain })
     }
 

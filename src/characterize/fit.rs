@@ -11,9 +11,10 @@ use super::analysis::{Figures, Summary, figures};
 use super::fits;
 use super::measure::Measurement;
 use super::model::Shared;
+use super::set::Exposure;
 use super::spatial::Parts;
 use super::uncertainty::{DieErrors, bright_part_error, dark_part_error, standard_errors, variance_squares};
-use crate::num::{f64_from_u64, greater};
+use crate::num::{f64_from_u64, greater, lesser};
 
 /// Standard errors of a 95 % interval.
 const SIGMAS: f64 = 1.96;
@@ -73,6 +74,27 @@ impl Fit {
     pub fn get(&self, key: &str) -> Option<&Fitted> {
         self.fitted.iter().find(|fitted| fitted.key == key)
     }
+
+    /// Exposures and photons under which a sensor of this fit and efficiency sees what the frames saw: those that the frames state,
+    /// else light of one strength that gives their signal. The last one is that of the stacks.
+    pub fn light(&self, measurement: &Measurement, half: Exposure, efficiency: f64) -> Vec<Exposure> {
+        let points = &measurement.transfer.points;
+        let stated = points.iter().map(|point| Exposure {
+            exposure_ns: crate::num::u64_half_even(point.exposure_ns),
+            photons: point.photons,
+        });
+        let all: Vec<Exposure> = stated.chain([half]).collect();
+        if self.get("pixel.quantum_efficiency").is_some() {
+            return all;
+        }
+        let found = figures(&Summary::of(measurement));
+        let k = found.get("K").copied().unwrap_or(f64::NAN);
+        let rise_dn_per_ns = fits::through_origin(
+            measurement.transfer.sensitivity().iter().map(|point| (point.exposure_ns, point.signal_dn())),
+        );
+        let photons_per_ns = greater(0.0, rise_dn_per_ns / (k * efficiency));
+        all.into_iter().map(|one| Exposure { photons: photons_per_ns * f64_from_u64(one.exposure_ns), ..one }).collect()
+    }
 }
 
 /// Parameters of the sensor behind a measurement of `bits`-bit codes. Says why where the frames cannot tell any.
@@ -84,6 +106,10 @@ pub fn fit(measurement: &Measurement, bits: u32, assumed: &Assumed) -> Result<Fi
     let code_max = f64_from_u64((1 << bits) - 1);
     check(&summary, code_max)?;
     let found = figures(&summary);
+    if !found.get("K").is_some_and(|&k| k.is_finite() && k > 0.0) {
+        let reason = "no pair lies between the dark and 70 % of the brightest one, so the gain cannot be told";
+        return Err(format!("{reason}; add pairs of shorter exposures"));
+    }
     let errors = standard_errors(&summary, &found, &variance_squares(&summary.transfer), DieErrors::default());
     let sources = Sources { measurement, summary: &summary, found: &found, errors: &errors, assumed, code_max };
     let mut fit = Fit { fitted: Vec::new(), untold: Vec::new(), warnings: Vec::new() };
@@ -151,15 +177,21 @@ impl Sources<'_> {
 
     fn light(&self, fit: &mut Fit) {
         let [percent, error] = self.of("QE");
-        if percent.is_finite() && percent > 0.0 {
-            let interval = [percent - SIGMAS * error, percent + SIGMAS * error].map(|percent| 0.01 * percent);
-            let key = "pixel.quantum_efficiency";
-            fit.fitted.push(Fitted { key, value: 0.01 * percent, interval, rests_on: "QE" });
+        let [low, value, high] = [percent - SIGMAS * error, percent, percent + SIGMAS * error].map(|one| 0.01 * one);
+        let key = "pixel.quantum_efficiency";
+        if low > 1.0 {
+            let reason =
+                format!("{value:.3} electrons a photon are more than one; correct the photons of the descriptor");
+            fit.warnings.push(format!("{key}: {reason}"));
+            fit.untold.push(Untold { key, reason });
+        } else if value > 0.0 {
+            let interval = [low, lesser(high, 1.0)];
+            fit.fitted.push(Fitted { key, value: lesser(value, 1.0), interval, rests_on: "QE" });
             let reason = "is part of the quantum efficiency that is measured, and taken as 1".to_owned();
             fit.untold.push(Untold { key: "pixel.fill_factor", reason });
         } else {
             let reason = "the descriptor states no photons".to_owned();
-            fit.untold.push(Untold { key: "pixel.quantum_efficiency", reason });
+            fit.untold.push(Untold { key, reason });
         }
         self.well(fit);
     }

@@ -133,6 +133,8 @@ pub struct Stack {
     last: Vec<u16>,
     row_squares: Vec<u64>,
     column_squares: Vec<u64>,
+    /// How often each code occurs in all frames, up to the greatest one.
+    counts: Vec<u64>,
 }
 
 impl Stack {
@@ -150,6 +152,7 @@ impl Stack {
             last: Vec::new(),
             row_squares: vec![0; crate::num::index(size.height_px)],
             column_squares: vec![0; crate::num::index(size.width_px)],
+            counts: Vec::new(),
         }
     }
 
@@ -161,6 +164,11 @@ impl Stack {
             self.sums[index] += value;
             self.squares[index] += value * value;
             self.cubes[index] += value * value * value;
+            let code = usize::from(code);
+            if self.counts.len() <= code {
+                self.counts.resize(code + 1, 0);
+            }
+            self.counts[code] += 1;
         }
         for (product, (&last, &code)) in self.products.iter_mut().zip(self.last.iter().zip(values)) {
             *product += u64::from(last) * u64::from(code);
@@ -177,6 +185,22 @@ impl Stack {
         }
         self.last = values.to_vec();
         self.frames += 1;
+    }
+
+    /// Codes of the first frame.
+    pub fn first(&self) -> &[u16] {
+        &self.first
+    }
+
+    /// Last frame less first one, over the root of two: the temporal noise of a frame, free of the pattern.
+    pub fn noise_dn(&self) -> Vec<f64> {
+        let pairs = self.last.iter().zip(&self.first);
+        pairs.map(|(&last, &first)| (f64::from(last) - f64::from(first)) * std::f64::consts::FRAC_1_SQRT_2).collect()
+    }
+
+    /// How often each code occurs in all frames, from code 0 to the greatest.
+    pub fn counts(&self) -> &[u64] {
+        &self.counts
     }
 
     /// Mean code of each pixel.

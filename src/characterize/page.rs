@@ -42,11 +42,11 @@ pub fn html(record: &Characterization) -> String {
     )
 }
 
-fn section(heading: &str, lead: &str, content: &str) -> String {
+pub(super) fn section(heading: &str, lead: &str, content: &str) -> String {
     format!("<section><h2>{heading}</h2><p class=\"soft\">{lead}</p>{content}</section>")
 }
 
-fn pair(left: &str, right: &str) -> String {
+pub(super) fn pair(left: &str, right: &str) -> String {
     format!("<div class=\"pair\">{left}{right}</div>")
 }
 
@@ -84,11 +84,11 @@ fn header(record: &Characterization) -> String {
     )
 }
 
-fn dots(name: &str, ink: Ink, points: Vec<(f64, f64)>) -> Series<'_> {
+pub(super) fn dots(name: &str, ink: Ink, points: Vec<(f64, f64)>) -> Series<'_> {
     Series { name, ink, shape: Shape::Dots, runs: vec![points] }
 }
 
-fn line(name: &str, ink: Ink, points: Vec<(f64, f64)>) -> Series<'_> {
+pub(super) fn line(name: &str, ink: Ink, points: Vec<(f64, f64)>) -> Series<'_> {
     Series { name, ink, shape: Shape::Line(2), runs: vec![points] }
 }
 
@@ -318,7 +318,7 @@ fn histogram(found: &Histogram, heading: &str, label: &str) -> String {
 }
 
 /// What a figure is, for a reader of the table.
-fn meaning(name: &str) -> &'static str {
+pub(super) fn meaning(name: &str) -> &'static str {
     match name {
         "K" => "overall system gain",
         "R" => "responsivity",
@@ -393,7 +393,7 @@ fn figures(record: &Characterization) -> String {
 }
 
 /// Four significant digits.
-fn significant(value: f64) -> String {
+pub(super) fn significant(value: f64) -> String {
     let size = value.abs();
     if size >= 1e6 || (size > 0.0 && size < 1e-3) {
         return format!("{value:.2e}");

@@ -89,7 +89,7 @@ pub struct Characterization {
 }
 
 /// Unit of a figure.
-fn unit(name: &str) -> &'static str {
+pub(super) fn unit(name: &str) -> &'static str {
     match name {
         "K" => "DN/e-",
         "R" => "DN/photon",

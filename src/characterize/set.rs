@@ -33,7 +33,7 @@ impl Default for Options {
 const SIZE: Size = Size { width_px: 320, height_px: 240 };
 
 /// Longest side of a region: the spectrograms' time grows with its cube.
-const SIDE_MAX: u32 = 1024;
+pub const SIDE_MAX: u32 = 1024;
 
 /// Share of saturation that the last point exceeds it by.
 const LAST_SHARE: f64 = 1.14;
@@ -130,6 +130,22 @@ impl Set {
             saturation_e,
             exposure_limit_s: longest_s(sensor),
         })
+    }
+
+    /// The shots of frames that exist: exposures and light of their points, rising, and of their stacks.
+    ///
+    /// # Errors
+    /// A sensor that does not respond to light, or sides beyond 16 to 1,024 pixels.
+    pub fn of_frames(
+        sensor: &SensorSetup,
+        size: Size,
+        points: Vec<Exposure>,
+        half: Exposure,
+        stack: u32,
+    ) -> Result<Self, Error> {
+        let usual = Self::new(sensor, &Options { size: Some(size), ..Options::default() })?;
+        let photons_per_s = half.photons / half.exposure_s();
+        Ok(Self { points, half, stack, photons_per_s, ..usual })
     }
 
     /// Every frame, in the order in which the descriptor names them.

@@ -214,6 +214,9 @@ pub struct FitArguments {
     /// Of the die while the frames were taken; 300 unless given.
     #[arg(long, value_name = "K")]
     pub temperature_k: Option<f64>,
+    /// Simulates the fitted sensor's frames and writes a page with both sides: histograms, spectra, photon transfer, frames.
+    #[arg(long, value_name = "FILE")]
+    pub page: Option<PathBuf>,
 }
 
 /// A scene from elsewhere.

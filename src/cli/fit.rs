@@ -1,15 +1,21 @@
 //! `sensel fit`: a sensor file from the frames of a measurement.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use sensel::characterize::fit::{Assumed, Fit, Fitted, fit};
+use sensel::characterize::fit_page::{self, Beside};
+use sensel::characterize::set::SIDE_MAX;
+use sensel::characterize::{Bench, Measurement};
 use sensel::error::Error;
 use sensel::files::emva_reader::{self, FoundMeasurement};
 use sensel::num::significant;
+use sensel::run::SensorSetup;
+use sensel::units::Size;
 use serde_json::json;
 
 use super::args::{FitArguments, Shared};
-use super::{listing, place, words};
+use super::{listing, place, progress, words};
 
 /// `sensel fit`.
 pub fn main(arguments: &FitArguments, shared: &Shared) -> Result<(), Error> {
@@ -19,6 +25,11 @@ pub fn main(arguments: &FitArguments, shared: &Shared) -> Result<(), Error> {
             return Err(Error::key("--out", out.display(), "is there already; name a new file"));
         }
         place::check_output("--out", out)?;
+    }
+    if let Some(page) = &arguments.page {
+        place::check_ending("--page", page, &["html"], "a page")?;
+        place::check_output("--page", page)?;
+        place::refuse_same(&[("--out", out.as_ref()), ("--page", Some(page))])?;
     }
     let located = place::locate_sensor(Some(&arguments.preset), shared)?;
     let pixel = &located.resolved.scenario.sensor.pixel;
@@ -35,9 +46,22 @@ pub fn main(arguments: &FitArguments, shared: &Shared) -> Result<(), Error> {
     let refused = |reason: String| Error::Content { file: arguments.folder.display().to_string(), reason };
     let mut fit = fit(&found.measurement, found.bits, &assumed).map_err(refused)?;
     fit.warnings.splice(0..0, found.warnings.iter().cloned());
+    let text = sensor_file(&fit, &found, &arguments.preset, temperature_k);
     if let Some(out) = &out {
-        let text = sensor_file(&fit, &found, &arguments.preset, temperature_k);
         place::write_output("--out", out, text.as_bytes())?;
+    }
+    if let Some(page) = &arguments.page {
+        let simulated = simulated(&found, &fit, arguments, temperature_k, shared)?;
+        let name = arguments.folder.file_name().map_or("frames".into(), |name| name.to_string_lossy());
+        let html = fit_page::html(&Beside {
+            name: &name,
+            preset: &arguments.preset,
+            bits: found.bits,
+            fit: &fit,
+            measured: &found.measurement,
+            simulated: &simulated,
+        });
+        place::write_output("--page", page, html.as_bytes())?;
     }
     words::warn(&fit.warnings);
     if shared.json {
@@ -65,13 +89,65 @@ pub fn main(arguments: &FitArguments, shared: &Shared) -> Result<(), Error> {
     if let Some(out) = &out {
         outln!("sensor file: {0}; use it as sensor.preset = \"./{0}\" in a scenario of its folder", out.display());
     }
+    if let Some(page) = &arguments.page {
+        outln!("page: {}", page.display());
+    }
     Ok(())
+}
+
+/// Frames of the fitted sensor under the light of those that were read: of their first rows and columns where they are large.
+fn simulated(
+    found: &FoundMeasurement,
+    fit: &Fit,
+    arguments: &FitArguments,
+    temperature_k: f64,
+    shared: &Shared,
+) -> Result<Measurement, Error> {
+    let size = Size { width_px: found.size.width_px.min(SIDE_MAX), height_px: found.size.height_px.min(SIDE_MAX) };
+    // The frames are of one colour plane. Lines long enough for a row of it: exposures here are free of the readout.
+    let assignments = [
+        format!("sensor.width={}", size.width_px),
+        format!("sensor.height={}", size.height_px),
+        "sensor.pixel.cfa=mono".to_owned(),
+        format!("sensor.readout.hts={HTS}"),
+        format!("sensor.readout.vts={VTS}"),
+        "link.frequency_hz=2000000000".to_owned(),
+        // Frames that characterize made have draws of their own.
+        format!("seed={OTHER}"),
+        format!("sensor.die={OTHER}"),
+    ];
+    // A preset that is a file is read from its own folder.
+    let path = Path::new(&arguments.preset);
+    let (preset, folder) = match path.file_name().filter(|_| path.exists()) {
+        Some(name) => (format!("./{}", name.to_string_lossy()), path.parent().unwrap_or(Path::new(""))),
+        None => (arguments.preset.clone(), Path::new("")),
+    };
+    let text = sensor_file(fit, found, &preset, temperature_k);
+    let resolved = place::layered("fitted sensor", &text, &assignments, folder)?;
+    let pixel = SensorSetup::new(&resolved)?.parameters.pixel;
+    let mut points = fit.light(&found.measurement, found.half, pixel.quantum_efficiency * pixel.fill_factor);
+    let half = points.pop().unwrap_or(found.half);
+    let stack = u32::try_from(found.stack).unwrap_or(u32::MAX);
+    let bench = Bench::of_frames(&resolved, size, points, half, stack)?;
+    let bar = progress::bar("simulated frames", bench.set().frames(), shared.quiet);
+    let measurement = bench.run(|_, _| {
+        bar.inc();
+        Ok(())
+    })?;
+    bar.finish();
+    Ok(measurement)
 }
 
 /// Five significant digits.
 fn digits(value: f64) -> String {
     format!("{}", significant(value, 5))
 }
+
+/// Clocks of a line and lines of a frame that hold any row and frame of a simulated stack.
+const HTS: u32 = 16_384;
+const VTS: u32 = 4_096;
+/// Seed and die of the simulated frames.
+const OTHER: u32 = 20_001;
 
 /// What a fitted sensor has besides its fitted keys.
 const PIXEL: &str = "

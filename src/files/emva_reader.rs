@@ -48,6 +48,8 @@ pub struct FoundMeasurement {
     pub points: usize,
     /// Frames of each stack.
     pub stack: usize,
+    /// Exposure and light of both stacks.
+    pub half: Exposure,
     /// What a user should know.
     pub warnings: Vec<String>,
 }
@@ -64,6 +66,7 @@ pub fn read(folder: &Path) -> Result<FoundMeasurement, Error> {
         .map_err(|_| refused("is no UTF-8 text; use a descriptor of EMVA 1288".to_owned()))?;
     let descriptor = Descriptor::parse(&text)?;
     let series = descriptor.series()?;
+    let half = series.stacks[0].exposure();
     let exposures: Vec<Exposure> = series.points.iter().map(|[bright, _]| bright.exposure()).collect();
     let mut measurement = Measurement::of_points(descriptor.size, &exposures);
     let mut greatest = 0;
@@ -94,7 +97,7 @@ pub fn read(folder: &Path) -> Result<FoundMeasurement, Error> {
         ));
     }
     let Descriptor { bits, size, .. } = descriptor;
-    Ok(FoundMeasurement { measurement, bits, size, points: exposures.len(), stack: series.stack, warnings })
+    Ok(FoundMeasurement { measurement, bits, size, points: exposures.len(), stack: series.stack, half, warnings })
 }
 
 fn refused(reason: String) -> Error {

@@ -48,20 +48,27 @@ def program(folder):
     return str(place)
 
 
-def volume(folder, sampler, seed):
-    """Of one search."""
-    out = folder / f"{sampler}-{seed}"
+def searched(folder, sampler, seed, more="", name=""):
+    """One search, with more lines in its file."""
+    out = folder / f"{sampler}{name}-{seed}"
     factors = "".join(
         f'[[factor]]\nkey = "{name}"\nlow = {low}\nhigh = {high}\nspacing = "log"\n' for name, (low, high) in stand_in.RANGES.items()
     )
-    place = folder / f"{sampler}-{seed}.toml"
-    place.write_text(SEARCH.format(factors=factors, sampler=sampler, seed=seed, cells=CELLS), encoding="utf-8")
+    place = folder / f"{sampler}{name}-{seed}.toml"
+    place.write_text(SEARCH.format(factors=factors, sampler=sampler, seed=seed, cells=CELLS) + more, encoding="utf-8")
     state = loop.State(file.read(place), out)
     with Engine(argparse.Namespace(engine="local", program=str(folder / "stand-in"), rest=[])) as engine:
         loop.check_identity(state)
         while loop.play(state, engine):
             pass
-    assert state.cells == CELLS, state.cells
+    return state
+
+
+def volume(folder, sampler, seed, more="", name=""):
+    """Of what one search found."""
+    state = searched(folder, sampler, seed, more, name)
+    # A round with rungs may end before the last cells, which are fewer than a design costs.
+    assert CELLS - 4 < state.cells <= CELLS if more else state.cells == CELLS, state.cells
     found = [stand_in.truth(one.design.is_) for one in front(state.wish, state.summaries())]
     return hypervolume([list(one) for one in found], list(stand_in.REFERENCE))
 

@@ -4,17 +4,19 @@ import json
 import math
 import random
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy
 from optuna._hypervolume import compute_hypervolume
-from sensel_sweep.search import file
+from sensel_sweep.search import beside, file, rungs
 from sensel_sweep.search.batch import Result, Run
 from sensel_sweep.search.designs import Design, Wanted, excess_of, front, hypervolume, summary
 from sensel_sweep.search.file import Objective, constraint
-from sensel_sweep.search.outcome import kept_of, mean_of
+from sensel_sweep.search.outcome import Mean, kept_of, mean_of
 from sensel_sweep.search.racing import near_front, residual_sd
 
+SEARCH = file.read(Path(__file__).parents[2] / "scenes/studies/hall_power.toml")
 TRACKED = constraint("tracking.tracked_fraction >= 1")
 WISH = Wanted((Objective("energy.power_mw"), Objective("tracking.ate_m")), (TRACKED,), {"tracking.": TRACKED})
 
@@ -95,21 +97,62 @@ def a_race_keeps_what_may_be_best():
 
 def files_are_read():
     root = Path(__file__).parents[2]
-    study = file.read(root / "scenes/studies/hall_power.toml")
-    assert len(study.factors) == 7 and len(study.trajectories) == 2 and study.guesses[0][0] == "expert"
-    seen = {name for name, _ in study.trajectories}
-    assert not seen & {name for name, _ in study.final.trajectories} and min(study.final.seeds) > study.seeds_most
+    for name, factors in (("hall_power", 8), ("hall_night_power", 8), ("pose_2mw", 9), ("runner_shutter", 6)):
+        study = file.read(root / f"scenes/studies/{name}.toml")
+        assert len(study.factors) == factors and len(study.trajectories) == 2 and study.guesses[0][0] == "expert", name
+        seen = {name for name, _ in study.trajectories}
+        assert not seen & {name for name, _ in study.final.trajectories} and min(study.final.seeds) > study.seeds_most
+    again = file.read(root / "scenes/studies/hall_power.toml", {"seed": 2, "sampler": "random"})
+    first = file.read(root / "scenes/studies/hall_power.toml")
+    assert (again.seed, again.sampler, first.seed) == (2, "random", 1) and again.identity != first.identity
     text = (root / "docs/search.md").read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
     with tempfile.TemporaryDirectory() as scratch:
         example = Path(scratch) / "example.toml"
         example.write_text(text, encoding="utf-8")
-        assert len(file.read(example).constraints) == 3
+        found = file.read(example)
+        assert len(found.constraints) == 3 and found.rungs[0].cost == 0.5
+
+
+def a_rung_is_judged_by_ranks():
+    full = [design(number, [result(10.0 + number, 0.01 * (1.0 + number))]) for number in range(8)]
+    # Half of the pose error in the same order; one pair of neighbours swapped.
+    order = [0, 1, 2, 4, 3, 5, 6, 7]
+    low = [design(number, [result(10.0 + number, 0.005 * (1.0 + order[number]))]) for number in range(8)]
+    power, ate, tracked = rungs.agreements(WISH, full, low)
+    # 1 - 6 sum d^2 / (n (n^2 - 1)) with two d of 1.
+    assert power.correlation == 1.0 and abs(ate.correlation - (1.0 - 12.0 / 504.0)) < 1e-12 and tracked.correlation is None
+    assert abs(ate.ratio - 2.0) < 1e-9 and ate.interval[0] < ate.correlation < ate.interval[1] <= 1.0
+    rung = file.Rung("half", 0.5, {}, 1, 0, 0.5, 0.5, 0.97)
+    found = [power, ate, tracked]
+    assert rungs.is_used(rung, found, WISH) and not rungs.is_used(replace(rung, correlation=0.98), found, WISH)
+    # Too few designs tell nothing, and a rung that nobody measured is not used.
+    assert not rungs.is_used(rung, rungs.agreements(WISH, full[:5], low[:5]), WISH)
+    # The rung's figures count in the unit of full ones.
+    assert abs(rungs.scaled(WISH, found, low[0]).means[1] - 0.01) < 1e-9
+    # Two designs pass for each that runs: 1 + 2 * 0.5 cells.
+    search = replace(SEARCH, seeds=1, seeds_most=1, trajectories=((None, {}),))
+    assert rungs.cells_of_design(search, [rung]) == 2.0 and rungs.widened(3, [rung]) == 6 and rungs.full_cells(search, rung, 5) == 3
+    assert rungs.keys_at(search, rung, {"run.frames": 15}) == {"run.frames": 8}
+
+
+def fronts_move_by_more_than_intervals_or_not():
+    def means(power_mw, ate_m):
+        return (Mean(power_mw, (power_mw - 1.0, power_mw + 1.0), 9, 0), Mean(ate_m, (ate_m - 0.001, ate_m + 0.001), 9, 0))
+
+    here = {1: means(10.0, 0.02), 2: means(20.0, 0.01), 3: means(30.0, 0.03)}
+    assert beside.on_front(WISH, here) == [1, 2]
+    # Halves of the intervals add in squares: 1.41 mW and 1.41 mm.
+    assert beside.moved(WISH, here, {5: means(8.5, 0.0185)}) == [1]
+    assert beside.moved(WISH, here, {5: means(8.7, 0.0185)}) == [] == beside.moved(WISH, here, {5: means(5.0, 0.0199)})
+    one = Wanted((Objective("energy.power_mw"),), (), {})
+    assert beside.moved(one, {1: means(10.0, 0.0)[:1]}, {2: means(8.5, 0.0)[:1]}) == [1]
+    assert beside.volumes(WISH, [{1: means(1.0, 1.0)}, {1: means(2.0, 2.0)}])[1] > 0.0
 
 
 def main():
     compared = volumes_agree()
     checks = [a_lost_track_is_no_number, shares_pick_the_run, intervals_are_exact, noise_is_what_shifts_leave]
-    checks += [a_race_keeps_what_may_be_best, files_are_read]
+    checks += [a_race_keeps_what_may_be_best, files_are_read, a_rung_is_judged_by_ranks, fronts_move_by_more_than_intervals_or_not]
     for check in checks:
         check()
     print(json.dumps({"volumes": compared, "checks": len(checks)}))

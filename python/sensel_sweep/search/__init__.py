@@ -16,12 +16,13 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.part == "report":
         arguments.engine = "none"
     try:
-        search = file.read(Path(arguments.file))
+        own = {key: value for key in ("seed", "sampler") if (value := getattr(arguments, key)) is not None}
+        search = file.read(Path(arguments.file), own)
         out = Path(arguments.out or Path("out") / "searches" / search.path.stem).resolve()
         state = loop.State(search, out, reads_only=arguments.part == "report")
         with Engine(arguments) as engine:
             loop.search_all(state, engine)
-        report.write(state)
+        report.write(state, [Path(folder) for folder in getattr(arguments, "beside", [])])
         return 0
     except loop.Paused:
         if arguments.part == "report":

@@ -66,6 +66,11 @@ class Factor:
             return int(min(max(round(value), math.ceil(self.low)), math.floor(self.high)))
         return min(max(float(f"{value:.4g}"), self.low), self.high)
 
+    @property
+    def keys(self) -> set[str]:
+        """Keys of the scenario that it varies."""
+        return {key for _, keys in self.levels for key in keys} if self.levels else {self.key}
+
     def assigned(self, value) -> dict:
         """Keys of the scenario and their values."""
         if self.levels:
@@ -105,6 +110,25 @@ class Constraint:
 
 
 @dataclass(frozen=True)
+class Rung:
+    """Cheaper cells that choose which proposals run in full."""
+
+    name: str
+    # Share of the frames of a full cell.
+    frames: float
+    set: dict
+    seeds: int
+    # The search's first ones; 0: all of them.
+    trajectories: int
+    # Of a full cell.
+    cost: float
+    # Share of the designs that go on.
+    keep: float
+    # Least rank correlation with full cells.
+    correlation: float
+
+
+@dataclass(frozen=True)
 class Final:
     """The evaluation of the front on seeds and trajectories that the search never saw."""
 
@@ -134,6 +158,7 @@ class SearchFile:
     seeds: int
     seeds_most: int
     sampler: str
+    rungs: tuple[Rung, ...] = ()
     identity: str = field(default="", compare=False)
 
     @property
@@ -171,14 +196,16 @@ def constraint_parts(text: str, example: str) -> tuple[str, str, float, float | 
     return figure, relation, limit, share
 
 
-def read(path: Path) -> SearchFile:
-    """Reads and checks a search file."""
+def read(path: Path, own: dict | None = None) -> SearchFile:
+    """Reads and checks a search file; `own` keys take the place of those in its [search]."""
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise Failure(f"{path}: {error.strerror or error}", 4) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise Failure(f"{path}: {error}") from None
+    if own:
+        table["search"] = {**table.get("search", {}), **own}
     return Reader(str(path)).search_file(path, table)
 
 
@@ -327,8 +354,29 @@ class Reader:
         designs = self.number("final", table, "designs", 6, 1, 1000)
         return Final(tuple(seeds), own, designs)
 
+    def rung(self, number: int, table: dict, factors: tuple[Factor, ...], trajectories: int, seeds: int, has_frames: bool) -> Rung:
+        where = f"rung.{number}"
+        self.known(where, table, ["name", "frames", "set", "seeds", "trajectories", "cost", "keep", "correlation"])
+        name = self.text(where, table, "name", "half as long")
+        frames = float(self.number(where, table, "frames", 1.0, 1e-3, 1.0))
+        if frames < 1.0 and not has_frames:
+            raise self.refused(f"{where}.frames", frames, "needs run.frames in [set], or in every level of one factor")
+        own = self.keys(f"{where}.set", table.get("set", {}))
+        varied = {key for factor in factors for key in factor.keys}
+        for key in own:
+            if key in varied:
+                raise self.refused(f"{where}.set.{key}", own[key], "is varied by a factor, so that a rung that sets it tells nothing of it")
+        own_seeds = self.number(where, table, "seeds", 1, 1, seeds)
+        own_trajectories = self.number(where, table, "trajectories", trajectories, 1, trajectories)
+        cost = float(self.number(where, table, "cost", frames, 1e-6, 1.0))
+        if not own and frames == 1.0 and own_seeds == seeds and own_trajectories == trajectories:
+            raise self.refused(where, None, "is a full cell; give it fewer frames, seeds or trajectories, or keys that make cells cheaper")
+        keep = float(self.number(where, table, "keep", 0.5, 0.01, 0.99))
+        correlation = float(self.number(where, table, "correlation", 0.7, 0.0, 1.0))
+        return Rung(name, frames, own, own_seeds, own_trajectories, cost, keep, correlation)
+
     def search_file(self, path: Path, table: dict) -> SearchFile:
-        top = ["scenario", "set", "cameras_alone", "trajectory", "factor", "objective", "constraints", "guess", "search", "final"]
+        top = ["scenario", "set", "cameras_alone", "trajectory", "factor", "objective", "constraints", "guess", "rung", "search", "final"]
         self.known("", table, top)
         scenario = self.text("", table, "scenario", "hall")
         factors = tuple(self.factor(number, one) for number, one in enumerate(self.tables("factor", table.get("factor", []))))
@@ -358,6 +406,14 @@ class Reader:
         cells = self.number("search", own, "cells", 240, 1, 1_000_000)
         guesses = tuple(self.guess(number, one, factors) for number, one in enumerate(self.tables("guess", table.get("guess", []))))
         self.refuse_twins("guess", [name for name, _ in guesses])
+        has_frames = "run.frames" in self.keys("set", table.get("set", {})) or any(
+            factor.levels and all("run.frames" in keys for _, keys in factor.levels) for factor in factors
+        )
+        rungs = tuple(
+            self.rung(number, one, factors, len(trajectories), seeds, has_frames)
+            for number, one in enumerate(self.tables("rung", table.get("rung", [])))
+        )
+        self.refuse_twins("rung", [one.name for one in rungs])
         least = (start + len(guesses)) * seeds * len(trajectories)
         if cells < least:
             reason = f"the first round alone takes {least} cells ({start} designs to start with, {len(guesses)} guesses, "
@@ -383,6 +439,7 @@ class Reader:
             seeds=seeds,
             seeds_most=seeds_most,
             sampler=sampler,
+            rungs=rungs,
             identity=identity(table),
         )
 

@@ -17,6 +17,7 @@ from .designs import Design, Summary, Wanted, summary, wanted
 from .failure import Failure
 from .file import SearchFile
 from .propose import first, proposals
+from . import rungs
 from .racing import layers, near_front, seeds_wanted
 
 # Figures that only a finished cell names, because they depend on the run.
@@ -43,6 +44,10 @@ class State:
     # Whether finished cells are read and nothing is written or run.
     reads_only: bool = False
     is_finished: bool = False
+    # By rung, how its figures agree with those of full cells.
+    agreements: dict[int, list[rungs.Agreement]] = field(default_factory=dict)
+    # Proposals that a rung left out.
+    left_out: list[dict] = field(default_factory=list)
 
     def summaries(self) -> list[Summary]:
         """Of all designs of which anything is known."""
@@ -107,12 +112,16 @@ class Plan:
     designs: list[Design]
     runs: list[Run]
     refused: dict[int, str] = field(default_factory=dict)
+    # Proposals that a rung left out, and what the cells of rungs count as in full cells.
+    left_out: list[dict] = field(default_factory=list)
+    rung_cells: int = 0
 
     def text(self) -> str:
         """As JSON."""
         designs = [{"number": one.number, "is": one.is_, "guess": one.guess} for one in self.designs]
         runs = [[one.design, one.trajectory, one.seed] for one in self.runs]
-        return json.dumps({"designs": designs, "runs": runs, "refused": self.refused}, indent=1) + "\n"
+        of_rungs = {"left_out": self.left_out, "rung_cells": self.rung_cells} if self.rung_cells else {}
+        return json.dumps({"designs": designs, "runs": runs, "refused": self.refused, **of_rungs}, indent=1) + "\n"
 
     @staticmethod
     def read(place: Path, turn: int) -> Plan:
@@ -120,14 +129,17 @@ class Plan:
         found = json.loads(place.read_text(encoding="utf-8"))
         designs = [Design(one["number"], one["is"], turn, one["guess"]) for one in found["designs"]]
         refused = {int(number): why for number, why in found["refused"].items()}
-        return Plan(designs, [Run(*one) for one in found["runs"]], refused)
+        runs = [Run(*one) for one in found["runs"]]
+        return Plan(designs, runs, refused, found.get("left_out", []), found.get("rung_cells", 0))
 
 
-def next_plan(state: State) -> Plan:
-    """What the finished cells and the search's seed propose."""
+def next_plan(state: State, engine: Engine) -> Plan:
+    """What the finished cells and the search's seed propose; with rungs, what passes them."""
     search, turn = state.search, state.rounds
     left = search.cells - state.cells
     extra: dict[int, list[int]] = {}
+    left_out: list[dict] = []
+    rung_cells = 0
     if turn == 0:
         points = [(is_, None) for is_ in first(search)] + [(is_, name) for name, is_ in search.guesses]
     else:
@@ -139,12 +151,20 @@ def next_plan(state: State) -> Plan:
             extra = seeds_wanted(search, ranked, min(left, of_round if confirms else int(RACE_SHARE * of_round)))
             left = 0 if confirms and extra else left
         left -= sum(len(seeds) for seeds in extra.values()) * len(search.trajectories)
-        count = min(search.batch, left // search.replicates)
-        points = [(is_, None) for is_ in proposals(search, state.wish, summaries, turn, count)] if count > 0 else []
+        climbed = [search.rungs[number] for number in rungs.used(state)]
+        count = min(search.batch, int(left // rungs.cells_of_design(search, climbed)))
+        points = []
+        if count > 0:
+            summaries += [rungs.estimate(one, turn) for one in state.left_out]
+            points = [(is_, None) for is_ in proposals(search, state.wish, summaries, turn, rungs.widened(count, climbed))]
+        if climbed and points:
+            proposed = [Design(at, is_, turn) for at, (is_, _) in enumerate(points)]
+            passed, others, rung_cells = rungs.sieved(state, engine, proposed, turn, count)
+            points, left_out = [(one.is_, None) for one in passed], others
     new = [Design(len(state.designs) + place, is_, turn, guess) for place, (is_, guess) in enumerate(points)]
     runs = [run for design in new for run in runs_of(search.trajectories, design.number, list(range(1, search.seeds + 1)))]
     runs += [run for number, seeds in extra.items() for run in runs_of(search.trajectories, number, seeds)]
-    return Plan(new, runs)
+    return Plan(new, runs, left_out=left_out, rung_cells=rung_cells)
 
 
 def play(state: State, engine: Engine) -> bool:
@@ -155,22 +175,25 @@ def play(state: State, engine: Engine) -> bool:
     place = state.out / "rounds" / f"{turn:03d}.json"
     if state.reads_only and not place.exists():
         return False
-    plan = Plan.read(place, turn) if place.exists() else next_plan(state)
+    plan = Plan.read(place, turn) if place.exists() else next_plan(state, engine)
     if not plan.runs:
         return False
     results = run_round(state, engine, place, plan, search.trajectories, f"Round {turn} of {search.path.name}")
     for run, result in results.items():
         state.designs[run.design].results[run] = result
-    state.cells += len(plan.runs)
-    state.cells_after.append(state.cells)
+    state.cells += len(plan.runs) + plan.rung_cells
+    state.left_out += plan.left_out
     state.rounds += 1
     after_round(state)
+    if turn == 0 and search.rungs:
+        state.cells += rungs.measure(state, engine, plan.designs)
+    state.cells_after.append(state.cells)
     return True
 
 
 def run_round(state: State, engine: Engine, place: Path, plan: Plan, trajectories: tuple, comment: str) -> dict[Run, Result]:
     """Writes a batch, runs it and reads it. A design that the scenario refuses stays out and says why."""
-    search, file = state.search, place.with_suffix(".toml")
+    search = state.search
     state.designs += plan.designs
 
     def cells(some: list[Run]) -> list[tuple[str, dict]]:
@@ -180,20 +203,29 @@ def run_round(state: State, engine: Engine, place: Path, plan: Plan, trajectorie
         plan.refused = find_refused(state, engine, cells, plan.runs)
         accepted = [run for run in plan.runs if run.design not in plan.refused]
         if accepted:
-            write_whole(file, sweep_text(search, file.parent, cells(accepted), comment))
+            write_whole(place.with_suffix(".toml"), sweep_text(search, place.parent, cells(accepted), comment))
         write_whole(place, plan.text())
     for number, why in plan.refused.items():
         state.designs[number].refusal = why
     accepted = [run for run in plan.runs if run.design not in plan.refused]
     if not accepted:
         return {}
-    labels = [run.label for run in accepted]
+    found = finished(state, engine, place, cells(accepted), comment)
+    return {run: found[run.label] for run in accepted}
+
+
+def finished(state: State, engine: Engine, place: Path, cells: list[tuple[str, dict]], comment: str) -> dict[str, Result]:
+    """Results of a batch by label; writes its sweep file beside its plan and runs what is missing."""
+    file, labels = place.with_suffix(".toml"), [label for label, _ in cells]
+    if not file.exists():
+        if state.reads_only:
+            raise Paused
+        write_whole(file, sweep_text(state.search, file.parent, cells, comment))
     if engine.arguments.engine == "none" and not set(labels) <= set(read_or_gather(state, engine, file)):
         if not state.reads_only:
             print(shlex.join(engine.words("run", file, state.sweep)))
         raise Paused
-    found = run_batch(engine, file, state.sweep, labels, f"{comment}: {len(labels)} cells")
-    return {run: found[run.label] for run in accepted}
+    return run_batch(engine, file, state.sweep, labels, f"{comment}: {len(labels)} cells")
 
 
 def read_or_gather(state: State, engine: Engine, file: Path) -> dict:

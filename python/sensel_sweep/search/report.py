@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import warnings
 from html import escape
+from pathlib import Path
 
 import optuna
 
+from . import beside, rungs
 from .batch import value_text, write_whole
 from .chart import Series, chart, digits
+from .file import Rung
 from .loop import State
 from .outcome import CONFIDENCE, Judged, chosen, judged, limits_moved, prices_doubled, progress, search_front
 from .propose import kind, study_of
@@ -31,13 +34,17 @@ DESIGNS_FOR_IMPORTANCE = 20
 MOVED = 0.1
 
 
-def write(state: State) -> None:
-    """Writes report.html, report.json and, with a choice, chosen.toml; says what was found."""
+def write(state: State, others: list[Path]) -> None:
+    """Writes report.html, report.json and, with a choice, chosen.toml; says what was found, also beside other searches."""
     all_judged = judged(state)
     number = chosen(state, all_judged)
+    read_others = [beside.read(folder, state.wish) for folder in others]
     facts = facts_of(state, all_judged, number)
     write_whole(state.out / "report.json", json.dumps(facts, indent=1) + "\n")
     lines = sentences(state, all_judged, number)
+    lines += [line for other in read_others for line in beside.sentences(state.wish, all_judged, other)]
+    measured = [(rung, state.agreements[at]) for at, rung in enumerate(state.search.rungs) if at in state.agreements]
+    lines += [f"Rung '{rung.name}': {rungs.reason(rung, found)}." for rung, found in measured]
     toml = None
     if number is not None:
         toml = design_toml(state, number, lines)
@@ -200,7 +207,37 @@ def facts_of(state: State, all_judged: list[Judged], number: int | None) -> dict
         "chosen": number,
         "progress": progress(state),
         "importance": importance(state),
+        "rungs": [rung_facts(state, number, rung) for number, rung in enumerate(search.rungs) if number in state.agreements],
     }
+
+
+def rung_facts(state: State, number: int, rung: Rung) -> dict:
+    """How a rung's figures agree with those of full cells."""
+    agreements = [
+        {"figure": one.figure, "correlation": one.correlation, "interval": one.interval, "designs": one.designs, "ratio": one.ratio}
+        for one in state.agreements[number]
+    ]
+    return {"name": rung.name, "cost": rung.cost, "is_used": number in rungs.used(state), "figures": agreements}
+
+
+def rungs_section(state: State, facts: list[dict]) -> str:
+    """Rungs of fidelity; nothing where the file has none."""
+    if not facts:
+        return ""
+    rows = []
+    for one in facts:
+        for figure in one["figures"]:
+            interval = figure["interval"]
+            ends = f" ({interval[0]:.2f} to {interval[1]:.2f})" if interval else ""
+            rho = "not measured" if figure["correlation"] is None else f"{figure['correlation']:.2f}{ends}"
+            use = "used" if one["is_used"] else "left out"
+            rows.append([one["name"], use, figure["figure"], rho, str(figure["designs"]), digits(figure["ratio"])])
+    note = (
+        "Spearman's rank correlation over the designs of the first round, which run both on the rung and in full; 95 % intervals of Bonett "
+        f"and Wright. Rungs left {len(state.left_out)} proposals out. Their cells count with their stated cost."
+    )
+    heads = ["rung", "state", "figure", "rank correlation", "designs", "full over rung"]
+    return f'<section><h2>Rungs</h2><p class="note">{note}</p>{table(heads, rows)}</section>'
 
 
 def page(state: State, all_judged: list[Judged], number: int | None, lines: list[str], toml: str | None, facts: dict) -> str:
@@ -228,6 +265,7 @@ def page(state: State, all_judged: list[Judged], number: int | None, lines: list
         front_section(state, all_judged, number),
         progress_section(state, facts["progress"]),
         importance_section(facts["importance"]),
+        rungs_section(state, facts["rungs"]),
         designs_section(state),
     ]
     return (

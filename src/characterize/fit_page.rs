@@ -1,0 +1,370 @@
+//! Writes the page of a fit: frames of a sensor beside those that the fitted sensor makes under the same exposures and light. One
+//! self-contained page without scripts or network.
+
+use super::analysis::{Figures, Summary, figures};
+use super::fit::{Fit, Fitted, Untold};
+use super::map::map;
+use super::measure::{Measurement, Point, Stack};
+use super::page::{dots, line, meaning, pair, section, significant};
+use super::record::unit;
+use super::spatial::{spectrogram, transposed};
+use super::uncertainty::{DieErrors, standard_errors, variance_squares};
+use crate::num::{f64_from_u64, f64_from_usize, index};
+use crate::report::chart::{Axes, Ink, Series, Shape, chart};
+use crate::report::escape::escaped;
+use crate::units::Size;
+
+/// Difference in standard errors from which on a figure counts as different: a normal exceeds it in one of 16,000.
+const DIFFERENT: f64 = 4.0;
+
+/// Largest part of a frame that is drawn, from its first row and column.
+const DRAWN: Size = Size { width_px: 200, height_px: 150 };
+
+/// Most bins of a histogram of codes.
+const BINS_MAX: usize = 160;
+
+/// A fit with the frames on both sides.
+pub struct Beside<'a> {
+    /// Of the folder.
+    pub name: &'a str,
+    /// What the frames do not tell is that of this sensor.
+    pub preset: &'a str,
+    /// Depth of the codes.
+    pub bits: u32,
+    /// The parameters.
+    pub fit: &'a Fit,
+    /// Frames that were read.
+    pub measured: &'a Measurement,
+    /// Frames of the fitted sensor.
+    pub simulated: &'a Measurement,
+}
+
+/// What both sides' frames say, with standard errors.
+struct Side {
+    summary: Summary,
+    found: Figures,
+    errors: Figures,
+}
+
+impl Side {
+    fn of(measurement: &Measurement) -> Self {
+        let summary = Summary::of(measurement);
+        let found = figures(&summary);
+        let errors = standard_errors(&summary, &found, &variance_squares(&summary.transfer), DieErrors::default());
+        Self { summary, found, errors }
+    }
+
+    /// A figure with its standard error.
+    fn get(&self, name: &str) -> Option<[f64; 2]> {
+        let pair = [self.found.get(name).copied()?, self.errors.get(name).copied()?];
+        pair.iter().all(|value| value.is_finite()).then_some(pair)
+    }
+}
+
+/// The whole page.
+pub fn html(beside: &Beside<'_>) -> String {
+    let sides = [Side::of(beside.measured), Side::of(beside.simulated)];
+    let title = format!("{} \u{b7} fit", escaped(beside.name));
+    let body = [
+        header(beside),
+        "<main>".to_owned(),
+        parameters(beside.fit),
+        pair(&transfer(&sides), &signal(&sides)),
+        pair(
+            &over_exposure(
+                &sides,
+                ["Dark signal", "mean in DN"],
+                "Its slope is the dark current. A sensor file has a black level in whole codes: the sides may lie half a code apart.",
+                |point| point.dark_mean_dn,
+            ),
+            &over_exposure(
+                &sides,
+                ["Dark noise", "variance in DN\u{b2}"],
+                "Its offset is the dark noise, its slope again the dark current.",
+                |point| point.dark_variance_dn2,
+            ),
+        ),
+        pair(
+            &histogram("Codes in the dark", [&beside.measured.dark, &beside.simulated.dark]),
+            &histogram("Codes under light", [&beside.measured.bright, &beside.simulated.bright]),
+        ),
+        spectra(beside),
+        pictures(beside),
+        compared(&sides),
+        untold(beside),
+        "</main>".to_owned(),
+    ];
+    let style = include_str!("../report/html/style.css");
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\n<style>\n{style}</style></head>\n\
+         <body>\n{}\n<footer>sensel {}</footer></body></html>\n",
+        body.join("\n"),
+        env!("CARGO_PKG_VERSION")
+    )
+}
+
+fn header(beside: &Beside<'_>) -> String {
+    let [real, simulated] = [beside.measured, beside.simulated].map(|side| side.dark.size);
+    let mut chips = vec![
+        format!("{} \u{d7} {} px, {} bit", real.width_px, real.height_px, beside.bits),
+        format!("{} points of photon transfer", beside.measured.transfer.points.len()),
+        format!("stacks of {} frames", beside.measured.dark.frames),
+        format!("preset {}", escaped(beside.preset)),
+    ];
+    if real != simulated {
+        chips.push(format!("simulated: {} \u{d7} {} px", simulated.width_px, simulated.height_px));
+    }
+    let chips: String = chips.iter().map(|chip| format!("<li>{chip}</li>")).collect();
+    let warnings: String =
+        beside.fit.warnings.iter().map(|warning| format!("<p class=\"left\">{}</p>", escaped(warning))).collect();
+    format!(
+        "<header class=\"top\"><p class=\"kicker\">A sensor from its frames</p><h1>{}</h1>\
+         <p>The frames that were given, beside frames that another die of the fitted sensor makes under the same exposures and light.</p>\
+         <ul class=\"chips\">{chips}</ul>{warnings}</header>",
+        escaped(beside.name)
+    )
+}
+
+fn parameters(fit: &Fit) -> String {
+    let row = |Fitted { key, value, interval: [low, high], rests_on }: &Fitted| {
+        format!(
+            "<tr><th scope=\"row\">{key}</th><td class=\"num\">{}</td><td class=\"num\">{} to {}</td>\
+             <td class=\"note\">{rests_on}</td></tr>",
+            significant(*value),
+            significant(*low),
+            significant(*high)
+        )
+    };
+    let rows: String = fit.fitted.iter().map(row).collect();
+    let head = "<th>key</th><th class=\"num\">value</th><th class=\"num\">95 % interval</th><th>rests on</th>";
+    section("Parameters", "What the frames tell.", &scrolled(head, &rows))
+}
+
+fn scrolled(head: &str, rows: &str) -> String {
+    format!(
+        "<div class=\"scroll\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
+    )
+}
+
+/// Both sides' points, the simulated ones as rings.
+fn both<'a>(sides: &[Side; 2], of: impl Fn(&Point) -> (f64, f64)) -> [Series<'a>; 2] {
+    let [measured, simulated] = sides.each_ref().map(|side| side.summary.transfer.points.iter().map(&of).collect());
+    [
+        dots("measured", Ink::One, measured),
+        Series { name: "simulated", ink: Ink::Two, shape: Shape::Ring, runs: vec![simulated] },
+    ]
+}
+
+fn transfer(sides: &[Side; 2]) -> String {
+    let axes = Axes {
+        title: "Photon transfer",
+        x_label: "signal in DN",
+        y_label: "variance less dark in DN\u{b2}",
+        ..Axes::default()
+    };
+    let series = both(sides, |point| (point.signal_dn(), point.variance_dn2 - point.dark_variance_dn2));
+    section("Photon transfer", "The slope is the overall gain, the peak saturation.", &chart(&axes, &series))
+}
+
+fn signal(sides: &[Side; 2]) -> String {
+    let axes =
+        Axes { title: "Signal over exposure", x_label: "exposure in ms", y_label: "signal in DN", ..Axes::default() };
+    let series = both(sides, |point| (point.exposure_ns * 1e-6, point.signal_dn()));
+    section("Signal", "Mean under light less mean in the dark.", &chart(&axes, &series))
+}
+
+fn over_exposure(sides: &[Side; 2], [heading, label]: [&str; 2], lead: &str, of: impl Fn(&Point) -> f64) -> String {
+    let axes = Axes { title: heading, x_label: "exposure in ms", y_label: label, ..Axes::default() };
+    let series = both(sides, |point| (point.exposure_ns * 1e-6, of(point)));
+    section(heading, lead, &chart(&axes, &series))
+}
+
+/// Shares of all codes of a stack, in bins of whole codes. Codes beyond the range of either side's last thousandth are left out.
+fn histogram(heading: &str, stacks: [&Stack; 2]) -> String {
+    let [low, high] = span(stacks);
+    let width = (high - low + 1).div_ceil(BINS_MAX);
+    let binned = |stack: &Stack| -> Vec<(f64, f64)> {
+        let counts = stack.counts();
+        let total = f64_from_u64(counts.iter().sum());
+        let bins = (low..=high).step_by(width);
+        let share = |start: usize| {
+            let end = counts.len().min(start + width);
+            f64_from_u64(counts.get(start..end).unwrap_or_default().iter().sum()) / total
+        };
+        bins.map(|start| (f64_from_usize(start), 100.0 * share(start))).collect()
+    };
+    let [measured, simulated] = stacks.map(binned);
+    // Half of the sum of differences: the share of codes that would have to move.
+    let moved = 0.5 * measured.iter().zip(&simulated).map(|(a, b)| (a.1 - b.1).abs()).sum::<f64>();
+    let unit = if width == 1 { "code".to_owned() } else { format!("{width} codes") };
+    let y_label = format!("% of pixels a {unit}");
+    let axes = Axes { title: heading, x_label: "DN", y_label: &y_label, from_zero: true, ..Axes::default() };
+    let lead =
+        format!("All frames of the stack. {} % of the codes lie elsewhere in the simulated ones.", significant(moved));
+    section(
+        heading,
+        &lead,
+        &chart(&axes, &[line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)]),
+    )
+}
+
+/// Codes that hold all but a thousandth at either end, of both stacks.
+fn span(stacks: [&Stack; 2]) -> [usize; 2] {
+    let ends = stacks.map(|stack| {
+        let counts = stack.counts();
+        let tail = counts.iter().sum::<u64>() / 1000;
+        // The first code by which more than the tail was seen.
+        let end = |codes: &mut dyn Iterator<Item = usize>| {
+            let mut seen = 0;
+            for code in codes {
+                seen += counts[code];
+                if seen > tail {
+                    return code;
+                }
+            }
+            0
+        };
+        [end(&mut (0..counts.len())), end(&mut (0..counts.len()).rev())]
+    });
+    [ends[0][0].min(ends[1][0]), ends[0][1].max(ends[1][1])]
+}
+
+/// What a stack's frames hold, as a picture.
+type Content = fn(&Measurement) -> Vec<f64>;
+
+fn dark_noise(side: &Measurement) -> Vec<f64> {
+    side.dark.noise_dn()
+}
+
+fn dark_pattern(side: &Measurement) -> Vec<f64> {
+    centred(side.dark.means_dn())
+}
+
+/// Of the bright stack less the dark one, in % of its mean.
+fn response(side: &Measurement) -> Vec<f64> {
+    let signal: Vec<f64> = side.bright.means_dn().iter().zip(side.dark.means_dn()).map(|(a, b)| a - b).collect();
+    let mean = signal.iter().sum::<f64>() / f64_from_usize(signal.len());
+    signal.iter().map(|value| 100.0 * (value / mean - 1.0)).collect()
+}
+
+fn centred(values: Vec<f64>) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / f64_from_usize(values.len());
+    values.iter().map(|value| value - mean).collect()
+}
+
+fn spectra(beside: &Beside<'_>) -> String {
+    let contents: [(&str, &str, Content, &str); 3] = [
+        ("Dark noise", "What differs between two dark frames.", dark_noise, "DN\u{b2}"),
+        ("Dark pattern", "The mean of the dark stack.", dark_pattern, "DN\u{b2}"),
+        ("Response", "The bright stack less the dark one, in % of its mean.", response, "%\u{b2}"),
+    ];
+    let drawn = contents.map(|(what, lead, content, unit)| {
+        let sides = [beside.measured, beside.simulated].map(|side| (content(side), index(side.dark.size.width_px)));
+        pair(
+            &spectrum(
+                &format!("{what}: spectrum along rows"),
+                lead,
+                unit,
+                sides.each_ref().map(|(v, w)| spectrogram(v, *w)),
+            ),
+            &spectrum(
+                &format!("{what}: spectrum along columns"),
+                "Rows that differ lift it.",
+                unit,
+                sides.each_ref().map(|(v, w)| spectrogram(&transposed(v, *w), v.len() / w)),
+            ),
+        )
+    });
+    drawn.concat()
+}
+
+fn spectrum(heading: &str, lead: &str, unit: &str, sides: [Vec<f64>; 2]) -> String {
+    let points = |power: Vec<f64>| -> Vec<(f64, f64)> {
+        let last = 2.0 * f64_from_usize(power.len() - 1);
+        (0_u32..).zip(power).skip(1).map(|(place, power)| (f64::from(place) / last, power)).collect()
+    };
+    let y_label = format!("power in {unit}");
+    let axes = Axes { title: heading, x_label: "cycles a pixel", y_label: &y_label, y_log: true, ..Axes::default() };
+    let [measured, simulated] = sides.map(points);
+    section(
+        heading,
+        lead,
+        &chart(&axes, &[line("measured", Ink::One, measured), line("simulated", Ink::Two, simulated)]),
+    )
+}
+
+/// The first rows and columns of both sides' first frames and means, each pair on one scale of grey.
+fn pictures(beside: &Beside<'_>) -> String {
+    fn first(stack: &Stack) -> Vec<f64> {
+        centred(stack.first().iter().map(|&code| f64::from(code)).collect())
+    }
+    let contents: [(&str, &str, Content); 4] = [
+        ("A dark frame", "DN", |side| first(&side.dark)),
+        ("A bright frame", "DN", |side| first(&side.bright)),
+        ("Mean of the dark frames", "DN", dark_pattern),
+        ("Response", "%", response),
+    ];
+    let drawn = contents.map(|(what, unit, content)| {
+        let sides = [beside.measured, beside.simulated].map(|side| cropped(&content(side), side.dark.size));
+        let sigmas = sides.each_ref().map(|(values, _)| {
+            (values.iter().map(|value| value * value).sum::<f64>() / f64_from_usize(values.len())).sqrt()
+        });
+        let limit = if sigmas[0] > 0.0 { 3.0 * sigmas[0] } else { 1.0 };
+        let one = |side: usize, name: &str| {
+            let caption = format!("{what}, {name}: standard deviation {} {unit}", significant(sigmas[side]));
+            map(&sides[side].0, sides[side].1, limit, &caption)
+        };
+        let scale = format!("Black to white is \u{b1}{} {unit} about the mean on both sides.", significant(limit));
+        section(what, &scale, &format!("<div class=\"strip\">{}{}</div>", one(0, "measured"), one(1, "simulated")))
+    });
+    pair(&drawn[0], &drawn[1]) + &pair(&drawn[2], &drawn[3])
+}
+
+/// The part that is drawn, about its own mean.
+fn cropped(values: &[f64], size: Size) -> (Vec<f64>, Size) {
+    let drawn = Size { width_px: size.width_px.min(DRAWN.width_px), height_px: size.height_px.min(DRAWN.height_px) };
+    let rows = values.chunks_exact(index(size.width_px)).take(index(drawn.height_px));
+    (centred(rows.flat_map(|row| &row[..index(drawn.width_px)]).copied().collect()), drawn)
+}
+
+fn compared(sides: &[Side; 2]) -> String {
+    let [measured, simulated] = sides;
+    let (mut rows, mut different, mut all) = (String::new(), 0, 0);
+    for (name, _) in measured.found.iter() {
+        let (Some([a, a_error]), Some([b, b_error])) = (measured.get(name), simulated.get(name)) else { continue };
+        let error = libm::hypot(a_error, b_error);
+        if !(error > 0.0) {
+            continue;
+        }
+        let distance = (b - a) / error;
+        let is_different = distance.abs() > DIFFERENT;
+        all += 1;
+        different += u32::from(is_different);
+        let unit = if unit(name) == "1" { "" } else { unit(name) };
+        rows += &format!(
+            "<tr><th scope=\"row\">{name}</th><td class=\"note\">{}</td><td class=\"num\">{} {unit}</td><td class=\"num\">{} {unit}</td>\
+             <td class=\"num {}\">{distance:+.1}</td></tr>",
+            meaning(name),
+            significant(a),
+            significant(b),
+            if is_different { "left" } else { "" }
+        );
+    }
+    let lead = format!(
+        "EMVA 1288 figures of both sides. {different} of {all} differ by more than {DIFFERENT} standard errors of both; those are effects \
+         that the fitted sensor does not have, or that its preset has and the frames do not."
+    );
+    let head = "<th>figure</th><th>meaning</th><th class=\"num\">measured</th><th class=\"num\">simulated</th>\
+                <th class=\"num\">standard errors apart</th>";
+    section("Figures", &lead, &scrolled(head, &rows))
+}
+
+fn untold(beside: &Beside<'_>) -> String {
+    let row = |Untold { key, reason }: &Untold| {
+        format!("<tr><th scope=\"row\">{key}</th><td class=\"note\">{}</td></tr>", escaped(reason))
+    };
+    let rows: String = beside.fit.untold.iter().map(row).collect();
+    let lead = format!("Left to the preset {}, or assumed.", escaped(beside.preset));
+    section("What the frames do not tell", &lead, &scrolled("<th>key</th><th>why</th>", &rows))
+}
