@@ -34,7 +34,7 @@ fn lit(scene: &Scene, shadows: bool) -> LitScene {
 /// Share of a disc of radius 1 on one side of a line at x from its middle.
 fn share_of_disc(x: f64) -> f64 {
     let x = x.clamp(-1.0, 1.0);
-    0.5 + (x * (1.0 - x * x).sqrt() + x.asin()) / std::f64::consts::PI
+    0.5 + (x * (1.0 - x * x).sqrt() + libm::asin(x)) / std::f64::consts::PI
 }
 
 #[test]
@@ -42,12 +42,12 @@ fn the_half_shadow_of_an_edge_is_where_and_as_wide_as_the_suns_disc_makes_it() {
     const WIDTH: usize = 96;
     let size = Size { width_px: 96, height_px: 8 };
     // Straight down on the edge's shadow: a millimetre a pixel.
-    let camera = camera(size, 2.0 * (0.048_f64 / 0.5).atan(), 1.0, Pupil::ThinLens);
+    let camera = camera(size, 2.0 * libm::atan(0.048 / 0.5), 1.0, Pupil::ThinLens);
     let mut tried = 0;
     for elevation_deg in [90.0_f64, 60.0, 40.0] {
         let scene = under_a_plate(elevation_deg);
         let elevation_rad = elevation_deg.to_radians();
-        let edge_m = -1.0 / elevation_rad.tan();
+        let edge_m = -1.0 / libm::tan(elevation_rad);
         let pose = looking(DVec3::new(edge_m, 0.5, 0.02), 0.0, std::f64::consts::FRAC_PI_2);
         let profile = |shadows: bool| -> Vec<f64> {
             let exposure = seen(&lit(&scene, shadows), &camera, pose, 256);
@@ -62,7 +62,7 @@ fn the_half_shadow_of_an_edge_is_where_and_as_wide_as_the_suns_disc_makes_it() {
             for (pixel, light) in profile.iter().enumerate() {
                 let x_m = edge_m + 1e-3 * (f64::from(u32::try_from(pixel).unwrap()) + 0.5 - 48.0);
                 // The part of the sun's disc below the plate's edge, as seen from there.
-                let expected = share_of_disc((1.0_f64.atan2(-x_m) - elevation_rad) / SUN_RAD);
+                let expected = share_of_disc((libm::atan2(1.0, -x_m) - elevation_rad) / SUN_RAD);
                 worst = worst.max(((light - dark) / (bright - dark) - expected).abs());
             }
             worst
@@ -105,9 +105,9 @@ fn a_spot_light_ends_at_its_cone() {
     mesh.append(1, ball.1, &ball.2).unwrap();
     let scene = Scene::new("spot", mesh, [0.0; 4]).unwrap();
     let lit = lit(&scene, true);
-    let rim_m = 2.0 * 30.0_f64.to_radians().tan();
+    let rim_m = 2.0 * libm::tan(30.0_f64.to_radians());
     let size = Size { width_px: 64, height_px: 4 };
-    let camera = camera(size, 2.0 * (0.064_f64 / 0.5).atan(), 1.0, Pupil::ThinLens);
+    let camera = camera(size, 2.0 * libm::atan(0.064 / 0.5), 1.0, Pupil::ThinLens);
     let pose = looking(DVec3::new(rim_m, 0.5, 0.0), 0.0, std::f64::consts::FRAC_PI_2);
     let photons = seen(&lit, &camera, pose, 64).photons;
     let inside = f64::from(photons.values()[0]);
