@@ -20,9 +20,7 @@ pub struct Bench {
 
 impl Bench {
     /// The sensor of a scenario with all its effects.
-    ///
-    /// # Errors
-    /// As `SensorSetup::new`; options out of range; a sensor without any response to light.
+    /// Fails as `SensorSetup::new` does, on options out of range, on a sensor without any response to light.
     pub fn new(resolved: &Resolved, options: &Options) -> Result<Self, Error> {
         let sensor = SensorSetup::new(resolved)?;
         let effects = effects::build_all(&sensor.parameters);
@@ -32,9 +30,7 @@ impl Bench {
     }
 
     /// The same with a chain of the caller's, which need not be what the scenario says: how tests show that a wrong sensor fails.
-    ///
-    /// # Errors
-    /// As [`Bench::new`].
+    /// Fails as [`Bench::new`] does.
     pub fn with_chain(resolved: &Resolved, options: &Options, chain: Chain) -> Result<Self, Error> {
         let sensor = SensorSetup::new(resolved)?;
         let set = Set::new(&sensor, options).map_err(|error| resolved.tree.locate(error))?;
@@ -42,9 +38,7 @@ impl Bench {
     }
 
     /// The sensor of a scenario with all its effects, before the light of frames that exist.
-    ///
-    /// # Errors
-    /// As [`Bench::new`].
+    /// Fails as [`Bench::new`] does.
     pub fn of_frames(
         resolved: &Resolved,
         size: Size,
@@ -63,9 +57,7 @@ impl Bench {
     }
 
     /// Shoots everything in order; `sink` sees each frame once.
-    ///
-    /// # Errors
-    /// What the sink says.
+    /// Fails as the sink does.
     pub fn run(&self, mut sink: impl FnMut(&Shot, &Plane<u16>) -> Result<(), Error>) -> Result<Measurement, Error> {
         let mut measurement = Measurement::new(&self.set);
         let times = super::shoot::Times::new(&self.sensor, &self.set);

@@ -34,9 +34,7 @@ fn best_band(bands: &[f64; FILTER_BANDS]) -> (usize, f64) {
 
 impl Channel {
     /// The filter that was asked for, else the one that passes most.
-    ///
-    /// # Errors
-    /// A letter that is no filter's.
+    /// Fails on a letter that is no filter's.
     pub fn choose(mosaic: &Mosaic, asked: Option<char>) -> Result<Self, Error> {
         let share = |letter: char| mosaic.transmission(letter).map_or((0, 0.0), |bands| best_band(&bands));
         let letter = match asked {

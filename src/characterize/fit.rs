@@ -98,9 +98,7 @@ impl Fit {
 }
 
 /// Parameters of the sensor behind a measurement of `bits`-bit codes. Says why where the frames cannot tell any.
-///
-/// # Errors
-/// A saturated stack, frames without a response to light, codes that are all alike.
+/// Fails on a saturated stack, frames without a response to light, codes that are all alike.
 pub fn fit(measurement: &Measurement, bits: u32, assumed: &Assumed) -> Result<Fit, String> {
     let summary = Summary::of(measurement);
     let code_max = f64_from_u64((1 << bits) - 1);

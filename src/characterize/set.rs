@@ -96,9 +96,7 @@ pub struct Shot {
 
 impl Set {
     /// Chooses light and exposures for a sensor.
-    ///
-    /// # Errors
-    /// Options out of range, or a sensor that does not respond to light.
+    /// Fails on options out of range, or a sensor that does not respond to light.
     pub fn new(sensor: &SensorSetup, options: &Options) -> Result<Self, Error> {
         let channel = Channel::choose(&sensor.mosaic, options.channel)?;
         let size = region(channel.plane_size(sensor.array), options)?;
@@ -133,9 +131,7 @@ impl Set {
     }
 
     /// The shots of frames that exist: exposures and light of their points, rising, and of their stacks.
-    ///
-    /// # Errors
-    /// A sensor that does not respond to light, or sides beyond 16 to 1,024 pixels.
+    /// Fails on a sensor that does not respond to light, or sides beyond 16 to 1,024 pixels.
     pub fn of_frames(
         sensor: &SensorSetup,
         size: Size,

@@ -8,8 +8,8 @@
 //!    until each pixel is below it.
 //! 4. `replicate`: sample a few pixels again with other samples, to state the error.
 //!
-//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`, `objects`, `among`) and texture footprints
-//! (`footprint`). `frame` runs the steps over a picture on all cores.
+//! Under these lie the sample points (`sobol`, `shear`), the rays (`rays`, `reflect`, `shadows`, `objects`, `among`) and texture
+//! footprints (`footprint`). `frame` runs the steps over a picture on all cores.
 
 mod allocation;
 mod among;

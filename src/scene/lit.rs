@@ -9,6 +9,7 @@ mod data;
 mod gloss;
 mod identity;
 mod object_light;
+mod shadow_rays;
 mod shadows;
 mod slopes;
 mod surface;
@@ -30,7 +31,6 @@ use super::flicker::Flicker;
 use super::geometry::Scene;
 use super::light::{BANDS, Bands, Illuminant, luminance};
 use super::mesh::Material;
-use super::samples::ShadeTriangle;
 use super::texture::Footprint;
 use super::vectors::dot;
 use crate::error::Error;
@@ -46,9 +46,7 @@ const METER_LAMP_RAYS: usize = 4_096;
 
 impl Scene {
     /// Scales a bake so that a horizontal plane at `at_m` (its upper side) has `illuminance_lux`.
-    ///
-    /// # Errors
-    /// A bake of another scene; no light at that point; a negative or endless illuminance.
+    /// Fails on a bake of another scene; no light at that point; a negative or endless illuminance.
     pub fn lit(
         self,
         bake: &Bake,
@@ -74,9 +72,7 @@ impl Scene {
 
     /// Takes a bake without scaling: radiances of the scene are cd/m^2, so that lamps' lumens give lux. `at_m` is where the illuminance is
     /// measured that `LitScene::illuminance_lux` returns.
-    ///
-    /// # Errors
-    /// A bake of another scene.
+    /// Fails on a bake of another scene.
     pub fn lit_absolutely(self, bake: &Bake, at_m: DVec3, illuminant: Illuminant) -> Result<LitScene, Error> {
         self.check_bake(bake)?;
         let illuminance_lux = luminance(self.horizontal_irradiance(bake, at_m));
@@ -143,9 +139,7 @@ impl Scene {
     }
 
     /// Bakes and lights at once.
-    ///
-    /// # Errors
-    /// As `lit`.
+    /// Fails as `lit` does.
     pub fn baked_and_lit(
         self,
         settings: &BakeSettings,
@@ -291,7 +285,8 @@ impl LitScene {
 
     /// Light that leaves a hit towards where the ray came from, in lux-equivalents a band, as if all of it were reflected diffusely (what
     /// keeps an image: `facet`). `u` and `v` weigh the second and third corner; `footprint` is the ray's area on the texture;
-    /// `direction` has unit length; `lamp_level` is that of the lamps that flicker over the ray's stratum of time.
+    /// `direction` has unit length; `lamp_level` is that of the lamps that flicker over the ray's stratum of time. Shadows are as sharp as
+    /// the bake's samples.
     #[inline(always)]
     pub fn exitance_lux(
         &self,
@@ -412,7 +407,7 @@ impl LitScene {
             }
             let glow_level = if self.scene.flickers(shade.material) { levels[1] } else { 1.0 };
             let glow = self.paints[index(shade.material)].glow_lux.map(|glow| f64::from(glow) * glow_level);
-            for (back, sample) in sides_of(shade) {
+            for (back, sample) in shade.sides() {
                 let place = 2 * sample + back;
                 let light = self.irradiance_lux[place];
                 let flickering = self.flickering_lux.get(place).copied().unwrap_or([0.0; BANDS]);
@@ -439,13 +434,4 @@ impl LitScene {
         self.widened_by_gloss(&mut bounds);
         bounds
     }
-}
-
-/// Every sample of a triangle with every side.
-fn sides_of(shade: &ShadeTriangle) -> impl Iterator<Item = (usize, usize)> {
-    let first = index(shade.samples[0]);
-    let steps = index(shade.grid_steps);
-    let grid = first..if steps > 0 { first + (steps + 1) * (steps + 2) / 2 } else { first };
-    let corners = if steps > 0 { None } else { Some(shade.samples.map(index)) };
-    grid.chain(corners.into_iter().flatten()).flat_map(|sample| [(0, sample), (1, sample)])
 }

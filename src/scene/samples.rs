@@ -97,6 +97,14 @@ impl ShadeTriangle {
         }
     }
 
+    /// Both sides, 0 and 1, of each of its samples.
+    pub fn sides(&self) -> impl Iterator<Item = (usize, usize)> {
+        let (first, steps) = (index(self.samples[0]), index(self.grid_steps));
+        let grid = first..if steps > 0 { first + (steps + 1) * (steps + 2) / 2 } else { first };
+        let corners = if steps > 0 { None } else { Some(self.samples.map(index)) };
+        grid.chain(corners.into_iter().flatten()).flat_map(|sample| [(0, sample), (1, sample)])
+    }
+
     /// The sample of a grid at so many steps from its first corner towards the second and towards the third.
     #[inline(always)]
     pub fn grid_sample(&self, column: u32, row: u32) -> u32 {

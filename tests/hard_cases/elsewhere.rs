@@ -131,12 +131,6 @@ pub const TESTS: &[[&str; 4]] = &[
     ["tracker", "identical poses", "tests/estimation/pnp.rs", "identical_poses_measure_no_motion"],
     [
         "tracker",
-        "rank-deficient Schur complement",
-        "tests/estimation/prior.rs",
-        "missing_rank_is_handled_pose_without_points_points_at_infinity_and_single_sights",
-    ],
-    [
-        "tracker",
         "five points under pure rotation",
         "tests/estimation/initial.rs",
         "turning_on_the_spot_is_called_a_rotation_and_starts_no_map",

@@ -52,6 +52,14 @@ def world():
             shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": face["radiance"]}}
         parts[f"face{number}"] = shape
     for number, light in enumerate(scene.get("lights", [])):
+        if light["type"] == "sun":
+            # A ball of the sun's width a kilometre away.
+            sine = np.sin(light["radius_rad"])
+            radiance = [float(e / (np.pi * sine * sine)) for e in light["irradiance"]]
+            parts[f"light{number}"] = {
+                "type": "sphere", "center": [1000.0 * x for x in light["towards"]], "radius": float(1000.0 * sine),
+                "emitter": {"type": "area", "radiance": {"type": "rgb", "value": radiance}}}
+            continue
         emitter = {"type": light["type"], "intensity": {"type": "rgb", "value": light["intensity"]}}
         if light["type"] == "point":
             emitter["position"] = light["position_m"]
@@ -108,6 +116,7 @@ def main():
                 "median_relative_error": float(np.median(error)),
                 "bright_median_relative_error": float(np.median(error[bright])),
                 "worst_relative_error": float(error.max()),
+                "share_beyond_20_per_cent": float((error > 0.2).mean()),
                 "ratio_of_means": float(ours.mean() / theirs.mean()),
             }
         found["pixels"] += int(lit.sum())

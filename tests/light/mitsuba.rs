@@ -6,9 +6,11 @@ use std::process::Command;
 use super::candela::ball_of;
 use super::room::{camera, looking, seen};
 use glam::DVec3;
-use sensel::num::{f32_from_u32, index, u32_truncated_f32};
+use sensel::num::{f32_from_u32, f32_nearest, index, u32_truncated_f32};
 use sensel::optics::Pupil;
+use sensel::scene::environment::{SUN_RADIUS, Sun};
 use sensel::scene::mesh::{Material, Mesh};
+use sensel::scene::target::cube;
 use sensel::scene::texture::{Texture, Wrap};
 use sensel::scene::{BakeCost, BakeSettings, Illuminant, Scene, box_room};
 use sensel::units::Size;
@@ -201,4 +203,57 @@ fn mitsuba_sees_white_pictures_under_small_lamps_as_bright_as_they_are_here() {
         // taken where light comes straight from the lamp, because what comes by walls alone is a few rays' for a spot light.
         assert!((ratio - 1.0).abs() < 0.01 && median < 0.01, "{name}: {found}");
     }
+}
+
+/// Four columns and a low box on a floor under the sun alone, a disc of 0.53 degrees: where its shadows lie, in pixels of 1 to 3 cm.
+#[test]
+fn mitsuba_sees_the_suns_shadows_where_they_are_here() {
+    let size = Size { width_px: 160, height_px: 120 };
+    let camera = camera(size, FOV_RAD, 1.0, Pupil::ThinLens);
+    let (at_m, pose) = (DVec3::new(0.0, 1.2, 2.0), looking(DVec3::new(0.0, 1.2, 2.0), 0.0, 0.6));
+    let axis = |axis: DVec3| (pose.rotation * axis).to_array();
+    let target_m = (at_m + pose.rotation * DVec3::Z).to_array();
+    let view = serde_json::json!({"origin_m": at_m.to_array(), "target_m": target_m, "up": axis(-DVec3::Y)});
+    let per_radiance: Vec<f64> = camera.photons_per_lux_s(Illuminant::D65)[..3]
+        .iter()
+        .map(|per_lux| per_lux * 0.01 * std::f64::consts::PI)
+        .collect();
+    let mut mesh = Mesh::default();
+    mesh.materials.push(Material::plain("grey", [0.5; 3]));
+    mesh.append_quad(0, [[-4.0, 0.0, 4.0], [4.0, 0.0, 4.0], [4.0, 0.0, -4.0], [-4.0, 0.0, -4.0]], [1.0, 1.0]);
+    for x in [-1.2_f32, -0.4, 0.4, 1.2] {
+        for corners_m in cube([x - 0.06, 0.0, -0.06], [x + 0.06, 1.1, 0.06], false) {
+            mesh.append_quad(0, corners_m, [1.0, 1.0]);
+        }
+    }
+    for corners_m in cube([-0.25, 0.0, 0.4], [0.25, 0.12, 0.7], false) {
+        mesh.append_quad(0, corners_m, [1.0, 1.0]);
+    }
+    let towards = DVec3::new(0.5, 0.7, -0.4).normalize();
+    let direction = towards.to_array().map(f32_nearest);
+    mesh.distant.push(Sun { direction, normal_irradiance: [1.0; 4] });
+    let scene = Scene::new("columns", mesh, [0.0; 4]).unwrap();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mitsuba_sun");
+    std::fs::create_dir_all(&folder).unwrap();
+    let bake = scene.bake(&BakeSettings::ROOM, &|_| {});
+    for (name, bake) in [("full", bake.clone()), ("default", bake.without_edges())] {
+        let lit = scene.clone().lit_absolutely(&bake, DVec3::new(0.0, 2.0, 0.0), Illuminant::D65).unwrap();
+        let photons = seen(&lit, &camera, pose, 256).photons;
+        let bytes: Vec<u8> = photons.values().iter().flat_map(|value| value.to_le_bytes()).collect();
+        std::fs::write(folder.join(format!("{name}0.f32")), bytes).unwrap();
+    }
+    let sun = serde_json::json!({"type": "sun", "towards": towards.to_array(), "radius_rad": SUN_RADIUS,
+        "irradiance": [1.0, 1.0, 1.0]});
+    let description = serde_json::json!({
+        "size": [size.width_px, size.height_px], "horizontal_fov_deg": FOV_RAD.to_degrees(), "views": [view],
+        "faces": export_faces(&scene, &folder), "lights": [sun], "photons_per_radiance": per_radiance,
+    });
+    std::fs::write(folder.join("scene.json"), description.to_string()).unwrap();
+    let found = judged(&folder, 256);
+    let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
+    assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
+    // What lies in the shade has the noise of 256 rays by way of the floor and the columns: a few per cent.
+    assert!(figure("full", "median_relative_error") < 0.03, "{found}");
+    assert!(figure("full", "share_beyond_20_per_cent") < 0.01, "{found}");
+    assert!(figure("default", "share_beyond_20_per_cent") > 0.03, "the bake alone would do: {found}");
 }

@@ -69,8 +69,8 @@ fn the_half_shadow_of_an_edge_is_where_and_as_wide_as_the_suns_disc_makes_it() {
         };
         let (traced, baked) = (worst_of(&profile(true)), worst_of(&profile(false)));
         println!("{elevation_deg} deg: worst share {traced}, of the bake {baked}");
-        // 64 points on the disc are steps of 1.6 %, each pixel is 0.1 of the narrowest half-shadow wide (which takes 0.7 % at its ends), and
-        // the sky changes by some tenths of a per cent.
+        // 64 points on the disc are steps of 1.6 %, each pixel is 0.1 of the narrowest half-shadow wide (0.7 % at its ends), and the sky
+        // changes by some tenths of a per cent.
         assert!(traced < 0.03, "{elevation_deg} deg: {traced}");
         // The bake's samples are 80 mm apart: the test can fail.
         assert!(baked > 0.1, "{elevation_deg} deg: {baked}");

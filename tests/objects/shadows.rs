@@ -63,8 +63,8 @@ fn an_object_at_rest_shades_as_if_it_belonged_to_the_scene() {
 
 #[test]
 fn a_shadow_is_where_its_object_is_at_the_time_of_each_row() {
-    // The bar slides at 2 m/s along x, its shadow from the ball faster by the ratio of heights. Two renders of still bars, at the middles of
-    // two rows, have these rows in common with the one of the moving bar.
+    // The bar slides at 2 m/s along x, its shadow from the ball faster by the ratio of heights. A render of a still bar, at the middle of a
+    // row, has this row in common with the one of the moving bar.
     let without = room(None);
     let shape = || Scene::new("bar", bar(), SKY).unwrap();
     let slide = |t_s: f64| Pose::new(DQuat::IDENTITY, DVec3::new(2.0 * t_s - 0.2, 0.0, 0.0));

@@ -205,7 +205,7 @@ impl View<'_> {
         (lux, is_glossy)
     }
 
-    /// What shadow rays add to the baked irradiance of the rays that met a triangle: beside edges of shadows, and in the shadows of objects.
+    /// What shadow rays add to the baked irradiance of rays that met a triangle, beside edges of shadows and in the shadows of objects.
     #[inline(always)]
     fn added_light(
         &self,

@@ -1,4 +1,4 @@
-//! Shadow rays: the light that a surface of the fixed scene has more, or less, than the bake gives it, beside the edges of shadows and where
+//! Shadow rays: the light that a surface of the fixed scene has more, or less, than the bake gives it, beside edges of shadows and where
 //! moving objects stand in the way of a source.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]

@@ -7,7 +7,6 @@ use super::super::light::{BANDS, Bands};
 use super::aims::Aims;
 use super::fan::GROUPS;
 use super::rays::{Mirrored, SideLight, gather};
-use super::sources::SourceLight;
 use crate::num::{f32_nearest, f64_from_usize, greater, index, u32_from};
 
 /// Of some samples. Lists of all sides lie one behind another, because separate lists would take more memory than their entries.
@@ -17,8 +16,8 @@ pub struct Gathered {
     pub samples: Vec<u32>,
     /// Light of lamps, sky and glowing surfaces on each side, by group; a group without any light in the scene is empty.
     pub direct: [Vec<Bands>; GROUPS],
-    /// What of it the strongest sources send to each side.
-    pub by_source: Vec<Vec<SourceLight>>,
+    /// Luminance that the strongest sources send to each side: unoccluded, and received.
+    pub by_source: Vec<Vec<[f32; 2]>>,
     /// Sum over the random rays of the light that each brought, and the sum of squares.
     by_chance: [Vec<[Bands; 2]>; GROUPS],
     /// Whether a side lies within something closed, as a floor does under a box that stands on it.
@@ -61,8 +60,8 @@ impl Gathered {
             let moments = [seen.bounced.seen[group], seen.bounced.squares[group]];
             self.by_chance[group].push(moments.map(|moment| moment.map(f32_nearest)));
         }
-        for (all, &light) in self.by_source.iter_mut().zip(&seen.by_source) {
-            all.push(light);
+        for (all, light) in self.by_source.iter_mut().zip(&seen.by_source) {
+            all.push([light.unoccluded, light.received]);
         }
         self.buried.push(seen.is_buried);
         if rays > 0 {

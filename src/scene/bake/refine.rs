@@ -103,20 +103,10 @@ impl Traced {
     /// What the strongest sources send to every place, one after another.
     pub fn by_source(&self, places: usize) -> Vec<Vec<SourceLight>> {
         let of_source = |source: usize| {
-            let mut light = vec![SourceLight::NONE; places];
+            let mut light = vec![[0.0; 2]; places];
             self.gathered.iter().for_each(|chunk| chunk.put(&chunk.by_source[source], &mut light));
-            for stencil in &self.stencils {
-                for side in 0..2 {
-                    let mut mixed = SourceLight::NONE;
-                    for (&node, &weight) in stencil.nodes.iter().zip(&stencil.weights) {
-                        let known = light[2 * index(node) + side];
-                        mixed.unoccluded += known.unoccluded * weight;
-                        mixed.received += known.received * weight;
-                    }
-                    light[2 * index(stencil.sample) + side] = mixed;
-                }
-            }
-            light
+            interpolate(&self.stencils, &mut light);
+            light.into_iter().map(|[unoccluded, received]| SourceLight { unoccluded, received }).collect()
         };
         (0..self.sources.len()).map(of_source).collect()
     }
@@ -134,17 +124,17 @@ impl Traced {
 }
 
 /// Fills in the light of samples that follow from others. Weights of second degree are below zero in places: light never is.
-fn interpolate(stencils: &[Stencil], light: &mut [Bands]) {
+fn interpolate<const N: usize>(stencils: &[Stencil], light: &mut [[f32; N]]) {
     for stencil in stencils {
         for side in 0..2 {
-            let mut mixed = [0.0; BANDS];
+            let mut mixed = [0.0; N];
             for (&node, &weight) in stencil.nodes.iter().zip(&stencil.weights) {
                 let known = &light[2 * index(node) + side];
-                for band in 0..BANDS {
+                for band in 0..N {
                     mixed[band] += known[band] * weight;
                 }
             }
-            light[2 * index(stencil.sample) + side] = mixed.map(|band| band.max(0.0));
+            light[2 * index(stencil.sample) + side] = mixed.map(|value: f32| value.max(0.0));
         }
     }
 }

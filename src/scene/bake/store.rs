@@ -45,9 +45,7 @@ impl Bake {
     }
 
     /// Reads what `to_bytes` wrote.
-    ///
-    /// # Errors
-    /// Bytes that are not a whole bake of this version.
+    /// Fails on bytes that are not a whole bake of this version.
     pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, Error> {
         let refuse = |reason: &str| Error::Content { file: name.to_owned(), reason: reason.to_owned() };
         if bytes.len() < HEADER_BYTES + CHECKSUM_BYTES || !bytes.starts_with(MAGIC) {

@@ -1,17 +1,16 @@
-//! Direct light at the edges of shadows: which sources a hit has to ask for, and the rays that ask.
+//! Direct light at the edges of shadows: which sources a hit has to ask for, and what an answer changes.
 //!
 //! Between samples that a source lights differently, its baked light is replaced by its unoccluded light, interpolated, times what a ray to
 //! a random point on it finds: 0 or 1. Where nothing stands between, that is the baked light again, to the last digit but one. So there is
 //! neither noise nor a seam where no shadow is.
 
-use super::super::bake::aims::{Aimed, Aims, aimed};
+use super::super::bake::aims::{Aimed, Aims};
 use super::super::bake::{EdgeLight, Extent, ShadowEdges, Source, SourceLight};
 use super::super::geometry::Scene;
 use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3, unrolled};
 use super::super::light::{BANDS, Bands, luminance};
 use super::super::vectors::dot;
-use super::data::LitScene;
-use crate::num::{f32_from_u32, f32_nearest, greater, index, u32_from, u32_truncated_f32};
+use crate::num::{f32_from_u32, f32_nearest, greater, index, u32_from};
 
 /// Points on the lamps of each material and in each bulb; a disc as the sun's has a quarter.
 const POINTS: usize = 256;
@@ -19,14 +18,14 @@ const POINTS: usize = 256;
 const FAN: usize = 16;
 /// Points on lamps in all, at most.
 const POINTS_MAX: usize = 16_384;
-/// A source that stands lower over a triangle's plane is left to the bake: there a mesh's facets would shade themselves (the shadow
-/// terminator of smooth surfaces).
-const GRAZING: f32 = 0.05;
+/// Bright parts of a sky that reach further from their middle, in radians, cast no shadows of objects: any hit might lie in one.
+const WIDE_RAD: f32 = 0.5;
 
 /// What the shadows of a scene are traced by.
 #[derive(Clone, Debug)]
 pub struct Shadows {
-    aims: Aims,
+    /// Points on sources.
+    pub(super) aims: Aims,
     /// Colour of each source, of luminance 1, in lux-equivalents by band; and whether it flickers.
     colours: Vec<(Bands, bool)>,
     /// Light at the edges, in lux.
@@ -52,6 +51,7 @@ pub struct Towards {
     facing: Vectors,
     spread: Floats,
     is_far: Mask,
+    /// Not of lanes without a source, nor of a sky's bright parts that are too wide for objects to cast shadows.
     is_source: Mask,
 }
 
@@ -59,11 +59,11 @@ impl Towards {
     /// One source in all lanes.
     #[inline(always)]
     fn one(source: &Source, lux_per_unit: f64) -> Self {
-        let (place, radius, is_far) = match source.extent {
-            Extent::Ball { middle_m, radius_m } => (middle_m, radius_m, 0),
-            Extent::Cone { direction, radius_rad } => (direction, radius_rad, u32::MAX),
+        let (place, radius, is_far, is_wide) = match source.extent {
+            Extent::Ball { middle_m, radius_m } => (middle_m, radius_m, 0, false),
+            Extent::Cone { direction, radius_rad } => (direction, radius_rad, u32::MAX, radius_rad > WIDE_RAD),
         };
-        let (radius, all) = (Floats::splat(radius), Mask([u32::MAX; LANES]));
+        let radius = Floats::splat(radius);
         let strength_lux = Floats::splat(f32_nearest(source.strength * lux_per_unit));
         let facing = splat3(source.facing);
         let spread = Floats::splat(1.0 - dot(source.facing, source.facing).sqrt());
@@ -74,7 +74,7 @@ impl Towards {
             facing,
             spread,
             is_far: Mask([is_far; LANES]),
-            is_source: all,
+            is_source: Mask([if is_wide { 0 } else { u32::MAX }; LANES]),
         }
     }
 
@@ -259,50 +259,6 @@ impl Shadows {
             mixed.received += light.received * weight;
         }
         Some(mixed)
-    }
-}
-
-impl LitScene {
-    /// What shadows are traced by; none where nothing is aimed at.
-    #[inline(always)]
-    pub fn shadows(&self) -> Option<&Shadows> {
-        self.shadows.as_deref()
-    }
-
-    /// Places on the side that a ray meets of the three samples around a hit, with their weights; and the unit normal of that side.
-    #[inline]
-    pub fn places_around(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3]) -> ([(usize, f32); 3], [f32; 3]) {
-        let shade = &self.scene.layout.triangles[index(triangle)];
-        let back = dot(shade.normal, direction) > 0.0;
-        let around = shade.around(u, v).map(|(sample, weight)| (2 * sample + usize::from(back), weight));
-        (around, if back { shade.normal.map(|x| -x) } else { shade.normal })
-    }
-
-    /// Luminance of the steady baked light at a place.
-    #[inline]
-    pub fn baked_lux(&self, place: usize) -> f32 {
-        f32_nearest(luminance(self.irradiance_lux[place].map(f64::from)))
-    }
-
-    /// A ray from a place on a triangle, on one side of it, to a point of a source that a number of 0..1 chooses; none where that stands
-    /// below the plane, or barely above it.
-    pub fn shadow_ray(
-        &self,
-        shadows: &Shadows,
-        (at_m, normal): ([f32; 3], [f32; 3]),
-        source: u32,
-        number: f32,
-    ) -> Option<Aimed> {
-        let Source { first, count, .. } = shadows.aims.sources[index(source)];
-        let count = u32_from(count);
-        if count == 0 {
-            return None;
-        }
-        let chosen = u32_truncated_f32(number * f32_from_u32(count)).min(count - 1);
-        let ray = aimed(&self.scene, (at_m, normal, 1), &shadows.aims, first + index(chosen))?;
-        let length2 = dot(ray.direction, ray.direction);
-        let cos = dot(ray.direction, normal);
-        (cos > 0.0 && cos * cos > GRAZING * GRAZING * length2).then_some(ray)
     }
 }
 

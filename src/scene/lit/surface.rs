@@ -12,7 +12,6 @@ pub use super::data::Face;
 pub(super) use super::data::NUMBERS;
 use super::data::{LitScene, NO_CONE, Paint};
 use super::shadows::Shadows;
-use super::sides_of;
 use crate::num::{f32_from_u32, index};
 
 impl Face {
@@ -89,7 +88,7 @@ pub fn faces(
         for (mark, is_glossy) in GLOSSY.into_iter().zip(paints[index(shade.material)].glossy) {
             kind |= if is_glossy { mark } else { 0 };
         }
-        let has_edge = |shadows: &Shadows| sides_of(shade).any(|(back, sample)| shadows.has_edge(2 * sample + back));
+        let has_edge = |shadows: &Shadows| shade.sides().any(|(back, sample)| shadows.has_edge(2 * sample + back));
         kind |= if shadows.is_some_and(has_edge) { SHADOWED } else { 0 };
         faces.push(Face { numbers, kind });
     }

@@ -1,0 +1,57 @@
+//! Rays from a hit to the sources that it has to ask for.
+
+use super::super::bake::Source;
+use super::super::bake::aims::{Aimed, aimed};
+use super::super::light::luminance;
+use super::super::vectors::dot;
+use super::data::LitScene;
+use super::shadows::Shadows;
+use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u32_truncated_f32};
+
+/// A source that stands lower over a triangle's plane is left to the bake: there a mesh's facets would shade themselves (the shadow
+/// terminator of smooth surfaces).
+const GRAZING: f32 = 0.05;
+
+impl LitScene {
+    /// What shadows are traced by; none where nothing is aimed at.
+    #[inline(always)]
+    pub fn shadows(&self) -> Option<&Shadows> {
+        self.shadows.as_deref()
+    }
+
+    /// Places on the side that a ray meets of the three samples around a hit, with their weights; and the unit normal of that side.
+    #[inline]
+    pub fn places_around(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3]) -> ([(usize, f32); 3], [f32; 3]) {
+        let shade = &self.scene.layout.triangles[index(triangle)];
+        let back = dot(shade.normal, direction) > 0.0;
+        let around = shade.around(u, v).map(|(sample, weight)| (2 * sample + usize::from(back), weight));
+        (around, if back { shade.normal.map(|x| -x) } else { shade.normal })
+    }
+
+    /// Luminance of the steady baked light at a place.
+    #[inline]
+    pub fn baked_lux(&self, place: usize) -> f32 {
+        f32_nearest(luminance(self.irradiance_lux[place].map(f64::from)))
+    }
+
+    /// A ray from a place on a triangle, on one side of it, to a point of a source that a number of 0..1 chooses; none where that stands
+    /// below the plane, or barely above it.
+    pub fn shadow_ray(
+        &self,
+        shadows: &Shadows,
+        (at_m, normal): ([f32; 3], [f32; 3]),
+        source: u32,
+        number: f32,
+    ) -> Option<Aimed> {
+        let Source { first, count, .. } = shadows.aims.sources[index(source)];
+        let count = u32_from(count);
+        if count == 0 {
+            return None;
+        }
+        let chosen = u32_truncated_f32(number * f32_from_u32(count)).min(count - 1);
+        let ray = aimed(&self.scene, (at_m, normal, 1), &shadows.aims, first + index(chosen))?;
+        let length2 = dot(ray.direction, ray.direction);
+        let cos = dot(ray.direction, normal);
+        (cos > 0.0 && cos * cos > GRAZING * GRAZING * length2).then_some(ray)
+    }
+}
