@@ -323,6 +323,20 @@ fn the_shipped_scenes_move_and_an_answer_names_what_is_wrong_with_an_object() {
         let said = refused(object);
         assert!(said.contains(key), "{object}: {said}");
     }
+    // A thousand nodes that slide.
+    let mut many = crate::gltf::file::File::square();
+    let times = many.floats("SCALAR", &[0.0, 2.0]);
+    let places = many.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    let numbers = || 0..1_000_u32;
+    many.json["nodes"] = numbers().map(|_| serde_json::json!({"mesh": 0})).collect();
+    many.json["scenes"][0]["nodes"] = numbers().collect();
+    let slides = |node: u32| serde_json::json!({"sampler": 0, "target": {"node": node, "path": "translation"}});
+    let channels: Vec<serde_json::Value> = numbers().map(slides).collect();
+    many.json["animations"] =
+        serde_json::json!([{"channels": channels, "samplers": [{"input": times, "output": places}]}]);
+    std::fs::write(folder.join("many.glb"), many.glb()).unwrap();
+    let said = refused("file = \"many.glb\"");
+    assert!(said.contains("1000 objects") && said.contains("use at most 256"), "{said}");
 }
 
 #[test]
