@@ -5,7 +5,7 @@ use super::analysis::{Figures, Summary, figures};
 use super::fit::{Fit, Fitted, Untold};
 use super::map::map;
 use super::measure::{Measurement, Point, Stack};
-use super::page::{dots, line, meaning, pair, section, significant};
+use super::page::{document, dots, line, meaning, pair, section, significant};
 use super::record::unit;
 use super::spatial::{spectrogram, transposed};
 use super::uncertainty::{DieErrors, standard_errors, variance_squares};
@@ -94,14 +94,7 @@ pub fn html(beside: &Beside<'_>) -> String {
         untold(beside),
         "</main>".to_owned(),
     ];
-    let style = include_str!("../report/html/style.css");
-    format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\n<style>\n{style}</style></head>\n\
-         <body>\n{}\n<footer>sensel {}</footer></body></html>\n",
-        body.join("\n"),
-        env!("CARGO_PKG_VERSION")
-    )
+    document(&title, &body, "")
 }
 
 fn header(beside: &Beside<'_>) -> String {

@@ -32,11 +32,16 @@ pub fn html(record: &Characterization) -> String {
         configuration(record),
         "</main>".to_owned(),
     ];
+    document(&title, &body, " \u{b7} every number on this page stands in characterization.json")
+}
+
+/// A page of these parts, with `source` at its foot.
+pub(super) fn document(title: &str, body: &[String], source: &str) -> String {
     let style = include_str!("../report/html/style.css");
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\n<style>\n{style}</style></head>\n\
-         <body>\n{}\n<footer>sensel {} \u{b7} every number on this page stands in characterization.json</footer></body></html>\n",
+         <body>\n{}\n<footer>sensel {}{source}</footer></body></html>\n",
         body.join("\n"),
         env!("CARGO_PKG_VERSION")
     )

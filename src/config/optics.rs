@@ -114,7 +114,7 @@ impl Scenario {
         Ok(Lens { intrinsics: Intrinsics { fx_px: px_per_unit, fy_px: px_per_unit, ..middle(size) }, mapping })
     }
 
-    /// Aperture and transmission, and the law of shading where it has a name of its own. Fails on values out of range, unknown names.
+    /// Aperture and transmission, and the law of shading where it has a name. Fails on values out of range, unknown names.
     pub fn aperture(&self) -> Result<(Aperture, RollOff), Error> {
         let optics = &self.optics;
         let pupil =

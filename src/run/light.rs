@@ -38,11 +38,11 @@ pub fn lit_scene(
         Found::Scene(scene) => *scene,
     };
     let bake = baked(&scene, limits, assets, progress)?;
-    let bake = if scenario.traces_shadows()? { bake } else { bake.without_edges() };
     let lit = match level {
         LightLevel::Scaled => scene.lit(&bake, start_m, lux, illuminant)?,
         LightLevel::Absolute => scene.lit_absolutely(&bake, start_m, illuminant)?,
     };
+    let lit = if scenario.traces_shadows()? { lit } else { lit.with_baked_shadows() };
     Ok(match flicker {
         Some(flicker) => lit.with_flicker(flicker),
         None => lit,

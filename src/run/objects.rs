@@ -111,7 +111,12 @@ pub fn lit_objects(
         return Err(Error::key("scene.object", format!("{count} objects"), reason));
     }
     if count > 0 {
-        let note = "moving objects shade what stands, but neither themselves nor each other, and send no light back";
+        let note = match fixed.shadows() {
+            Some(_) => {
+                "moving objects shade what stands, but neither themselves nor each other, and send no light back"
+            }
+            None => "moving objects cast no shadow and send no light back",
+        };
         notes.push(note.to_owned());
     }
     let mut lit = Vec::with_capacity(count);

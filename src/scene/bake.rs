@@ -149,10 +149,9 @@ impl Bake {
         }
     }
 
-    /// The same light, with shadows whose edges are as sharp as samples stand.
-    #[must_use]
-    pub fn without_edges(self) -> Self {
-        Self { edges: ShadowEdges::default(), ..self }
+    /// Whether a shadow has an edge that a render traces.
+    pub fn has_shadow_edges(&self) -> bool {
+        !self.edges.lights.is_empty()
     }
 
     /// Bakes a scene, whose key under these settings is known. `progress` is told the share done, from any thread.

@@ -213,6 +213,12 @@ impl LitScene {
         Self { flicker: Some(flicker), bounds: OnceLock::new(), content: OnceLock::new(), ..self }
     }
 
+    /// Lets no shadow be traced: edges are as sharp as the bake's samples, and objects cast no shadows.
+    #[must_use]
+    pub fn with_baked_shadows(self) -> Self {
+        Self { shadows: None, bounds: OnceLock::new(), content: OnceLock::new(), ..self }
+    }
+
     /// Exitance of the environment beyond all surfaces, towards where a ray that leaves along `direction` came from, in lux-equivalents.
     #[inline]
     pub fn sky_lux(&self, direction: [f32; 3]) -> Bands {

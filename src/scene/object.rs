@@ -84,9 +84,14 @@ impl<'a> DynamicScene<'a> {
         Shapes { fixed: self.fixed.scene(), objects: self.objects }
     }
 
+    /// Whether objects shade what stands.
+    fn casts_shadows(&self) -> bool {
+        !self.objects.is_empty() && self.fixed.shadows().is_some()
+    }
+
     /// Whether a ray can come back black from something.
     pub fn may_be_black(&self) -> bool {
-        let in_shadow = !self.objects.is_empty() && !self.fixed.has_bounces();
+        let in_shadow = self.casts_shadows() && !self.fixed.has_bounces();
         in_shadow || self.fixed.may_be_black() || self.objects.iter().any(|object| object.light.has_dark_backs())
     }
 
@@ -96,8 +101,7 @@ impl<'a> DynamicScene<'a> {
         for object in self.objects {
             bounds = bounds.and(object.light.exitance_bounds());
         }
-        if !self.objects.is_empty() {
-            // Objects shade what stands.
+        if self.casts_shadows() {
             bounds.least = [0.0; BANDS];
         }
         bounds

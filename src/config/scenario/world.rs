@@ -56,7 +56,8 @@ sections! {
         /// "full": light after all bounces. "draft": the same by few rays, for a first look. "sketch": by a quarter of those. "direct":
         /// only what lamps and sky send straight, in a fraction of the time.
         bake: String,
-        /// "traced": edges of shadows of small lamps and the sun by rays. "baked": as sharp as the bake's samples, in less time.
+        /// "traced": by rays, edges of shadows of small lamps and the sun, and shadows of objects. "baked": edges as sharp as the bake's
+        /// samples, and no shadows of objects, in less time.
         shadows: String,
         /// A bake that takes more rays than this is refused beforehand, 1e6 to 1e13.
         bake_rays_max: f64,
