@@ -31,6 +31,8 @@ pub mod lamps;
 pub mod lanes;
 pub mod light;
 pub mod lit;
+mod mapped;
+pub mod maps;
 pub mod mesh;
 pub mod motion;
 pub mod nearest;

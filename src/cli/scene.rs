@@ -20,7 +20,7 @@ use serde_json::json;
 
 use super::args::{SceneArguments, Shared};
 use super::{listing, place, words};
-use found::Found;
+use found::{Found, Light};
 
 /// Views of the contact sheet.
 const VIEWS: usize = 6;
@@ -113,12 +113,8 @@ impl Found {
         let distant = scene.mesh.distant.iter().map(|_| "directional".to_owned());
         let lamps =
             scene.mesh.materials.iter().filter(shining).map(|material| material.name.clone()).chain(distant).collect();
-        let open = views.first().map_or(0.0, |view| {
-            let up = Pose::new(views::looking(0.0, 0.5 * std::f64::consts::PI), view.world_from_camera.translation_m);
-            let overhead = views::judged(&scene, &extent, "overhead", up);
-            1.0 - overhead.covered - overhead.behind
-        });
-        Self { name, scene, units, extent, views, lamps, open }
+        let light = views.first().map_or(Light::Own, |view| light_for(&scene, &extent, view));
+        Self { name, scene, units, extent, views, lamps, light }
     }
 
     /// Numbers of the materials that a triangle has, with how many have each.
@@ -185,12 +181,14 @@ impl Found {
             Some(view) => {
                 let at_m = view.world_from_camera.translation_m;
                 outln!(
-                    "  view          {} from ({:.2}, {:.2}, {:.2}) m: surfaces fill {:.0} % of a picture of 90 degrees, the nearest at {}",
+                    "  view          {} from ({:.2}, {:.2}, {:.2}) m: surfaces fill {:.0} % of a picture of {:.0} degrees, \
+                     the nearest at {}",
                     if view.name == "found" { "found" } else { view.name.as_str() },
                     at_m.x,
                     at_m.y,
                     at_m.z,
                     100.0 * view.covered,
+                    view.horizontal_fov_rad.to_degrees(),
                     length(view.nearest_m)
                 );
             }
@@ -216,6 +214,7 @@ impl Found {
                 "name": view.name,
                 "position_m": view.world_from_camera.translation_m.to_array(),
                 "world_from_camera_xyzw": view.world_from_camera.rotation.to_array(),
+                "horizontal_fov_deg": view.horizontal_fov_rad.to_degrees(),
                 "covered": view.covered,
                 "behind_surfaces": view.behind,
                 "nearest_m": view.nearest_m,
@@ -241,6 +240,26 @@ impl Found {
         })
     }
 }
+
+/// What lights a view. A file's lamps are meant to light its scene; materials that glow may only look as if they did, so that under an open
+/// sky they are not enough.
+fn light_for(scene: &Scene, extent: &Extent, view: &CameraView) -> Light {
+    let at_m = view.world_from_camera.translation_m;
+    let up = Pose::new(views::looking(0.0, 0.5 * std::f64::consts::PI), at_m);
+    let overhead = views::judged(scene, extent, "overhead", up, views::FOV_RAD);
+    let has_lamps =
+        !scene.mesh.distant.is_empty() || scene.mesh.materials.iter().any(|material| material.bulb.is_some());
+    let is_lit = scene.direct_light_at(at_m) > 0.0;
+    match 1.0 - overhead.covered - overhead.behind > OPEN_MIN {
+        _ if has_lamps && is_lit => Light::Own,
+        true => Light::Sky,
+        false if is_lit => Light::Own,
+        false => Light::Lamp { above_m: 0.5 * overhead.nearest_m.min(extent.size_m().length()) },
+    }
+}
+
+/// Share of the upper view that meets nothing, from which on a place is in the open.
+const OPEN_MIN: f64 = 0.05;
 
 /// A length in the unit that a person would use.
 fn length(value_m: f64) -> String {

@@ -11,6 +11,8 @@ use crate::scene::images::PictureBytes;
 
 /// Longest file that is read.
 const BYTES_MAX: u64 = 1 << 31;
+/// How the text begins that a clone without Git LFS has in place of a large file.
+const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
 
 /// Folders in which names are looked for, the first one that has a name first.
 #[derive(Debug)]
@@ -78,12 +80,17 @@ fn missing(name: &str, path: &Path, source: std::io::Error) -> Error {
 impl PictureBytes for InputFolders {
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
         let path = self.find(name, is_there)?;
-        read_bytes(&path, BYTES_MAX).map_err(|error| match error {
+        let bytes = read_bytes(&path, BYTES_MAX).map_err(|error| match error {
             Error::Io { path, source } if source.kind() == std::io::ErrorKind::NotFound => {
-                Error::Content { file: path, reason: "is not there; the scenario names it".to_owned() }
+                Error::Content { file: path, reason: "is not there; the scenario or its glTF file names it".to_owned() }
             }
             other => other,
-        })
+        })?;
+        if bytes.starts_with(LFS_POINTER) {
+            let reason = "is a pointer of Git LFS in place of the file; fetch the file by 'git lfs pull'".to_owned();
+            return Err(Error::Content { file: path.display().to_string(), reason });
+        }
+        Ok(bytes)
     }
 }
 
@@ -112,6 +119,17 @@ mod tests {
         }
         assert_eq!(folders.read("../b/own").unwrap_err().exit_code(), 2);
         assert_eq!(tried, 6);
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_and_a_pointer_of_git_lfs_are_told_apart() {
+        let scratch = Scratch::new();
+        let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n";
+        std::fs::write(scratch.path().join("wall.png"), pointer).unwrap();
+        let folders = InputFolders::new(vec![scratch.path().to_owned()]);
+        let reason = |name: &str| folders.read(name).unwrap_err().to_string();
+        assert!(reason("wall.png").contains("git lfs pull"), "{}", reason("wall.png"));
+        assert!(reason("floor.png").contains("its glTF file names it"), "{}", reason("floor.png"));
     }
 
     #[cfg(unix)]

@@ -16,7 +16,7 @@ mod gathered;
 pub(super) mod rays;
 mod refine;
 mod settings;
-mod shadow_edges;
+mod source_lists;
 mod sources;
 mod store;
 
@@ -28,7 +28,7 @@ use crate::num::{f32_nearest, greater, lesser, u64_from};
 pub use aims::Aimed;
 use refine::Traced;
 pub use settings::{BAKE_VERSION, BakeCost, BakeSettings};
-pub use shadow_edges::{EdgeLight, ShadowEdges};
+pub use source_lists::{ListedLight, SourceLists};
 pub use sources::{Extent, Source, SourceLight};
 
 /// Baked irradiance of a scene: pi times the mean radiance over the hemisphere, in the scene's own units.
@@ -41,8 +41,10 @@ pub struct Bake {
     pub(super) flickering: Vec<Bands>,
     /// Whether light was followed over surfaces.
     pub(super) bounces: bool,
-    /// Where shadows have edges.
-    pub(super) edges: ShadowEdges,
+    /// Sources whose shadow has an edge.
+    pub(super) edges: SourceLists,
+    /// Sources that light normal maps.
+    pub(super) on_normal_maps: SourceLists,
 }
 
 /// The iteration ends when no sample's change, nor what all further bounces bring by the rate at which changes fall, is more than this
@@ -103,6 +105,7 @@ impl Scene {
             hash_floats(&mut hasher, &[material.metallic, material.roughness]);
             hasher.update(&[u8::from(material.double_sided)]);
             hasher.update(&material.texture.unwrap_or(u32::MAX).to_le_bytes());
+            material.maps.hash_into(&mut hasher);
             if let Some(bulb) = &material.bulb {
                 hash_floats(&mut hasher, &bulb.centre_m);
                 hash_floats(&mut hasher, &[bulb.radius_m]);
@@ -145,7 +148,8 @@ impl Bake {
             irradiance: vec![[irradiance; BANDS]; 2 * scene.layout.samples.len()],
             flickering: Vec::new(),
             bounces: true,
-            edges: ShadowEdges::default(),
+            edges: SourceLists::default(),
+            on_normal_maps: SourceLists::default(),
         }
     }
 
@@ -163,9 +167,11 @@ impl Bake {
         let flickering = if scene.flickering.is_empty() { Vec::new() } else { settled(scene, &traced, &stand_ins, 1) };
         let mut by_source = traced.by_source(irradiance.len());
         by_source.iter_mut().for_each(|light| buried::fill(light, &stand_ins));
-        let edges = ShadowEdges::of(&scene.layout, &traced.sources, [&irradiance, &flickering], &by_source);
+        let light = [irradiance.as_slice(), &flickering];
+        let edges = SourceLists::beside_edges(&scene.layout, &traced.sources, light, &by_source);
+        let on_normal_maps = SourceLists::on_normal_maps(&scene.mesh, &scene.layout, &by_source);
         progress(1.0);
-        Self { key, irradiance, flickering, bounces: settings.bounces, edges }
+        Self { key, irradiance, flickering, bounces: settings.bounces, edges, on_normal_maps }
     }
 }
 

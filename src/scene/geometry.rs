@@ -56,6 +56,8 @@ pub struct Viewpoint {
     pub name: String,
     /// Looking along +z, y down.
     pub world_from_camera: Pose,
+    /// Angle that it sees across, if it has a perspective.
+    pub horizontal_fov_rad: Option<f64>,
 }
 
 impl Scene {

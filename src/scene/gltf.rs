@@ -2,9 +2,9 @@
 //!
 //! Read: nested nodes and instances (EXT_mesh_gpu_instancing), triangles, strips and fans, dense, sparse and quantized accessors,
 //! positions, normals (flat where there are none), any set of texture coordinates with KHR_texture_transform, base colour with PNG
-//! or JPEG pictures from the file, from `data:` URIs or from its folder, vertex colours, coverage (alpha), emission, sidedness, lights,
-//! cameras, and what the first animation moves rigidly, as separate parts. Left out, each with a note: textures of normals,
-//! metallic-roughness and occlusion, materials' other extensions, other animations, scale and morph weights of the first, skins, morph
+//! or JPEG pictures from the file, from `data:` URIs or from its folder, maps of normals, metallic-roughness and emission, thin
+//! transmission, vertex colours, coverage (alpha), sidedness, lights, cameras, and what the first animation moves rigidly, as separate
+//! parts. Left out, each with a note: materials' other extensions, other animations, scale and morph weights of the first, skins, morph
 //! targets, points and lines. Transparent materials (no alpha, or marked dielectric) are dropped, so light passes.
 //! A file may be hostile: every offset, count and index is checked before it is used, and no allocation is larger than a
 //! scene may be.
@@ -17,6 +17,8 @@ mod content;
 mod lights;
 mod material;
 mod node;
+mod pictures;
+mod placing;
 mod reader;
 
 use super::Surroundings;

@@ -80,7 +80,7 @@ impl Lamps {
             total_m2 += area;
             let number = index(mesh.material_of[triangle]);
             let material = &mesh.materials[number];
-            if !material.is_emissive() {
+            if !mesh.is_emissive(triangle) {
                 continue;
             }
             if material.bulb.is_some() {
@@ -89,8 +89,8 @@ impl Lamps {
             }
             glowing_m2 += area;
             let normal = unit_normal(corners_m).expect("a mesh keeps no triangle without area");
-            let weight = area * super::light::luminance(material.emission.map(f64::from));
-            let (radiance, material_number) = (material.emission, mesh.material_of[triangle]);
+            let (radiance, material_number) = (mesh.emission_of(triangle), mesh.material_of[triangle]);
+            let weight = area * super::light::luminance(radiance.map(f64::from));
             let front =
                 Piece { corners_m, normal, radiance, area_m2: area, weight, material: material_number, lamp: 0 };
             let back = Piece { normal: normal.map(|x| -x), ..front };
@@ -212,7 +212,7 @@ fn shines_out(piece: &Piece, mesh: &Mesh, bvh: &Bvh) -> bool {
         }
     }
     let ends = closest(bvh, &packet, &mut Stack::new()).triangle;
-    ends.into_iter().any(|end| end == MISS || !mesh.materials[index(mesh.material_of[index(end)])].is_emissive())
+    ends.into_iter().any(|end| end == MISS || !mesh.is_emissive(index(end)))
 }
 
 /// Names the draws of places within strata.

@@ -9,15 +9,17 @@ mod data;
 mod gloss;
 mod identity;
 mod object_light;
+mod relief;
 mod shadow_rays;
 mod shadows;
 mod slopes;
 mod surface;
 
 pub use data::{ExitanceBounds, Face, LitScene};
-pub use gloss::{BOUNCES_MAX, Facet, is_exact_mirror};
+pub use gloss::{BOUNCES_MAX, Facet};
 pub use object_light::ObjectLight;
-pub use shadows::{Shadows, Towards};
+pub use relief::MapTexels;
+pub use shadows::{Relief, Shadows, Towards};
 pub use surface::{OnTriangle, by_band, by_lane};
 
 use std::sync::{Arc, OnceLock};
@@ -61,8 +63,10 @@ impl Scene {
         let metered = self.horizontal_irradiance(bake, at_m);
         let own_lux = luminance(metered);
         if own_lux <= 0.0 {
-            let reason =
-                format!("no light reaches ({:.2}, {:.2}, {:.2}) m, where it is to be set", at_m.x, at_m.y, at_m.z);
+            let reason = format!(
+                "no light reaches a level plane at ({:.2}, {:.2}, {:.2}) m, where it is to be set",
+                at_m.x, at_m.y, at_m.z
+            );
             return Err(Error::key("scene.illuminance_lux", illuminance_lux, reason));
         }
         let mut lit = LitScene::scaled(self, bake, illuminance_lux / own_lux, illuminant);
@@ -130,6 +134,13 @@ impl Scene {
         })
     }
 
+    /// Luminance that the upper side of a level plane has straight from lamps and sky, in the scene's own units.
+    pub fn direct_light_at(&self, at_m: DVec3) -> f64 {
+        let (at, up) = (at_m.to_array().map(f32_nearest), [0.0, 1.0, 0.0]);
+        let [steady, flickering] = self.irradiance_at((at, up), &Aims::new(self, 256, 1_024), [&[], &[]], 1.0);
+        luminance(steady) + luminance(flickering)
+    }
+
     /// The scene with the same irradiance everywhere, and no other light: photometric targets.
     pub fn evenly_lit(self, illuminance_lux: f64, illuminant: Illuminant) -> LitScene {
         let bake = Bake::even(&self, 1.0);
@@ -167,13 +178,16 @@ impl LitScene {
         let paint = |(number, material): (u32, &Material)| Paint {
             cone: cone_of(material),
             base_colour: material.base_colour,
-            glow_lux: scaled(material.emission, pi * lux_per_unit),
+            glow_lux: scaled(
+                material.maps.emission.map_or(material.emission, |(_, factors)| factors),
+                pi * lux_per_unit,
+            ),
             texture: material.texture.unwrap_or(UNTEXTURED),
             double_sided: material.double_sided,
             flickers: scene.flickers(number),
-            glossy: [material.gloss().is_some(), material.gloss().is_some() && gloss::is_exact_mirror(material)],
+            glossy: gloss::keeps_images(&scene.mesh, material),
         };
-        let shadows = Shadows::of(&scene, &bake.edges, lux_per_unit).map(Arc::new);
+        let shadows = Shadows::of(&scene, bake, lux_per_unit).map(Arc::new);
         let paints: Vec<Paint> = (0_u32..).zip(&scene.mesh.materials).map(paint).collect();
         Self {
             illuminant,
@@ -190,7 +204,7 @@ impl LitScene {
             paints,
             cones,
             has_textures: scene.mesh.materials.iter().any(|material| material.texture.is_some()),
-            gloss: scene.mesh.materials.iter().map(super::mesh::Material::gloss).collect(),
+            gloss: scene.mesh.materials.iter().map(|material| gloss::glossiest(&scene.mesh, material)).collect(),
             bounds: OnceLock::new(),
             content: OnceLock::new(),
             scene: Arc::new(scene),
@@ -216,7 +230,8 @@ impl LitScene {
     /// Lets no shadow be traced: edges are as sharp as the bake's samples, and objects cast no shadows.
     #[must_use]
     pub fn with_baked_shadows(self) -> Self {
-        Self { shadows: None, bounds: OnceLock::new(), content: OnceLock::new(), ..self }
+        let shadows = self.shadows.map(|shadows| Arc::new(shadows.untraced()));
+        Self { shadows, bounds: OnceLock::new(), content: OnceLock::new(), ..self }
     }
 
     /// Exitance of the environment beyond all surfaces, towards where a ray that leaves along `direction` came from, in lux-equivalents.
@@ -308,12 +323,13 @@ impl LitScene {
         if back && !paint.double_sided {
             return [0.0; BANDS];
         }
-        let irradiance = self.irradiance_of(shade.around(u, v), back, lamp_level);
+        let irradiance = self.irradiance_of(surface::on_side(shade.around(u, v), back), lamp_level);
         let albedo = self.albedo(triangle, paint, [u, v], footprint);
         let glow_level = self.glow_level(paint, direction, lamp_level);
+        let glow = self.glow_lux(triangle, paint, [u, v], footprint);
         let mut light = [0.0; BANDS];
         for band in 0..BANDS {
-            light[band] = irradiance[band] * albedo[band] + paint.glow_lux[band] * glow_level;
+            light[band] = irradiance[band] * albedo[band] + glow[band] * glow_level;
         }
         light
     }
@@ -328,25 +344,38 @@ impl LitScene {
         }
     }
 
-    /// Lux-equivalents that reach one side of a surface between three samples.
+    /// Lux-equivalents between three places: samples with their side.
     #[inline(always)]
-    fn irradiance_of(&self, around: [(usize, f32); 3], back: bool, lamp_level: f32) -> Bands {
+    fn irradiance_of(&self, around: [(usize, f32); 3], lamp_level: f32) -> Bands {
         let mut irradiance = [0.0_f32; BANDS];
-        for (sample, weight) in around {
-            let light = self.irradiance_lux[2 * sample + usize::from(back)];
+        for (place, weight) in around {
+            let light = self.irradiance_lux[place];
             for band in 0..BANDS {
                 irradiance[band] += light[band] * weight;
             }
         }
         if !self.flickering_lux.is_empty() {
-            for (sample, weight) in around {
-                let light = self.flickering_lux[2 * sample + usize::from(back)];
+            for (place, weight) in around {
+                let light = self.flickering_lux[place];
                 for band in 0..BANDS {
                     irradiance[band] += light[band] * (weight * lamp_level);
                 }
             }
         }
         irradiance
+    }
+
+    /// Emitted lux-equivalents at a point, averaged over the footprint on its base colour.
+    #[inline(always)]
+    fn glow_lux(&self, triangle: u32, paint: &Paint, [u, v]: [f32; 2], footprint: &Footprint) -> Bands {
+        let mesh = &self.scene.mesh;
+        let shade = &self.scene.layout.triangles[index(triangle)];
+        let Some((texture, _)) = mesh.materials[index(shade.material)].maps.emission else { return paint.glow_lux };
+        let texture = &mesh.textures[index(texture)];
+        let footprint =
+            mesh.textures.get(index(paint.texture)).map_or(*footprint, |colour| footprint.on(colour, texture));
+        let colour = texture.over(shade.uv_at(u, v), &footprint);
+        std::array::from_fn(|band| paint.glow_lux[band] * colour[band])
     }
 
     /// Reflectance at a point, averaged over the footprint.
@@ -359,8 +388,7 @@ impl LitScene {
         let w = 1.0 - u - v;
         let mut colour = [1.0; BANDS];
         if paint.texture != UNTEXTURED {
-            let [a, b, c] = self.scene.layout.triangles[index(triangle)].uv;
-            let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
+            let uv = self.scene.layout.triangles[index(triangle)].uv_at(u, v);
             colour = mesh.textures[index(paint.texture)].over(uv, footprint);
         }
         if let Some(of_vertices) = mesh.colour_at(triangle, [w, u, v]) {
@@ -400,6 +428,9 @@ impl LitScene {
                 range.map(|corner| std::array::from_fn(|band| corner[band] * material.base_colour[band]))
             })
             .collect();
+        let per_unit = self.lux_per_radiance;
+        let glow = |material| mesh.greatest_emission(material).map(|band| f32_nearest(f64::from(band) * per_unit));
+        let glows: Vec<Bands> = mesh.materials.iter().map(glow).collect();
         let [sky_least, sky_greatest] = self.sky_bounds();
         let mut bounds = ExitanceBounds { least: sky_least, greatest: [0.0; BANDS], emitted: sky_greatest };
         let levels = self.lamp_level_bounds().map(f64::from);
@@ -412,7 +443,7 @@ impl LitScene {
                 }
             }
             let glow_level = if self.scene.flickers(shade.material) { levels[1] } else { 1.0 };
-            let glow = self.paints[index(shade.material)].glow_lux.map(|glow| f64::from(glow) * glow_level);
+            let glow = glows[index(shade.material)].map(|glow| f64::from(glow) * glow_level);
             for (back, sample) in shade.sides() {
                 let place = 2 * sample + back;
                 let light = self.irradiance_lux[place];
@@ -425,10 +456,13 @@ impl LitScene {
                         let light = greater(light + shadows[end][band], 0.0);
                         f64::from(range[end][band]) * light
                     });
-                    if glow.iter().all(|&glow| glow == 0.0) {
+                    if glow.iter().all(|&glow| glow == 0.0)
+                        || mesh.materials[index(shade.material)].maps.emission.is_some()
+                    {
                         bounds.least[band] = crate::num::lesser(bounds.least[band], least);
                         bounds.greatest[band] = crate::num::greater(bounds.greatest[band], greatest);
-                    } else {
+                    }
+                    if glow[band] > 0.0 {
                         bounds.emitted[band] = crate::num::greater(bounds.emitted[band], greatest + glow[band]);
                     }
                 }

@@ -4,20 +4,21 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::bulb::Bulb;
-use super::cut_out::CutOut;
+use super::cut_out::{CutOut, DIELECTRIC_F0};
 use super::environment::Sun;
-use super::light::{BANDS, Bands, with_infrared};
+use super::light::{BANDS, Bands, luminance, with_infrared};
+use super::maps::Maps;
 use super::texture::Texture;
 use super::tracer::Holes;
 pub use super::vectors::{area_m2, cross, dot, sub, unit, unit_normal};
 use crate::draw::mix;
-use crate::num::{f32_from_u32, index, low_u32, u32_from};
+use crate::num::{f32_from_u32, f32_nearest, index, low_u32, u32_from};
 
 /// Greatest albedo that a bake's bounces take: base colour times texture above it is clamped to it, since light in a closed room
 /// of albedo 1 has no finite level. What a ray sees of a surface is not: glTF's white reflects all.
 pub const ALBEDO_MAX: f32 = 0.99;
 
-/// What a surface is made of. Reflection is Lambertian; metallic and roughness factors are known and not used.
+/// What a surface is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// As the file calls it.
@@ -36,6 +37,10 @@ pub struct Material {
     pub metallic: f32,
     /// 0 for a mirror, 1 for chalk.
     pub roughness: f32,
+    /// Its maps beside the base colour.
+    pub maps: Maps,
+    /// Of a thin pane: the share of light that passes of what it does not reflect, without its tint; the mean of what its `cut_out` has.
+    pub transmission: f32,
     /// Whether the back of a triangle is seen, lit and emits like its front.
     pub double_sided: bool,
     /// Whether a camera looks through its back (glTF's culling). Light that comes from behind is stopped all the same.
@@ -54,6 +59,8 @@ impl Material {
             bulb: None,
             metallic: 0.0,
             roughness: 1.0,
+            maps: Maps::default(),
+            transmission: 0.0,
             double_sided: true,
             culled: false,
         }
@@ -62,11 +69,15 @@ impl Material {
     /// The part of its reflection that keeps an image, if any: metals up to `GLOSS_ROUGHNESS_MAX` by their base colour, and dielectrics as
     /// glossy by 4 % (glTF 2.0, appendix B). The rest of a metal's light, and all of a rough surface's, is diffuse.
     pub fn gloss(&self) -> Option<Gloss> {
-        if self.roughness > GLOSS_ROUGHNESS_MAX || self.is_emissive() {
+        if self.is_emissive() && self.maps.emission.is_none() {
             return None;
         }
-        let at_normal = self.base_colour.map(|band| DIELECTRIC_F0 + (band - DIELECTRIC_F0) * self.metallic);
-        Some(Gloss { at_normal, alpha: self.roughness * self.roughness })
+        Gloss::of(&self.base_colour, self.roughness, self.metallic)
+    }
+
+    /// What a pane's colour takes of the light that passes, of all bands alike: the luminance of its base colour.
+    pub fn pane_tint(&self) -> f32 {
+        f32_nearest(luminance(self.base_colour.map(f64::from)))
     }
 
     /// Whether it is emissive.
@@ -82,13 +93,23 @@ pub struct Gloss {
     pub at_normal: Bands,
     /// Width of the microfacets' slopes (GGX alpha, the square of glTF's roughness); 0 is a mirror.
     pub alpha: f32,
+    /// 0 for dielectrics, 1 for metals.
+    pub metallic: f32,
+}
+
+impl Gloss {
+    /// Of a base colour, roughness and metallic; none where that is too rough.
+    pub(super) fn of(base_colour: &Bands, roughness: f32, metallic: f32) -> Option<Self> {
+        if roughness > GLOSS_ROUGHNESS_MAX {
+            return None;
+        }
+        let at_normal = base_colour.map(|band| DIELECTRIC_F0 + (band - DIELECTRIC_F0) * metallic);
+        Some(Self { at_normal, alpha: roughness * roughness, metallic })
+    }
 }
 
 /// Surfaces rougher than this show no image of what they reflect.
 pub const GLOSS_ROUGHNESS_MAX: f32 = 0.4;
-
-/// Reflectance of a dielectric of index 1.5 at normal incidence.
-const DIELECTRIC_F0: f32 = 0.04;
 
 /// One corner of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -262,6 +283,9 @@ impl Mesh {
             let number = self.material_of[triangle];
             let material = *materials.entry(number).or_insert_with(|| {
                 let mut material = self.materials[index(number)].clone();
+                for texture in material.maps.textures_mut() {
+                    *texture = taken_over(*texture, &self.textures, &mut part.textures, &mut textures);
+                }
                 material.texture = material
                     .texture
                     .map(|texture| taken_over(texture, &self.textures, &mut part.textures, &mut textures));
@@ -309,12 +333,12 @@ fn repair_vertex(vertex: &mut Vertex) -> bool {
 
 /// Rays pass the holes of cut-out materials. Weights are those of the second and third corner.
 impl Holes for Mesh {
-    fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool {
+    fn is_open(&self, triangle: u32, [u, v]: [f32; 2], cos: impl FnOnce() -> f32) -> bool {
         let Some(cut_out) = self.cut_out_of(triangle) else { return false };
         let [a, b, c] = self.triangles[index(triangle)].map(|corner| self.vertices[index(corner)].uv);
         let w = 1.0 - u - v;
         let uv = [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v];
-        cut_out.is_open(uv, || draw_at(triangle, u, v))
+        cut_out.is_open(uv, cos, || draw_at(triangle, u, v))
     }
 }
 
@@ -332,7 +356,7 @@ pub struct BackfaceCulled<'a>(pub &'a Mesh);
 impl Holes for BackfaceCulled<'_> {
     const CULLS: bool = true;
 
-    fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool {
-        self.0.is_open(triangle, u, v)
+    fn is_open(&self, triangle: u32, weights: [f32; 2], cos: impl FnOnce() -> f32) -> bool {
+        self.0.is_open(triangle, weights, cos)
     }
 }

@@ -183,7 +183,7 @@ mod tests {
         let open = (0..64 * 64_u32)
             .filter(|at| {
                 let uv = [at % 64, at / 64].map(|k| (crate::num::f32_from_u32(k) + 0.5) / 64.0);
-                holes.is_open(uv, || 0.0)
+                holes.is_open(uv, || 1.0, || 0.0)
             })
             .count();
         // 240 leaves of about 600 texels, overlapping: cover is between a fifth and four fifths.

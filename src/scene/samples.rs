@@ -97,6 +97,13 @@ impl ShadeTriangle {
         }
     }
 
+    /// Texture coordinates at weights of the second and third corner.
+    #[inline(always)]
+    pub fn uv_at(&self, u: f32, v: f32) -> [f32; 2] {
+        let ([a, b, c], w) = (self.uv, 1.0 - u - v);
+        [a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v]
+    }
+
     /// Both sides, 0 and 1, of each of its samples.
     pub fn sides(&self) -> impl Iterator<Item = (usize, usize)> {
         let (first, steps) = (index(self.samples[0]), index(self.grid_steps));
@@ -264,8 +271,22 @@ fn albedo(mesh: &Mesh, shade: &ShadeTriangle, uv: [f32; 2], colour: Bands, spaci
             std::array::from_fn(|band| base[band] * colour[band])
         }
     };
+    let product = product.map(|band| of_hits(material, band));
     product.map(|band| if band > ALBEDO_MAX { ALBEDO_MAX } else { band })
 }
+
+/// Reflectance of a pane for light that does not pass: a bake takes its mirror image as diffuse, as that of all dielectrics.
+fn of_hits(material: &Material, albedo: f32) -> f32 {
+    let clear = material.transmission;
+    if clear <= 0.0 {
+        return albedo;
+    }
+    let reflected = PANE_REFLECTANCE + (1.0 - PANE_REFLECTANCE) * (1.0 - clear) * albedo;
+    reflected / (1.0 - (1.0 - PANE_REFLECTANCE) * clear * material.pane_tint())
+}
+
+/// What a pane reflects of even light: the mean of Schlick's formula over the hemisphere, 0.04 + 0.96 / 21.
+const PANE_REFLECTANCE: f32 = 0.0857;
 
 impl Material {
     /// Whether a bake follows light over it: glossy metals. What glazed tiles and polished wood mirror, some 4 %, is baked as

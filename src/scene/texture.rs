@@ -40,7 +40,8 @@ struct Level {
 pub struct Texture {
     levels: Vec<Level>,
     wrap: [Wrap; 2],
-    /// One over the finest level's width and height.
+    /// Width and height of the finest level, and one over them.
+    size: [f32; 2],
     per_size: [f32; 2],
 }
 
@@ -91,24 +92,41 @@ impl Texture {
     pub fn from_srgb(width: u32, height: u32, codes: &[[u8; 3]], wrap: [Wrap; 2]) -> Self {
         assert!(!codes.is_empty() && codes.len() == index(width) * index(height), "a picture needs its texels");
         let linear: Vec<u16> = (0..=u8::MAX).map(|code| quantised(linear_from_srgb(code) * f64::from(ONE))).collect();
-        let texels = codes
-            .iter()
-            .map(|texel| texel.map(|code| linear[usize::from(code)]))
-            .map(|[r, g, b]| [r, g, b, r])
-            .collect();
+        Self::from_values(width, height, codes.iter().map(|texel| texel.map(|code| linear[usize::from(code)])), wrap)
+    }
+
+    /// As `from_srgb`, but codes are values: 255 is 1.
+    pub fn from_linear(width: u32, height: u32, codes: &[[u8; 3]], wrap: [Wrap; 2]) -> Self {
+        assert!(!codes.is_empty() && codes.len() == index(width) * index(height), "a picture needs its texels");
+        Self::from_values(width, height, codes.iter().map(|texel| texel.map(|code| 257 * u16::from(code))), wrap)
+    }
+
+    fn from_values(width: u32, height: u32, texels: impl Iterator<Item = [u16; 3]>, wrap: [Wrap; 2]) -> Self {
+        let texels = texels.map(|[r, g, b]| [r, g, b, r]).collect();
         let mut levels = Vec::new();
         let mut plain = Some(Plain { width, height, texels });
         while let Some(level) = plain {
             plain = halved(&level);
             levels.push(level.with_rim(wrap));
         }
-        let per_size = [1.0 / f32_from_u32(width), 1.0 / f32_from_u32(height)];
-        Self { levels, wrap, per_size }
+        Self::of_levels([width, height], levels, wrap)
+    }
+
+    fn of_levels(size: [u32; 2], levels: Vec<Level>, wrap: [Wrap; 2]) -> Self {
+        let size = size.map(f32_from_u32);
+        Self { levels, wrap, size, per_size: size.map(|edge| 1.0 / edge) }
+    }
+
+    /// A white picture of a size that takes no memory: what footprints are found on where a material has maps without a base colour.
+    pub fn white(width: u32, height: u32) -> Self {
+        let white = Plain { width: 1, height: 1, texels: vec![[u16::MAX; 4]] };
+        let wrap = [Wrap::Repeat; 2];
+        Self::of_levels([width, height], vec![white.with_rim(wrap)], wrap)
     }
 
     /// Width and height of the finest level in texels.
     pub fn size(&self) -> [f32; 2] {
-        [f32_from_u32(self.levels[0].width), f32_from_u32(self.levels[0].height)]
+        self.size
     }
 
     /// Least and greatest linear value of each band over all texels. No filtered value lies outside.
@@ -445,8 +463,9 @@ impl Texture {
     /// Bytes that identify this picture, for content keys.
     pub fn hash_into(&self, hasher: &mut blake3::Hasher) {
         let level = &self.levels[0];
-        hasher.update(&level.width.to_le_bytes());
-        hasher.update(&level.height.to_le_bytes());
+        self.size.iter().for_each(|&edge| {
+            hasher.update(&crate::num::u32_truncated_f32(edge).to_le_bytes());
+        });
         hasher.update(&u32_from(self.wrap[0] as usize * 3 + self.wrap[1] as usize).to_le_bytes());
         // The rim follows from the rest. In one piece: hashing many blocks at once is several times as fast.
         if cfg!(target_endian = "little") {

@@ -11,8 +11,10 @@ use crate::pose::Pose;
 
 /// Rays of a trial: columns and rows.
 const GRID: [usize; 2] = [16, 12];
-/// Tangent of half the width that a trial looks at, and of half the height: 90 degrees across, 4 to 3.
-const HALF: [f64; 2] = [1.0, 0.75];
+/// Angle across of the cameras that are found.
+pub const FOV_RAD: f64 = 0.5 * std::f64::consts::PI;
+/// Height of a picture over its width.
+const HEIGHT: f64 = 0.75;
 /// Places inside the bounds along x, y and z.
 const INSIDE: [usize; 3] = [7, 3, 7];
 /// Directions from each place inside, and places around the bounds.
@@ -58,6 +60,8 @@ pub struct CameraView {
     pub name: String,
     /// Looking along +z, y down.
     pub world_from_camera: Pose,
+    /// Angle that it sees across.
+    pub horizontal_fov_rad: f64,
     /// Share of its rays that meet a surface's front.
     pub covered: f64,
     /// Share of its rays that meet the back of a surface that has one side only: the camera is inside something.
@@ -76,17 +80,30 @@ pub fn looking(yaw_rad: f64, pitch_rad: f64) -> DQuat {
     DQuat::from_rotation_y(yaw_rad) * DQuat::from_rotation_x(pitch_rad) * level
 }
 
-/// The best views of a scene, the best first: the file's cameras that see something, then those found inside and around it.
-/// Views that are found stand apart from each other.
+/// The best views of a scene, the best first: the file's cameras that see something, then those that are found: around a thing, and inside
+/// and around a place. Views that are found stand apart from each other.
 pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
     let extent = Extent::of(scene);
-    let named = |view: &Viewpoint| judged(scene, &extent, &view.name, view.world_from_camera);
+    let named = |view: &Viewpoint| {
+        let fov_rad = view.horizontal_fov_rad.unwrap_or(FOV_RAD);
+        judged(scene, &extent, &view.name, view.world_from_camera, fov_rad)
+    };
     let mut chosen: Vec<CameraView> = scene.viewpoints.iter().map(named).filter(|view| view.score > 0.0).collect();
     chosen.sort_by(|a, b| b.score.total_cmp(&a.score));
     chosen.truncate(count);
-    let poses: Vec<Pose> = inside(&extent).into_iter().chain(around(&extent)).collect();
-    let mut found = crate::parallel::collected(poses.len(), |number| judged(scene, &extent, "found", poses[number]));
-    found.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let [mut inside, mut around] = [inside(&extent), around(&extent)].map(|poses| {
+        let of = |number: usize| judged(scene, &extent, "found", poses[number], FOV_RAD);
+        crate::parallel::collected(poses.len(), of)
+    });
+    let by_score = |a: &CameraView, b: &CameraView| b.score.total_cmp(&a.score);
+    let is_place = encloses(&inside) || has_floor(scene, &extent);
+    inside.sort_by(by_score);
+    around.sort_by(by_score);
+    let mut found = around;
+    found.append(&mut inside);
+    if is_place {
+        found.sort_by(by_score);
+    }
     let apart_m = 0.2 * extent.size_m().length();
     for view in found.into_iter().filter(|view| view.score > 0.0) {
         if chosen.len() >= count {
@@ -105,6 +122,40 @@ pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
 
 fn forward(view: &CameraView) -> DVec3 {
     view.world_from_camera.direction(DVec3::Z)
+}
+
+/// Whether a fourth of the cameras inside see something, and half of those hardly anything else: a room.
+fn encloses(inside: &[CameraView]) -> bool {
+    let mut filled: Vec<f64> = inside.iter().filter(|view| view.score > 0.0).map(|view| view.covered).collect();
+    filled.sort_by(f64::total_cmp);
+    4 * filled.len() >= inside.len() && filled[filled.len() / 2] > 0.85
+}
+
+/// Least width of what one walks over, in metres.
+const FLOOR_M: f64 = 3.0;
+
+/// Whether a surface fills the bounds as seen from above, and is wide enough to walk over.
+fn has_floor(scene: &Scene, extent: &Extent) -> bool {
+    let size_m = extent.size_m();
+    if size_m.x.min(size_m.z) < FLOOR_M {
+        return false;
+    }
+    let top_m = extent.greatest_m.y + 0.1 * size_m.length();
+    let (mut met, mut stack) = (0, Stack::new());
+    for row in 0..LANES {
+        let share = |number: usize| (f64_from_usize(number) + 0.5) / f64_from_usize(LANES);
+        let above = Pose::new(DQuat::IDENTITY, DVec3::ZERO);
+        let mut packet = packet_of(&above, |_| DVec3::NEG_Y);
+        for column in 0..LANES {
+            let at_m = extent.least_m + DVec3::new(share(column), 0.0, share(row)) * size_m;
+            packet.origin_m[0].0[column] = f32_nearest(at_m.x);
+            packet.origin_m[1].0[column] = f32_nearest(top_m);
+            packet.origin_m[2].0[column] = f32_nearest(at_m.z);
+        }
+        let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
+        met += hits.triangle.iter().filter(|&&triangle| triangle != MISS).count();
+    }
+    10 * met >= 9 * LANES * LANES
 }
 
 /// Level cameras on a grid within the bounds.
@@ -129,7 +180,7 @@ fn inside(extent: &Extent) -> Vec<Pose> {
 fn around(extent: &Extent) -> Vec<Pose> {
     let middle_m = 0.5 * (extent.least_m + extent.greatest_m);
     let radius_m = 0.5 * extent.size_m().length();
-    let distance_m = radius_m / libm::sin(libm::atan(HALF[1]));
+    let distance_m = radius_m / libm::sin(libm::atan(HEIGHT * libm::tan(0.5 * FOV_RAD)));
     let mut poses = Vec::new();
     for elevation_deg in ELEVATIONS_DEG {
         let elevation_rad = elevation_deg.to_radians();
@@ -164,8 +215,15 @@ pub fn packet_of(world_from_camera: &Pose, bearing: impl Fn(usize) -> DVec3) -> 
     packet
 }
 
-/// What a camera sees from a place.
-pub fn judged(scene: &Scene, extent: &Extent, name: &str, world_from_camera: Pose) -> CameraView {
+/// What a camera of some angle across sees from a place.
+pub fn judged(
+    scene: &Scene,
+    extent: &Extent,
+    name: &str,
+    world_from_camera: Pose,
+    horizontal_fov_rad: f64,
+) -> CameraView {
+    let half = libm::tan(0.5 * horizontal_fov_rad);
     let mut stack = Stack::new();
     let (mut distances_m, mut materials, mut behind) = (Vec::new(), Vec::new(), 0_usize);
     let count = GRID[0] * GRID[1];
@@ -173,7 +231,7 @@ pub fn judged(scene: &Scene, extent: &Extent, name: &str, world_from_camera: Pos
         let packet = packet_of(&world_from_camera, |lane| {
             let (column, row) = ((first + lane) % GRID[0], (first + lane) / GRID[0]);
             let share = |number: usize, of: usize| 2.0 * (f64_from_usize(number) + 0.5) / f64_from_usize(of) - 1.0;
-            DVec3::new(HALF[0] * share(column, GRID[0]), HALF[1] * share(row, GRID[1]), 1.0)
+            DVec3::new(half * share(column, GRID[0]), HEIGHT * half * share(row, GRID[1]), 1.0)
         });
         let hits = closest_through(&scene.bvh, &scene.mesh, &packet, &mut stack);
         for lane in 0..LANES {
@@ -208,13 +266,24 @@ pub fn judged(scene: &Scene, extent: &Extent, name: &str, world_from_camera: Pos
     let variety = libm::log2(1.0 + f64_from_usize(materials.len())).min(4.0);
     let is_seen = covered > 0.02 && behind < 0.05 && !is_near;
     let score = if is_seen { covered * (1.0 + depth) * (1.0 + variety) } else { 0.0 };
-    CameraView { name: name.to_owned(), world_from_camera, covered, behind, nearest_m, median_m: at(0.5), score }
+    CameraView {
+        name: name.to_owned(),
+        world_from_camera,
+        horizontal_fov_rad,
+        covered,
+        behind,
+        nearest_m,
+        median_m: at(0.5),
+        score,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::box_room;
+    use crate::scene::mesh::{Material, Mesh};
+    use crate::scene::target::cube;
 
     #[test]
     fn a_camera_in_a_room_sees_its_walls_and_one_in_a_solid_sees_their_backs() {
@@ -224,7 +293,22 @@ mod tests {
         assert!(views.len() == 4 && views[0].covered > 0.95 && views[0].behind < 0.05, "{views:?}");
         let middle_m = 0.5 * (extent.least_m + extent.greatest_m);
         let far = Pose::new(looking(0.0, 0.0), middle_m + DVec3::new(0.0, 0.0, -100.0));
-        assert_eq!(judged(&scene, &extent, "away", far).score, 0.0);
+        assert_eq!(judged(&scene, &extent, "away", far, FOV_RAD).score, 0.0);
+    }
+
+    #[test]
+    fn a_thing_is_seen_from_around_it_and_a_place_from_within() {
+        let mut mesh = Mesh::default();
+        mesh.materials.push(Material::plain("box", [0.5; 3]));
+        for corners_m in cube([-0.1; 3], [0.1; 3], false) {
+            mesh.append_quad(0, corners_m, [1.0, 1.0]);
+        }
+        let thing = Scene::new("box", mesh.clone(), [0.0; 4]).unwrap();
+        let views = best(&thing, 4);
+        assert!(views.len() == 4 && views.iter().all(|view| view.world_from_camera.translation_m.length() > 0.25));
+        mesh.append_quad(0, [[-4.0, -0.1, 4.0], [4.0, -0.1, 4.0], [4.0, -0.1, -4.0], [-4.0, -0.1, -4.0]], [1.0, 1.0]);
+        let place = Scene::new("yard", mesh, [0.0; 4]).unwrap();
+        assert!(has_floor(&place, &Extent::of(&place)) && !has_floor(&thing, &Extent::of(&thing)));
     }
 
     #[test]

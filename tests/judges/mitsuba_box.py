@@ -36,6 +36,13 @@ def quad(number, corners, uvs):
     return {"type": "ply", "filename": str(path), "face_normals": True}
 
 
+def pictured(texture):
+    """Linear texels of a file, times a factor."""
+    width, height = texture["size"]
+    texels = floats(texture["file"], (height, width, 3)) * np.array(texture["factors"], dtype=np.float32)
+    return mi.Bitmap(np.ascontiguousarray(texels))
+
+
 def world():
     parts = {"type": "scene"}
     for number, face in enumerate(scene["faces"]):
@@ -48,7 +55,13 @@ def world():
             bitmap = mi.Bitmap(np.ascontiguousarray(texels))
             texture = {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": "clamp"}
             shape["bsdf"] = {"type": "diffuse", "reflectance": texture}
-        if any(face["radiance"]):
+        if face.get("normal_map"):
+            normals = {"type": "bitmap", "bitmap": pictured(face["normal_map"]), "raw": True, "wrap_mode": "clamp"}
+            shape["bsdf"] = {"type": "normalmap", "normalmap": normals, "bsdf": shape["bsdf"]}
+        if face.get("emission_map"):
+            texels = {"type": "bitmap", "bitmap": pictured(face["emission_map"]), "raw": True, "wrap_mode": "clamp"}
+            shape["emitter"] = {"type": "area", "radiance": texels}
+        elif any(face["radiance"]):
             shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": face["radiance"]}}
         parts[f"face{number}"] = shape
     for number, light in enumerate(scene.get("lights", [])):

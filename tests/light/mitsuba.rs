@@ -10,9 +10,10 @@ use sensel::num::{f32_from_u32, f32_nearest, index, u32_truncated_f32};
 use sensel::optics::{Camera, Pupil};
 use sensel::pose::Pose;
 use sensel::scene::environment::{SUN_RADIUS, Sun};
+use sensel::scene::maps::Maps;
 use sensel::scene::mesh::{Material, Mesh};
 use sensel::scene::target::cube;
-use sensel::scene::texture::{Texture, Wrap};
+use sensel::scene::texture::{Footprint, Texture, Wrap};
 use sensel::scene::{BakeCost, BakeSettings, Illuminant, Scene, box_room};
 use sensel::units::Size;
 
@@ -38,6 +39,20 @@ fn export_texture(scene: &Scene, number: u32, path: &Path) -> [u32; 2] {
     size
 }
 
+/// Writes all texels of a map, as they are.
+fn export_map(scene: &Scene, number: u32, factors: [f32; 3], folder: &Path) -> serde_json::Value {
+    let texture = &scene.mesh.textures[index(number)];
+    let size = texture.size().map(u32_truncated_f32);
+    let mut bytes = Vec::new();
+    for (row, column) in (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| (row, column))) {
+        let uv = [(column, size[0]), (row, size[1])].map(|(at, of)| (f32_from_u32(at) + 0.5) / f32_from_u32(of));
+        texture.over(uv, &Footprint::POINT)[..3].iter().for_each(|band| bytes.extend(band.to_le_bytes()));
+    }
+    let file = format!("map{number}.f32");
+    std::fs::write(folder.join(&file), bytes).unwrap();
+    serde_json::json!({"file": file, "size": size, "factors": factors})
+}
+
 /// Writes faces (two triangles each, as `append_quad` makes them) and pictures.
 fn export_faces(scene: &Scene, folder: &Path) -> Vec<serde_json::Value> {
     let mut faces = Vec::new();
@@ -57,6 +72,10 @@ fn export_faces(scene: &Scene, folder: &Path) -> Vec<serde_json::Value> {
             "radiance": &material.emission[..3],
             "texture": size.map(|_| name),
             "texture_size": size,
+            "normal_map": material.maps.normal.map(|(map, _)| export_map(scene, map, [1.0; 3], folder)),
+            "emission_map": material.maps.emission.map(|(map, factors)| {
+                export_map(scene, map, [factors[0], factors[1], factors[2]], folder)
+            }),
         }));
     }
     faces
@@ -201,12 +220,8 @@ fn mitsuba_sees_white_pictures_under_small_lamps_as_bright_as_they_are_here() {
     }
 }
 
-/// Four columns and a low box on a floor under the sun alone, a disc of 0.53 degrees: where its shadows lie, in pixels of 1 to 3 cm.
-#[test]
-fn mitsuba_sees_the_suns_shadows_where_they_are_here() {
-    let size = Size { width_px: 160, height_px: 120 };
-    let camera = camera(size, FOV_RAD, 1.0, Pupil::ThinLens);
-    let pose = looking(DVec3::new(0.0, 1.2, 2.0), 0.0, 0.6);
+/// Four columns and a low box on a floor.
+fn columns() -> Mesh {
     let mut mesh = Mesh::default();
     mesh.materials.push(Material::plain("grey", [0.5; 3]));
     mesh.append_quad(0, [[-4.0, 0.0, 4.0], [4.0, 0.0, 4.0], [4.0, 0.0, -4.0], [-4.0, 0.0, -4.0]], [1.0, 1.0]);
@@ -218,11 +233,16 @@ fn mitsuba_sees_the_suns_shadows_where_they_are_here() {
     for corners_m in cube([-0.25, 0.0, 0.4], [0.25, 0.12, 0.7], false) {
         mesh.append_quad(0, corners_m, [1.0, 1.0]);
     }
-    let towards = DVec3::new(0.5, 0.7, -0.4).normalize();
-    let direction = towards.to_array().map(f32_nearest);
-    mesh.distant.push(Sun { direction, normal_irradiance: [1.0; 4] });
-    let scene = Scene::new("columns", mesh, [0.0; 4]).unwrap();
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mitsuba_sun");
+    mesh
+}
+
+/// What the judge says of the columns under some light, in pixels of 1 to 3 cm: with shadows traced ("full") and as baked ("default").
+fn judged_columns(name: &str, mesh: Mesh, lights: &serde_json::Value) -> serde_json::Value {
+    let size = Size { width_px: 160, height_px: 120 };
+    let camera = camera(size, FOV_RAD, 1.0, Pupil::ThinLens);
+    let pose = looking(DVec3::new(0.0, 1.2, 2.0), 0.0, 0.6);
+    let scene = Scene::new(name, mesh, [0.0; 4]).unwrap();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mitsuba_{name}"));
     std::fs::create_dir_all(&folder).unwrap();
     let bake = scene.bake(&BakeSettings::ROOM, &|_| {});
     let lit = scene.clone().lit_absolutely(&bake, DVec3::new(0.0, 2.0, 0.0), Illuminant::D65).unwrap();
@@ -231,18 +251,116 @@ fn mitsuba_sees_the_suns_shadows_where_they_are_here() {
         let bytes: Vec<u8> = photons.values().iter().flat_map(|value| value.to_le_bytes()).collect();
         std::fs::write(folder.join(format!("{name}0.f32")), bytes).unwrap();
     }
-    let sun = serde_json::json!({"type": "sun", "towards": towards.to_array(), "radius_rad": SUN_RADIUS,
-        "irradiance": [1.0, 1.0, 1.0]});
     let description = serde_json::json!({
         "size": [size.width_px, size.height_px], "horizontal_fov_deg": FOV_RAD.to_degrees(), "views": [view(&pose)],
-        "faces": export_faces(&scene, &folder), "lights": [sun], "photons_per_radiance": per_radiance(&camera),
+        "faces": export_faces(&scene, &folder), "lights": lights, "photons_per_radiance": per_radiance(&camera),
     });
     std::fs::write(folder.join("scene.json"), description.to_string()).unwrap();
-    let found = judged(&folder, 256);
+    judged(&folder, 256)
+}
+
+/// The sun alone, a disc of 0.53 degrees: where its shadows lie.
+#[test]
+fn mitsuba_sees_the_suns_shadows_where_they_are_here() {
+    let mut mesh = columns();
+    let towards = DVec3::new(0.5, 0.7, -0.4).normalize();
+    let direction = towards.to_array().map(f32_nearest);
+    mesh.distant.push(Sun { direction, normal_irradiance: [1.0; 4] });
+    let sun = serde_json::json!([{"type": "sun", "towards": towards.to_array(), "radius_rad": SUN_RADIUS,
+        "irradiance": [1.0, 1.0, 1.0]}]);
+    let found = judged_columns("sun", mesh, &sun);
     let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
     assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
     // What lies in the shade has the noise of 256 rays by way of the floor and the columns: a few per cent.
     assert!(figure("full", "median_relative_error") < 0.03, "{found}");
     assert!(figure("full", "share_beyond_20_per_cent") < 0.01, "{found}");
     assert!(figure("default", "share_beyond_20_per_cent") > 0.03, "the bake alone is as good: {found}");
+}
+
+/// A lamp of a square metre: its half-shadows are wide but where things touch the floor.
+#[test]
+fn mitsuba_sees_contact_shadows_of_a_wide_lamp_where_they_are_here() {
+    let mut mesh = columns();
+    let glow = Material { emission: [9.0; 4], double_sided: false, ..Material::plain("lamp", [0.0; 3]) };
+    mesh.materials.push(glow);
+    mesh.append_quad(1, [[-1.4, 2.5, -1.0], [-0.4, 2.5, -1.0], [-0.4, 2.5, 0.0], [-1.4, 2.5, 0.0]], [1.0, 1.0]);
+    let found = judged_columns("wide", mesh, &serde_json::json!([]));
+    let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
+    assert!((figure("full", "ratio_of_means") - 1.0).abs() < 0.01, "{found}");
+    assert!(figure("full", "median_relative_error") < 0.03, "{found}");
+    assert!(figure("full", "share_beyond_20_per_cent") < 0.01, "{found}");
+}
+
+/// A wavy normal map: codes of the normals of a height field, of slopes up to 0.5, whose waves are an eighth of the picture long.
+fn waves() -> Texture {
+    const EDGE: u32 = 256;
+    let slope = |at: u32| 0.5 * libm::sinf(f32_from_u32(at) / f32_from_u32(EDGE) * 16.0 * std::f32::consts::PI);
+    let code = |value: f32| u8::try_from(u32_truncated_f32(127.5 * (value + 1.0) + 0.5)).unwrap();
+    let codes: Vec<[u8; 3]> = (0..EDGE * EDGE)
+        .map(|texel| {
+            let [x, y] = [slope(texel % EDGE), slope(texel / EDGE)];
+            let length = (x * x + y * y + 1.0).sqrt();
+            [x / length, y / length, 1.0 / length].map(code)
+        })
+        .collect();
+    Texture::from_linear(EDGE, EDGE, &codes, [Wrap::Clamp; 2])
+}
+
+/// Floor and wall with a normal map, under a point light, the sun and a glowing picture on the third wall.
+#[test]
+fn mitsuba_sees_normal_and_emission_maps_as_they_are_here() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mitsuba_maps");
+    std::fs::create_dir_all(&folder).unwrap();
+    let camera = camera(SIZE, FOV_RAD, 1.0, Pupil::ThinLens);
+    let poses = [looking(DVec3::new(-0.8, 1.6, 1.9), 0.3, 0.5), looking(DVec3::new(0.3, 1.0, 0.5), 0.0, 0.9)];
+    let mut mesh = white_corner();
+    mesh.textures.push(waves());
+    mesh.materials[0].maps = Maps { normal: Some((1, 1.0)), ..Maps::default() };
+    mesh.materials[0].base_colour = [0.5; 4];
+    // A picture of four colours, of which one is black.
+    let glow = [[255, 0, 0], [0, 255, 0], [0, 0, 0], [255, 255, 255]];
+    mesh.textures.push(Texture::from_srgb(2, 2, &glow, [Wrap::Clamp; 2]));
+    let maps = Maps { emission: Some((2, [2.0; 4])), ..Maps::default() };
+    let mean = [1.0, 1.0, 0.5, 1.0];
+    mesh.materials.push(Material {
+        texture: Some(0),
+        emission: mean,
+        maps,
+        double_sided: false,
+        ..Material::plain("picture", [0.2; 3])
+    });
+    mesh.append_quad(2, [[-2.0, 0.5, 0.0], [-2.0, 0.5, -1.0], [-2.0, 1.5, -1.0], [-2.0, 1.5, 0.0]], [1.0, 1.0]);
+    let ball = ball_of(&serde_json::json!({"type": "point", "intensity": 20}), [0.3, 1.4, 0.5]);
+    mesh.materials.push(ball.0);
+    mesh.append(3, ball.1.clone(), &ball.2).unwrap();
+    let towards = DVec3::new(0.3, 0.7, 0.5).normalize();
+    mesh.distant.push(Sun { direction: towards.to_array().map(f32_nearest), normal_irradiance: [10.0; 4] });
+    let scene = Scene::new("maps", mesh, [0.0; 4]).unwrap();
+    let fine = BakeSettings { grid_rays: 1024, ..BakeSettings::FINE };
+    for (name, settings) in [("direct", fine.direct()), ("full", fine)] {
+        let bake = scene.bake(&settings, &|_| {});
+        let lit = scene.clone().lit_absolutely(&bake, DVec3::new(0.0, 1.0, 0.0), Illuminant::D65).unwrap();
+        for (number, pose) in poses.iter().enumerate() {
+            let photons = seen(&lit, &camera, *pose, 512).photons;
+            let bytes: Vec<u8> = photons.values().iter().flat_map(|value| value.to_le_bytes()).collect();
+            std::fs::write(folder.join(format!("{name}{number}.f32")), bytes).unwrap();
+        }
+    }
+    let lights = serde_json::json!([
+        {"type": "point", "position_m": [0.3, 1.4, 0.5], "intensity": [20.0, 20.0, 20.0]},
+        {"type": "sun", "towards": towards.to_array(), "radius_rad": SUN_RADIUS, "irradiance": [10.0, 10.0, 10.0]}
+    ]);
+    let description = serde_json::json!({
+        "size": [SIZE.width_px, SIZE.height_px], "horizontal_fov_deg": FOV_RAD.to_degrees(),
+        "views": poses.iter().map(view).collect::<Vec<_>>(),
+        "faces": export_faces(&scene, &folder), "lights": lights, "photons_per_radiance": per_radiance(&camera),
+    });
+    std::fs::write(folder.join("scene.json"), description.to_string()).unwrap();
+    let found = judged(&folder, 512);
+    let figure = |name: &str, figure: &str| found[name][figure].as_f64().unwrap();
+    // 1 % and 3 % are asked for. Bounces have the smooth normal here; Mitsuba drops those that the mapped one sends below the surface.
+    for (name, mean, median) in [("direct", 0.01, 0.01), ("full", 0.02, 0.03)] {
+        assert!((figure(name, "ratio_of_means") - 1.0).abs() < mean, "{name}: {found}");
+        assert!(figure(name, "median_relative_error") < median, "{name}: {found}");
+    }
 }

@@ -13,7 +13,7 @@ use sensel::scene::tracer::{MISS, Stack, closest_through};
 use sensel::scene::views::{CameraView, packet_of};
 use sensel::scene::{Illuminant, LitScene, Scene};
 
-/// Pixels of each picture, which looks 90 degrees across.
+/// Pixels of each picture.
 const SIZE_PX: [u32; 2] = [320, 240];
 /// Pictures in a row.
 const COLUMNS: usize = 3;
@@ -46,7 +46,7 @@ pub fn png(scene: &Scene, views: &[CameraView]) -> Result<Vec<u8>, Error> {
 /// Linear colours of a row of pixels.
 fn line(lit: &LitScene, view: &CameraView, row: usize) -> Vec<[f32; 3]> {
     let mut stack = Stack::new();
-    let width = index(SIZE_PX[0]);
+    let (width, half) = (index(SIZE_PX[0]), libm::tan(0.5 * view.horizontal_fov_rad));
     let mut colours = vec![[0.0; 3]; width];
     let per_packet = LANES / (EACH * EACH);
     for first in (0..width).step_by(per_packet) {
@@ -57,7 +57,7 @@ fn line(lit: &LitScene, view: &CameraView, row: usize) -> Vec<[f32; 3]> {
             };
             let x = at(pixel, sample % EACH, width);
             let y = 0.75 * at(row, sample / EACH, index(SIZE_PX[1]));
-            DVec3::new(x, y, 1.0)
+            DVec3::new(half * x, half * y, 1.0)
         });
         let hits = closest_through(&lit.scene().bvh, &BackfaceCulled(&lit.scene().mesh), &packet, &mut stack);
         for lane in 0..LANES {

@@ -11,8 +11,19 @@ pub(super) struct Found {
     pub(super) units: FileUnits,
     pub(super) extent: Extent,
     pub(super) views: Vec<CameraView>,
-    /// Materials that shine.
+    /// Materials that shine, and directional lights.
     pub(super) lamps: Vec<String>,
-    /// Share of the sky that is seen from the best view, straight up and around.
-    pub(super) open: f64,
+    /// What lights the best view.
+    pub(super) light: Light,
+}
+
+/// What a scenario has to bring so that the best view is lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Light {
+    /// Nothing: the file's own is enough.
+    Own,
+    /// A sky, which is seen from there.
+    Sky,
+    /// A lamp so far above the camera, because all is closed.
+    Lamp { above_m: f64 },
 }

@@ -5,7 +5,7 @@ use sensel::pose::Pose;
 use sensel::scene::file_units::UpAxis;
 use sensel::scene::views::{self, CameraView};
 
-use super::found::Found;
+use super::found::{Found, Light};
 
 /// What follows the light.
 const CAMERA: &str = r#"
@@ -19,7 +19,7 @@ world_from_motion = [{turn}]
 frames = 30
 
 [optics]
-preset = "radtan_90"             # 90 degrees across; 'sensel presets' lists others
+{optics}
 
 [sensor]
 preset = "paper_6t_vga"          # or another of 'sensel presets', or "./my_sensor.toml"
@@ -28,17 +28,17 @@ preset = "paper_6t_vga"          # or another of 'sensel presets', or "./my_sens
 exposure_us = 4000.0
 "#;
 
-/// For a file without light, under a sky that the camera sees.
+/// For a file without lamps, under a sky that the camera sees.
 const SKY: &str = r#"
 [scene.sky]
-kind = "overcast"                # the file has no light
+kind = "overcast"                # the file has no lamp
 "#;
 
-/// For a file without light that is closed.
+/// For a camera that no light reaches and that sees no sky.
 const LAMP: &str = r"
-[[scene.lamp]]                   # the file has no light, and the camera sees no sky
+[[scene.lamp]]                   # no light of the file reaches the camera, and it sees no sky
 position_m = [{lamp}]
-radius_m = 0.02
+radius_m = {radius}
 flux_lm = 800.0
 ";
 
@@ -59,15 +59,25 @@ pub fn text(found: &Found, view: &CameraView) -> String {
         text.push_str("up = \"z\"\n");
     }
     text.push_str("illuminance_lux = 500.0          # at the camera, on a horizontal plane: a well-lit room\n");
-    let lamp_m = translation_m + 0.3 * view.nearest_m.min(1.0) * DVec3::Y;
-    match (found.lamps.is_empty(), found.open > 0.05) {
-        (false, _) => {}
-        (true, true) => text.push_str(SKY),
-        (true, false) => text.push_str(&LAMP.replace("{lamp}", &rounded(&lamp_m.to_array(), 3))),
+    match found.light {
+        Light::Own => {}
+        Light::Sky => text.push_str(SKY),
+        Light::Lamp { above_m } => {
+            let lamp_m = translation_m + above_m * DVec3::Y;
+            let lamp = LAMP.replace("{lamp}", &rounded(&lamp_m.to_array(), 3));
+            text.push_str(&lamp.replace("{radius}", &format!("{:.3}", (0.02 * above_m).clamp(0.001, 1.0))));
+        }
     }
     // A sway of some centimetres suits a room; small things get less.
     let scale = (view.median_m / 2.0).clamp(0.02, 1.0);
+    let fov_deg = view.horizontal_fov_rad.to_degrees();
+    let optics = if view.horizontal_fov_rad == views::FOV_RAD {
+        "preset = \"radtan_90\"             # 90 degrees across; 'sensel presets' lists others".to_owned()
+    } else {
+        format!("preset = \"pinhole_90\"\nhorizontal_fov_deg = {fov_deg:.2}       # of the file's camera")
+    };
     let camera = CAMERA
+        .replace("{optics}", &optics)
         .replace("{scale}", &format!("{scale:.2}"))
         .replace("{place}", &rounded(&translation_m.to_array(), 3))
         .replace("{turn}", &rounded(&turn.to_array(), 9));

@@ -12,7 +12,7 @@ use crate::optics::camera::Camera;
 use crate::optics::motion::{Turn, Turns};
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, splat3, unrolled};
 use crate::scene::light::{BANDS, Bands};
-use crate::scene::lit::{Face, OnTriangle, by_band};
+use crate::scene::lit::{Face, MapTexels, OnTriangle, by_band};
 use crate::scene::mesh::BackfaceCulled;
 use crate::scene::texture::Footprint;
 use crate::scene::tracer::{MISS, Packet, Stack, closest_inline_through};
@@ -194,8 +194,9 @@ impl View<'_> {
                 self.sky(traced, lanes)
             } else {
                 is_glossy |= self.scene.face(triangle).has_gloss(self.follows_gloss);
-                let added = self.added_light(traced, (triangle, lanes), pixels, aim, filter, stack);
-                self.surface(traced, (leader, lanes), aim, filter, added.as_ref())
+                let look = self.look_up(traced, (leader, lanes), aim, filter);
+                let added = self.added_light(traced, (triangle, lanes), &look, pixels, aim, filter, stack);
+                self.surface(traced, (leader, lanes), &look, aim, added.as_ref())
             };
             lux = unrolled!(BAND in 4 => lanes.select(light[BAND], lux[BAND]));
             for lane in 0..LANES {
@@ -205,30 +206,31 @@ impl View<'_> {
         (lux, is_glossy)
     }
 
-    /// What shadow rays add to the baked irradiance of rays that met a triangle, beside edges of shadows and in the shadows of objects.
+    /// What is added to the baked irradiance of rays that met a triangle: beside edges of shadows, in shadows of objects, on normal maps.
     #[inline(always)]
     fn added_light(
         &self,
         traced: &Traced,
         (triangle, lanes): (u32, Mask),
+        look: &LookUp,
         pixels: &Pixels,
         aim: &Aim,
         filter: &Filter,
         stack: &mut Stack,
     ) -> Option<[Floats; BANDS]> {
-        let shadows = self.scene.shadows()?;
+        let shadows = self.scene.sources()?;
         let seeds = &pixels.facet_seeds;
         let surface = OnSurface { view: self, shadows, traced, triangle, lanes, aim, seeds };
-        let mut of_edges = None;
+        let mut sources = 0;
         if self.scene.face(triangle).has_shadow_edges() {
             let Traced { hits, packet } = traced;
-            let sources = self.scene.sources_around(shadows, triangle, lanes, [hits.u, hits.v], &packet.direction);
-            if sources != 0 {
-                of_edges = Some(dispatch(EdgeShadows { surface, sources, stack }));
-            }
+            sources = self.scene.sources_around(shadows, triangle, lanes, [hits.u, hits.v], &packet.direction);
         }
+        let normals = look.maps.normals.as_ref();
+        let is_changed = sources != 0 || normals.is_some();
+        let of_edges = is_changed.then(|| dispatch(EdgeShadows { surface, sources, normals, stack }));
         let pose = match filter {
-            Filter::Primary { pose, .. } if !aim.objects.all.is_empty() => pose,
+            Filter::Primary { pose, .. } if !aim.objects.all.is_empty() && shadows.are_traced() => pose,
             // Mirrors show no objects, and none of their shadows.
             Filter::Primary { .. } | Filter::Reflected { .. } => return of_edges,
         };
@@ -250,45 +252,69 @@ impl View<'_> {
         by_band(&lux)
     }
 
-    /// Light of the triangle that some rays met, of which the leader's footprint serves all.
+    /// Colours and maps where some rays met a triangle; the leader's footprint serves all.
     #[inline(always)]
-    fn surface(
-        &self,
-        traced: &Traced,
-        (leader, lanes): (usize, Mask),
-        aim: &Aim,
-        filter: &Filter,
-        added: Option<&[Floats; BANDS]>,
-    ) -> [Floats; BANDS] {
+    fn look_up(&self, traced: &Traced, (leader, lanes): (usize, Mask), aim: &Aim, filter: &Filter) -> LookUp {
         let Traced { hits, packet } = traced;
         let triangle = hits.triangle[leader];
         let face = self.scene.face(triangle);
         let u = lanes.select(hits.u, Floats::splat(hits.u.0[leader]));
         let v = lanes.select(hits.v, Floats::splat(hits.v.0[leader]));
-        let mut colours = [Floats::splat(1.0); BANDS];
-        if let Some(texture) = self.scene.texture_of(face) {
-            let (footprint, shift_texels) = match filter {
-                Filter::Primary { pixels, bearing, pose } => {
-                    let direction = lane3(&packet.direction, leader);
-                    let bearing = lane3(bearing, leader);
-                    let t_m = hits.t.0[leader];
-                    aim.footprint(
-                        pixels,
-                        face,
-                        &Leader { lane: leader, direction, bearing, pose: pose.lane(leader), t_m },
-                    )
-                }
-                Filter::Reflected { width_m } => {
-                    let width_texels = self.scene.texels_per_m(triangle) * width_m.0[leader];
-                    (Footprint::round(width_texels), [Floats::splat(0.0); 2])
-                }
-            };
-            colours = by_band(&texture.over_alike(&face.uv(u, v), &shift_texels, &footprint, lanes));
-        }
-        let direction = &packet.direction;
-        let rays = OnTriangle { triangle, lanes, u, v, direction, lamp_levels: aim.lamp_levels, added };
-        self.scene.exitances_lux(&rays, &colours)
+        let Some(texture) = self.scene.texture_of(face) else {
+            return LookUp { u, v, colours: [Floats::splat(1.0); BANDS], maps: MapTexels::NONE };
+        };
+        let (footprint, shift_texels) = match filter {
+            Filter::Primary { pixels, bearing, pose } => {
+                let direction = lane3(&packet.direction, leader);
+                let bearing = lane3(bearing, leader);
+                let t_m = hits.t.0[leader];
+                aim.footprint(pixels, face, &Leader { lane: leader, direction, bearing, pose: pose.lane(leader), t_m })
+            }
+            Filter::Reflected { width_m } => {
+                let width_texels = self.scene.texels_per_m(triangle) * width_m.0[leader];
+                (Footprint::round(width_texels), [Floats::splat(0.0); 2])
+            }
+        };
+        let uv = face.uv(u, v);
+        let colours = by_band(&texture.over_alike(&uv, &shift_texels, &footprint, lanes));
+        let maps = self.scene.map_texels((triangle, face, texture), &uv, (&shift_texels, &footprint), lanes);
+        LookUp { u, v, colours, maps }
     }
+
+    /// Light of the triangle that some rays met.
+    #[inline(always)]
+    fn surface(
+        &self,
+        traced: &Traced,
+        (leader, lanes): (usize, Mask),
+        look: &LookUp,
+        aim: &Aim,
+        added: Option<&[Floats; BANDS]>,
+    ) -> [Floats; BANDS] {
+        let LookUp { u, v, colours, maps } = look;
+        let rays = OnTriangle {
+            triangle: traced.hits.triangle[leader],
+            lanes,
+            u: *u,
+            v: *v,
+            direction: &traced.packet.direction,
+            lamp_levels: aim.lamp_levels,
+            added,
+            emission: maps.emission.as_ref(),
+        };
+        self.scene.exitances_lux(&rays, colours)
+    }
+}
+
+/// What the pictures of a triangle have where rays met it.
+struct LookUp {
+    /// Weights of its second and third corner, within it in every lane.
+    u: Floats,
+    /// See `u`.
+    v: Floats,
+    /// Of its base colour; white without a picture.
+    colours: [Floats; BANDS],
+    maps: MapTexels,
 }
 
 /// The ray whose footprint serves others.

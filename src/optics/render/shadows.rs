@@ -10,8 +10,8 @@ use crate::num::u32_from;
 use crate::optics::motion::Turns;
 use crate::scene::bake::Aimed;
 use crate::scene::lanes::{Floats, LANES, Mask, Vectors, next_lane, unrolled};
-use crate::scene::light::BANDS;
-use crate::scene::lit::{Shadows, Towards};
+use crate::scene::light::{BANDS, Bands};
+use crate::scene::lit::{Relief, Shadows, Towards};
 use crate::scene::tracer::{Packet, Stack, blocked_through};
 use crate::simd::Kernel;
 
@@ -34,11 +34,13 @@ pub(super) struct OnSurface<'a, 'b> {
     pub seeds: &'a [u32; LANES],
 }
 
-/// Lux by band that the baked irradiance lacks beside the edges of shadows.
+/// Lux by band that the baked irradiance lacks beside the edges of shadows and under a normal map.
 pub(super) struct EdgeShadows<'a, 'b> {
     pub surface: OnSurface<'a, 'b>,
     /// Sources that may be asked for: a bit each.
     pub sources: u32,
+    /// Texels of the normal map.
+    pub normals: Option<&'a [Bands; LANES]>,
     pub stack: &'a mut Stack,
 }
 
@@ -75,6 +77,14 @@ impl OnSurface<'_, '_> {
     fn ray(&self, lane: usize, place: ([f32; 3], [f32; 3]), source: u32) -> Option<Aimed> {
         let [number, _] = facet_numbers(self.aim.numbers[lane], self.seeds[lane], OF_SOURCES + source);
         self.view.scene.shadow_ray(self.shadows, place, source, number)
+    }
+
+    /// Normals where a lane's ray met the triangle, by a texel of its normal map.
+    #[inline(always)]
+    fn relief(&self, lane: usize, texel: Bands) -> Relief {
+        let Traced { hits: met, packet } = self.traced;
+        let direction = [0, 1, 2].map(|axis| packet.direction[axis].0[lane]);
+        self.view.scene.relief(self.triangle, [met.u.0[lane], met.v.0[lane]], direction, texel)
     }
 
     /// Level of a source's light.
@@ -129,7 +139,7 @@ impl Kernel for EdgeShadows<'_, '_> {
 
     #[inline(always)]
     fn run(self) -> [Floats; BANDS] {
-        let Self { surface, mut sources, stack } = self;
+        let Self { surface, mut sources, normals, stack } = self;
         let shadows = surface.shadows;
         let mut hits = [NO_HIT; LANES];
         let mut rest = surface.lanes.bits();
@@ -137,6 +147,15 @@ impl Kernel for EdgeShadows<'_, '_> {
             let lane = next_lane(&mut rest);
             hits[lane] = surface.hit(lane);
         }
+        let mut reliefs = [None; LANES];
+        if let Some(texels) = normals {
+            let mut rest = surface.lanes.bits();
+            while rest != 0 {
+                let lane = next_lane(&mut rest);
+                reliefs[lane] = Some(surface.relief(lane, texels[lane]));
+            }
+        }
+        let mut asked = [0_u32; LANES];
         let mut added = [Floats::splat(0.0); BANDS];
         while sources != 0 {
             let source = sources.trailing_zeros();
@@ -151,13 +170,25 @@ impl Kernel for EdgeShadows<'_, '_> {
                 let Some(ray) = surface.ray(lane, (at_m, normal), source) else { continue };
                 let level = surface.level(source, lane);
                 set(&mut packet, lane, &ray);
-                (unoccluded.0[lane], received.0[lane]) = (light.unoccluded * ray.cone * level, light.received * level);
+                let tilted = reliefs[lane].map_or(1.0, |relief| shadows.tilted(source, at_m, &relief));
+                let sent = light.unoccluded * ray.cone * level;
+                (unoccluded.0[lane], received.0[lane]) = (sent * tilted, light.received * level);
+                asked[lane] |= 1 << source;
             }
             let visible = surface.blocked(&packet, stack).select(Floats::splat(0.0), unoccluded);
             let change = visible - received;
             let colour = shadows.colour(source);
             for band in 0..BANDS {
                 added[band] = added[band] + Floats::splat(colour[band]) * change;
+            }
+        }
+        for lane in 0..LANES {
+            let (Hit { around, at_m, .. }, Some(relief)) = (&hits[lane], &reliefs[lane]) else { continue };
+            let level = surface.aim.lamp_levels[lane];
+            let scene = surface.view.scene;
+            let of_lane = scene.light_on_relief(shadows, (around, *at_m), relief, asked[lane], level);
+            for band in 0..BANDS {
+                added[band].0[lane] += of_lane[band];
             }
         }
         added

@@ -253,9 +253,10 @@ impl Scene {
         let place = Some(u32_from(2 * nearest.0 + usize::from(back)));
         let (group, is_aimed) = (self.group_of(shade.material), self.lamps.are_aimed_at(shade.material));
         let cone = material.bulb.and_then(|bulb| bulb.cone);
-        let light = cone.map_or(material.emission, |cone| {
+        let emission = self.mesh.emission_at(triangle, [hits.u.0[lane], hits.v.0[lane]]);
+        let light = cone.map_or(emission, |cone| {
             let share = cone.share(direction.map(|x| -x));
-            material.emission.map(|band| band * share)
+            emission.map(|band| band * share)
         });
         End { place, is_sky: false, is_aimed, group, light, mirror }
     }

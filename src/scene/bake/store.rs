@@ -2,14 +2,16 @@
 
 use super::super::light::{BANDS, Bands};
 use super::settings::BAKE_VERSION;
-use super::{Bake, EdgeLight, ShadowEdges, SourceLight};
+use super::{Bake, ListedLight, SourceLight, SourceLists};
 use crate::error::Error;
 use crate::num::u64_from;
 
 const MAGIC: &[u8; 8] = b"SENSELBK";
-const HEADER_BYTES: usize = 8 + 4 + 32 + 4 * 8 + 1;
-/// Words of an entry of the list of shadow edges.
-const EDGE_WORDS: usize = 3;
+const HEADER_BYTES: usize = 8 + 4 + 32 + COUNTS * 8 + 1;
+/// Counts in the header.
+const COUNTS: usize = 6;
+/// Words of an entry of a list of sources.
+const ENTRY_WORDS: usize = 3;
 const CHECKSUM_BYTES: usize = 32;
 
 impl Bake {
@@ -18,26 +20,32 @@ impl Bake {
         self.key
     }
 
-    /// Magic, version, key, counts of steady and of flickering irradiance, of lists of shadow edges and of their entries, whether light
-    /// bounced, all irradiance, the lists' starts and their entries in little-endian words of four bytes, and the blake3 of all that.
+    /// Magic, version, key, counts of steady and of flickering irradiance, of the lists of sources at shadow edges and of their entries, of
+    /// those on normal maps and of theirs, whether light bounced, all irradiance, then the lists' starts and entries in little-endian words
+    /// of four bytes, and the blake3 of all that.
     pub fn to_bytes(&self) -> Vec<u8> {
         let irradiances = self.irradiance.len() + self.flickering.len();
-        let words = BANDS * irradiances + self.edges.starts.len() + EDGE_WORDS * self.edges.lights.len();
+        let lists = [&self.edges, &self.on_normal_maps];
+        let words_of = |lists: &SourceLists| lists.starts.len() + ENTRY_WORDS * lists.lights.len();
+        let words = BANDS * irradiances + words_of(lists[0]) + words_of(lists[1]);
         let mut bytes = Vec::with_capacity(HEADER_BYTES + 4 * words + CHECKSUM_BYTES);
         bytes.extend_from_slice(MAGIC);
         bytes.extend_from_slice(&BAKE_VERSION.to_le_bytes());
         bytes.extend_from_slice(&self.key);
-        let counts = [self.irradiance.len(), self.flickering.len(), self.edges.starts.len(), self.edges.lights.len()];
-        counts.into_iter().for_each(|count| bytes.extend_from_slice(&u64_from(count).to_le_bytes()));
+        let lengths = lists.iter().flat_map(|lists| [lists.starts.len(), lists.lights.len()]);
+        let counts = [self.irradiance.len(), self.flickering.len()].into_iter().chain(lengths);
+        counts.for_each(|count| bytes.extend_from_slice(&u64_from(count).to_le_bytes()));
         bytes.push(u8::from(self.bounces));
         for value in self.irradiance.iter().chain(&self.flickering).flatten() {
             bytes.extend_from_slice(&value.to_le_bytes());
         }
-        self.edges.starts.iter().for_each(|start| bytes.extend_from_slice(&start.to_le_bytes()));
-        for EdgeLight { source, light } in &self.edges.lights {
-            bytes.extend_from_slice(&source.to_le_bytes());
-            bytes.extend_from_slice(&light.unoccluded.to_le_bytes());
-            bytes.extend_from_slice(&light.received.to_le_bytes());
+        for SourceLists { starts, lights } in lists {
+            starts.iter().for_each(|start| bytes.extend_from_slice(&start.to_le_bytes()));
+            for ListedLight { source, light } in lights {
+                bytes.extend_from_slice(&source.to_le_bytes());
+                bytes.extend_from_slice(&light.unoccluded.to_le_bytes());
+                bytes.extend_from_slice(&light.received.to_le_bytes());
+            }
         }
         let checksum = blake3::hash(&bytes);
         bytes.extend_from_slice(checksum.as_bytes());
@@ -64,7 +72,8 @@ impl Bake {
             let count = u64::from_le_bytes(content[at..at + 8].try_into().expect("eight bytes were taken"));
             usize::try_from(count).unwrap_or(usize::MAX)
         };
-        let [steady, flickering, starts, entries] = [0, 1, 2, 3].map(count);
+        let counts: [usize; COUNTS] = std::array::from_fn(count);
+        let [steady, flickering, ..] = counts;
         let words: Vec<u32> = content[HEADER_BYTES..]
             .chunks_exact(4)
             .map(|word| u32::from_le_bytes(word.try_into().expect("chunks of four")))
@@ -72,25 +81,29 @@ impl Bake {
         let in_all = |each: &[(usize, usize)]| {
             each.iter().try_fold(0_usize, |sum, &(count, words)| sum.checked_add(count.checked_mul(words)?))
         };
-        let fits =
-            in_all(&[(steady, BANDS), (flickering, BANDS), (starts, 1), (entries, EDGE_WORDS)]) == Some(words.len());
+        let [_, _, edge_starts, edges, map_starts, maps] = counts;
+        let of_lists = [(edge_starts, 1), (edges, ENTRY_WORDS), (map_starts, 1), (maps, ENTRY_WORDS)];
+        let fits = in_all(&[&[(steady, BANDS), (flickering, BANDS)], &of_lists[..]].concat()) == Some(words.len());
         if !fits || !(flickering == 0 || flickering == steady) {
             return Err(refuse("its counts do not fit its length"));
         }
-        let (light, edges) = words.split_at(BANDS * (steady + flickering));
-        let (starts, entries) = edges.split_at(starts);
+        let (light, mut rest) = words.split_at(BANDS * (steady + flickering));
         let mut irradiance: Vec<Bands> =
             light.chunks_exact(BANDS).map(|bands| std::array::from_fn(|band| f32::from_bits(bands[band]))).collect();
         let flickering = irradiance.split_off(steady);
-        let entry = |words: &[u32]| EdgeLight {
+        let entry = |words: &[u32]| ListedLight {
             source: words[0],
             light: SourceLight { unoccluded: f32::from_bits(words[1]), received: f32::from_bits(words[2]) },
         };
-        let edges =
-            ShadowEdges { starts: starts.to_vec(), lights: entries.chunks_exact(EDGE_WORDS).map(entry).collect() };
-        if !edges.is_sound(steady) {
-            return Err(refuse("its lists of shadow edges do not fit its samples"));
+        let [edges, on_normal_maps] = [(edge_starts, edges), (map_starts, maps)].map(|(starts, entries)| {
+            let (starts, after) = rest.split_at(starts);
+            let (entries, after) = after.split_at(ENTRY_WORDS * entries);
+            rest = after;
+            SourceLists { starts: starts.to_vec(), lights: entries.chunks_exact(ENTRY_WORDS).map(entry).collect() }
+        });
+        if !(edges.is_sound(steady) && on_normal_maps.is_sound(steady)) {
+            return Err(refuse("its lists of sources do not fit its samples"));
         }
-        Ok(Self { key, irradiance, flickering, bounces: content[76] != 0, edges })
+        Ok(Self { key, irradiance, flickering, bounces: content[HEADER_BYTES - 1] != 0, edges, on_normal_maps })
     }
 }

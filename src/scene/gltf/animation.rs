@@ -27,16 +27,18 @@ pub fn read(document: &gltf::Document, buffers: &Buffers<'_>, notes: &mut Notes)
             notes.add(format!("animation {name} is not read: the first one plays"));
             continue;
         }
+        let mut left: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         for channel in animation.channels() {
             let node = channel.target().node();
             let whose = node.name().map_or_else(|| format!("node {}", node.index()), |name| format!("'{name}'"));
             let left_out = match channel.target().property() {
+                Property::Scale if is_constant(&channel, buffers) => continue,
                 Property::Scale => Some("scale"),
                 Property::MorphTargetWeights => Some("morph weights"),
                 Property::Translation | Property::Rotation => None,
             };
             if let Some(what) = left_out {
-                notes.add(format!("animation {name}: the {what} of {whose} are not read"));
+                left.entry(what).or_insert_with(Vec::new).push(whose);
                 continue;
             }
             let refused = |reason: String| format!("animation {name}, {whose}: {reason}");
@@ -47,8 +49,21 @@ pub fn read(document: &gltf::Document, buffers: &Buffers<'_>, notes: &mut Notes)
                 of_node.rotation = Some(track::<4>(&channel, buffers).map_err(refused)?);
             }
         }
+        for (what, nodes) in left {
+            let more = if nodes.len() > 3 { format!(" and {} more", nodes.len() - 3) } else { String::new() };
+            let named = nodes[..nodes.len().min(3)].join(", ");
+            notes.add(format!("animation {name}: {what} not read of {named}{more}"));
+        }
     }
     Ok(tracks)
+}
+
+/// Whether all keys of a scale are the node's own, within rounding.
+fn is_constant(channel: &Channel<'_>, buffers: &Buffers<'_>) -> bool {
+    let Ok(values) = buffers.floats::<3>(&channel.sampler().output()) else { return false };
+    let (_, _, own) = channel.target().node().transform().decomposed();
+    let is_own = |value: &[f32; 3]| value.iter().zip(&own).all(|(a, b)| (a - b).abs() <= 1e-4 * b.abs());
+    channel.sampler().interpolation() != gltf::animation::Interpolation::CubicSpline && values.iter().all(is_own)
 }
 
 fn track<const N: usize>(channel: &Channel<'_>, buffers: &Buffers<'_>) -> Result<Track<N>, String> {

@@ -8,19 +8,21 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 /// Extensions that are read. Any other one that a file requires is refused by name, unless it only adds to the look of materials.
-const READ: [&str; 6] = [
+const READ: [&str; 7] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
 
 /// Extensions that hold geometry or pictures in a form that is not read, and what makes a file without them.
-const REMEDIES: [(&str, &str); 4] = [
+const REMEDIES: [(&str, &str); 5] = [
     ("KHR_draco_mesh_compression", "export the file without mesh compression (in Blender: Data, Compression off)"),
     ("EXT_meshopt_compression", "write the file without mesh compression (gltfpack without -c and -cc)"),
+    ("KHR_meshopt_compression", "write the file without mesh compression (gltfpack without -c and -cc)"),
     ("KHR_texture_basisu", "write its textures as PNG or JPEG (gltfpack without -tc)"),
     ("EXT_texture_webp", "write its textures as PNG or JPEG"),
 ];

@@ -1,6 +1,7 @@
 //! Reads the nodes of a checked glTF file: triangles in the world, cameras, and lights as lamps.
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
+use gltf::camera::Projection;
 use gltf::material::AlphaMode;
 use gltf::mesh::Mode;
 use gltf::scene::Transform;
@@ -14,7 +15,8 @@ use super::animation::Tracks;
 use super::buffers::Buffers;
 use super::container::Container;
 use super::content::{Content, MovingPart, Notes};
-use super::material::{self, MaterialMapping};
+use super::material::MaterialMapping;
+use super::pictures::called;
 pub use super::reader::{Part, Place, Reader};
 use crate::num::{f32_nearest, u32_from};
 use crate::pose::Pose;
@@ -93,9 +95,13 @@ impl<'a> Reader<'a> {
                 self.parts[part].triangles.push(before..self.mesh.triangles.len());
             }
         }
-        if node.camera().is_some() {
+        if let Some(camera) = node.camera() {
             let name = node.name().unwrap_or("camera").to_owned();
-            self.viewpoints.extend(viewpoint(name, world_from_node));
+            let horizontal_fov_rad = horizontal_fov_rad(&camera.projection());
+            if horizontal_fov_rad.is_none() {
+                self.notes.add(format!("camera '{name}' has no perspective, and is given one"));
+            }
+            self.viewpoints.extend(viewpoint(name, world_from_node, horizontal_fov_rad));
         }
         if let Some(light) = node.light() {
             if part.is_some() {
@@ -234,7 +240,7 @@ impl<'a> Reader<'a> {
         let number = primitive.material().index().unwrap_or(self.kinds.len() - 1);
         let kind = self.kinds[number];
         if kind.is_clear {
-            let whose = material::called(&primitive.material());
+            let whose = called(&primitive.material());
             self.notes.add(format!("{whose} is transparent and left out: light passes"));
             return Ok(());
         }
@@ -326,7 +332,7 @@ impl<'a> Reader<'a> {
             self.buffers.floats::<3>(&accessor)?.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect()
         };
         if primitive.material().alpha_mode() != AlphaMode::Opaque && colours.iter().any(|colour| colour[3] < 1.0) {
-            self.notes.add(format!("{}: alpha of vertex colours is not read", material::called(&primitive.material())));
+            self.notes.add(format!("{}: alpha of vertex colours is not read", called(&primitive.material())));
         }
         let sound = |band: f32| if band.is_finite() { band.clamp(0.0, 1.0) } else { 1.0 };
         Ok(Some(colours.into_iter().map(|[r, g, b, _]| with_infrared([r, g, b].map(sound))).collect()))
@@ -358,10 +364,19 @@ fn rigid(transform: DMat4) -> Option<(Pose, f64)> {
 }
 
 /// glTF cameras look along -z with y up; ours look along +z with y down. None where the node's transform has no rotation.
-fn viewpoint(name: String, world_from_node: DMat4) -> Option<Viewpoint> {
+fn viewpoint(name: String, world_from_node: DMat4, horizontal_fov_rad: Option<f64>) -> Option<Viewpoint> {
     let turned = DMat3::from_mat4(world_from_node);
     let z = -turned.z_axis.try_normalize()?;
     let x = (-turned.y_axis).cross(z).try_normalize()?;
     let rotation = DQuat::from_mat3(&DMat3::from_cols(x, z.cross(x), z)).normalize();
-    Some(Viewpoint { name, world_from_camera: Pose::new(rotation, world_from_node.w_axis.truncate()) })
+    let world_from_camera = Pose::new(rotation, world_from_node.w_axis.truncate());
+    Some(Viewpoint { name, world_from_camera, horizontal_fov_rad })
+}
+
+/// Angle across of a perspective that a lens can have, 1 to 170 degrees; a file without an aspect ratio leaves it to the viewer: 4 to 3.
+fn horizontal_fov_rad(projection: &Projection<'_>) -> Option<f64> {
+    let Projection::Perspective(perspective) = projection else { return None };
+    let aspect = f64::from(perspective.aspect_ratio().unwrap_or(4.0 / 3.0));
+    let fov_rad = 2.0 * libm::atan(aspect * libm::tan(0.5 * f64::from(perspective.yfov())));
+    (1.0..=170.0).contains(&fov_rad.to_degrees()).then_some(fov_rad)
 }

@@ -7,7 +7,7 @@
 
 use super::super::chance::{frame, turned};
 use super::super::light::{BANDS, Bands};
-use super::super::mesh::Material;
+use super::super::mesh::{Gloss, Material, Mesh};
 use super::super::texture::Footprint;
 use super::super::vectors::{cross, dot, unit};
 use super::data::{ExitanceBounds, LitScene};
@@ -26,9 +26,22 @@ const MIRROR_ROUGHNESS_MAX: f32 = 0.1;
 /// From this on the greater part of a surface is a metal.
 const MIRROR_METALLIC_MIN: f32 = 0.5;
 
-/// Whether its reflection is taken as a perfect mirror's.
-pub fn is_exact_mirror(material: &Material) -> bool {
-    material.metallic >= MIRROR_METALLIC_MIN && material.roughness <= MIRROR_ROUGHNESS_MAX
+/// Whether a reflection is taken as a perfect mirror's.
+fn is_exact_mirror([roughness, metallic]: [f32; 2]) -> bool {
+    metallic >= MIRROR_METALLIC_MIN && roughness <= MIRROR_ROUGHNESS_MAX
+}
+
+/// The most of a material's reflection that keeps an image anywhere, if any does.
+pub(super) fn glossiest(mesh: &Mesh, material: &Material) -> Option<Gloss> {
+    let [roughness, metallic] = mesh.glossiest(material);
+    Material { roughness, metallic, ..material.clone() }.gloss()
+}
+
+/// Whether a material keeps an image anywhere: by gloss, and as a mirror.
+pub(super) fn keeps_images(mesh: &Mesh, material: &Material) -> [bool; 2] {
+    let is_glossy = glossiest(mesh, material).is_some();
+    let is_mirror = material.transmission > 0.0 || is_exact_mirror(mesh.glossiest(material));
+    [is_glossy, is_glossy && is_mirror]
 }
 
 /// A glossy surface where a ray meets it.
@@ -42,6 +55,8 @@ pub struct Facet {
     alpha: f32,
     /// 0 for dielectrics, 1 for metals.
     metallic: f32,
+    /// Of a pane, with and without its tint: the rays that passed it are no hits.
+    transmission: [f32; 2],
 }
 
 impl LitScene {
@@ -58,29 +73,42 @@ impl LitScene {
         if !self.paints[index(shade.material)].glossy[usize::from(!all)] {
             return None;
         }
-        let gloss = self.gloss[index(shade.material)]?;
-        let material = &self.scene.mesh.materials[index(shade.material)];
+        let mesh = &self.scene.mesh;
+        let material = &mesh.materials[index(shade.material)];
+        let texel = |map: u32| mesh.textures[index(map)].over(shade.uv_at(u, v), &Footprint::POINT);
+        let mut gloss = self.gloss[index(shade.material)]?;
+        if let Some((map, factors)) = material.maps.roughness_metallic {
+            let at_hit = texel(map);
+            let [roughness, metallic] = [at_hit[1] * factors[0], at_hit[2] * factors[1]];
+            if !all && material.transmission <= 0.0 && !is_exact_mirror([roughness, metallic]) {
+                return None;
+            }
+            gloss = Gloss::of(&material.base_colour, roughness, metallic)?;
+        }
         let alpha = if all { gloss.alpha } else { 0.0 };
         let back = dot(shade.normal, direction) > 0.0;
         if back && !material.double_sided {
             return None;
         }
         let mut at_normal = gloss.at_normal;
-        let is_painted = material.texture.is_some() || !self.scene.mesh.colours.is_empty();
-        if material.metallic > 0.0 && is_painted {
+        let is_painted = material.texture.is_some() || !mesh.colours.is_empty();
+        if gloss.metallic > 0.0 && is_painted {
             let albedo = self.albedo(triangle, &self.paints[index(shade.material)], [u, v], &Footprint::POINT);
             for band in 0..BANDS {
-                at_normal[band] += (albedo[band] - material.base_colour[band]) * material.metallic;
+                at_normal[band] += (albedo[band] - material.base_colour[band]) * gloss.metallic;
             }
         }
-        let corners = self.scene.mesh.triangles[index(triangle)];
-        let [a, b, c] = corners.map(|corner| self.scene.mesh.vertices[index(corner)].normal);
-        let smooth = unit([0, 1, 2].map(|axis| a[axis] * (1.0 - u - v) + b[axis] * u + c[axis] * v));
         let side = if back { -1.0 } else { 1.0 };
         let plane = shade.normal.map(|x| x * side);
-        let normal = smooth.map_or(plane, |normal| normal.map(|x| x * side));
+        let normal = match material.maps.normal {
+            Some((map, _)) => self.relief(triangle, [u, v], direction, texel(map)).mapped,
+            None => self.smooth_normal(triangle, [u, v]).map_or(plane, |normal| normal.map(|x| x * side)),
+        };
         let normal = if dot(normal, direction) < 0.0 { normal } else { plane };
-        Some(Facet { normal, plane, at_normal, alpha, metallic: material.metallic })
+        let pane = material.cut_out.and_then(|pane| mesh.cut_outs[index(pane)].transmission(shade.uv_at(u, v)));
+        let passed = pane.unwrap_or(0.0);
+        let transmission = [passed, if passed > 0.0 { passed / material.pane_tint() } else { 0.0 }];
+        Some(Facet { normal, plane, at_normal, alpha, metallic: gloss.metallic, transmission })
     }
 
     /// A glossy surface adds what it reflects to its own light, each with a share of at most one in all: it is no brighter than the
@@ -115,6 +143,13 @@ impl Facet {
         let short = 1.0 - cos;
         let grazing = (short * short) * (short * short) * short;
         let weight = self.at_normal.map(|f0| (f0 + (1.0 - f0) * grazing) * kept);
+        let [passed, clear] = self.transmission;
+        if passed > 0.0 {
+            // Only rays that a pane stops meet it: what it mirrors, scatters and absorbs.
+            let hits = |weight: f32| 1.0 - (1.0 - weight) * passed;
+            let diffuse = weight.map(|weight| (1.0 - weight) * (1.0 - clear) / hits(weight));
+            return (unit(away).unwrap_or(self.plane), weight.map(|weight| weight / hits(weight)), diffuse);
+        }
         let diffuse = weight.map(|weight| (1.0 - weight) * (1.0 - self.metallic) + (1.0 - kept) * self.metallic);
         (unit(away).unwrap_or(self.plane), weight, diffuse)
     }
@@ -162,12 +197,13 @@ fn mirrored(direction: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::cut_out::pane_reflectance;
     use super::*;
     use crate::num::{f32_from_u32, f32_nearest};
 
     fn facet(alpha: f32, at_normal: f32) -> Facet {
         let up = [0.0, 0.0, 1.0];
-        Facet { normal: up, plane: up, at_normal: [at_normal; BANDS], alpha, metallic: 1.0 }
+        Facet { normal: up, plane: up, at_normal: [at_normal; BANDS], alpha, metallic: 1.0, transmission: [0.0; 2] }
     }
 
     /// Share of even light that a facet reflects.
@@ -201,6 +237,22 @@ mod tests {
             }
         }
         assert_eq!(tried, 16);
+    }
+
+    #[test]
+    fn a_pane_mirrors_passes_and_scatters_all_light_between_them() {
+        for (transmission, cos) in [(1.0_f32, 0.8_f32), (0.5, 0.8), (1.0, 0.2), (0.1, 0.5)] {
+            let pane = Facet { transmission: [transmission * 0.9, transmission], metallic: 0.0, ..facet(0.0, 0.04) };
+            let (_, mirrored, diffuse) = pane.reflected([(1.0 - cos * cos).sqrt(), 0.0, -cos], [0.3, 0.7]);
+            let passed = 0.9 * transmission * (1.0 - pane_reflectance(cos));
+            // Of all rays; 1e-6 is rounding.
+            assert!(
+                (mirrored[0] * (1.0 - passed) - pane_reflectance(cos)).abs() < 1e-6,
+                "{transmission} {cos}: {mirrored:?}"
+            );
+            let scattered = (1.0 - transmission) * (1.0 - pane_reflectance(cos));
+            assert!((diffuse[0] * (1.0 - passed) - scattered).abs() < 1e-6, "{transmission} {cos}: {diffuse:?}");
+        }
     }
 
     #[test]

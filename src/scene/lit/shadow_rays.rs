@@ -6,6 +6,7 @@ use super::super::light::luminance;
 use super::super::vectors::dot;
 use super::data::LitScene;
 use super::shadows::Shadows;
+use super::surface::on_side;
 use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u32_truncated_f32};
 
 /// A source that stands lower over a triangle's plane is left to the bake: there a mesh's facets would shade themselves (the shadow
@@ -13,9 +14,15 @@ use crate::num::{f32_from_u32, f32_nearest, index, u32_from, u32_truncated_f32};
 const GRAZING: f32 = 0.05;
 
 impl LitScene {
-    /// What shadows are traced by; none where nothing is aimed at.
+    /// What shadows are traced by; none where none are.
     #[inline(always)]
     pub fn shadows(&self) -> Option<&Shadows> {
+        self.sources().filter(|shadows| shadows.are_traced())
+    }
+
+    /// The strongest sources; none where nothing is aimed at.
+    #[inline(always)]
+    pub fn sources(&self) -> Option<&Shadows> {
         self.shadows.as_deref()
     }
 
@@ -24,8 +31,7 @@ impl LitScene {
     pub fn places_around(&self, triangle: u32, [u, v]: [f32; 2], direction: [f32; 3]) -> ([(usize, f32); 3], [f32; 3]) {
         let shade = &self.scene.layout.triangles[index(triangle)];
         let back = dot(shade.normal, direction) > 0.0;
-        let around = shade.around(u, v).map(|(sample, weight)| (2 * sample + usize::from(back), weight));
-        (around, if back { shade.normal.map(|x| -x) } else { shade.normal })
+        (on_side(shade.around(u, v), back), if back { shade.normal.map(|x| -x) } else { shade.normal })
     }
 
     /// Luminance of the steady baked light at a place.

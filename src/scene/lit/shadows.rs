@@ -5,11 +5,11 @@
 //! neither noise nor a seam where no shadow is.
 
 use super::super::bake::aims::{Aimed, Aims};
-use super::super::bake::{EdgeLight, Extent, ShadowEdges, Source, SourceLight};
+use super::super::bake::{Bake, Extent, ListedLight, Source, SourceLight, SourceLists};
 use super::super::geometry::Scene;
 use super::super::lanes::{Floats, LANES, Mask, Vectors, dot3, splat3, unrolled};
 use super::super::light::{BANDS, Bands, luminance};
-use super::super::vectors::dot;
+use super::super::vectors::{dot, sub};
 use crate::num::{f32_from_u32, f32_nearest, greater, index, u32_from};
 
 /// Points on the lamps of each material and in each bulb; a disc as the sun's has a quarter.
@@ -21,15 +21,21 @@ const POINTS_MAX: usize = 16_384;
 /// Bright parts of a sky that reach further from their middle, in radians, cast no shadows of objects: any hit might lie in one.
 const WIDE_RAD: f32 = 0.5;
 
-/// What the shadows of a scene are traced by.
+/// Light on a mapped normal is at most one over this times that on the smooth one: a source that stands lower is a sliver of the bake.
+const TILTED_COS_MIN: f32 = 0.1;
+
+/// What the shadows of a scene are traced by, and what its normal maps are lit by.
 #[derive(Clone, Debug)]
 pub struct Shadows {
     /// Points on sources.
     pub(super) aims: Aims,
     /// Colour of each source, of luminance 1, in lux-equivalents by band; and whether it flickers.
     colours: Vec<(Bands, bool)>,
-    /// Light at the edges, in lux.
-    edges: ShadowEdges,
+    /// Light at the edges, and on normal maps, in lux.
+    edges: SourceLists,
+    on_normal_maps: SourceLists,
+    /// Whether shadows are traced at all.
+    are_traced: bool,
     /// The sources of each place's list, a bit each; empty without edges.
     sources_at: Vec<u16>,
     /// Where all sources are, and where each is.
@@ -164,35 +170,61 @@ impl Towards {
     }
 }
 
+/// Unit normals at a hit, on the ray's side.
+#[derive(Clone, Copy, Debug)]
+pub struct Relief {
+    /// Between those of the triangle's corners.
+    pub smooth: [f32; 3],
+    /// By the normal map.
+    pub mapped: [f32; 3],
+}
+
 impl Shadows {
     /// Of a scene whose radiances count `lux_per_unit`; none where nothing is aimed at.
-    pub(super) fn of(scene: &Scene, edges: &ShadowEdges, lux_per_unit: f64) -> Option<Self> {
+    pub(super) fn of(scene: &Scene, bake: &Bake, lux_per_unit: f64) -> Option<Self> {
         let aims = Aims::new(scene, (POINTS * scene.lamps.groups().max(1)).min(POINTS_MAX), FAN);
         if aims.sources.is_empty() {
             return None;
         }
         let colours = aims.sources.iter().map(|source| colour(scene, &aims, source)).collect();
         let scaled = |lux: f32| f32_nearest(f64::from(lux) * lux_per_unit);
-        let mut edges = edges.clone();
-        for EdgeLight { light, .. } in &mut edges.lights {
-            (light.unoccluded, light.received) = (scaled(light.unoccluded), scaled(light.received));
-        }
+        let [edges, on_normal_maps] = [&bake.edges, &bake.on_normal_maps].map(|lists| {
+            let mut lists = lists.clone();
+            for ListedLight { light, .. } in &mut lists.lights {
+                (light.unoccluded, light.received) = (scaled(light.unoccluded), scaled(light.received));
+            }
+            lists
+        });
         let bits = |place: usize| edges.at(place).iter().fold(0, |bits, light| bits | 1 << light.source);
         let sources_at = (0..edges.starts.len().saturating_sub(1)).map(bits).collect();
         let towards_each: Vec<Towards> = aims.sources.iter().map(|source| Towards::one(source, lux_per_unit)).collect();
         let (towards, lux_per_unit) = (Towards::all(&towards_each), f32_nearest(lux_per_unit));
-        Some(Self { aims, colours, edges, sources_at, towards, towards_each, lux_per_unit })
+        let are_traced = true;
+        Some(Self { aims, colours, edges, on_normal_maps, are_traced, sources_at, towards, towards_each, lux_per_unit })
+    }
+
+    /// Whether shadows are traced at all.
+    #[inline(always)]
+    pub fn are_traced(&self) -> bool {
+        self.are_traced
+    }
+
+    /// The same, but none is traced.
+    pub(super) fn untraced(&self) -> Self {
+        Self { edges: SourceLists::default(), sources_at: Vec::new(), are_traced: false, ..self.clone() }
     }
 
     /// Adds all that does not follow from the scene.
     pub(super) fn hash_into(&self, hasher: &mut blake3::Hasher) {
-        hasher.update(b"shadows");
-        for start in &self.edges.starts {
-            hasher.update(&start.to_le_bytes());
-        }
-        for EdgeLight { source, light } in &self.edges.lights {
-            hasher.update(&source.to_le_bytes());
-            super::super::hashing::hash_floats(hasher, &[light.unoccluded, light.received]);
+        hasher.update(if self.are_traced { b"shadows" } else { b"sources" });
+        for SourceLists { starts, lights } in [&self.edges, &self.on_normal_maps] {
+            for start in starts {
+                hasher.update(&start.to_le_bytes());
+            }
+            for ListedLight { source, light } in lights {
+                hasher.update(&source.to_le_bytes());
+                super::super::hashing::hash_floats(hasher, &[light.unoccluded, light.received]);
+            }
         }
     }
 
@@ -223,10 +255,34 @@ impl Shadows {
         !self.edges.at(place).is_empty()
     }
 
+    /// Sources that light a place on a normal map.
+    pub(super) fn on_normal_maps(&self, place: usize) -> &[ListedLight] {
+        self.on_normal_maps.at(place)
+    }
+
+    /// Light of a source on a mapped normal, over that on the smooth one.
+    pub fn tilted(&self, source: u32, at_m: [f32; 3], relief: &Relief) -> f32 {
+        let way = match self.aims.sources[index(source)].extent {
+            Extent::Ball { middle_m, .. } => sub(middle_m, at_m),
+            Extent::Cone { direction, .. } => direction,
+        };
+        let least = TILTED_COS_MIN * dot(way, way).sqrt();
+        let [smooth, mapped] = [relief.smooth, relief.mapped].map(|normal| dot(normal, way));
+        if smooth > 0.0 && mapped > 0.0 { mapped / if smooth > least { smooth } else { least } } else { 0.0 }
+    }
+
     /// How much less and how much more light a place may have than is baked, if flickering sources are at most at a level.
     pub(super) fn changes(&self, place: usize, level_most: f64) -> [[f64; BANDS]; 2] {
         let mut changes = [[0.0; BANDS]; 2];
-        for EdgeLight { source, light } in self.edges.at(place) {
+        for ListedLight { source, light } in self.on_normal_maps.at(place) {
+            let level = if self.flickers(*source) { level_most } else { 1.0 };
+            for (band, &colour) in self.colour(*source).iter().enumerate() {
+                let lux = f64::from(light.received) * f64::from(colour) * level;
+                changes[0][band] -= lux;
+                changes[1][band] += lux / f64::from(TILTED_COS_MIN);
+            }
+        }
+        for ListedLight { source, light } in self.edges.at(place) {
             let level = if self.flickers(*source) { level_most } else { 1.0 };
             let (less, more) = (-f64::from(light.received), f64::from(light.unoccluded) - f64::from(light.received));
             for (band, &colour) in self.colour(*source).iter().enumerate() {
@@ -254,7 +310,7 @@ impl Shadows {
     pub fn light(&self, source: u32, around: &[(usize, f32); 3]) -> Option<SourceLight> {
         let mut mixed = SourceLight::NONE;
         for &(place, weight) in around {
-            let EdgeLight { light, .. } = self.edges.at(place).iter().find(|light| light.source == source)?;
+            let ListedLight { light, .. } = self.edges.at(place).iter().find(|light| light.source == source)?;
             mixed.unoccluded += light.unoccluded * weight;
             mixed.received += light.received * weight;
         }

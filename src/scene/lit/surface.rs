@@ -33,6 +33,12 @@ impl Face {
         self.kind & SHADOWED != 0
     }
 
+    /// Whether it has a map of normals or of emission.
+    #[inline(always)]
+    pub fn has_maps(&self) -> bool {
+        self.kind & MAPPED != 0
+    }
+
     /// Unit normal of the plane.
     #[inline(always)]
     pub fn normal(&self) -> [f32; 3] {
@@ -63,8 +69,10 @@ impl Face {
 const GLOSSY: [u32; 2] = [1 << 31, 1 << 30];
 /// Mark of a face with edges of shadows.
 const SHADOWED: u32 = 1 << 29;
+/// Mark of a face with maps of normals or emission.
+const MAPPED: u32 = 1 << 28;
 /// The part of a face's kind that names its texture.
-const TEXTURE: u32 = (1 << 29) - 1;
+const TEXTURE: u32 = (1 << 28) - 1;
 /// Names no texture.
 const UNTEXTURED: u32 = TEXTURE;
 
@@ -90,6 +98,8 @@ pub fn faces(
         }
         let has_edge = |shadows: &Shadows| shade.sides().any(|(back, sample)| shadows.has_edge(2 * sample + back));
         kind |= if shadows.is_some_and(has_edge) { SHADOWED } else { 0 };
+        let maps = &mesh.materials[index(shade.material)].maps;
+        kind |= if maps.normal.is_some() || maps.emission.is_some() { MAPPED } else { 0 };
         faces.push(Face { numbers, kind });
     }
     faces
@@ -109,8 +119,10 @@ pub struct OnTriangle<'a> {
     pub direction: &'a Vectors,
     /// Level of the flickering lamps over each ray's stratum of time.
     pub lamp_levels: &'a [f32; LANES],
-    /// Lux by band that shadow rays add to the baked irradiance.
+    /// Lux by band to add to the baked irradiance, from shadow rays and normal maps.
     pub added: Option<&'a [Floats; BANDS]>,
+    /// What the emission is multiplied by; white without.
+    pub emission: Option<&'a [Floats; BANDS]>,
 }
 
 /// Where hits lie among a triangle's samples of irradiance.
@@ -200,7 +212,7 @@ impl LitScene {
     /// within 0..1. `colours` are those of its texture, or white.
     #[inline(always)]
     pub fn exitances_lux(&self, rays: &OnTriangle, colours: &[Floats; BANDS]) -> [Floats; BANDS] {
-        let OnTriangle { triangle, lanes, u, v, direction, lamp_levels, added } = rays;
+        let OnTriangle { triangle, lanes, u, v, direction, lamp_levels, added, emission } = rays;
         let shade = &self.scene.layout.triangles[index(*triangle)];
         let paint = &self.paints[index(shade.material)];
         let levels = Floats(**lamp_levels);
@@ -231,7 +243,11 @@ impl LitScene {
         let mut lux = irradiance;
         for band in 0..BANDS {
             let albedo = Floats::splat(paint.base_colour[band]) * colours[band];
-            lux[band] = irradiance[band] * albedo + Floats::splat(paint.glow_lux[band]) * glow_levels;
+            let mut glow = Floats::splat(paint.glow_lux[band]) * glow_levels;
+            if let Some(emission) = emission {
+                glow = glow * emission[band];
+            }
+            lux[band] = irradiance[band] * albedo + glow;
         }
         if back.any() && !paint.double_sided {
             for band in 0..BANDS {
@@ -307,10 +323,16 @@ impl LitScene {
             let is_beyond = around.beyond.0[lane] != 0;
             let samples = if is_beyond { [opposite, below, beside] } else { [here, beside, below] };
             let near = [(samples[0], weights[0]), (samples[1], weights[1]), (samples[2], weights[2])];
-            irradiance[lane] = self.irradiance_of(near, back.0[lane] != 0, lamp_levels[lane]);
+            irradiance[lane] = self.irradiance_of(on_side(near, back.0[lane] != 0), lamp_levels[lane]);
         }
         by_band(&irradiance)
     }
+}
+
+/// Places on one side of samples.
+#[inline(always)]
+pub(super) fn on_side(around: [(usize, f32); 3], back: bool) -> [(usize, f32); 3] {
+    around.map(|(sample, weight)| (2 * sample + usize::from(back), weight))
 }
 
 /// Multiplies colours with those of a triangle's corners, by the weights of its second and third.

@@ -32,6 +32,15 @@ impl Default for Budget {
     }
 }
 
+impl Budget {
+    /// Whether there is room for a picture; yes for what has no size, which decoding refuses.
+    pub fn has_room(self, bytes: &[u8]) -> bool {
+        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+        let size = reader.ok().and_then(|reader| reader.into_dimensions().ok());
+        size.is_none_or(|(width, height)| u64::from(width) * u64::from(height) <= self.0)
+    }
+}
+
 impl Picture {
     /// Decodes a picture. Fails on what is neither PNG nor JPEG, damaged, or too large: in words for its user.
     pub fn decoded(bytes: &[u8], budget: &mut Budget) -> Result<Self, String> {
@@ -91,12 +100,26 @@ impl Picture {
         Texture::from_srgb(self.size_px[0], self.size_px[1], &self.codes, wrap)
     }
 
+    /// As a texture of values that are no colours: 255 is 1.
+    pub fn values(&self, wrap: [Wrap; 2]) -> Texture {
+        Texture::from_linear(self.size_px[0], self.size_px[1], &self.codes, wrap)
+    }
+
     /// Mean colour as linear light, from 0 to 1.
     pub fn mean(&self) -> [f32; 3] {
+        self.mean_of(super::linear_from_srgb)
+    }
+
+    /// Mean of codes that are no colours: 255 is 1.
+    pub fn mean_value(&self) -> [f32; 3] {
+        self.mean_of(|code| f64::from(code) / 255.0)
+    }
+
+    fn mean_of(&self, value: impl Fn(u8) -> f64) -> [f32; 3] {
         let mut sums = [0.0_f64; 3];
         for code in &self.codes {
             for band in 0..3 {
-                sums[band] += super::linear_from_srgb(code[band]);
+                sums[band] += value(code[band]);
             }
         }
         sums.map(|sum| crate::num::f32_nearest(sum / crate::num::f64_from_usize(self.codes.len())))

@@ -4,6 +4,7 @@
 
 use super::super::bvh::Block;
 use super::super::lanes::{Eight, Floats, LANES, Mask};
+use super::super::vectors::dot;
 use super::packet::{Hits, Holes};
 use super::rays::Rays;
 use crate::num::index;
@@ -203,7 +204,7 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
     }
     let (u, v) = (weight_b * share, weight_c * share);
     if candidate.block.cut_out >> candidate.slot & 1 != 0 {
-        wins = solid(holes, triangle, wins, &u, &v, hits);
+        wins = solid(holes, (rays, candidate, &slope), wins, &u, &v, hits);
     }
     // A shadow ray is done with its first hit, so its lane falls idle.
     hits.t = wins.select(if ANY { Floats::splat(f32::MIN) } else { t }, known);
@@ -217,9 +218,23 @@ pub fn take<H: Holes, const ANY: bool, const SHARED: bool>(
 /// they are
 /// read and written by whole registers.
 #[inline(never)]
-fn solid<H: Holes>(holes: &H, triangle: u32, mut wins: Mask, u: &Floats, v: &Floats, hits: &mut Hits) -> Mask {
+fn solid<H: Holes>(
+    holes: &H,
+    (rays, candidate, slope): (&Rays, &Candidate, &Floats),
+    mut wins: Mask,
+    u: &Floats,
+    v: &Floats,
+    hits: &mut Hits,
+) -> Mask {
+    let triangle = candidate.block.triangle[candidate.slot];
     for lane in 0..LANES {
-        if wins.0[lane] != 0 && hits.triangle[lane] != triangle && holes.is_open(triangle, u.0[lane], v.0[lane]) {
+        let cos = || {
+            let normal = [0, 1, 2].map(|axis| candidate.block.normal[axis][candidate.slot]);
+            let direction = [0, 1, 2].map(|place| rays.direction[place].0[lane]);
+            slope.0[lane].abs() / (dot(normal, normal) * dot(direction, direction)).sqrt()
+        };
+        if wins.0[lane] != 0 && hits.triangle[lane] != triangle && holes.is_open(triangle, [u.0[lane], v.0[lane]], cos)
+        {
             wins.0[lane] = 0;
         }
     }

@@ -23,8 +23,8 @@ pub trait Holes {
     /// Whether rays pass the backs of triangles that the tree has as culled.
     const CULLS: bool = false;
 
-    /// Whether a ray passes the triangle at these weights of its second and third corner.
-    fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool;
+    /// Whether a ray passes the triangle at these weights of its second and third corner; `cos` is that of its angle to the plane's normal.
+    fn is_open(&self, triangle: u32, weights: [f32; 2], cos: impl FnOnce() -> f32) -> bool;
 }
 
 /// Every triangle is whole.
@@ -33,7 +33,7 @@ pub struct NoHoles;
 
 impl Holes for NoHoles {
     #[inline(always)]
-    fn is_open(&self, _: u32, _: f32, _: f32) -> bool {
+    fn is_open(&self, _: u32, _: [f32; 2], _: impl FnOnce() -> f32) -> bool {
         false
     }
 }

@@ -243,7 +243,7 @@ fn a_tree_of_one_triangle_is_walked_to_its_end() {
 struct Stripes;
 
 impl Holes for Stripes {
-    fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool {
+    fn is_open(&self, triangle: u32, [u, v]: [f32; 2], _: impl FnOnce() -> f32) -> bool {
         assert!(triangle.is_multiple_of(2), "whole triangles are never asked about");
         triangle.is_multiple_of(4) || (8.0 * (u + 0.5 * v)).rem_euclid(2.0) < 1.0
     }

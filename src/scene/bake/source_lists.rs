@@ -1,9 +1,10 @@
-//! Where shadows have edges that are sharper than the distance between samples: places between which the visible share of a source
-//! changes. A render traces shadow rays there, and takes the baked light elsewhere.
+//! The light of single sources at places where a render needs it beside the sum: at edges of shadows that are sharper than the distance
+//! between samples, where the visible share of a source changes and shadow rays are traced; and on normal maps.
 
 #![allow(clippy::needless_range_loop, reason = "corners of several arrays run in step")]
 
 use super::super::light::{Bands, luminance};
+use super::super::mesh::Mesh;
 use super::super::samples::Layout;
 use super::buried::cells;
 use super::sources::{SOURCES_MAX, Source, SourceLight};
@@ -13,44 +14,74 @@ use crate::num::{index, u32_from};
 /// a corner detector finds, and the bake's slope over a cell is close to it.
 const CHANGE_MIN: f32 = 0.1;
 
-/// The light of one source at a place beside the edge of its shadow.
+/// Change of a source's visible share over a cell from which the shadow of a wide source is traced as well: the half-shadow is then
+/// narrower than two cells, as where something touches a floor.
+const STEEP: f32 = 0.5;
+
+/// The light of one source at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EdgeLight {
+pub struct ListedLight {
     /// The source's number among the aims' sources.
     pub source: u32,
     /// Its light, of which the baked irradiance holds what is received.
     pub light: SourceLight,
 }
 
-/// All places beside edges of shadows.
+/// Sources by place: those whose shadow has an edge beside it, or those that light a surface with a normal map.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ShadowEdges {
-    /// Where the list of each place begins, and where the last one ends; empty where there are no edges.
+pub struct SourceLists {
+    /// Where the list of each place begins, and where the last one ends; empty without any light.
     pub starts: Vec<u32>,
     /// Lists of all places, each by rising source.
-    pub lights: Vec<EdgeLight>,
+    pub lights: Vec<ListedLight>,
 }
 
-impl ShadowEdges {
-    /// Finds them from the irradiance of all places, steady and flickering, and from what each source sends there.
-    pub fn of(layout: &Layout, sources: &[Source], irradiance: [&[Bands]; 2], by_source: &[Vec<SourceLight>]) -> Self {
+impl SourceLists {
+    /// Those whose shadow has an edge beside a place, from the irradiance of all places, steady and flickering, and from what each source
+    /// sends there.
+    pub fn beside_edges(
+        layout: &Layout,
+        sources: &[Source],
+        irradiance: [&[Bands]; 2],
+        by_source: &[Vec<SourceLight>],
+    ) -> Self {
         let lux = |place: usize| {
             let of = |light: &[Bands]| light.get(place).map_or(0.0, |light| luminance(light.map(f64::from)));
             crate::num::f32_nearest(of(irradiance[0]) + of(irradiance[1]))
         };
-        let places = 2 * layout.samples.len();
-        let all: Vec<f32> = (0..places).map(lux).collect();
+        let all: Vec<f32> = (0..2 * layout.samples.len()).map(lux).collect();
         let beside: Vec<Vec<bool>> = crate::parallel::collected(by_source.len(), |source| {
             beside_edges(layout, &sources[source], &all, &by_source[source])
         });
-        let mut edges = Self { starts: vec![0], lights: Vec::new() };
-        for place in 0..places {
-            for (source, _) in beside.iter().enumerate().filter(|(_, beside)| beside[place]) {
-                edges.lights.push(EdgeLight { source: u32_from(source), light: by_source[source][place] });
-            }
-            edges.starts.push(u32_from(edges.lights.len()));
+        Self::of(by_source, all.len(), |place, source| beside[source][place])
+    }
+
+    /// All that give a place of a triangle with a normal map any light.
+    pub fn on_normal_maps(mesh: &Mesh, layout: &Layout, by_source: &[Vec<SourceLight>]) -> Self {
+        if mesh.materials.iter().all(|material| material.maps.normal.is_none()) {
+            return Self::default();
         }
-        if edges.lights.is_empty() { Self::default() } else { edges }
+        let mut is_mapped = vec![false; 2 * layout.samples.len()];
+        for shade in &layout.triangles {
+            if mesh.materials[index(shade.material)].maps.normal.is_some() {
+                shade.sides().for_each(|(back, sample)| is_mapped[2 * sample + back] = true);
+            }
+        }
+        Self::of(by_source, is_mapped.len(), |place, source| {
+            is_mapped[place] && by_source[source][place].received > 0.0
+        })
+    }
+
+    /// The light of sources at the places where it is listed.
+    fn of(by_source: &[Vec<SourceLight>], places: usize, is_listed: impl Fn(usize, usize) -> bool) -> Self {
+        let mut lists = Self { starts: vec![0], lights: Vec::new() };
+        for place in 0..places {
+            for source in (0..by_source.len()).filter(|&source| is_listed(place, source)) {
+                lists.lights.push(ListedLight { source: u32_from(source), light: by_source[source][place] });
+            }
+            lists.starts.push(u32_from(lists.lights.len()));
+        }
+        if lists.lights.is_empty() { Self::default() } else { lists }
     }
 
     /// Whether the lists lie one behind another, belong to so many places, and name sources that there may be.
@@ -66,9 +97,9 @@ impl ShadowEdges {
             && self.lights.iter().all(|light| index(light.source) < SOURCES_MAX)
     }
 
-    /// The sources whose shadow has an edge beside a place.
+    /// The list of a place.
     #[inline]
-    pub fn at(&self, place: usize) -> &[EdgeLight] {
+    pub fn at(&self, place: usize) -> &[ListedLight] {
         match (self.starts.get(place), self.starts.get(place + 1)) {
             (Some(&from), Some(&to)) => &self.lights[index(from)..index(to)],
             _ => &[],
@@ -81,9 +112,8 @@ impl ShadowEdges {
 fn beside_edges(layout: &Layout, source: &Source, all: &[f32], light: &[SourceLight]) -> Vec<bool> {
     let mut on_edge = vec![false; all.len()];
     each_cell(layout, |places| {
-        if source.is_sharp(layout.samples[places[0] / 2].position_m)
-            && has_edge(places.map(|place| (all[place], light[place])))
-        {
+        let is_sharp = source.is_sharp(layout.samples[places[0] / 2].position_m);
+        if has_edge(places.map(|place| (all[place], light[place])), if is_sharp { 0.0 } else { STEEP }) {
             places.into_iter().for_each(|place| on_edge[place] = true);
         }
     });
@@ -108,8 +138,9 @@ fn each_cell(layout: &Layout, mut each: impl FnMut([usize; 3])) {
     }
 }
 
-/// Whether the visible share of a source changes between corners, each given with all its light, by what can be seen.
-fn has_edge(corners: [(f32, SourceLight); 3]) -> bool {
+/// Whether the visible share of a source changes between corners, each given with all its light, by what can be seen and by more than a
+/// share.
+fn has_edge(corners: [(f32, SourceLight); 3], share: f32) -> bool {
     let (mut least, mut most, mut sent, mut all) = (1.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
     for (lux, light) in corners {
         all = all.max(lux);
@@ -119,5 +150,5 @@ fn has_edge(corners: [(f32, SourceLight); 3]) -> bool {
             sent = sent.max(light.unoccluded);
         }
     }
-    (most - least) * sent > CHANGE_MIN * all
+    most - least > share && (most - least) * sent > CHANGE_MIN * all
 }

@@ -1,0 +1,311 @@
+//! Pictures of a glTF file: textures, holes and maps of its materials, each decoded once.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use gltf::image::Source;
+use gltf::material::AlphaMode;
+use gltf::texture::WrappingMode;
+
+use super::super::cut_out::CutOut;
+use super::super::light::{BANDS, with_infrared};
+use super::super::maps::Maps;
+use super::super::mesh::{Material, Mesh};
+use super::super::texture::picture::{Budget, Picture};
+use super::super::texture::{Texture, Wrap};
+use super::buffers::{Buffers, fetched};
+use super::content::{Files, Notes};
+use super::placing::Placing;
+use crate::num::{index, u32_from, u32_truncated_f32};
+
+/// What alpha of a picture means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Alpha {
+    Ignored,
+    /// Less of it is a hole.
+    Least(f32),
+    /// Times this, the share that is covered.
+    Share(f32),
+}
+
+impl Alpha {
+    fn of(material: &gltf::Material<'_>) -> Self {
+        let alpha = material.pbr_metallic_roughness().base_color_factor()[3];
+        let alpha = if alpha.is_finite() { alpha.clamp(0.0, 1.0) } else { 1.0 };
+        match material.alpha_mode() {
+            AlphaMode::Opaque => Self::Ignored,
+            // What the factor takes from coverage, the cutoff must take as well.
+            AlphaMode::Mask => {
+                let cutoff = material.alpha_cutoff().unwrap_or(0.5);
+                Self::Least(if alpha > 0.0 { cutoff / alpha } else { 0.0 })
+            }
+            AlphaMode::Blend => Self::Share(alpha),
+        }
+    }
+
+    /// Tells it from others.
+    fn key(self) -> (u8, u32) {
+        match self {
+            Self::Ignored => (0, 0),
+            Self::Least(least) => (1, least.to_bits()),
+            Self::Share(alpha) => (2, alpha.to_bits()),
+        }
+    }
+
+    /// Whether anything is not wholly covered, and, if so, the holes.
+    fn holes(self, [width, height]: [u32; 2], coverage: Vec<u8>, wrap: [Wrap; 2]) -> Option<CutOut> {
+        let is_whole = coverage.iter().all(|&alpha| alpha == u8::MAX);
+        match self {
+            Self::Least(least) if !is_whole => Some(CutOut::new(width, height, coverage, wrap, least)),
+            Self::Share(alpha) if !is_whole || alpha < 1.0 => {
+                Some(CutOut::blended(width, height, coverage, wrap, alpha))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// A material's name for messages.
+pub fn called(material: &gltf::Material<'_>) -> String {
+    match (material.name(), material.index()) {
+        (Some(name), _) => format!("material '{name}'"),
+        (None, Some(number)) => format!("material {number}"),
+        (None, None) => "the default material".to_owned(),
+    }
+}
+
+/// A number brought into its range, from 0; 0 for one that is not finite.
+pub fn sound(value: f32, most: f32) -> f32 {
+    if value.is_finite() { value.clamp(0.0, most) } else { 0.0 }
+}
+
+fn wrapping(texture: &gltf::Texture<'_>) -> [Wrap; 2] {
+    let sampler = texture.sampler();
+    [sampler.wrap_s(), sampler.wrap_t()].map(|mode| match mode {
+        WrappingMode::Repeat => Wrap::Repeat,
+        WrappingMode::MirroredRepeat => Wrap::Mirror,
+        WrappingMode::ClampToEdge => Wrap::Clamp,
+    })
+}
+
+fn of_image(texture: &gltf::Texture<'_>, reason: &str) -> String {
+    format!("image {}: {reason}", texture.source().index())
+}
+
+/// Decodes pictures once for each texture and level of holes.
+pub struct Pictures<'a, 'b> {
+    buffers: &'a Buffers<'b>,
+    files: &'a Files<'a>,
+    budget: Budget,
+    /// Texture and holes in the mesh, by texture of the file and what its alpha means.
+    textures: BTreeMap<(usize, (u8, u32)), (u32, Option<u32>)>,
+    /// Texture in the mesh and the mean of its texels, by texture of the file and kind of map; none where there was no room for it.
+    maps: BTreeMap<(usize, MapKind), Option<(u32, [f32; 3])>>,
+}
+
+/// What a map's texels are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum MapKind {
+    Colours,
+    Values,
+}
+
+impl<'a, 'b> Pictures<'a, 'b> {
+    /// None yet.
+    pub fn new(buffers: &'a Buffers<'b>, files: &'a Files<'a>) -> Self {
+        Self { buffers, files, budget: Budget::default(), textures: BTreeMap::new(), maps: BTreeMap::new() }
+    }
+
+    /// Gives a material its pictures.
+    pub fn dress(
+        &mut self,
+        material: &gltf::Material<'_>,
+        read: &mut Material,
+        mesh: &mut Mesh,
+        notes: &mut Notes,
+    ) -> Result<(), String> {
+        let pbr = material.pbr_metallic_roughness();
+        if let Some(info) = pbr.base_color_texture() {
+            let (texture, cut_out) = self.texture(&info.texture(), Alpha::of(material), mesh)?;
+            (read.texture, read.cut_out) = (Some(texture), cut_out);
+        } else if let Some(holes) = Alpha::of(material).holes([1, 1], vec![u8::MAX], [Wrap::Repeat; 2]) {
+            mesh.cut_outs.push(holes);
+            read.cut_out = Some(u32_from(mesh.cut_outs.len() - 1));
+        }
+        if read.cut_out.is_some() && material.alpha_mode() == AlphaMode::Blend {
+            notes.add(format!("{} is blended: it stops as large a share of rays as its alpha says", called(material)));
+        }
+        Ok(())
+    }
+
+    /// Makes a material that transmits light a thin pane. Its colour takes as much of what passes as of white light, in all bands alike.
+    pub fn make_pane(
+        &mut self,
+        material: &gltf::Material<'_>,
+        read: &mut Material,
+        mesh: &mut Mesh,
+        notes: &mut Notes,
+    ) -> Result<(), String> {
+        let Some(transmission) = material.transmission().filter(|_| read.cut_out.is_none()) else { return Ok(()) };
+        let (tint, clear) = (read.pane_tint(), sound(transmission.transmission_factor(), 1.0) * (1.0 - read.metallic));
+        if clear * tint <= 0.0 {
+            return Ok(());
+        }
+        let (mut size, mut codes, mut wrap, mut mean) = ([1, 1], vec![u8::MAX], [Wrap::Repeat; 2], 1.0);
+        let info = transmission.transmission_texture();
+        if let Some(info) = info.filter(|info| Placing::of_texture(info) == Placing::of_material(material)) {
+            let picture = self.decoded(&info.texture())?;
+            (size, wrap, mean) = (picture.size_px, wrapping(&info.texture()), picture.mean_value()[0]);
+            codes = picture.codes.iter().map(|code| code[0]).collect();
+        }
+        mesh.cut_outs.push(CutOut::pane(size[0], size[1], codes, wrap, clear * tint));
+        (read.cut_out, read.transmission) = (Some(u32_from(mesh.cut_outs.len() - 1)), clear * mean);
+        let is_tinted = read.base_colour[..3].iter().any(|&band| (band - tint).abs() > 0.02);
+        let what = match (is_tinted, read.roughness > 0.1) {
+            (false, false) => "",
+            (true, false) => "; its tint dims all colours alike",
+            (false, true) => "; it is not frosted",
+            (true, true) => "; its tint dims all colours alike, and it is not frosted",
+        };
+        notes.add(format!("{} is a thin pane, which does not bend light{what}", called(material)));
+        Ok(())
+    }
+
+    /// Gives a material that was read its maps beside the base colour.
+    pub fn add_maps(
+        &mut self,
+        material: &gltf::Material<'_>,
+        number: usize,
+        mesh: &mut Mesh,
+        notes: &mut Notes,
+    ) -> Result<(), String> {
+        let placing = Placing::of_material(material);
+        let mut maps = Maps::default();
+        let mut read = mesh.materials[number].clone();
+        let mut left = Vec::new();
+        if let Some(info) = material.normal_texture() {
+            let is_alike = Placing::of_normals(&info) == placing;
+            match self.map(&info.texture(), MapKind::Values, is_alike, mesh)? {
+                Some((texture, _)) => {
+                    maps.normal = Some((texture, sound(info.scale().abs(), 100.0) * info.scale().signum()))
+                }
+                None => left.push("normal"),
+            }
+        }
+        if let Some(info) = material.pbr_metallic_roughness().metallic_roughness_texture() {
+            let is_alike = Placing::of_texture(&info) == placing;
+            match self.map(&info.texture(), MapKind::Values, is_alike, mesh)? {
+                Some((texture, [_, roughness, metallic])) => {
+                    maps.roughness_metallic = Some((texture, [read.roughness, read.metallic]));
+                    (read.roughness, read.metallic) = (read.roughness * roughness, read.metallic * metallic);
+                }
+                None => left.push("metallic-roughness (its factors count)"),
+            }
+        }
+        if let Some(info) = material.emissive_texture().filter(|_| read.is_emissive()) {
+            let is_alike = Placing::of_texture(&info) == placing;
+            match self.map(&info.texture(), MapKind::Colours, is_alike, mesh)? {
+                Some((texture, mean)) => {
+                    maps.emission = Some((texture, read.emission));
+                    (0..BANDS).for_each(|band| read.emission[band] *= with_infrared(mean)[band]);
+                }
+                None => left.push("emissive (its factor counts)"),
+            }
+        }
+        if !left.is_empty() {
+            notes.add(format!(
+                "{}: not read, because their texture coordinates differ from those of its base colour or too many pictures came \
+                 before, are its textures: {}",
+                called(material),
+                left.join(", ")
+            ));
+        }
+        if maps != Maps::default() && read.texture.is_none() {
+            let sizes = maps.textures_mut().map(|texture| mesh.textures[index(*texture)].size());
+            let [width, height] = sizes.fold([1.0_f32; 2], |most, size| [0, 1].map(|axis| most[axis].max(size[axis])));
+            let white = Texture::white(u32_truncated_f32(width), u32_truncated_f32(height));
+            mesh.textures.push(white);
+            read.texture = Some(u32_from(mesh.textures.len() - 1));
+        }
+        read.maps = maps;
+        mesh.materials[number] = read;
+        Ok(())
+    }
+
+    /// A texture of the mesh for a map, and the mean of its texels; none for one that lies by other texture coordinates than the base
+    /// colour, or that there is no room for.
+    fn map(
+        &mut self,
+        texture: &gltf::Texture<'_>,
+        kind: MapKind,
+        is_alike: bool,
+        mesh: &mut Mesh,
+    ) -> Result<Option<(u32, [f32; 3])>, String> {
+        let key = (texture.index(), kind);
+        if !is_alike {
+            return Ok(None);
+        }
+        if let Some(&known) = self.maps.get(&key) {
+            return Ok(known);
+        }
+        let bytes = self.bytes(texture)?;
+        if !self.budget.has_room(&bytes) {
+            self.maps.insert(key, None);
+            return Ok(None);
+        }
+        let picture = self.decoded(texture)?;
+        let (texture, mean) = match kind {
+            MapKind::Colours => (picture.texture(wrapping(texture)), picture.mean()),
+            MapKind::Values => (picture.values(wrapping(texture)), picture.mean_value()),
+        };
+        mesh.textures.push(texture);
+        let made = Some((u32_from(mesh.textures.len() - 1), mean));
+        self.maps.insert(key, made);
+        Ok(made)
+    }
+
+    fn texture(
+        &mut self,
+        texture: &gltf::Texture<'_>,
+        alpha: Alpha,
+        mesh: &mut Mesh,
+    ) -> Result<(u32, Option<u32>), String> {
+        let key = (texture.index(), alpha.key());
+        if let Some(&known) = self.textures.get(&key) {
+            return Ok(known);
+        }
+        let wrap = wrapping(texture);
+        let mut picture = self.decoded(texture)?;
+        let least = match alpha {
+            Alpha::Least(least) => crate::num::low_u8(crate::num::u32_truncated_f32((255.0 * least).clamp(0.0, 255.0))),
+            _ => 0,
+        };
+        let holes = alpha.holes(picture.size_px, picture.alpha.clone(), wrap);
+        if holes.is_some() {
+            picture = picture.bled(least.max(1));
+        }
+        mesh.textures.push(picture.texture(wrap));
+        let cut_out = holes.map(|holes| {
+            mesh.cut_outs.push(holes);
+            u32_from(mesh.cut_outs.len() - 1)
+        });
+        let made = (u32_from(mesh.textures.len() - 1), cut_out);
+        self.textures.insert(key, made);
+        Ok(made)
+    }
+
+    fn decoded(&mut self, texture: &gltf::Texture<'_>) -> Result<Picture, String> {
+        let bytes = self.bytes(texture)?;
+        Picture::decoded(&bytes, &mut self.budget).map_err(|reason| of_image(texture, &reason))
+    }
+
+    /// The file of a texture's picture.
+    fn bytes(&self, texture: &gltf::Texture<'_>) -> Result<Cow<'a, [u8]>, String> {
+        let buffers = self.buffers;
+        match texture.source().source() {
+            Source::View { view, .. } => buffers.view(&view).map(Cow::Borrowed),
+            Source::Uri { uri, .. } => fetched(uri, self.files).map(Cow::from),
+        }
+        .map_err(|reason| of_image(texture, &reason))
+    }
+}
