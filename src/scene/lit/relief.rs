@@ -1,8 +1,8 @@
 //! Surfaces with maps beside their base colour: emission texel by texel, and the light of a mapped normal.
 //!
 //! The bake knows the light of the smooth normal, and which part of it each of the strongest sources sends. Under a mapped normal a
-//! source's part goes as the cosine to its middle. The rest counts as even over the hemisphere: a plane that is tilted by an angle a sees the share
-//! (1 + cos a) / 2 of it.
+//! source's part goes as the cosine to its middle. The rest counts as even over the hemisphere: a plane that is tilted by an
+//! angle a sees the share (1 + cos a) / 2 of it.
 
 #![allow(clippy::needless_range_loop, reason = "lanes, axes and bands of several arrays run in step")]
 
