@@ -76,7 +76,7 @@ pub struct Camera {
 
 /// Where the pixels of a lens look.
 #[derive(Clone, Debug)]
-struct Bearings {
+pub(super) struct Bearings {
     /// Unit bearings at the corners of pixels, (width + 1) a row; zero where the lens has none.
     corners: Vec<[f32; 3]>,
     /// Root of the solid angle of each pixel, in radians: the width of its cone at a distance of 1 m.
@@ -297,7 +297,7 @@ impl Bearings {
 pub(super) struct BandGroup {
     /// The bands' mapping.
     pub(super) lens: Lens,
-    bearings: Bearings,
+    pub(super) bearings: Bearings,
     /// Filters that the render applies; all others come afterwards.
     pub(super) mosaic: Mosaic,
     pub(super) bands: [bool; FILTER_BANDS],

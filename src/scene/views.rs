@@ -24,14 +24,14 @@ const NEAR: f64 = 0.01;
 
 /// Box around a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
+pub struct SceneBox {
     /// Least coordinates in metres.
     pub least_m: DVec3,
     /// Greatest coordinates in metres.
     pub greatest_m: DVec3,
 }
 
-impl Extent {
+impl SceneBox {
     /// Of all triangles.
     pub fn of(scene: &Scene) -> Self {
         let mut extent = Self { least_m: DVec3::INFINITY, greatest_m: DVec3::NEG_INFINITY };
@@ -79,7 +79,7 @@ pub fn looking(yaw_rad: f64, pitch_rad: f64) -> DQuat {
 /// The best views of a scene, the best first: the file's cameras that see something, then those found inside and around it.
 /// Views that are found stand apart from each other.
 pub fn best(scene: &Scene, count: usize) -> Vec<CameraView> {
-    let extent = Extent::of(scene);
+    let extent = SceneBox::of(scene);
     let named = |view: &Viewpoint| judged(scene, &extent, &view.name, view.world_from_camera);
     let mut chosen: Vec<CameraView> = scene.viewpoints.iter().map(named).filter(|view| view.score > 0.0).collect();
     chosen.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -108,7 +108,7 @@ fn forward(view: &CameraView) -> DVec3 {
 }
 
 /// Level cameras on a grid within the bounds.
-fn inside(extent: &Extent) -> Vec<Pose> {
+fn inside(extent: &SceneBox) -> Vec<Pose> {
     let mut poses = Vec::new();
     for x in 0..INSIDE[0] {
         for y in 0..INSIDE[1] {
@@ -126,7 +126,7 @@ fn inside(extent: &Extent) -> Vec<Pose> {
 }
 
 /// Cameras on circles around the bounds that look at their middle, so far away that the whole is within a picture's height.
-fn around(extent: &Extent) -> Vec<Pose> {
+fn around(extent: &SceneBox) -> Vec<Pose> {
     let middle_m = 0.5 * (extent.least_m + extent.greatest_m);
     let radius_m = 0.5 * extent.size_m().length();
     let distance_m = radius_m / libm::sin(libm::atan(HALF[1]));
@@ -165,7 +165,7 @@ pub fn packet_of(world_from_camera: &Pose, bearing: impl Fn(usize) -> DVec3) -> 
 }
 
 /// What a camera sees from a place.
-pub fn judged(scene: &Scene, extent: &Extent, name: &str, world_from_camera: Pose) -> CameraView {
+pub fn judged(scene: &Scene, extent: &SceneBox, name: &str, world_from_camera: Pose) -> CameraView {
     let mut stack = Stack::new();
     let (mut distances_m, mut materials, mut behind) = (Vec::new(), Vec::new(), 0_usize);
     let count = GRID[0] * GRID[1];
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn a_camera_in_a_room_sees_its_walls_and_one_in_a_solid_sees_their_backs() {
         let scene = box_room::box_room(1);
-        let extent = Extent::of(&scene);
+        let extent = SceneBox::of(&scene);
         let views = best(&scene, 4);
         assert!(views.len() == 4 && views[0].covered > 0.95 && views[0].behind < 0.05, "{views:?}");
         let middle_m = 0.5 * (extent.least_m + extent.greatest_m);
