@@ -207,7 +207,7 @@ fn print(figures: &PowerFigures) {
         );
     }
     out!("{}", figures.gates.text());
-    debug_assert_eq!(energy.rails.iter().count(), Rail::ALL.len());
+    assert_eq!(energy.rails.iter().count(), Rail::ALL.len());
 }
 
 /// What features cost before they are sent.

@@ -148,7 +148,7 @@ fn add_row(view: &CameraPixels, row: usize, pictures: &[(&Picture, f64)], per_lu
         })
         .collect();
     let mut coverage = Coverage::default();
-    debug_assert!(pictures.iter().all(|(picture, _)| picture.size() == first.size()));
+    assert!(pictures.iter().all(|(picture, _)| picture.size() == first.size()));
     for (x_px, pixel) in view.quads(row).into_iter().enumerate() {
         let Some((quad, roll_off)) = pixel else { continue };
         let Some(seen_share) = coverage.of(&quad, view.size) else { continue };

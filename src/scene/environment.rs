@@ -375,7 +375,7 @@ pub(super) fn texels_of([width, height]: [u32; 2], radiance: impl Fn([f64; 3]) -
             texels.push(radiance([sin * sin_azimuth, cos, -sin * cos_azimuth]));
         }
     }
-    debug_assert!(u32_from(texels.len()) == width * height);
+    assert!(u32_from(texels.len()) == width * height);
     texels
 }
 

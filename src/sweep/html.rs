@@ -157,10 +157,7 @@ fn effect_part(effect: &FactorEffect, figure: &str) -> String {
         let mean = chart::Series { name: "mean", ink: Ink::One, shape: SeriesShape::Dots, runs: vec![means] };
         chart(
             &axes,
-            &[
-                mean,
-                chart::Series { name: "95 % interval", ink: Ink::One, shape: SeriesShape::Line(2), runs: bars },
-            ],
+            &[mean, chart::Series { name: "95 % interval", ink: Ink::One, shape: SeriesShape::Line(2), runs: bars }],
         )
     });
     format!("<div class=\"pair\"><div>{table}</div>{picture}</div>")
